@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "collision/bd_model.hpp"
+#include "collision/modal_model.hpp"
+#include "collision/sphere_tree.hpp"
+
+namespace nbd {
+
+/// Everything a body needs for collision queries, at rest and for every pose: the same for all copies of
+/// the body. A tree file holds one.
+struct CollisionTree {
+    int vertex_count = 0;
+    Faces faces;
+    SphereTree spheres;
+    std::optional<BdModel> bd;        // absent: the bound cannot be used
+    std::optional<ModalModel> modal;  // likewise
+};
+
+enum class BoundKind { exact, bd, modal };
+
+/// "exact", "bd", "modal".
+std::string_view name(BoundKind kind) noexcept;
+
+/// Throws std::invalid_argument naming the known kinds.
+BoundKind bound_kind(std::string_view name);
+
+}  // namespace nbd

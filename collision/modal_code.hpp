@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "collision/geometry.hpp"
+
+namespace nbd {
+
+/// x = R y + t: takes aligned positions to the world.
+struct RigidTransform {
+    Eigen::Matrix3f R = Eigen::Matrix3f::Identity();
+    Eigen::Vector3f t = Eigen::Vector3f::Zero();
+};
+
+/// The rigid motion that takes rest positions X to x best in the weighted least-squares sense, by shape
+/// matching [Mueller05]. R is a proper rotation also for flat or reflected sets. X, x: [k, 3]; w: [k], > 0.
+RigidTransform match_shape(VerticesRef X, VerticesRef x, Eigen::Ref<const Eigen::VectorXf> w) noexcept;
+
+/// What turns a pose into the paper's code zhat = Uhat^T what * (yhat - Xhat): the k representative
+/// vertices, their cluster sizes, and their rows of U. (Equations 2 and 4.)
+struct ClusteredModes {
+    std::vector<int> representatives;  // [k] rows of the surface's vertices
+    Eigen::VectorXf w;                 // [k] cluster sizes
+    Vertices X;                        // [k, 3] rest positions of the representatives
+    Eigen::MatrixXf U;                 // [3 k, m] rows of U, vertex-major
+};
+
+/// Scratch of `modal_code`, so that a query allocates nothing.
+struct ModalCodeScratch {
+    Vertices x;         // [k, 3]
+    Eigen::VectorXf d;  // [3 k]
+};
+
+/// Aligns the representatives of pose `x` and projects them on the modes.
+/// x: all positions [n, 3]. z: out, [m]. Returns the transform from the aligned frame to the world.
+RigidTransform modal_code(const ClusteredModes& modes, VerticesRef x, ModalCodeScratch& scratch,
+                          Eigen::Ref<Eigen::VectorXf> z) noexcept;
+
+}  // namespace nbd

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "collision/modal_code.hpp"
+#include "collision/sphere_tree.hpp"
+
+namespace nbd {
+
+/// The paper's NBD-Tree, trained: one code for the body, one small ReLU network a node.
+/// A node's network reads zn = (z - z_centre) * z_scale, in [-1, 1] on the training poses, and gives
+/// four numbers o; (dc, dr) = o * out_scale + out_centre is added to the rest sphere (equation 6).
+/// Weights lie flat, node after node: W1 [hidden, m], b1, W2 [hidden, hidden], b2, W3 [4, hidden], b3,
+/// every matrix column-major.
+struct ModalModel {
+    static constexpr int outputs = 4;  // dc x y z, dr
+    ClusteredModes modes;
+    int hidden = 32;
+    Eigen::VectorXf z_centre, z_scale;      // [m]
+    std::vector<float> weights;             // [nodes * weights_per_node()]
+    Eigen::MatrixXf out_centre, out_scale;  // [4, nodes]
+
+    int mode_count() const noexcept { return static_cast<int>(modes.U.cols()); }
+    int weights_per_node() const noexcept {
+        return hidden * (mode_count() + 1) + hidden * (hidden + 1) + outputs * (hidden + 1);
+    }
+};
+
+/// Sphere of `node` in the aligned frame. zn: the scaled code, [m]. Never a negative radius.
+Sphere modal_sphere(const ModalModel& model, const SphereTree& tree, int node,
+                    Eigen::Ref<const Eigen::VectorXf> zn) noexcept;
+
+/// Throws std::invalid_argument with what is wrong unless the model fits a tree over a surface of
+/// `vertex_count` vertices: for models that come from a file.
+void check_modal_model(const ModalModel& model, const SphereTree& tree, int vertex_count);
+
+}  // namespace nbd

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "collision/posed_tree.hpp"
+
+namespace nbd {
+
+/// What a query did.
+struct QueryCounters {
+    long nodes_bounded = 0;   // spheres computed by this query, both trees
+    long sphere_tests = 0;    // node pairs compared
+    long leaf_pairs = 0;      // leaf pairs whose spheres overlap
+    long boxes_refitted = 0;  // boxes of the trees under leaves
+    long box_tests = 0;
+    long triangle_tests = 0;
+    long face_pairs = 0;  // reported
+};
+
+struct LeafPair {
+    int a = 0, b = 0;  // nodes of the two trees
+    auto operator<=>(const LeafPair&) const = default;
+};
+
+/// Queries between two posed trees; owns the scratch, so that a warm query allocates nothing. One object a
+/// thread. Results stay valid until the next call on the same object.
+class PairQuery {
+ public:
+    /// Face pairs that have a point in common, sorted by (a, b), without repeats. With `exact` bounds on
+    /// both: the exact set. With learned bounds a subset of it: a pair is missed where a sphere misses it.
+    std::span<const FacePair> intersecting(PosedTree& a, PosedTree& b) noexcept;
+
+    /// Face pairs whose distance is at most `distance` (metres, finite, >= 0), likewise.
+    std::span<const FacePair> within(PosedTree& a, PosedTree& b, float distance) noexcept;
+
+    /// The broad phase alone: leaf pairs whose spheres come within `distance`, sorted.
+    std::span<const LeafPair> leaf_pairs(PosedTree& a, PosedTree& b, float distance = 0) noexcept;
+
+    const QueryCounters& counters() const noexcept { return counters_; }
+
+ private:
+    QueryCounters counters_;
+    std::vector<LeafPair> stack_, leaf_pairs_, box_stack_;
+    std::vector<FacePair> face_pairs_;
+};
+
+}  // namespace nbd
