@@ -19,6 +19,13 @@ struct CollisionTree {
     std::optional<ModalModel> modal;  // likewise
 };
 
+/// A tree with `exact` bounds alone, from rest positions X and faces F. Throws as build_sphere_tree().
+CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config = {});
+
+/// Throws std::invalid_argument with what is wrong unless all parts of the tree fit each other: for trees
+/// that come from a file.
+void check_collision_tree(const CollisionTree& tree);
+
 enum class BoundKind { exact, bd, modal };
 
 /// "exact", "bd", "modal".

@@ -14,7 +14,8 @@ struct RigidTransform {
 };
 
 /// The rigid motion that takes rest positions X to x best in the weighted least-squares sense, by shape
-/// matching [Mueller05]. R is a proper rotation also for flat or reflected sets. X, x: [k, 3]; w: [k], > 0.
+/// matching [Mueller05]. R is a proper rotation also for flat, straight or reflected sets; where the points
+/// leave it open, the one nearest to the identity. X, x: [k, 3], k >= 1; w: [k], > 0.
 RigidTransform match_shape(VerticesRef X, VerticesRef x, Eigen::Ref<const Eigen::VectorXf> w) noexcept;
 
 /// What turns a pose into the paper's code zhat = Uhat^T what * (yhat - Xhat): the k representative
@@ -25,6 +26,10 @@ struct ClusteredModes {
     Vertices X;                        // [k, 3] rest positions of the representatives
     Eigen::MatrixXf U;                 // [3 k, m] rows of U, vertex-major
 };
+
+/// Throws std::invalid_argument with what is wrong unless the arrays fit each other and a surface of
+/// `vertex_count` vertices: for modes that come from a file.
+void check_clustered_modes(const ClusteredModes& modes, int vertex_count);
 
 /// Scratch of `modal_code`, so that a query allocates nothing.
 struct ModalCodeScratch {

@@ -15,8 +15,9 @@ namespace nbd {
 /// every matrix column-major.
 struct ModalModel {
     static constexpr int outputs = 4;  // dc x y z, dr
+    static constexpr int max_hidden = 128;
     ClusteredModes modes;
-    int hidden = 32;
+    int hidden = 32;                        // 1 to max_hidden
     Eigen::VectorXf z_centre, z_scale;      // [m]
     std::vector<float> weights;             // [nodes * weights_per_node()]
     Eigen::MatrixXf out_centre, out_scale;  // [4, nodes]

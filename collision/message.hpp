@@ -1,0 +1,16 @@
+#pragma once
+
+#include <sstream>
+#include <string>
+
+namespace nbd {
+
+/// Joins its arguments as a stream prints them: the text of an error.
+template <class... Parts>
+std::string message(const Parts&... parts) {
+    std::ostringstream out;
+    (out << ... << parts);
+    return out.str();
+}
+
+}  // namespace nbd

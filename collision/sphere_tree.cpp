@@ -1,0 +1,123 @@
+#include "collision/sphere_tree.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include "collision/bounding_sphere.hpp"
+#include "collision/message.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int max_depth = 20;
+
+void check_input(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
+    if (config.depth < 0 || config.depth > max_depth)
+        throw std::invalid_argument(
+            message("sphere tree depth is ", config.depth, ", allowed: 0 to ", max_depth));
+    if (config.min_leaf_faces < 1)
+        throw std::invalid_argument(
+            message("sphere tree min_leaf_faces is ", config.min_leaf_faces, ", allowed: 1 or more"));
+    if (F.rows() == 0)
+        throw std::invalid_argument("a sphere tree needs at least one face, the surface has none");
+    for (Eigen::Index v = 0; v < X.rows(); ++v)
+        if (!X.row(v).allFinite()) throw std::invalid_argument(message("vertex ", v, " is not finite"));
+    for (Eigen::Index f = 0; f < F.rows(); ++f)
+        for (const int v : F.row(f))
+            if (v < 0 || v >= X.rows())
+                throw std::invalid_argument(message("face ", f, " refers to vertex ", v,
+                                                    ", but the surface has ", X.rows(), " vertices"));
+}
+
+Eigen::MatrixX3d face_centroids(VerticesRef X, FacesRef F) {
+    Eigen::MatrixX3d centroids(F.rows(), 3);
+    for (Eigen::Index f = 0; f < F.rows(); ++f)
+        centroids.row(f) =
+            (X.row(F(f, 0)).cast<double>() + X.row(F(f, 1)).cast<double>() + X.row(F(f, 2)).cast<double>()) /
+            3;
+    return centroids;
+}
+
+/// Puts the lower half of the faces along the longest side of their centroids' box first.
+void split_at_median(std::span<int> faces, const Eigen::MatrixX3d& centroids) {
+    Eigen::RowVector3d lo = centroids.row(faces[0]), hi = lo;
+    for (const int f : faces) {
+        lo = lo.cwiseMin(centroids.row(f));
+        hi = hi.cwiseMax(centroids.row(f));
+    }
+    Eigen::Index axis = 0;
+    (hi - lo).maxCoeff(&axis);
+    std::ranges::nth_element(faces, faces.begin() + static_cast<std::ptrdiff_t>(faces.size() / 2), {},
+                             [&](int f) { return std::pair(centroids(f, axis), f); });
+}
+
+void split_nodes(SphereTree& tree, const Eigen::MatrixX3d& centroids, const SphereTreeConfig& config) {
+    tree.nodes.push_back({.face_end = static_cast<int>(tree.faces.size())});
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+        const SphereTree::Node node = tree.nodes[i];
+        const int count = node.face_end - node.face_begin;
+        if (node.depth == config.depth || count / 2 < config.min_leaf_faces) continue;
+        split_at_median(
+            std::span(tree.faces)
+                .subspan(static_cast<std::size_t>(node.face_begin), static_cast<std::size_t>(count)),
+            centroids);
+        const int middle = node.face_begin + count / 2;
+        tree.nodes[i].first_child = static_cast<int>(tree.nodes.size());
+        tree.nodes.push_back({.depth = node.depth + 1, .face_begin = node.face_begin, .face_end = middle});
+        tree.nodes.push_back({.depth = node.depth + 1, .face_begin = middle, .face_end = node.face_end});
+    }
+}
+
+/// Fills the vertex lists: of the leaves in the order of their faces, then of the nodes above.
+void list_vertices(SphereTree& tree, FacesRef F, Eigen::Index vertex_count) {
+    std::vector<int> leaves;
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i)
+        if (tree.nodes[static_cast<std::size_t>(i)].is_leaf()) leaves.push_back(i);
+    std::ranges::sort(leaves, {}, [&](int i) { return tree.nodes[static_cast<std::size_t>(i)].face_begin; });
+
+    std::vector<int> last_leaf(static_cast<std::size_t>(vertex_count), -1);
+    for (const int leaf : leaves) {
+        SphereTree::Node& node = tree.nodes[static_cast<std::size_t>(leaf)];
+        node.vertex_begin = static_cast<int>(tree.vertices.size());
+        for (const int f : tree.node_faces(leaf))
+            for (const int v : F.row(f))
+                if (std::exchange(last_leaf[static_cast<std::size_t>(v)], leaf) != leaf)
+                    tree.vertices.push_back(v);
+        node.vertex_end = static_cast<int>(tree.vertices.size());
+    }
+    for (std::size_t i = tree.nodes.size(); i-- > 0;) {
+        SphereTree::Node& node = tree.nodes[i];
+        if (node.is_leaf()) continue;
+        const auto child = static_cast<std::size_t>(node.first_child);
+        node.vertex_begin = tree.nodes[child].vertex_begin;
+        node.vertex_end = tree.nodes[child + 1].vertex_end;
+    }
+}
+
+}  // namespace
+
+SphereTree build_sphere_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
+    check_input(X, F, config);
+    SphereTree tree;
+    tree.faces.resize(static_cast<std::size_t>(F.rows()));
+    std::iota(tree.faces.begin(), tree.faces.end(), 0);
+    split_nodes(tree, face_centroids(X, F), config);
+    // nth_element leaves the order inside a leaf to the standard library; the tree must not depend on it.
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i)
+        if (tree.nodes[i].is_leaf())
+            std::sort(tree.faces.begin() + tree.nodes[i].face_begin,
+                      tree.faces.begin() + tree.nodes[i].face_end);
+    list_vertices(tree, F, X.rows());
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        tree.rest.push_back(bounding_sphere(X, tree.node_vertices(i)));
+        if (!tree.rest.back().c.allFinite() || !std::isfinite(tree.rest.back().r))
+            throw std::invalid_argument(message("the surface is too large for float32: the sphere of node ",
+                                                i, " overflows; positions should stay below 1e18 m"));
+    }
+    return tree;
+}
+
+}  // namespace nbd
