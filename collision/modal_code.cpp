@@ -1,6 +1,8 @@
 #include "collision/modal_code.hpp"
 
+#include <Eigen/LU>
 #include <Eigen/SVD>
+#include <cmath>
 #include <stdexcept>
 
 #include "collision/message.hpp"

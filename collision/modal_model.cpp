@@ -25,11 +25,11 @@ Layer<Width> dense_layer(const float*& weights, Eigen::Index width, const float*
     constexpr Eigen::Index lanes = 4;
     Layer<Width> sums[lanes] = {Column(W + width * in, width), Layer<Width>::Zero(width),
                                 Layer<Width>::Zero(width), Layer<Width>::Zero(width)};
-    Eigen::Index i = 0;
-    for (; i + lanes <= in; i += lanes)
+    const Eigen::Index whole = in - in % lanes;
+    for (Eigen::Index i = 0; i < whole; i += lanes)
         for (Eigen::Index lane = 0; lane < lanes; ++lane)
             sums[lane] += Column(W + (i + lane) * width, width) * x[i + lane];
-    for (; i < in; ++i) sums[0] += Column(W + i * width, width) * x[i];
+    for (Eigen::Index i = whole; i < in; ++i) sums[0] += Column(W + i * width, width) * x[i];
     return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
