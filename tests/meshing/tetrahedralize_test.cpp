@@ -1,0 +1,226 @@
+#include "meshing/tetrahedralize.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <thread>
+#include <vector>
+
+#include "meshing/tet_quality.hpp"
+#include "tests/meshing/small_obj.hpp"
+
+namespace nbd {
+namespace {
+
+std::filesystem::path shared(const std::string& name) {
+    return std::filesystem::path(NBD_SHARED_MESHES) / (name + ".obj");
+}
+
+/// A box of n x n x n cells, its sides cut into triangles.
+TriMesh box(int n, double side = 1) {
+    TriMesh mesh;
+    std::vector<std::array<int, 3>> points;
+    const auto id = [&](int i, int j, int k) {
+        const std::array<int, 3> p = {i, j, k};
+        const auto at = std::ranges::find(points, p);
+        if (at == points.end()) points.push_back(p);
+        return static_cast<int>(std::ranges::find(points, p) - points.begin());
+    };
+    std::vector<std::array<int, 3>> faces;
+    for (int axis = 0; axis < 3; ++axis)
+        for (const int end : {0, n})
+            for (int i = 0; i < n; ++i)
+                for (int j = 0; j < n; ++j) {
+                    const auto corner = [&](int u, int v) {
+                        std::array<int, 3> p{};
+                        p[axis] = end;
+                        p[(axis + 1) % 3] = i + u;
+                        p[(axis + 2) % 3] = j + v;
+                        return id(p[0], p[1], p[2]);
+                    };
+                    const int a = corner(0, 0), b = corner(1, 0), c = corner(1, 1), d = corner(0, 1);
+                    if (end == n) {
+                        faces.insert(faces.end(), {{a, b, c}, {a, c, d}});
+                    } else {
+                        faces.insert(faces.end(), {{a, c, b}, {a, d, c}});
+                    }
+                }
+    mesh.X.resize(static_cast<Eigen::Index>(points.size()), 3);
+    for (std::size_t v = 0; v < points.size(); ++v)
+        for (int c = 0; c < 3; ++c) mesh.X(static_cast<Eigen::Index>(v), c) = side * points[v][c] / n;
+    mesh.F = Eigen::Map<const Faces>(faces[0].data(), static_cast<Eigen::Index>(faces.size()), 3);
+    return mesh;
+}
+
+/// Faces as a set: each starts at its smallest vertex.
+std::vector<std::array<int, 3>> face_set(const Faces& F) {
+    std::vector<std::array<int, 3>> set;
+    for (int f = 0; f < F.rows(); ++f) {
+        std::array<int, 3> face = {F(f, 0), F(f, 1), F(f, 2)};
+        while (face[0] > face[1] || face[0] > face[2]) face = {face[1], face[2], face[0]};
+        set.push_back(face);
+    }
+    std::ranges::sort(set);
+    return set;
+}
+
+void expect_keeps_surface(const TriMesh& surface, const TetMesh& tets) {
+    ASSERT_GT(tets.T.rows(), 0);
+    EXPECT_EQ(tets.X.topRows(surface.X.rows()), surface.X);
+    EXPECT_EQ(face_set(boundary_faces(tets)), face_set(surface.F));
+    EXPECT_GT(tet_quality(tets).volume_min, 0);
+}
+
+std::string error_of(const TriMesh& surface, const TetrahedralizeConfig& config = {}) {
+    try {
+        tetrahedralize(surface, config);
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+    return "no error";
+}
+
+TEST(Tetrahedralize, KeepsTheSurfaceBitForBitAtAnyScale) {
+    for (const double side : {1e-5, 0.3, 7e6}) {
+        const TriMesh surface = box(4, side);
+        const auto result = tetrahedralize(surface);
+        expect_keeps_surface(surface, result.tets);
+        EXPECT_NEAR(tet_quality(result.tets).volume, side * side * side, 1e-12 * side * side * side);
+        EXPECT_GT(result.tets.X.rows(), surface.X.rows());
+    }
+}
+
+TEST(Tetrahedralize, GivesTheSameBitsEveryTime) {
+    const TriMesh surface = box(6);
+    const auto first = tetrahedralize(surface, {.nodes = 400});
+    const auto second = tetrahedralize(surface, {.nodes = 400});
+    EXPECT_EQ(first.tets.X, second.tets.X);
+    EXPECT_EQ(first.tets.T, second.tets.T);
+    EXPECT_EQ(first.grading, second.grading);
+}
+
+TEST(Tetrahedralize, MayBeCalledFromSeveralThreads) {
+    const TriMesh surface = box(5);
+    const TetMesh alone = tetrahedralize(surface).tets;
+    std::array<TetMesh, 4> together;
+    std::vector<std::thread> threads;
+    for (TetMesh& tets : together) threads.emplace_back([&] { tets = tetrahedralize(surface).tets; });
+    for (std::thread& thread : threads) thread.join();
+    for (const TetMesh& tets : together) {
+        EXPECT_EQ(tets.X, alone.X);
+        EXPECT_EQ(tets.T, alone.T);
+    }
+}
+
+TEST(Tetrahedralize, MeetsANumberOfNodes) {
+    const TriMesh surface = box(8);  // 386 vertices
+    for (const int nodes : {480, 600, 1000, 2000}) {
+        const auto result = tetrahedralize(surface, {.nodes = nodes});
+        expect_keeps_surface(surface, result.tets);
+        EXPECT_NEAR(result.tets.X.rows(), nodes, 0.05 * nodes);
+    }
+}
+
+TEST(Tetrahedralize, NamesTheReachForANumberOfNodesOutOfIt) {
+    const TriMesh surface = box(8);
+    for (const int nodes : {1, 386, 20000, 2000000000}) {
+        const std::string error = error_of(surface, {.nodes = nodes});
+        EXPECT_TRUE(error.starts_with(std::to_string(nodes) +
+                                      " nodes are out of reach: a surface of 386 vertices allows about "))
+            << error;
+    }
+}
+
+TEST(Tetrahedralize, LeavesNoTraceOfTheMesher) {
+    rlimit before{}, after{};
+    getrlimit(RLIMIT_STACK, &before);
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    tetrahedralize(box(3));
+    TriMesh crossed = box(3);
+    crossed.X.row(0) += Eigen::RowVector3d(0.5, 0.5, 2);  // a corner pulled through the opposite side
+    const std::string error = error_of(crossed);
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    getrlimit(RLIMIT_STACK, &after);
+    EXPECT_EQ(after.rlim_cur, before.rlim_cur);
+    EXPECT_TRUE(error.starts_with("gmsh")) << error;
+    EXPECT_EQ(error.find('\n'), std::string::npos);
+}
+
+TEST(Tetrahedralize, RefusesWhatGmshWouldTakeSilentlyOrDieOf) {
+    TriMesh flipped = box(3);
+    flipped.F.col(0).swap(flipped.F.col(1));
+    EXPECT_NE(error_of(flipped).find("did not keep the surface's triangles"), std::string::npos)
+        << error_of(flipped);
+
+    TriMesh nested = box(4);
+    const TriMesh inner = box(1, 0.2);
+    nested.X.conservativeResize(nested.X.rows() + 8, 3);
+    nested.X.bottomRows(8) = inner.X.rowwise() + Eigen::RowVector3d(0.4, 0.4, 0.4);
+    nested.F.conservativeResize(nested.F.rows() + 12, 3);
+    nested.F.bottomRows(12) = inner.F.array() + static_cast<int>(nested.X.rows() - 8);
+    nested.F.bottomRows(12).col(0).swap(nested.F.bottomRows(12).col(1));
+    EXPECT_TRUE(error_of(nested).starts_with("gmsh")) << error_of(nested);
+
+    TriMesh open = box(3);
+    open.F.conservativeResize(open.F.rows() - 1, 3);
+    EXPECT_TRUE(error_of(open).starts_with("gmsh cannot fill the surface: ")) << error_of(open);
+
+    TriMesh loose = box(3);
+    loose.X.conservativeResize(loose.X.rows() + 1, 3);
+    loose.X.row(loose.X.rows() - 1).setConstant(0.4);
+    EXPECT_NE(error_of(loose), "no error");
+
+    TriMesh infinite = box(3);
+    infinite.X(7, 1) = std::numeric_limits<double>::infinity();
+    EXPECT_EQ(error_of(infinite), "vertex 7 is not finite");
+
+    TriMesh beyond = box(3);
+    beyond.F(5, 2) = 99;
+    EXPECT_EQ(error_of(beyond), "face 5 refers to vertex 99, but the mesh has 56 vertices");
+
+    EXPECT_EQ(error_of(TriMesh{}), "a closed surface has at least 4 faces");
+}
+
+TEST(Tetrahedralize, RefusesABadConfig) {
+    EXPECT_EQ(error_of(box(2), {.nodes = -1}), "nodes is -1, allowed is 0 or more");
+    EXPECT_EQ(error_of(box(2), {.tolerance = 0}), "tolerance is 0, allowed is between 0 and 1");
+    EXPECT_EQ(error_of(box(2), {.grading = 3}), "grading is 3, allowed is 0 to 2");
+}
+
+class PaperMesh : public testing::TestWithParam<std::pair<const char*, int>> {};
+
+TEST_P(PaperMesh, GetsThePapersNumberOfNodes) {
+    const auto [name, nodes] = GetParam();
+    if (!std::filesystem::exists(shared(name))) GTEST_SKIP() << shared(name) << " is not there";
+    const TriMesh surface = read_small_obj(shared(name));
+    const auto result = tetrahedralize(surface, {.nodes = nodes});
+    expect_keeps_surface(surface, result.tets);
+    EXPECT_NEAR(result.tets.X.rows(), nodes, 0.01 * nodes);
+    EXPECT_GT(tet_quality(result.tets).radius_ratio_min, 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Table1, PaperMesh,
+                         testing::Values(std::pair("armadillo", 10518), std::pair("bunny", 5988)),
+                         [](const auto& info) { return std::string(info.param.first); });
+
+class SharedMesh : public testing::TestWithParam<const char*> {};
+
+TEST_P(SharedMesh, IsFilledWithItsSurfaceKept) {
+    if (!std::filesystem::exists(shared(GetParam()))) GTEST_SKIP() << shared(GetParam()) << " is not there";
+    const TriMesh surface = read_small_obj(shared(GetParam()));
+    const auto result = tetrahedralize(surface);
+    expect_keeps_surface(surface, result.tets);
+    EXPECT_GT(tet_quality(result.tets).radius_ratio_mean, 0.7);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SharedMesh,
+                         testing::Values("spot", "blub", "bob", "scorpion", "octopus", "gear", "ring"),
+                         [](const auto& info) { return std::string(info.param); });
+
+}  // namespace
+}  // namespace nbd
