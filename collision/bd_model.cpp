@@ -53,8 +53,8 @@ BdModel build_bd_model(const SphereTree& tree, Eigen::Ref<const Eigen::MatrixXf>
     BdModel model;
     model.code_to_q = fit_matrix(modes);
     const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
-    model.Ubar.resize(3 * nodes, U.cols());
-    model.dr.resize(nodes, U.cols());
+    model.Ubar.resize(U.cols(), 3 * nodes);
+    model.dr.resize(U.cols(), nodes);
     for (Eigen::Index i = 0; i < nodes; ++i) {
         const std::span<const int> vertices = tree.node_vertices(static_cast<int>(i));
         for (Eigen::Index j = 0; j < U.cols(); ++j) {
@@ -64,8 +64,8 @@ BdModel build_bd_model(const SphereTree& tree, Eigen::Ref<const Eigen::MatrixXf>
             float squared = 0;
             for (const int v : vertices)
                 squared = std::max(squared, (U.col(j).segment<3>(3 * Eigen::Index{v}) - mean).squaredNorm());
-            model.Ubar.col(j).segment<3>(3 * i) = mean;
-            model.dr(i, j) = std::sqrt(squared) * (1 + 4 * std::numeric_limits<float>::epsilon());
+            model.Ubar.row(j).segment<3>(3 * i) = mean.transpose();
+            model.dr(j, i) = std::sqrt(squared) * (1 + 4 * std::numeric_limits<float>::epsilon());
         }
     }
     model.modes = std::move(modes);
@@ -85,8 +85,8 @@ void check_bd_model(const BdModel& model, const SphereTree& tree, int vertex_cou
             throw std::invalid_argument(message("BD-Tree: an entry of ", what, " is not finite"));
     };
     check_shape("code_to_q", model.code_to_q, m, m);
-    check_shape("Ubar", model.Ubar, 3 * nodes, m);
-    check_shape("dr", model.dr, nodes, m);
+    check_shape("Ubar", model.Ubar, m, 3 * nodes);
+    check_shape("dr", model.dr, m, nodes);
     if (model.dr.size() > 0 && model.dr.minCoeff() < 0)
         throw std::invalid_argument("BD-Tree: an entry of dr is negative");
 }

@@ -14,8 +14,8 @@ struct BdModel {
     ClusteredModes modes;
     Eigen::MatrixXf code_to_q;  // [m, m]: (Uhat^T what Uhat)^-1, so that q = code_to_q zhat is the weighted
                                 // least-squares fit and a pose in the span of U gives its own q
-    Eigen::MatrixXf Ubar;       // [3 * nodes, m]: mean of U over the node's vertices
-    Eigen::MatrixXf dr;         // [nodes, m]: largest |U_v - Ubar| over the node's vertices, per mode
+    Eigen::MatrixXf Ubar;       // [m, 3 * nodes]: mean of U over the node's vertices; x y z of node 0 first
+    Eigen::MatrixXf dr;         // [m, nodes]: largest |U_v - Ubar| over the node's vertices, per mode
 };
 
 /// U: modes at the surface's vertices, [3 n, m], vertex-major (x y z of vertex 0 first).
