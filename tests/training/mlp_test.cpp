@@ -1,0 +1,82 @@
+#include "training/mlp.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <vector>
+
+#include "training/counter_random.hpp"
+
+namespace nbd {
+namespace {
+
+PoseRows random_rows(int rows, int columns, std::uint64_t seed) {
+    PoseRows x(rows, columns);
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+        x.data()[i] = static_cast<float>(2 * counter_uniform(seed, 0, static_cast<std::uint64_t>(i)) - 1);
+    return x;
+}
+
+/// The network and its loss written out in double: what the kernels must agree with.
+double reference_loss(const MlpShape& s, const Eigen::VectorXd& w, const PoseRows& x, const PoseRows& y) {
+    using Matrix = Eigen::Map<const Eigen::MatrixXd>;
+    using Vector = Eigen::Map<const Eigen::VectorXd>;
+    const Matrix W1(w.data() + s.W1(), s.hidden, s.inputs), W2(w.data() + s.W2(), s.hidden, s.hidden),
+        W3(w.data() + s.W3(), 4, s.hidden);
+    const Vector b1(w.data() + s.b1(), s.hidden), b2(w.data() + s.b2(), s.hidden), b3(w.data() + s.b3(), 4);
+    double sum = 0;
+    for (int p = 0; p < x.rows(); ++p) {
+        const Eigen::VectorXd h1 = (W1 * x.row(p).transpose().cast<double>() + b1).cwiseMax(0);
+        const Eigen::VectorXd h2 = (W2 * h1 + b2).cwiseMax(0);
+        sum += (W3 * h2 + b3 - y.row(p).transpose().cast<double>()).squaredNorm();
+    }
+    return sum / (4.0 * static_cast<double>(x.rows()));
+}
+
+class Mlp : public testing::TestWithParam<MlpShape> {};
+
+TEST_P(Mlp, LossAndGradientAgreeWithFiniteDifferencesOfTheWrittenOutNetwork) {
+    const MlpShape shape = GetParam();
+    const int poses = 21;  // no multiple of any block
+    const PoseRows x = random_rows(poses, shape.inputs, 1), y = random_rows(poses, 4, 2);
+    Eigen::VectorXf w = initial_weights(shape, 3, 0);
+    // Biases too, or their effect on the hidden layers stays at its initial zero.
+    for (int i = 0; i < w.size(); ++i)
+        if (w[i] == 0) w[i] = static_cast<float>(counter_uniform(4, 0, static_cast<std::uint64_t>(i)) - 0.4);
+
+    MlpBatch batch(shape, 32);
+    std::vector<int> all(poses);
+    std::iota(all.begin(), all.end(), 0);
+    batch.gather(x, y, all.data(), poses);
+    Eigen::VectorXf gradient(shape.weights());
+    const float loss = batch.loss_and_gradient(w, gradient);
+    EXPECT_EQ(loss, batch.loss(w));
+
+    Eigen::VectorXd wd = w.cast<double>();
+    EXPECT_NEAR(loss, reference_loss(shape, wd, x, y), 1e-5 * loss);
+    const double step = 1e-7, tolerance = 2e-4 * gradient.cwiseAbs().maxCoeff();
+    ASSERT_GT(tolerance, 0);
+    const int stride = std::max(1, shape.weights() / 700);
+    for (int i = 0; i < shape.weights(); i += stride) {
+        const double kept = wd[i];
+        wd[i] = kept + step;
+        const double above = reference_loss(shape, wd, x, y);
+        wd[i] = kept - step;
+        const double below = reference_loss(shape, wd, x, y);
+        wd[i] = kept;
+        EXPECT_NEAR(gradient[i], (above - below) / (2 * step), tolerance) << "weight " << i;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, Mlp,
+                         testing::Values(MlpShape{.inputs = 5, .hidden = 16}, MlpShape{.inputs = 37},
+                                         MlpShape{.inputs = 9, .hidden = 64}, MlpShape{.inputs = 1}));
+
+TEST(Mlp, RefusesAShapeThatTheKernelsDoNotKnow) {
+    EXPECT_THROW(check_mlp_shape({.inputs = 4, .hidden = 20}), std::invalid_argument);
+    EXPECT_THROW(check_mlp_shape({.inputs = 0, .hidden = 32}), std::invalid_argument);
+    EXPECT_NO_THROW(check_mlp_shape({.inputs = 4, .hidden = 64}));
+}
+
+}  // namespace
+}  // namespace nbd

@@ -1,0 +1,146 @@
+#include "training/mlp_trainer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "training/counter_random.hpp"
+
+namespace nbd {
+namespace {
+
+/// Poses of a smooth map from `m` numbers to four a node, a different map for each node.
+struct Problem {
+    PoseRows inputs, targets;
+    Problem(int poses, int m, int nodes, std::uint64_t seed) : inputs(poses, m), targets(poses, 4 * nodes) {
+        for (int p = 0; p < poses; ++p) {
+            for (int i = 0; i < m; ++i)
+                inputs(p, i) = static_cast<float>(
+                    2 * counter_uniform(seed, static_cast<std::uint64_t>(p), static_cast<std::uint64_t>(i)) -
+                    1);
+            for (int n = 0; n < nodes; ++n) {
+                const float a = inputs(p, n % m), b = inputs(p, (n + 1) % m);
+                targets.block<1, 4>(p, 4 * n) << a * b, std::abs(a), std::sin(2 * b), 0.5f * (a * a - b);
+            }
+        }
+    }
+};
+
+MlpConfig quick() { return {.batch = 32, .min_learning_rate = 2e-4, .patience = 3, .max_epochs = 60}; }
+
+std::vector<TrainedMlp> train(const Problem& data, const MlpConfig& config, int threads) {
+    std::vector<TrainedMlp> networks(static_cast<std::size_t>(data.targets.cols() / 4));
+    train_mlps(data.inputs, data.targets, config, threads, {}, {}, networks);
+    return networks;
+}
+
+void expect_same(const std::vector<TrainedMlp>& a, const std::vector<TrainedMlp>& b) {
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        EXPECT_EQ(a[i].weights, b[i].weights) << "node " << i;
+        EXPECT_EQ(a[i].loss, b[i].loss) << "node " << i;
+        EXPECT_EQ(a[i].epochs, b[i].epochs) << "node " << i;
+    }
+}
+
+/// Text of the error that training on `data` with `config` ends in.
+std::string error_of(const MlpConfig& config) {
+    try {
+        train(Problem(8, 2, 1, 1), config, 1);
+    } catch (const std::invalid_argument& e) {
+        return e.what();
+    }
+    return "no error";
+}
+
+TEST(MlpTrainer, LearnsAKnownFunctionAndCarriesItToNewPoses) {
+    const Problem data(2000, 4, 1, 1), fresh(500, 4, 1, 2);
+    const MlpConfig config{.batch = 64, .max_epochs = 120};
+    const auto network = train_mlp(data.inputs, data.targets, config, 0);
+    ASSERT_TRUE(network);
+    EXPECT_LT(network->loss, 1e-3);
+
+    MlpBatch batch({.inputs = 4}, 1);
+    double loss = 0, power = 0;
+    for (int p = 0; p < 500; ++p) {
+        batch.gather(fresh.inputs, fresh.targets, &p, 1);
+        loss += batch.loss(network->weights) / 500;
+        power += fresh.targets.row(p).squaredNorm() / 2000;
+    }
+    EXPECT_LT(loss, 3e-3);
+    EXPECT_GT(power, 0.1);  // so that the bounds above say something
+}
+
+TEST(MlpTrainer, ConvergesBeforeTheEpochLimitWhenThereIsNothingToGain) {
+    Problem data(200, 3, 1, 1);
+    data.targets.setZero();
+    const auto network =
+        train_mlp(data.inputs, data.targets, {.batch = 50, .improvement = 0.5, .max_epochs = 5000}, 0);
+    EXPECT_LT(network->epochs, 1000);
+    EXPECT_LT(network->loss, 1e-3);
+}
+
+TEST(MlpTrainer, GivesTheSameBitsOnAnyNumberOfThreads) {
+    const Problem data(150, 6, 7, 3);
+    const auto one = train(data, quick(), 1);
+    EXPECT_NE(one[0].weights, one[1].weights);
+    expect_same(one, train(data, quick(), 4));
+}
+
+TEST(MlpTrainer, GivesTheSameBitsWhenStoppedAndResumed) {
+    const Problem data(150, 6, 7, 3);
+    const auto expected = train(data, quick(), 2);
+
+    std::vector<TrainedMlp> networks(7);
+    std::atomic<bool> cancel = false;
+    int calls = 0;
+    const TrainingHooks hooks{.progress = [&](const TrainingProgress& p) { cancel = p.nodes_done >= 3; },
+                              .cancel = &cancel};
+    EXPECT_THROW(train_mlps(
+                     data.inputs, data.targets, quick(), 2, hooks, [&] { ++calls; }, networks),
+                 TrainingCancelled);
+    EXPECT_GE(calls, 3);
+    EXPECT_LT(calls, 7);
+
+    train_mlps(
+        data.inputs, data.targets, quick(), 2, {}, [&] { ++calls; }, networks);
+    EXPECT_EQ(calls, 7);
+    expect_same(expected, networks);
+}
+
+TEST(MlpTrainer, ReportsProgressUpToTheLastNode) {
+    const Problem data(40, 2, 3, 3);
+    std::vector<TrainedMlp> networks(3);
+    std::vector<TrainingProgress> seen;
+    train_mlps(data.inputs, data.targets, quick(), 2,
+               {.progress = [&](const TrainingProgress& p) { seen.push_back(p); }}, {}, networks);
+    ASSERT_EQ(seen.size(), 3u);
+    EXPECT_EQ(seen.front().nodes_done, 1);
+    EXPECT_GT(seen.front().seconds_left, 0);
+    EXPECT_EQ(seen.back().nodes_done, 3);
+    EXPECT_EQ(seen.back().seconds_left, 0);
+    EXPECT_GT(seen.back().mean_loss, 0);
+}
+
+TEST(MlpTrainer, NamesTheOptionThatIsOutOfRange) {
+    EXPECT_EQ(error_of({.hidden = 20}), "hidden layers of 20 neurons, allowed are 16, 32 and 64");
+    EXPECT_EQ(error_of({.batch = 0}), "batch of 0 poses, at least 1 needed");
+    EXPECT_EQ(error_of({.learning_rate = -1}), "learning rate -1, allowed is (0, 1]");
+    EXPECT_EQ(error_of({.min_learning_rate = 1}), "lowest learning rate 1, allowed is (0, 0.005]");
+    EXPECT_EQ(error_of({.decay = 1}), "learning rate decay 1, allowed is (0, 1)");
+    EXPECT_EQ(error_of({.patience = -1}), "patience of -1 epochs, at least 0 needed");
+    EXPECT_EQ(error_of({.improvement = 1}), "improvement 1, allowed is [0, 1)");
+    EXPECT_EQ(error_of({.max_epochs = 0}), "epoch limit 0, at least 1 needed");
+}
+
+TEST(MlpTrainer, RefusesDataThatDoNotFit) {
+    std::vector<TrainedMlp> networks(2);
+    EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(4, 8), {}, 1, {}, {}, networks), std::invalid_argument);
+    EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(5, 4), {}, 1, {}, {}, networks), std::invalid_argument);
+    EXPECT_THROW(train_mlps(PoseRows(0, 3), PoseRows(0, 8), {}, 1, {}, {}, networks), std::invalid_argument);
+    networks[1].weights.setZero(17);
+    EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(5, 8), {}, 1, {}, {}, networks), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace nbd

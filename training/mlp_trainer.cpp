@@ -1,0 +1,164 @@
+#include "training/mlp_trainer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <mutex>
+#include <numeric>
+
+#include "training/adam.hpp"
+#include "training/counter_random.hpp"
+#include "training/parallel.hpp"
+
+namespace nbd {
+
+namespace {
+
+template <class... Args>
+[[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) {
+    throw std::invalid_argument(fmt::format(text, std::forward<Args>(args)...));
+}
+
+/// Shuffles in place by Fisher and Yates. Initial weights draw with counters below 2^32, epochs above.
+void shuffle(std::vector<int>& order, std::uint64_t seed, std::uint64_t stream, int epoch) {
+    const std::uint64_t first = (static_cast<std::uint64_t>(epoch) + 1) << 32;
+    for (std::size_t i = order.size() - 1; i > 0; --i) {
+        const int j = counter_index(seed, stream, first + i, static_cast<int>(i) + 1);
+        std::swap(order[i], order[static_cast<std::size_t>(j)]);
+    }
+}
+
+/// The learning rate: falls by `decay` when the loss has not improved for more than `patience` epochs.
+class PlateauDecay {
+ public:
+    explicit PlateauDecay(const MlpConfig& config) : config_(config), rate_(config.learning_rate) {}
+
+    double rate() const noexcept { return rate_; }
+    bool converged() const noexcept { return rate_ < config_.min_learning_rate; }
+
+    void epoch_done(double loss) noexcept {
+        if (loss < best_ * (1 - config_.improvement)) {
+            best_ = loss;
+            idle_ = 0;
+        } else if (++idle_ > config_.patience) {
+            rate_ *= config_.decay;
+            idle_ = 0;
+        }
+    }
+
+ private:
+    const MlpConfig& config_;
+    double rate_, best_ = std::numeric_limits<double>::infinity();
+    int idle_ = 0;  // epochs since the last improvement
+};
+
+/// Calls f(first pose, count) for consecutive batches; returns the mean of its results over the poses.
+template <class F>
+double mean_over_batches(int poses, int batch, F&& f) {
+    double sum = 0;
+    for (int begin = 0; begin < poses; begin += batch) {
+        const int count = std::min(batch, poses - begin);
+        sum += static_cast<double>(f(begin, count)) * count;
+    }
+    return sum / poses;
+}
+
+}  // namespace
+
+void check_mlp_config(const MlpConfig& c) {
+    check_mlp_shape({.hidden = c.hidden});
+    if (c.batch < 1) fail("batch of {} poses, at least 1 needed", c.batch);
+    if (!(c.learning_rate > 0 && c.learning_rate <= 1))
+        fail("learning rate {}, allowed is (0, 1]", c.learning_rate);
+    if (!(c.min_learning_rate > 0 && c.min_learning_rate <= c.learning_rate))
+        fail("lowest learning rate {}, allowed is (0, {}]", c.min_learning_rate, c.learning_rate);
+    if (!(c.decay > 0 && c.decay < 1)) fail("learning rate decay {}, allowed is (0, 1)", c.decay);
+    if (c.patience < 0) fail("patience of {} epochs, at least 0 needed", c.patience);
+    if (!(c.improvement >= 0 && c.improvement < 1)) fail("improvement {}, allowed is [0, 1)", c.improvement);
+    if (c.max_epochs < 1) fail("epoch limit {}, at least 1 needed", c.max_epochs);
+}
+
+std::optional<TrainedMlp> train_mlp(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config,
+                                    std::uint64_t stream, const std::atomic<bool>* cancel) {
+    const MlpShape shape{.inputs = static_cast<int>(inputs.cols()), .hidden = config.hidden};
+    const int poses = static_cast<int>(inputs.rows());
+    TrainedMlp result{.weights = initial_weights(shape, config.seed, stream)};
+    MlpBatch batch(shape, std::min(config.batch, poses));
+    Adam adam(shape.weights());
+    PlateauDecay decay(config);
+    Eigen::VectorXf gradient(shape.weights());
+    std::vector<int> order(static_cast<std::size_t>(poses));
+    std::iota(order.begin(), order.end(), 0);
+
+    while (!decay.converged() && result.epochs < config.max_epochs) {
+        if (cancel && cancel->load(std::memory_order_relaxed)) return std::nullopt;
+        shuffle(order, config.seed, stream, result.epochs++);
+        decay.epoch_done(mean_over_batches(poses, config.batch, [&](int begin, int count) {
+            batch.gather(inputs, targets, order.data() + begin, count);
+            const float loss = batch.loss_and_gradient(result.weights, gradient);
+            adam.step(gradient, decay.rate(), result.weights);
+            return loss;
+        }));
+    }
+    result.loss = static_cast<float>(mean_over_batches(poses, config.batch, [&](int begin, int count) {
+        batch.gather(inputs, targets, order.data() + begin, count);
+        return batch.loss(result.weights);
+    }));
+    return result;
+}
+
+void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config, int threads,
+                const TrainingHooks& hooks, const std::function<void()>& node_done,
+                std::vector<TrainedMlp>& networks) {
+    check_mlp_config(config);
+    const MlpShape shape{.inputs = static_cast<int>(inputs.cols()), .hidden = config.hidden};
+    check_mlp_shape(shape);
+    const int nodes = static_cast<int>(networks.size());
+    if (inputs.rows() < 1) fail("no pose to train on");
+    if (targets.rows() != inputs.rows() || targets.cols() != MlpShape::outputs * nodes)
+        fail("targets are {} x {}, but {} poses and {} nodes need {} x {}", targets.rows(), targets.cols(),
+             inputs.rows(), nodes, inputs.rows(), MlpShape::outputs * nodes);
+    std::vector<int> missing;
+    TrainingProgress progress{.nodes = nodes};
+    double loss_sum = 0;
+    for (int i = 0; i < nodes; ++i) {
+        const TrainedMlp& network = networks[static_cast<std::size_t>(i)];
+        if (network.weights.size() == 0) {
+            missing.push_back(i);
+        } else if (network.weights.size() != shape.weights()) {
+            fail("node {} has {} weights, but its network needs {}", i, network.weights.size(),
+                 shape.weights());
+        } else {
+            ++progress.nodes_done;
+            loss_sum += network.loss;
+        }
+    }
+
+    using Clock = std::chrono::steady_clock;
+    const auto start = Clock::now();
+    const int resumed = progress.nodes_done;
+    std::mutex report;
+    parallel_for(static_cast<int>(missing.size()), threads, [&](int task) {
+        const int node = missing[static_cast<std::size_t>(task)];
+        const PoseRows own = targets.middleCols(MlpShape::outputs * node, MlpShape::outputs);
+        auto network = train_mlp(inputs, own, config, static_cast<std::uint64_t>(node), hooks.cancel);
+        if (!network) return;
+        const std::lock_guard lock(report);
+        loss_sum += network->loss;
+        networks[static_cast<std::size_t>(node)] = std::move(*network);
+        ++progress.nodes_done;
+        progress.mean_loss = loss_sum / progress.nodes_done;
+        progress.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        progress.seconds_left =
+            progress.seconds / (progress.nodes_done - resumed) * (nodes - progress.nodes_done);
+        if (node_done) node_done();
+        if (hooks.progress) hooks.progress(progress);
+    });
+    if (progress.nodes_done < nodes)
+        throw TrainingCancelled(
+            fmt::format("training was stopped after {} of {} nodes", progress.nodes_done, nodes));
+}
+
+}  // namespace nbd
