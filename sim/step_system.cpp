@@ -1,0 +1,102 @@
+#include "sim/step_system.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace nbd {
+
+StepSystem::StepSystem(const ElasticBody& body)
+    : body_(body),
+      A_(body.pattern().zero_matrix()),
+      b_(Eigen::VectorXd::Zero(body.unknown_count())),
+      prescribed_(body.node_count(), 0),
+      shift_(body.unknown_count()),
+      shifted_(body.unknown_count()),
+      x_(body.node_count(), 3),
+      force_(body.node_count(), 3),
+      product_(body.node_count(), 3) {
+    cholesky_.analyze(A_);
+}
+
+void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads, const Nodes& w) {
+    const auto require_rows = [&](Eigen::Index rows, const char* name) {
+        if (rows != body_.node_count())
+            throw std::invalid_argument(
+                fmt::format("step: {} has {} rows, the body has {} nodes", name, rows, body_.node_count()));
+    };
+    if (!(dt > 0 && std::isfinite(dt)))
+        throw std::invalid_argument(fmt::format("step: dt is {} s, allowed: finite and > 0", dt));
+    require_rows(start.x.rows(), "x");
+    require_rows(start.v.rows(), "v");
+    if (loads.forces.rows() > 0) require_rows(loads.forces.rows(), "forces");
+    if (w.rows() > 0) require_rows(w.rows(), "w");
+
+    const bool moved = w.rows() > 0;
+    if (moved)
+        x_ = start.x + dt * w;
+    else
+        x_ = start.x;
+    body_.pose(x_, elements_);
+    const double alpha = body_.material().rayleigh_mass, beta = body_.material().rayleigh_stiffness;
+    body_.combine(1 + dt * alpha, dt * dt + dt * beta, elements_, A_);
+
+    body_.forces(elements_, force_);
+    if (loads.forces.rows() > 0) force_ += loads.forces;
+    if (moved) {
+        body_.stiffness_product(elements_, w, product_);
+        force_ += dt * product_;
+    }
+    body_.mass_product(start.v.rowwise() + dt * loads.gravity.transpose(), product_);
+    product_ += dt * force_;
+    b_ = Eigen::Map<const Eigen::VectorXd>(product_.data(), b_.size());
+    std::fill(prescribed_.begin(), prescribed_.end(), 0);
+}
+
+bool StepSystem::add_block(int i, int j, const Eigen::Matrix3d& B) noexcept {
+    const BlockPattern& pattern = body_.pattern();
+    const int ij = pattern.find(i, j);
+    if (ij < 0) return false;
+    // Rows of a stored block belong to the neighbour, columns to the node that lists it.
+    pattern.block(A_, i, ij - pattern.first_block(i)) += B.transpose();
+    if (i != j) pattern.block(A_, j, pattern.find(j, i) - pattern.first_block(j)) += B;
+    return true;
+}
+
+void StepSystem::prescribe(const PrescribedNodes& prescribed) {
+    const int count = static_cast<int>(prescribed.nodes.size());
+    if (prescribed.v.rows() != count)
+        throw std::invalid_argument(
+            fmt::format("step: {} prescribed nodes, but {} velocities", count, prescribed.v.rows()));
+    if (count == 0) return;
+    shift_.setZero();
+    for (int k = 0; k < count; ++k) {
+        const int node = prescribed.nodes[k];
+        if (node < 0 || node >= body_.node_count())
+            throw std::invalid_argument(
+                fmt::format("step: prescribed node {}, but the body has {} nodes", node, body_.node_count()));
+        if (prescribed_[node])
+            throw std::invalid_argument(fmt::format("step: node {} is prescribed twice", node));
+        if (!prescribed.v.row(k).allFinite())
+            throw std::invalid_argument(
+                fmt::format("step: node {} has a non-finite prescribed velocity", node));
+        prescribed_[node] = 1;
+        shift_.segment<3>(3 * node) = prescribed.v.row(k).transpose();
+    }
+    multiply(shift_, shifted_);
+    b_ -= shifted_;
+    const BlockPattern& pattern = body_.pattern();
+    for (int node : prescribed.nodes) {
+        const auto row = pattern.neighbours(node);
+        for (int k = 0; k < static_cast<int>(row.size()); ++k) {
+            const int j = row[k];
+            pattern.block(A_, node, k).setZero();
+            pattern.block(A_, j, pattern.find(j, node) - pattern.first_block(j)).setZero();
+            if (j == node) pattern.block(A_, node, k).setIdentity();
+        }
+        b_.segment<3>(3 * node) = shift_.segment<3>(3 * node);
+    }
+}
+
+}  // namespace nbd
