@@ -1,0 +1,166 @@
+#include "collision/triangle_triangle.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace nbd {
+namespace {
+
+using Eigen::Vector3f;
+
+/// The answer for s and t in either order, with the corners of each in all six orders, turned through the
+/// coordinate axes and mirrored: it must be the same each time.
+testing::AssertionResult answer_is(bool expected, const Triangle& s, const Triangle& t) {
+    const auto turned = [](const Triangle& x, int order, int axes) {
+        static constexpr int orders[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},
+                                             {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
+        const std::array<Vector3f, 3> corners{x.a, x.b, x.c};
+        const auto move = [&](int k) {
+            const Vector3f& p = corners[orders[order][k]];
+            const int* axis = orders[axes];
+            return Vector3f(p[axis[0]], p[axis[1]], p[axis[2]]);
+        };
+        return Triangle{move(0), move(1), move(2)};
+    };
+    for (int axes = 0; axes < 6; ++axes)
+        for (int i = 0; i < 6; ++i)
+            for (int j = 0; j < 6; ++j) {
+                const Triangle x = turned(s, i, axes), y = turned(t, j, axes);
+                if (triangles_intersect(x, y) != expected || triangles_intersect(y, x) != expected)
+                    return testing::AssertionFailure()
+                           << "orders " << i << " and " << j << ", axes " << axes << " give the other answer";
+            }
+    return testing::AssertionSuccess();
+}
+
+const Triangle flat{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
+
+TEST(TrianglesIntersect, Crossing) {
+    EXPECT_TRUE(answer_is(true, flat, {{1, 1, -1}, {1, 1, 1}, {9, 9, 1}}));         // one edge pierces
+    EXPECT_TRUE(answer_is(true, flat, {{1, 1, -1}, {1.5f, 1, -1}, {1, 1.5f, 1}}));  // two edges pierce
+    EXPECT_TRUE(answer_is(true, flat, {{-5, 1, 2}, {5, 1, 2}, {0, 1, -9}}));        // it is pierced twice
+    EXPECT_TRUE(answer_is(false, flat, {{5, 5, -1}, {5, 5, 1}, {9, 9, 1}}));        // beside the long edge
+    EXPECT_TRUE(answer_is(false, flat, {{2.1f, 2.1f, -1}, {2.1f, 2.1f, 1}, {9, 9, 1}}));
+    EXPECT_TRUE(answer_is(false, flat, {{1, 1, 1}, {2, 1, 2}, {1, 2, 3}}));  // above
+    EXPECT_TRUE(answer_is(false, flat, {{-1, 9, -1}, {9, 9, -1}, {4, 3, 1}}));
+}
+
+TEST(TrianglesIntersect, TouchingOffThePlane) {
+    EXPECT_TRUE(answer_is(true, flat, {{1, 1, 0}, {1, 2, 1}, {2, 1, 1}}));      // vertex in face
+    EXPECT_TRUE(answer_is(true, flat, {{2, 2, 0}, {1, 2, 1}, {2, 1, 1}}));      // vertex on edge
+    EXPECT_TRUE(answer_is(true, flat, {{0, 0, 0}, {-1, -2, 1}, {-2, -1, 1}}));  // vertex on vertex
+    EXPECT_TRUE(answer_is(true, flat, {{2, -1, 1}, {2, 1, -1}, {2, -9, -9}}));  // edge on edge, crossing
+    EXPECT_TRUE(answer_is(true, flat, {{1, 0, 0}, {2, 0, 0}, {0, -1, 5}}));     // edge in edge
+    EXPECT_TRUE(answer_is(true, flat, {{1, 1, 0}, {2, 1, 0}, {1, 1, 5}}));      // edge in face
+    EXPECT_TRUE(answer_is(true, flat, {{-9, 1, 0}, {9, 1, 0}, {1, 1, 5}}));     // edge across face
+    EXPECT_TRUE(answer_is(true, flat, {{4, 0, 0}, {0, 0, 0}, {1, 1, 5}}));      // a shared edge
+    EXPECT_TRUE(answer_is(true, flat, {{-1, -1, -1}, {0, 0, 0}, {3, 3, 3}}));   // flat's corner on an edge
+    EXPECT_TRUE(answer_is(true, flat, {{-3, -3, -1}, {0, 0, 0}, {-3, -3, 3}}));
+    EXPECT_TRUE(
+        answer_is(true, flat, {{-1, 1, 1}, {-1, -1, 1}, {1, 0, -1}}));  // an edge through a face's edge
+    EXPECT_TRUE(answer_is(false, flat, {{-1, 0, 0}, {-2, 0, 0}, {0, 0, 5}}));  // in line with an edge
+    EXPECT_TRUE(answer_is(false, flat, {{5, 0, 0}, {6, 1, 3}, {6, 0, -3}}));
+}
+
+TEST(TrianglesIntersect, Coplanar) {
+    EXPECT_TRUE(answer_is(true, flat, flat));
+    EXPECT_TRUE(answer_is(true, flat, {{1, 1, 0}, {1.5f, 1, 0}, {1, 1.5f, 0}}));  // inside
+    EXPECT_TRUE(answer_is(true, flat, {{3, 3, 0}, {-1, 3, 0}, {3, -1, 0}}));      // a six-pointed star
+    EXPECT_TRUE(answer_is(true, flat, {{4, 0, 0}, {0, 4, 0}, {4, 4, 0}}));        // a shared edge
+    EXPECT_TRUE(answer_is(true, flat, {{3, 1, 0}, {1, 3, 0}, {4, 4, 0}}));        // an edge in an edge
+    EXPECT_TRUE(answer_is(true, flat, {{4, 0, 0}, {5, 0, 0}, {5, 5, 0}}));        // a shared vertex
+    EXPECT_TRUE(answer_is(true, flat, {{2, 2, 0}, {5, 2, 0}, {5, 5, 0}}));        // a vertex on an edge
+    EXPECT_TRUE(answer_is(false, flat, {{4.001f, 0, 0}, {5, 0, 0}, {5, 5, 0}}));
+    EXPECT_TRUE(answer_is(false, flat, {{3, 1.5f, 0}, {1.5f, 3, 0}, {4, 4, 0}}));
+    EXPECT_TRUE(answer_is(false, flat, {{3, 3, 0}, {3, 2, 0}, {2, 3, 0}}));  // boxes overlap
+    const Triangle slanted{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    EXPECT_TRUE(answer_is(true, slanted, {{.5f, .25f, .25f}, {.25f, .5f, .25f}, {-1, 1, 1}}));
+    EXPECT_TRUE(answer_is(true, slanted, {{-.25f, .25f, 1}, {.25f, -.25f, 1}, {-1, 0, 2}}));
+    EXPECT_TRUE(answer_is(false, slanted, {{-.5f, .25f, 1.25f}, {0, -.25f, 1.25f}, {-1, 0, 2}}));
+}
+
+TEST(TrianglesIntersect, ParallelPlanesNeverTouch) {
+    const float above = std::numeric_limits<float>::denorm_min();
+    EXPECT_TRUE(answer_is(false, flat, {{1, 1, above}, {2, 1, above}, {1, 2, above}}));
+    EXPECT_TRUE(answer_is(true, flat, {{1, 1, above}, {2, 1, above}, {1, 2, -above}}));
+}
+
+TEST(TrianglesIntersect, DegenerateAgainstProper) {
+    const auto segment = [](Vector3f p, Vector3f q) { return Triangle{p, q, (p + q) / 2}; };
+    const auto doubled = [](Vector3f p, Vector3f q) { return Triangle{p, q, p}; };
+    const auto point = [](Vector3f p) { return Triangle{p, p, p}; };
+    for (const auto& make : {+segment, +doubled}) {
+        EXPECT_TRUE(answer_is(true, flat, make({1, 1, -1}, {1, 1, 2})));  // pierces
+        EXPECT_TRUE(answer_is(true, flat, make({1, 1, 0}, {1, 1, 2})));   // ends on it
+        EXPECT_TRUE(answer_is(true, flat, make({2, 2, -1}, {2, 2, 1})));  // through an edge
+        EXPECT_TRUE(answer_is(true, flat, make({4, 0, -1}, {4, 0, 1})));  // through a vertex
+        EXPECT_TRUE(answer_is(true, flat, make({1, 1, 0}, {2, 1, 0})));   // lies in it
+        EXPECT_TRUE(answer_is(true, flat, make({-9, 1, 0}, {9, 1, 0})));  // crosses it in its plane
+        EXPECT_TRUE(answer_is(true, flat, make({-2, 0, 0}, {9, 0, 0})));  // along an edge
+        EXPECT_TRUE(answer_is(true, flat, make({4, 0, 0}, {6, 0, 0})));   // on from an edge
+        EXPECT_TRUE(answer_is(false, flat, make({5, 0, 0}, {6, 0, 0})));
+        EXPECT_TRUE(answer_is(false, flat, make({3, 3, -1}, {3, 3, 1})));  // beside it
+        EXPECT_TRUE(answer_is(false, flat, make({3, 3, 0}, {2, 3, 0})));   // beside it in its plane
+        EXPECT_TRUE(answer_is(false, flat, make({1, 1, 1}, {1, 1, 2})));   // above
+        EXPECT_TRUE(answer_is(false, flat, make({1, 1, 1}, {2, 1, 1})));
+    }
+    EXPECT_TRUE(answer_is(true, flat, point({1, 1, 0})));
+    EXPECT_TRUE(answer_is(true, flat, point({2, 2, 0})));
+    EXPECT_TRUE(answer_is(true, flat, point({0, 4, 0})));
+    EXPECT_TRUE(answer_is(false, flat, point({3, 2, 0})));
+    EXPECT_TRUE(answer_is(false, flat, point({1, 1, 1e-30f})));
+}
+
+TEST(TrianglesIntersect, DegenerateAgainstDegenerate) {
+    const auto segment = [](Vector3f p, Vector3f q) { return Triangle{p, (p + q) / 2, q}; };
+    const auto doubled = [](Vector3f p, Vector3f q) { return Triangle{p, q, q}; };
+    const auto point = [](Vector3f p) { return Triangle{p, p, p}; };
+    for (const auto& make : {+segment, +doubled}) {
+        const Triangle s = make({0, 0, 0}, {4, 4, 4});
+        EXPECT_TRUE(answer_is(true, s, make({1, 3, 2}, {3, 1, 2})));      // crossing
+        EXPECT_TRUE(answer_is(true, s, make({1, 1, 1}, {3, 1, 2})));      // ends on it
+        EXPECT_TRUE(answer_is(true, s, make({4, 4, 4}, {6, 1, 2})));      // end on end
+        EXPECT_TRUE(answer_is(true, s, make({2, 2, 2}, {6, 6, 6})));      // overlap
+        EXPECT_TRUE(answer_is(true, s, make({1, 1, 1}, {2, 2, 2})));      // inside
+        EXPECT_TRUE(answer_is(true, s, make({4, 4, 4}, {6, 6, 6})));      // on from it
+        EXPECT_TRUE(answer_is(false, s, make({5, 5, 5}, {6, 6, 6})));     // in line
+        EXPECT_TRUE(answer_is(false, s, make({1, 3, 2}, {3, 1, 2.5f})));  // skew
+        EXPECT_TRUE(answer_is(false, s, make({1, 0, 0}, {4, 3, 3})));     // parallel
+        EXPECT_TRUE(answer_is(false, s, make({0, 2, 1}, {1, 2, 1.5f})));  // coplanar, apart
+        EXPECT_TRUE(answer_is(true, s, point({1, 1, 1})));
+        EXPECT_TRUE(answer_is(true, s, point({4, 4, 4})));
+        EXPECT_TRUE(answer_is(false, s, point({5, 5, 5})));
+        EXPECT_TRUE(answer_is(false, s, point({1, 1, 2})));
+    }
+    EXPECT_TRUE(answer_is(true, point({1, 2, 3}), point({1, 2, 3})));
+    EXPECT_TRUE(answer_is(false, point({1, 2, 3}), point({1, 2, 3.0001f})));
+}
+
+TEST(TrianglesIntersect, DecidesByOneUlpAtAnyScaleAndOffset) {
+    for (const float scale : {0x1p-140f, 0x1p-60f, 1.f, 0x1p40f, 0x1p120f}) {
+        // The long edge of t's projection passes through (2, 2): one ulp decides.
+        const Triangle t{{0, 0, 0}, {4 * scale, 0, 0}, {0, 4 * scale, 0}};
+        const float x = 2 * scale, beyond = std::nextafter(x, 9 * scale);
+        const auto needle = [&](float px) {
+            return Triangle{{px, x, -scale}, {px, x, scale}, {9 * scale, 9 * scale, scale}};
+        };
+        EXPECT_TRUE(answer_is(true, t, needle(x)));
+        EXPECT_TRUE(answer_is(false, t, needle(beyond)));
+    }
+    for (const float offset : {1e3f, 1e6f, 0x1p23f}) {
+        const Vector3f o(offset, -offset, offset);
+        const Triangle t{o, o + Vector3f(4, 0, 0), o + Vector3f(0, 4, 4)};
+        const Vector3f in_face = o + Vector3f(1, 1, 1);
+        const float above = std::nextafter(in_face.z(), 2 * in_face.z());
+        EXPECT_TRUE(answer_is(true, t, {in_face, o + Vector3f(1, 1, 9), o + Vector3f(0, 1, 9)}));
+        EXPECT_TRUE(answer_is(
+            false, t, {{in_face.x(), in_face.y(), above}, o + Vector3f(1, 1, 9), o + Vector3f(0, 1, 9)}));
+    }
+}
+
+}  // namespace
+}  // namespace nbd
