@@ -1,0 +1,103 @@
+#include "training/k_means.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "training/counter_random.hpp"
+
+namespace nbd {
+namespace {
+
+/// `groups` clouds of `each` points around well separated centres.
+PointRows clouds(int groups, int each, int dimensions) {
+    PointRows points(groups * each, dimensions);
+    for (int i = 0; i < points.rows(); ++i)
+        for (int d = 0; d < dimensions; ++d)
+            points(i, d) = static_cast<float>(
+                100 * counter_uniform(1, static_cast<std::uint64_t>(i % groups),
+                                      static_cast<std::uint64_t>(d)) +
+                counter_uniform(2, static_cast<std::uint64_t>(i), static_cast<std::uint64_t>(d)));
+    return points;
+}
+
+double inertia_of(const PointRows& points, const Clustering& c) {
+    PointRows mean = PointRows::Zero(c.sizes.size(), points.cols());
+    for (int i = 0; i < points.rows(); ++i) mean.row(c.label[static_cast<std::size_t>(i)]) += points.row(i);
+    for (int k = 0; k < mean.rows(); ++k) mean.row(k) /= c.sizes[k];
+    double sum = 0;
+    for (int i = 0; i < points.rows(); ++i)
+        sum += (points.row(i) - mean.row(c.label[static_cast<std::size_t>(i)])).squaredNorm();
+    return sum;
+}
+
+TEST(KMeans, FindsSeparateClouds) {
+    const int groups = 9, each = 70;
+    const PointRows points = clouds(groups, each, 12);
+    const Clustering c = k_means(points, {.clusters = groups}, 0);
+    ASSERT_EQ(c.sizes.size(), groups);
+    EXPECT_TRUE((c.sizes.array() == each).all());
+    std::set<int> seen;
+    for (int i = 0; i < points.rows(); ++i) {
+        EXPECT_EQ(c.label[static_cast<std::size_t>(i)], c.label[static_cast<std::size_t>(i % groups)]);
+        seen.insert(c.label[static_cast<std::size_t>(i)]);
+    }
+    EXPECT_EQ(seen.size(), 9u);
+    EXPECT_NEAR(c.inertia, inertia_of(points, c), 1e-3 * c.inertia);
+}
+
+TEST(KMeans, RepresentativeIsTheMemberNearestToTheMean) {
+    const PointRows points = clouds(5, 40, 6);
+    const Clustering c = k_means(points, {.clusters = 5}, 3);
+    for (int k = 0; k < 5; ++k) {
+        Eigen::RowVectorXf mean = Eigen::RowVectorXf::Zero(6);
+        for (int i = 0; i < points.rows(); ++i)
+            if (c.label[static_cast<std::size_t>(i)] == k) mean += points.row(i) / c.sizes[k];
+        const int r = c.representatives[static_cast<std::size_t>(k)];
+        EXPECT_EQ(c.label[static_cast<std::size_t>(r)], k);
+        for (int i = 0; i < points.rows(); ++i) {
+            if (c.label[static_cast<std::size_t>(i)] != k) continue;
+            EXPECT_LE((points.row(r) - mean).norm(), (points.row(i) - mean).norm() + 1e-4f);
+        }
+    }
+}
+
+TEST(KMeans, GivesTheSameBitsOnAnyNumberOfThreads) {
+    const PointRows points = clouds(40, 50, 7);
+    const Clustering one = k_means(points, {.clusters = 33}, 5, 1),
+                     two = k_means(points, {.clusters = 33}, 5, 2);
+    EXPECT_EQ(one.label, two.label);
+    EXPECT_EQ(one.representatives, two.representatives);
+    EXPECT_EQ(one.inertia, two.inertia);
+    EXPECT_NE(one.representatives, k_means(points, {.clusters = 33}, 6, 1).representatives);
+}
+
+TEST(KMeans, TakesEveryPointWhereThereAreFewerThanClusters) {
+    const PointRows points = clouds(3, 4, 2);
+    const Clustering c = k_means(points, {.clusters = 50}, 0);
+    std::vector<int> representatives = c.representatives;
+    std::ranges::sort(representatives);
+    std::vector<int> all(12);
+    for (int i = 0; i < 12; ++i) all[static_cast<std::size_t>(i)] = i;
+    EXPECT_EQ(representatives, all);
+    EXPECT_EQ(c.inertia, 0);
+}
+
+TEST(KMeans, DropsClustersThatCoincidingPointsLeaveEmpty) {
+    PointRows points(30, 2);
+    for (int i = 0; i < 30; ++i) points.row(i).setConstant(static_cast<float>(i % 3));
+    const Clustering c = k_means(points, {.clusters = 10}, 0);
+    ASSERT_EQ(c.representatives.size(), 3u);
+    EXPECT_TRUE((c.sizes.array() == 10).all());
+    EXPECT_LT(*std::ranges::max_element(c.label), 3);
+}
+
+TEST(KMeans, RefusesAnEmptySetAndABadConfig) {
+    EXPECT_THROW(k_means(PointRows(0, 3), {}, 0), std::invalid_argument);
+    EXPECT_THROW(k_means(PointRows::Zero(2, 3), {.clusters = 0}, 0), std::invalid_argument);
+    EXPECT_THROW(k_means(PointRows::Zero(2, 3), {.max_iterations = 0}, 0), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace nbd
