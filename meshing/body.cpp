@@ -1,0 +1,146 @@
+#include "meshing/body.hpp"
+
+#include <stdexcept>
+#include <vector>
+
+#include "meshing/body_check.hpp"
+#include "meshing/h5/content_hash.hpp"
+#include "meshing/h5/writer.hpp"
+
+namespace nbd {
+
+namespace {
+
+const h5::Format body_format{"nbdtree body", 1};
+
+/// W as its file has it: entries of row i stand at rows[i] .. rows[i + 1] of cols and values.
+struct SparseRows {
+    std::vector<int> rows{0}, cols;
+    std::vector<double> values;
+};
+
+SparseRows sparse_rows(const Embedding& W) {
+    SparseRows s;
+    for (Eigen::Index i = 0; i < W.rows(); ++i) {
+        for (Embedding::InnerIterator it(W, i); it; ++it) {
+            s.cols.push_back(static_cast<int>(it.col()));
+            s.values.push_back(it.value());
+        }
+        s.rows.push_back(static_cast<int>(s.cols.size()));
+    }
+    return s;
+}
+
+Embedding read_embedding(const h5::Reader& file, std::size_t vertices, std::size_t nodes) {
+    const auto rows = file.read<int>("embedding/rows", {vertices + 1});
+    const auto cols = file.read<int>("embedding/cols", {h5::any});
+    const auto values = file.read<double>("embedding/values", {cols.size()});
+    if (rows.front() != 0 || rows.back() != static_cast<int>(cols.size()))
+        file.refuse(
+            "embedding/rows spans " + std::to_string(rows.front()) + " to " + std::to_string(rows.back()),
+            "0 to " + std::to_string(cols.size()) + ", the number of weights");
+    for (std::size_t i = 0; i < vertices; ++i) {
+        if (rows[i] > rows[i + 1])
+            file.refuse("embedding/rows falls after row " + std::to_string(i), "ascending offsets");
+        for (int k = rows[i]; k < rows[i + 1]; ++k) {
+            const int col = cols[static_cast<std::size_t>(k)];
+            const int least = k > rows[i] ? cols[static_cast<std::size_t>(k - 1)] + 1 : 0;
+            if (col < least || col >= static_cast<int>(nodes))
+                file.refuse("embedding/cols: surface vertex " + std::to_string(i) + " refers to node " +
+                                std::to_string(col),
+                            std::to_string(least) + " to " + std::to_string(nodes - 1) + ", ascending");
+        }
+    }
+    return Eigen::Map<const Embedding>(static_cast<int>(vertices), static_cast<int>(nodes),
+                                       static_cast<int>(cols.size()), rows.data(), cols.data(),
+                                       values.data());
+}
+
+template <class M>
+h5::Shape shape(const M& m) {
+    return {static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols())};
+}
+
+}  // namespace
+
+std::string body_hash(const Body& body) {
+    const SparseRows W = sparse_rows(body.W);
+    h5::Sha256 hash;
+    using enum h5::Type;
+    h5::add_dataset(hash, "tets/nodes", float64, shape(body.tets.X), body.tets.X.data());
+    h5::add_dataset(hash, "tets/cells", int32, shape(body.tets.T), body.tets.T.data());
+    h5::add_dataset(hash, "surface/vertices", float64, shape(body.surface.X), body.surface.X.data());
+    h5::add_dataset(hash, "surface/faces", int32, shape(body.surface.F), body.surface.F.data());
+    h5::add_dataset(hash, "embedding/rows", int32, {W.rows.size()}, W.rows.data());
+    h5::add_dataset(hash, "embedding/cols", int32, {W.cols.size()}, W.cols.data());
+    h5::add_dataset(hash, "embedding/values", float64, {W.values.size()}, W.values.data());
+    return hash.hex();
+}
+
+void save_body(const std::filesystem::path& path, const Body& body) {
+    try {
+        check_body(body);
+    } catch (const std::invalid_argument& e) {
+        throw std::runtime_error(path.string() + ": " + e.what());
+    }
+    using enum h5::Packing;
+    h5::Writer file(path, body_format);
+    file.attribute("/", "name", body.name);
+    file.attribute("/", "body_sha256", body_hash(body));
+    file.attribute("/", "body_sha256_of",
+                   "tets/nodes tets/cells surface/vertices surface/faces embedding/rows embedding/cols "
+                   "embedding/values");
+    file.write("tets/nodes", body.tets.X);
+    file.write("tets/cells", body.tets.T, deflate);
+    file.write("surface/vertices", body.surface.X);
+    file.write("surface/faces", body.surface.F, deflate);
+    const SparseRows W = sparse_rows(body.W);
+    file.write("embedding/rows", W.rows, deflate);
+    file.write("embedding/cols", W.cols, deflate);
+    file.write("embedding/values", W.values, deflate);
+    file.group("material");
+    file.attribute("material", "young", body.material.young);
+    file.attribute("material", "poisson", body.material.poisson);
+    file.attribute("material", "density", body.material.density);
+    file.attribute("material", "rayleigh_mass", body.material.rayleigh_mass);
+    file.attribute("material", "rayleigh_stiffness", body.material.rayleigh_stiffness);
+    if (body.modes.count() > 0) {
+        file.write("modes/U", body.modes.U.cast<float>());
+        file.write("modes/frequencies", body.modes.frequencies);
+    }
+    file.commit();
+}
+
+Body load_body(const std::filesystem::path& path) {
+    const h5::Reader file(path, body_format);
+    Body body;
+    body.name = file.text_attribute("/", "name");
+    body.tets.X = file.matrix<Nodes>("tets/nodes", h5::any, 3);
+    body.tets.T = file.matrix<Tets>("tets/cells", h5::any, 4);
+    body.surface.X = file.matrix<Nodes>("surface/vertices", h5::any, 3);
+    body.surface.F = file.matrix<Faces>("surface/faces", h5::any, 3);
+    const auto vertices = static_cast<std::size_t>(body.surface.X.rows());
+    const auto nodes = static_cast<std::size_t>(body.tets.X.rows());
+    body.W = read_embedding(file, vertices, nodes);
+    body.material.young = file.number_attribute("material", "young");
+    body.material.poisson = file.number_attribute("material", "poisson");
+    body.material.density = file.number_attribute("material", "density");
+    body.material.rayleigh_mass = file.number_attribute("material", "rayleigh_mass");
+    body.material.rayleigh_stiffness = file.number_attribute("material", "rayleigh_stiffness");
+    if (file.has("modes")) {
+        body.modes.frequencies = file.matrix<Eigen::VectorXd>("modes/frequencies", h5::any);
+        const auto modes = static_cast<std::size_t>(body.modes.frequencies.size());
+        body.modes.U = file.matrix<Eigen::MatrixXf>("modes/U", 3 * nodes, modes).cast<double>();
+    }
+    try {
+        check_body(body);
+    } catch (const std::invalid_argument& e) {
+        throw std::runtime_error(path.string() + ": " + e.what());
+    }
+    if (const std::string stored = file.text_attribute("/", "body_sha256"), is = body_hash(body);
+        stored != is)
+        file.refuse("its content has SHA-256 " + is, stored + ", as its attribute body_sha256 says");
+    return body;
+}
+
+}  // namespace nbd

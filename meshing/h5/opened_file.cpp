@@ -1,0 +1,164 @@
+#include "meshing/h5/opened_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace nbd::h5 {
+
+namespace {
+
+constexpr const char* ours = "a file that nbdtree wrote";
+constexpr const char* whole = "a whole file, as nbdtree wrote it";
+
+bool has_signature(int descriptor) {
+    static constexpr std::array<unsigned char, 8> signature = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
+    std::array<unsigned char, 8> bytes{};
+    return pread(descriptor, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size()) &&
+           bytes == signature;
+}
+
+std::string quoted(const std::string& object, const std::string& name) {
+    return object == "/" ? "attribute '" + name + "'" : "attribute '" + name + "' of '" + object + "'";
+}
+
+/// The string behind `type` that `read(memory_type, buffer)` reads; false where it cannot.
+template <class Read>
+bool read_string(hid_t type, const Read& read, std::string& text) {
+    if (H5Tis_variable_str(type) > 0) {
+        const Handle memory(H5Tcopy(H5T_C_S1));
+        H5Tset_size(memory.get(), H5T_VARIABLE);
+        H5Tset_cset(memory.get(), H5Tget_cset(type));
+        char* value = nullptr;
+        if (read(memory.get(), &value) < 0) return false;
+        text = value ? value : "";
+        H5free_memory(value);
+        return true;
+    }
+    text.assign(H5Tget_size(type), '\0');
+    if (read(type, text.data()) < 0) return false;
+    text.erase(text.find_last_not_of('\0') + 1);
+    return true;
+}
+
+bool is_one_string(hid_t type, hid_t space) {
+    return H5Tget_class(type) == H5T_STRING && H5Sget_simple_extent_npoints(space) == 1;
+}
+
+}  // namespace
+
+OpenedFile::OpenedFile(const std::filesystem::path& path) : path_(path) {
+    struct stat status {};
+    if (stat(path.c_str(), &status) != 0) refuse(std::strerror(errno), ours);
+    if (S_ISDIR(status.st_mode)) refuse("is a folder", ours);
+    if (!S_ISREG(status.st_mode)) refuse("is not a regular file", ours);
+    if (status.st_size == 0) refuse("is empty", ours);
+    bytes_ = static_cast<std::size_t>(status.st_size);
+    driven_.descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (driven_.descriptor < 0) refuse(std::strerror(errno), "a file that may be read");
+    try {
+        if (!has_signature(driven_.descriptor)) refuse("is not an HDF5 file", ours);
+        const LibraryLock lock;
+        const Handle access(H5Pcreate(H5P_FILE_ACCESS));
+        set_file_driver(access.get(), driven_);
+        H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
+        file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()));
+        if (!file_) refuse("is truncated or damaged: " + last_error(), whole);
+        if (H5Aexists(file_.get(), "format") <= 0) refuse("is an HDF5 file without attribute 'format'", ours);
+        format_.name = text_attribute("/", "format");
+        std::int64_t version = 0;
+        number_attribute("/", "format_version", Type::int64, &version);
+        if (version < 1 || version > INT32_MAX)
+            refuse("has format_version " + std::to_string(version), "a positive number");
+        format_.version = static_cast<int>(version);
+    } catch (...) {
+        const LibraryLock lock;
+        file_ = Handle();
+        close(driven_.descriptor);
+        throw;
+    }
+}
+
+OpenedFile::~OpenedFile() {
+    const LibraryLock lock;
+    file_ = Handle();
+    close(driven_.descriptor);
+}
+
+void OpenedFile::refuse(const std::string& what, const std::string& allowed) const {
+    throw std::runtime_error(path_.string() + ": " + what + "; allowed: " + allowed);
+}
+
+void OpenedFile::refuse_damaged(const std::string& item) const {
+    if (driven_.error != 0) refuse("cannot be read: " + std::string(std::strerror(driven_.error)), whole);
+    refuse(item + " is damaged: " + last_error(), whole);
+}
+
+Handle OpenedFile::open_dataset(const std::string& name) const {
+    for (std::size_t end = 0; end != std::string::npos;) {  // each group on the way, then the dataset
+        end = name.find('/', end + 1);
+        const std::string prefix = name.substr(0, end);
+        const htri_t there = H5Lexists(file_.get(), prefix.c_str(), H5P_DEFAULT);
+        if (there < 0) refuse_damaged("'" + prefix + "'");
+        if (there == 0) refuse("has no '" + prefix + "'", "a file with dataset '" + name + "'");
+    }
+    Handle object(H5Oopen(file_.get(), name.c_str(), H5P_DEFAULT));
+    if (!object) refuse_damaged("'" + name + "'");
+    if (H5Iget_type(object.get()) != H5I_DATASET) refuse("'" + name + "' is not a dataset", "a dataset");
+    return object;
+}
+
+Handle OpenedFile::open_attribute(const std::string& object, const std::string& name) const {
+    const Handle target(H5Oopen(file_.get(), object.c_str(), H5P_DEFAULT));
+    if (!target) refuse("has no readable '" + object + "'", "a file with " + quoted(object, name));
+    const htri_t there = H5Aexists(target.get(), name.c_str());
+    if (there < 0) refuse_damaged(quoted(object, name));
+    if (there == 0) refuse("has no " + quoted(object, name), "a file that has it");
+    Handle attribute(H5Aopen(target.get(), name.c_str(), H5P_DEFAULT));
+    if (!attribute) refuse_damaged(quoted(object, name));
+    return attribute;
+}
+
+std::string OpenedFile::text_attribute(const std::string& object, const std::string& name) const {
+    const Handle attribute = open_attribute(object, name);
+    const Handle type(H5Aget_type(attribute.get())), space(H5Aget_space(attribute.get()));
+    if (!is_one_string(type.get(), space.get()))
+        refuse(quoted(object, name) + " is not a text", "one string");
+    std::string text;
+    const auto read = [&](hid_t memory, void* out) { return H5Aread(attribute.get(), memory, out); };
+    if (!read_string(type.get(), read, text)) refuse_damaged(quoted(object, name));
+    return text;
+}
+
+std::string OpenedFile::text_dataset(const std::string& name) const {
+    const Handle dataset = open_dataset(name);
+    const Handle type(H5Dget_type(dataset.get())), space(H5Dget_space(dataset.get()));
+    if (!is_one_string(type.get(), space.get())) refuse("'" + name + "' is not a text", "one string");
+    if (H5Tget_size(type.get()) > bytes_) refuse("'" + name + "' is longer than the file", whole);
+    std::string text;
+    const auto read = [&](hid_t memory, void* out) {
+        return H5Dread(dataset.get(), memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, out);
+    };
+    if (!read_string(type.get(), read, text)) refuse_damaged("'" + name + "'");
+    return text;
+}
+
+void OpenedFile::number_attribute(const std::string& object, const std::string& name, Type type,
+                                  void* value) const {
+    const Handle attribute = open_attribute(object, name);
+    const Handle stored(H5Aget_type(attribute.get())), space(H5Aget_space(attribute.get()));
+    const H5T_class_t kind = H5Tget_class(stored.get());
+    const bool fits = kind == H5T_INTEGER || (type == Type::float64 && kind == H5T_FLOAT);
+    if (!fits || H5Sget_simple_extent_npoints(space.get()) != 1)
+        refuse(quoted(object, name) + " is not " + (type == Type::float64 ? "a number" : "a whole number"),
+               "one " + std::string(h5::name(type)));
+    if (H5Aread(attribute.get(), memory_type(type), value) < 0) refuse_damaged(quoted(object, name));
+}
+
+}  // namespace nbd::h5

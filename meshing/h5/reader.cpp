@@ -1,0 +1,196 @@
+#include "meshing/h5/reader.hpp"
+
+#include <algorithm>
+#include <climits>
+
+#include "meshing/h5/opened_file.hpp"
+
+namespace nbd::h5 {
+
+namespace {
+
+Shape shape_of(hid_t dataset) {
+    const Handle space(H5Dget_space(dataset));
+    std::vector<hsize_t> d(static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space.get()))));
+    H5Sget_simple_extent_dims(space.get(), d.data(), nullptr);
+    return {d.begin(), d.end()};
+}
+
+bool fits(const Shape& shape, const Shape& expected) {
+    return std::ranges::equal(
+        shape, expected, [](std::size_t has, std::size_t wanted) { return wanted == any || has == wanted; });
+}
+
+/// Deflate packs at most 1032 to 1, so a larger claim is false, and would be allocated before it is found
+/// out.
+bool is_credible(const Shape& shape, std::size_t element_size, std::size_t file_bytes) {
+    double bytes = static_cast<double>(element_size);
+    for (const std::size_t d : shape) {
+        if (d > INT_MAX) return false;
+        bytes *= static_cast<double>(d);
+    }
+    return bytes <= 1100. * static_cast<double>(file_bytes);
+}
+
+}  // namespace
+
+struct Reader::Impl {
+    OpenedFile file;
+    std::string kept_name;  // the dataset that read_rows() keeps open
+    Handle kept;
+    explicit Impl(const std::filesystem::path& path) : file(path) {}
+    ~Impl() {
+        const LibraryLock lock;
+        kept = Handle();
+    }
+};
+
+Reader::Reader(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {}
+
+Reader::Reader(const std::filesystem::path& path, const Format& expected) : Reader(path) {
+    const Format& has = format();
+    if (has.name != expected.name)
+        refuse("is a file of format '" + has.name + "'", "'" + expected.name + "'");
+    if (has.version > expected.version)
+        refuse("is a file of '" + has.name + "' version " + std::to_string(has.version) + " from nbdtree " +
+                   text_attribute("/", "program_version"),
+               "versions up to " + std::to_string(expected.version) + ", which nbdtree " +
+                   NBD_PROGRAM_VERSION + " reads");
+}
+
+Reader::~Reader() = default;
+Reader::Reader(Reader&&) noexcept = default;
+
+const std::filesystem::path& Reader::path() const noexcept { return impl_->file.path(); }
+const Format& Reader::format() const noexcept { return impl_->file.format(); }
+void Reader::refuse(const std::string& what, const std::string& allowed) const {
+    impl_->file.refuse(what, allowed);
+}
+
+bool Reader::has(const std::string& name) const {
+    const LibraryLock lock;
+    for (std::size_t end = 0; end != std::string::npos;) {
+        end = name.find('/', end + 1);
+        if (H5Lexists(impl_->file.id(), name.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
+    }
+    return H5Oexists_by_name(impl_->file.id(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+bool Reader::is_group(const std::string& name) const {
+    const LibraryLock lock;
+    const Handle object(H5Oopen(impl_->file.id(), name.c_str(), H5P_DEFAULT));
+    return object && H5Iget_type(object.get()) == H5I_GROUP;
+}
+
+std::vector<std::string> Reader::children(const std::string& group) const {
+    const LibraryLock lock;
+    H5G_info_t info{};
+    if (H5Gget_info_by_name(impl_->file.id(), group.c_str(), &info, H5P_DEFAULT) < 0)
+        impl_->file.refuse_damaged("group '" + group + "'");
+    std::vector<std::string> names;
+    for (hsize_t i = 0; i < info.nlinks; ++i) {
+        const auto name = [&](char* out, std::size_t size) {
+            return H5Lget_name_by_idx(impl_->file.id(), group.c_str(), H5_INDEX_NAME, H5_ITER_INC, i, out,
+                                      size, H5P_DEFAULT);
+        };
+        const ssize_t length = name(nullptr, 0);
+        if (length < 0) impl_->file.refuse_damaged("group '" + group + "'");
+        std::string text(static_cast<std::size_t>(length), '\0');
+        name(text.data(), text.size() + 1);
+        names.push_back(std::move(text));
+    }
+    return names;
+}
+
+Shape Reader::shape(const std::string& dataset) const {
+    const LibraryLock lock;
+    return shape_of(impl_->file.open_dataset(dataset).get());
+}
+
+Type Reader::type(const std::string& dataset) const {
+    const LibraryLock lock;
+    const Handle opened = impl_->file.open_dataset(dataset), stored(H5Dget_type(opened.get()));
+    constexpr Type types[] = {Type::float32, Type::float64, Type::int32, Type::int64, Type::uint64};
+    const auto found =
+        std::ranges::find_if(types, [&](Type t) { return H5Tequal(stored.get(), file_type(t)) > 0; });
+    if (found == std::end(types))
+        refuse("dataset '" + dataset + "' holds neither of the number types of our files",
+               "float32, float64, int32, int64, uint64, little-endian");
+    return *found;
+}
+
+Shape Reader::check(const std::string& dataset, Type type, const Shape& expected) const {
+    const LibraryLock lock;
+    if (const Type has = this->type(dataset); has != type)
+        refuse("dataset '" + dataset + "' holds " + std::string(h5::name(has)), std::string(h5::name(type)));
+    const Shape shape = this->shape(dataset);
+    if (!fits(shape, expected)) refuse("dataset '" + dataset + "' is " + text(shape), text(expected));
+    if (!is_credible(shape, size_of(type), impl_->file.bytes()))
+        refuse("dataset '" + dataset + "' is " + text(shape), "no more than the file can hold");
+    return shape;
+}
+
+void Reader::read_values(const std::string& dataset, Type type, void* values) const {
+    const LibraryLock lock;
+    const Handle opened = impl_->file.open_dataset(dataset);
+    if (element_count(shape_of(opened.get())) == 0) return;
+    if (H5Dread(opened.get(), memory_type(type), H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
+        impl_->file.refuse_damaged("dataset '" + dataset + "'");
+}
+
+void Reader::read_some(const std::string& dataset, Type type, std::size_t begin, std::size_t count,
+                       void* values) const {
+    const LibraryLock lock;
+    if (impl_->kept_name != dataset) {
+        impl_->kept = impl_->file.open_dataset(dataset);
+        impl_->kept_name = dataset;
+    }
+    if (count == 0) return;
+    const Shape shape = shape_of(impl_->kept.get());
+    std::vector<hsize_t> start(shape.size(), 0), size(shape.begin(), shape.end());
+    start[0] = begin;
+    size[0] = count;
+    const Handle source(H5Dget_space(impl_->kept.get())),
+        target(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr));
+    if (H5Sselect_hyperslab(source.get(), H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr) < 0 ||
+        H5Dread(impl_->kept.get(), memory_type(type), target.get(), source.get(), H5P_DEFAULT, values) < 0)
+        impl_->file.refuse_damaged("dataset '" + dataset + "'");
+}
+
+std::string Reader::read_text(const std::string& dataset) const {
+    const LibraryLock lock;
+    return impl_->file.text_dataset(dataset);
+}
+
+std::string Reader::text_attribute(const std::string& object, const std::string& name) const {
+    const LibraryLock lock;
+    return impl_->file.text_attribute(object, name);
+}
+
+double Reader::number_attribute(const std::string& object, const std::string& name) const {
+    const LibraryLock lock;
+    double value = 0;
+    impl_->file.number_attribute(object, name, Type::float64, &value);
+    return value;
+}
+
+std::int64_t Reader::int_attribute(const std::string& object, const std::string& name) const {
+    const LibraryLock lock;
+    std::int64_t value = 0;
+    impl_->file.number_attribute(object, name, Type::int64, &value);
+    return value;
+}
+
+std::uint64_t Reader::uint_attribute(const std::string& object, const std::string& name) const {
+    const LibraryLock lock;
+    std::uint64_t value = 0;
+    impl_->file.number_attribute(object, name, Type::uint64, &value);
+    return value;
+}
+
+bool Reader::has_attribute(const std::string& object, const std::string& name) const {
+    const LibraryLock lock;
+    return H5Aexists_by_name(impl_->file.id(), object.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+}  // namespace nbd::h5

@@ -1,0 +1,108 @@
+#include "meshing/h5/temporary_files.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+
+namespace nbd::h5 {
+
+namespace {
+
+/// Names that a signal handler can read at any moment: fixed memory, published by `state`.
+struct Slot {
+    enum State { free, claimed, live };
+    std::atomic<int> state = free;
+    std::array<char, PATH_MAX> name{};
+};
+std::array<Slot, 256> slots;
+static_assert(std::atomic<int>::is_always_lock_free);
+
+/// -1 where all slots are taken or the name is too long: such a file is only missed by remove_temporaries().
+int publish(const std::string& name) noexcept {
+    if (name.size() >= PATH_MAX) return -1;
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+        int expected = Slot::free;
+        if (!slots[i].state.compare_exchange_strong(expected, Slot::claimed)) continue;
+        std::memcpy(slots[i].name.data(), name.c_str(), name.size() + 1);
+        slots[i].state = Slot::live;
+        return static_cast<int>(i);
+    }
+    return -1;
+}
+
+void withdraw(int slot) noexcept {
+    if (slot >= 0) slots[static_cast<std::size_t>(slot)].state = Slot::free;
+}
+
+[[noreturn]] void fail(const std::filesystem::path& path, const std::string& what, int error) {
+    throw std::runtime_error(path.string() + ": " + what + ": " + std::strerror(error));
+}
+
+std::filesystem::path temporary_name(const std::filesystem::path& path) {
+    static std::atomic<unsigned> counter = 0;
+    constexpr std::size_t longest = 200;  // of 255 bytes that a file name may have
+    return path.parent_path() / ("." + path.filename().string().substr(0, longest) + "." +
+                                 std::to_string(getpid()) + "-" + std::to_string(counter++) + ".tmp");
+}
+
+/// Best effort: some file systems refuse to synchronise a folder, and the rename itself has succeeded.
+void synchronise_folder(const std::filesystem::path& folder) noexcept {
+    const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) return;
+    fsync(descriptor);
+    close(descriptor);
+}
+
+}  // namespace
+
+TemporaryFile::TemporaryFile(std::filesystem::path path) : path_(std::move(path)) {
+    std::error_code ignored;
+    if (path_.filename().empty() || std::filesystem::is_directory(path_, ignored))
+        throw std::runtime_error(path_.string() + ": is a folder; allowed: the name of a file to write");
+    do {  // a name may be taken by what a killed process with our number left
+        withdraw(slot_);
+        temporary_ = temporary_name(std::filesystem::absolute(path_));
+        slot_ = publish(temporary_.string());
+        descriptor_ = open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    } while (descriptor_ < 0 && errno == EEXIST);
+    if (descriptor_ < 0) {
+        const int error = errno;
+        withdraw(slot_);
+        fail(path_, "cannot create a file in this folder", error);
+    }
+}
+
+TemporaryFile::~TemporaryFile() {
+    if (descriptor_ < 0) return;
+    close(descriptor_);
+    unlink(temporary_.c_str());
+    withdraw(slot_);
+}
+
+void TemporaryFile::commit() {
+    if (descriptor_ < 0) throw std::logic_error(path_.string() + ": committed twice");
+    if (fsync(descriptor_) != 0) fail(path_, "cannot write", errno);
+    const std::filesystem::path target = temporary_.parent_path() / path_.filename();
+    if (rename(temporary_.c_str(), target.c_str()) != 0) fail(path_, "cannot rename to this name", errno);
+    close(descriptor_);
+    descriptor_ = -1;
+    withdraw(slot_);
+    synchronise_folder(temporary_.parent_path());
+}
+
+void remove_temporaries() noexcept {
+    const int error = errno;
+    for (Slot& slot : slots)
+        if (slot.state == Slot::live) unlink(slot.name.data());
+    errno = error;
+}
+
+}  // namespace nbd::h5

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace nbd::h5 {
+
+/// What a file of ours holds: root attributes `format` and `format_version`. A program reads its own
+/// version and older ones.
+struct Format {
+    std::string name;
+    int version = 1;
+};
+
+/// Dimensions, slowest first, as in HDF5 and NumPy.
+using Shape = std::vector<std::size_t>;
+
+/// In an expected shape: whatever the file has.
+inline constexpr std::size_t any = static_cast<std::size_t>(-1);
+
+/// Number types of datasets.
+enum class Type { float32, float64, int32, int64, uint64 };
+
+template <class T>
+concept Number = std::same_as<T, float> || std::same_as<T, double> || std::same_as<T, std::int32_t> ||
+    std::same_as<T, std::int64_t> || std::same_as<T, std::uint64_t>;
+
+template <Number T>
+constexpr Type type_of() {
+    if constexpr (std::same_as<T, float>) return Type::float32;
+    if constexpr (std::same_as<T, double>) return Type::float64;
+    if constexpr (std::same_as<T, std::int32_t>) return Type::int32;
+    if constexpr (std::same_as<T, std::int64_t>) return Type::int64;
+    if constexpr (std::same_as<T, std::uint64_t>) return Type::uint64;
+}
+
+/// Bytes of one number.
+std::size_t size_of(Type type) noexcept;
+
+/// As NumPy names it: "float32".
+std::string_view name(Type type) noexcept;
+
+/// "10 x 3"; `any` as "n"; "scalar" without dimensions.
+std::string text(const Shape& shape);
+
+/// Product of the dimensions.
+std::size_t element_count(const Shape& shape) noexcept;
+
+}  // namespace nbd::h5
