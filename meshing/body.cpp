@@ -105,7 +105,7 @@ void save_body(const std::filesystem::path& path, const Body& body) {
     file.attribute("material", "rayleigh_mass", body.material.rayleigh_mass);
     file.attribute("material", "rayleigh_stiffness", body.material.rayleigh_stiffness);
     if (body.modes.count() > 0) {
-        file.write("modes/U", body.modes.U.cast<float>());
+        file.write("modes/U", body.modes.U);
         file.write("modes/frequencies", body.modes.frequencies);
     }
     file.commit();
@@ -130,7 +130,7 @@ Body load_body(const std::filesystem::path& path) {
     if (file.has("modes")) {
         body.modes.frequencies = file.matrix<Eigen::VectorXd>("modes/frequencies", h5::any);
         const auto modes = static_cast<std::size_t>(body.modes.frequencies.size());
-        body.modes.U = file.matrix<Eigen::MatrixXf>("modes/U", 3 * nodes, modes).cast<double>();
+        body.modes.U = file.matrix<Eigen::MatrixXf>("modes/U", 3 * nodes, modes);
     }
     try {
         check_body(body);

@@ -49,8 +49,11 @@ void withdraw(int slot) noexcept {
 std::filesystem::path temporary_name(const std::filesystem::path& path) {
     static std::atomic<unsigned> counter = 0;
     constexpr std::size_t longest = 200;  // of 255 bytes that a file name may have
-    return path.parent_path() / ("." + path.filename().string().substr(0, longest) + "." +
-                                 std::to_string(getpid()) + "-" + std::to_string(counter++) + ".tmp");
+    std::string name = ".";
+    name += path.filename().string().substr(0, longest);
+    name.append(".").append(std::to_string(getpid())).append("-").append(std::to_string(counter++));
+    name.append(".tmp");
+    return path.parent_path() / name;
 }
 
 /// Best effort: some file systems refuse to synchronise a folder, and the rename itself has succeeded.

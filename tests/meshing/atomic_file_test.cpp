@@ -1,0 +1,127 @@
+#include "meshing/h5/atomic_file.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "meshing/h5/temporary_files.hpp"
+#include "tests/support/file_damage.hpp"
+
+namespace nbd::h5 {
+namespace {
+
+using test::error_of;
+using AtomicFileTest = test::FileTest;
+
+TEST_F(AtomicFileTest, AppearsWholeAtCommit) {
+    const auto path = folder / "table.csv";
+    AtomicFile file(path);
+    file.out() << "value\n" << 0.1 << '\n' << std::string(200000, 'x');
+    EXPECT_FALSE(std::filesystem::exists(path));
+    file.commit();
+    EXPECT_EQ(test::read_bytes(path), "value\n0.10000000000000001\n" + std::string(200000, 'x'));
+    EXPECT_EQ(files_in_folder(), 1u);
+}
+
+TEST_F(AtomicFileTest, LeavesTheOldFileAndNoTemporaryWithoutCommit) {
+    const auto path = folder / "table.csv";
+    test::write_bytes(path, "old");
+    {
+        AtomicFile file(path);
+        file.out() << "new" << std::flush;
+        EXPECT_EQ(files_in_folder(), 2u);
+    }
+    EXPECT_EQ(test::read_bytes(path), "old");
+    EXPECT_EQ(files_in_folder(), 1u);
+}
+
+TEST_F(AtomicFileTest, LetsTwoWritersOfOneNameBothEndWhole) {
+    const auto path = folder / "table.csv";
+    AtomicFile a(path), b(path);
+    a.out() << std::string(100000, 'a');
+    b.out() << std::string(70000, 'b');
+    b.commit();
+    EXPECT_EQ(test::read_bytes(path), std::string(70000, 'b'));
+    a.commit();
+    EXPECT_EQ(test::read_bytes(path), std::string(100000, 'a'));
+    EXPECT_EQ(files_in_folder(), 1u);
+}
+
+TEST_F(AtomicFileTest, TakesNamesAsLongAsTheFileSystemDoes) {
+    const auto path = folder / std::string(255, 'n');
+    AtomicFile file(path);
+    file.commit();
+    EXPECT_TRUE(std::filesystem::exists(path));
+}
+
+TEST_F(AtomicFileTest, SaysWhereItCannotWrite) {
+    EXPECT_EQ(error_of([&] { AtomicFile(folder / "none" / "a.csv"); }),
+              (folder / "none" / "a.csv").string() +
+                  ": cannot create a file in this folder: No such file or directory");
+    test::write_bytes(folder / "file", "");
+    EXPECT_EQ(
+        error_of([&] { AtomicFile(folder / "file" / "a.csv"); }),
+        (folder / "file" / "a.csv").string() + ": cannot create a file in this folder: Not a directory");
+    EXPECT_EQ(error_of([&] { AtomicFile{folder}; }),
+              folder.string() + ": is a folder; allowed: the name of a file to write");
+}
+
+TEST_F(AtomicFileTest, RefusesAFolderThatMayNotBeWritten) {
+    if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+    std::filesystem::permissions(folder,
+                                 std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+    EXPECT_EQ(error_of([&] { AtomicFile(folder / "a.csv"); }),
+              (folder / "a.csv").string() + ": cannot create a file in this folder: Permission denied");
+    std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
+}
+
+/// Exit status of `action` in a process of its own.
+template <class Action>
+int in_child(const Action& action) {
+    const pid_t child = fork();
+    if (child == 0) {
+        action();
+        _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+TEST_F(AtomicFileTest, ReportsAWriteThatFailed) {
+    const auto path = folder / "big.csv";
+    const int status = in_child([&] {
+        std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit limit{100000, 100000};
+        setrlimit(RLIMIT_FSIZE, &limit);
+        const std::string error = error_of([&] {
+            AtomicFile file(path);
+            file.out() << std::string(300000, 'x');
+            file.commit();
+        });
+        if (error != path.string() + ": cannot write: File too large") _exit(1);
+    });
+    EXPECT_EQ(status, 0);
+    EXPECT_EQ(files_in_folder(), 0u);
+}
+
+TEST_F(AtomicFileTest, IsRemovedByASignalHandler) {
+    const int status = in_child([&] {
+        std::signal(SIGINT, [](int) {
+            remove_temporaries();
+            _exit(7);
+        });
+        AtomicFile a(folder / "a.csv"), b(folder / "b.csv"), done(folder / "done.csv");
+        done.commit();
+        std::raise(SIGINT);
+    });
+    EXPECT_EQ(status, 7);
+    EXPECT_EQ(files_in_folder(), 1u);
+    EXPECT_TRUE(std::filesystem::exists(folder / "done.csv"));
+}
+
+}  // namespace
+}  // namespace nbd::h5

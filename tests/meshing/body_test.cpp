@@ -1,0 +1,204 @@
+#include "meshing/body.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <sstream>
+
+#include "tests/support/edit_file.hpp"
+#include "tests/support/file_damage.hpp"
+
+namespace nbd {
+namespace {
+
+using test::EditFile;
+using test::error_of;
+using BodyFile = test::FileTest;
+
+/// Two tetrahedra that share a face, the surface of 6 faces over their 5 nodes, and 4 modes.
+Body two_tets() {
+    Body body;
+    body.name = "two tets";
+    body.tets.X.resize(5, 3);
+    body.tets.X << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1. / 3;
+    body.tets.T.resize(2, 4);
+    body.tets.T << 0, 1, 2, 3, 1, 4, 2, 3;
+    body.surface = {body.tets.X, boundary_faces(body.tets)};
+    body.W.resize(5, 5);
+    body.W.setIdentity();
+    body.material = {2e5, 0.3, 900, 0.2, 2e-3};
+    std::srand(3);
+    body.modes.U = Eigen::MatrixXf::Random(15, 4);
+    body.modes.frequencies.resize(4);
+    body.modes.frequencies << 1, 2, 2, 1. / 3 + 3;
+    return body;
+}
+
+void expect_same(const Body& a, const Body& b) {
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.tets.X, b.tets.X);
+    EXPECT_EQ(a.tets.T, b.tets.T);
+    EXPECT_EQ(a.surface.X, b.surface.X);
+    EXPECT_EQ(a.surface.F, b.surface.F);
+    EXPECT_EQ(Eigen::MatrixXd(a.W), Eigen::MatrixXd(b.W));
+    EXPECT_EQ(a.material.young, b.material.young);
+    EXPECT_EQ(a.material.poisson, b.material.poisson);
+    EXPECT_EQ(a.material.density, b.material.density);
+    EXPECT_EQ(a.material.rayleigh_mass, b.material.rayleigh_mass);
+    EXPECT_EQ(a.material.rayleigh_stiffness, b.material.rayleigh_stiffness);
+    EXPECT_EQ(a.modes.U, b.modes.U);
+    EXPECT_EQ(a.modes.frequencies, b.modes.frequencies);
+}
+
+TEST_F(BodyFile, GivesBackWhatWasSaved) {
+    const Body body = two_tets();
+    save_body(folder / "body.h5", body);
+    expect_same(load_body(folder / "body.h5"), body);
+    EXPECT_EQ(files_in_folder(), 1u);
+}
+
+TEST_F(BodyFile, NeedsNoModes) {
+    Body body = two_tets();
+    body.modes = {};
+    save_body(folder / "body.h5", body);
+    EXPECT_EQ(load_body(folder / "body.h5").modes.count(), 0);
+}
+
+TEST_F(BodyFile, IsTheSameBytesForTheSameBody) {
+    save_body(folder / "a.h5", two_tets());
+    save_body(folder / "b.h5", two_tets());
+    EXPECT_TRUE(test::read_bytes(folder / "a.h5") == test::read_bytes(folder / "b.h5"));
+}
+
+TEST(BodyHash, IsOfTheGeometryAlone) {
+    const std::string hash = body_hash(two_tets());
+    EXPECT_EQ(hash.size(), 64u);
+    Body other = two_tets();
+    other.name = "x";
+    other.material.young = 1;
+    other.modes = {};
+    EXPECT_EQ(body_hash(other), hash);
+    other.tets.X(4, 2) = std::nextafter(other.tets.X(4, 2), 1.);
+    EXPECT_NE(body_hash(other), hash);
+    other = two_tets();
+    std::swap(other.surface.F(0, 0), other.surface.F(0, 1));
+    EXPECT_NE(body_hash(other), hash);
+    other = two_tets();
+    other.W.coeffRef(0, 0) = 0.5;
+    EXPECT_NE(body_hash(other), hash);
+}
+
+TEST_F(BodyFile, ThatWouldNotLoadIsNotSaved) {
+    Body body = two_tets();
+    body.material.poisson = 0.5;
+    const auto path = folder / "body.h5";
+    EXPECT_EQ(error_of([&] { save_body(path, body); }),
+              path.string() + ": Poisson's ratio is 0.5; allowed: between -1 and 0.5");
+    EXPECT_EQ(files_in_folder(), 0u);
+}
+
+TEST_F(BodyFile, FindsRandomDamage) {
+    const auto path = folder / "body.h5";
+    save_body(path, two_tets());
+    test::expect_damage_is_found(path, [](const auto& file) {
+        const Body b = load_body(file);
+        std::ostringstream text;
+        text << body_hash(b) << b.name << b.material.young << b.material.rayleigh_stiffness << b.modes.U
+             << b.modes.frequencies;
+        return text.str();
+    });
+}
+
+struct BrokenBody {
+    const char* what;  // follows the path
+    void (*edit)(EditFile&);
+};
+
+std::ostream& operator<<(std::ostream& out, const BrokenBody& broken) { return out << broken.what; }
+
+class BrokenBodyFile : public BodyFile, public ::testing::WithParamInterface<BrokenBody> {};
+
+TEST_P(BrokenBodyFile, IsRefusedInOneLine) {
+    const auto path = folder / "body.h5";
+    save_body(path, two_tets());
+    {
+        EditFile file(path);
+        GetParam().edit(file);
+    }
+    const std::string error = error_of([&] { load_body(path); });
+    test::expect_clear(error, path);
+    EXPECT_NE(error.find(GetParam().what), std::string::npos) << error;
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+const BrokenBody broken_bodies[] = {
+    {"is a file of format 'nbdtree tree'; allowed: 'nbdtree body'",
+     [](EditFile& f) { f.set_attribute("/", "format", "nbdtree tree"); }},
+    {"is an HDF5 file without attribute 'format'; allowed: a file that nbdtree wrote",
+     [](EditFile& f) { f.remove_attribute("/", "format"); }},
+    {"is a file of 'nbdtree body' version 2 from nbdtree 0.1.0; allowed: versions up to 1, which nbdtree "
+     "0.1.0",
+     [](EditFile& f) { f.set_attribute("/", "format_version", 2); }},
+    {"has format_version 0; allowed: a positive number",
+     [](EditFile& f) { f.set_attribute("/", "format_version", 0); }},
+    {"attribute 'format_version' is not a whole number; allowed: one int64",
+     [](EditFile& f) { f.set_attribute("/", "format_version", "one"); }},
+    {"has no 'tets/cells'", [](EditFile& f) { f.remove("tets/cells"); }},
+    {"has no 'tets'; allowed: a file with dataset 'tets/nodes'", [](EditFile& f) { f.remove("tets"); }},
+    {"dataset 'tets/nodes' holds float32; allowed: float64",
+     [](EditFile& f) {
+         f.replace("tets/nodes", {5, 3}, std::vector<float>(15));
+     }},
+    {"dataset 'tets/nodes' is 5 x 2; allowed: n x 3",
+     [](EditFile& f) {
+         f.replace("tets/nodes", {5, 2}, std::vector<double>(10));
+     }},
+    {"dataset 'surface/faces' is 18; allowed: n x 3",
+     [](EditFile& f) { f.replace("surface/faces", {18}, std::vector<int>(18)); }},
+    {"3 nodes and 2 tetrahedra; allowed: at least 4 and 1",
+     [](EditFile& f) {
+         f.replace("tets/nodes", {3, 3}, std::vector<double>(9));
+         f.replace("embedding/cols", {5}, std::vector<int>(5));
+         f.remove("modes");
+     }},
+    {"node 4 is not finite", [](EditFile& f) { f.set("tets/nodes", 13, nan); }},
+    {"tetrahedron 1 refers to node 5; allowed: 0 to 4", [](EditFile& f) { f.set("tets/cells", 5, 5); }},
+    {"tetrahedron 0 has volume -0.167 m3; allowed: more than 0",
+     [](EditFile& f) { f.set("tets/cells", 0, 1), f.set("tets/cells", 1, 0); }},
+    {"face 2 refers to vertex -1; allowed: 0 to 4", [](EditFile& f) { f.set("surface/faces", 6, -1); }},
+    {"surface vertex 0 is not finite", [](EditFile& f) { f.set("surface/vertices", 0, nan); }},
+    {"dataset 'embedding/rows' is 5; allowed: 6",
+     [](EditFile& f) { f.replace("embedding/rows", {5}, std::vector<int>(5)); }},
+    {"embedding/rows spans 1 to 5; allowed: 0 to 5", [](EditFile& f) { f.set("embedding/rows", 0, 1); }},
+    {"embedding/rows falls after row 2", [](EditFile& f) { f.set("embedding/rows", 2, 4); }},
+    {"embedding/cols: surface vertex 3 refers to node 9; allowed: 0 to 4",
+     [](EditFile& f) { f.set("embedding/cols", 3, 9); }},
+    {"weights of surface vertex 1 sum to 1.5; allowed: 1",
+     [](EditFile& f) { f.set("embedding/values", 1, 1.5); }},
+    {"surface vertex 2 lies 1 m from where its weights put it",
+     [](EditFile& f) { f.set("embedding/cols", 2, 0); }},
+    {"its content has SHA-256",
+     [](EditFile& f) { f.set("tets/nodes", 14, 0.34), f.set("surface/vertices", 14, 0.34); }},
+    {"Young's modulus is 0; allowed: more than 0 Pa",
+     [](EditFile& f) { f.set_attribute("material", "young", 0.); }},
+    {"density is nan", [](EditFile& f) { f.set_attribute("material", "density", nan); }},
+    {"has no attribute 'poisson' of 'material'",
+     [](EditFile& f) { f.remove_attribute("material", "poisson"); }},
+    {"dataset 'modes/U' is 15 x 4; allowed: 15 x 3",
+     [](EditFile& f) {
+         f.replace("modes/frequencies", {3}, std::vector<double>{1, 2, 3});
+     }},
+    {"row of modes 7 is not finite", [](EditFile& f) { f.set("modes/U", 30, static_cast<float>(nan)); }},
+    {"frequency 1 is 0.5 Hz; allowed: finite, at least 1",
+     [](EditFile& f) { f.set("modes/frequencies", 1, 0.5); }},
+    {"dataset 'tets/nodes' is 1000000000 x 3; allowed: no more than the file can hold",
+     [](EditFile& f) {
+         f.reserve("tets/nodes", {1000000000, 3});
+     }},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, BrokenBodyFile, ::testing::ValuesIn(broken_bodies));
+
+}  // namespace
+}  // namespace nbd

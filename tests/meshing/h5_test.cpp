@@ -1,0 +1,212 @@
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <iostream>
+#include <numeric>
+#include <thread>
+
+#include "meshing/h5/content_hash.hpp"
+#include "meshing/h5/reader.hpp"
+#include "meshing/h5/writer.hpp"
+#include "tests/support/edit_file.hpp"
+#include "tests/support/file_damage.hpp"
+
+namespace nbd::h5 {
+namespace {
+
+using test::error_of;
+using H5Test = test::FileTest;
+
+const Format format{"nbdtree test", 3};
+
+TEST_F(H5Test, GivesBackNumbersTextsAndAttributes) {
+    const auto path = folder / "a.h5";
+    std::srand(1);
+    const Eigen::MatrixXf column_major = Eigen::MatrixXf::Random(700, 1000);  // several chunks
+    const Eigen::Vector3d vector(1, -0., 1e-300);
+    const std::vector<std::uint64_t> large{0, ~std::uint64_t{0}};
+    const std::string long_text = std::string(100000, 'q') + "\nend";
+    {
+        Writer file(path, format);
+        file.write("a/matrix", column_major, Packing::deflate);
+        file.write("a/b/vector", vector);
+        file.write("a/large", large);
+        file.write("empty", std::vector<int>{});
+        file.write_text("text", long_text);
+        file.write_text("nothing", "");
+        file.link("alias", "/a");
+        file.attribute("a", "id", -5);
+        file.attribute("a", "seed", ~std::uint64_t{0});
+        file.attribute("/", "ratio", 0.1f);
+        file.attribute("/", "name", "K\u00f6rper");
+        file.attribute("/", "none", "");
+        file.commit();
+    }
+    const Reader file(path, format);
+    EXPECT_EQ(file.matrix<Eigen::MatrixXf>("a/matrix", 700, 1000), column_major);
+    EXPECT_EQ(file.matrix<Eigen::MatrixXf>("alias/matrix", any, any), column_major);
+    EXPECT_EQ(file.matrix<Eigen::Vector3d>("a/b/vector", 3), vector);
+    EXPECT_EQ(file.read<std::uint64_t>("a/large", {2}), large);
+    EXPECT_TRUE(file.read<int>("empty", {any}).empty());
+    EXPECT_EQ(file.read_text("text"), long_text);
+    EXPECT_EQ(file.read_text("nothing"), "");
+    EXPECT_EQ(file.int_attribute("a", "id"), -5);
+    EXPECT_EQ(file.uint_attribute("a", "seed"), ~std::uint64_t{0});
+    EXPECT_EQ(file.number_attribute("/", "ratio"), static_cast<double>(0.1f));
+    EXPECT_EQ(file.text_attribute("/", "name"), "K\u00f6rper");
+    EXPECT_EQ(file.text_attribute("/", "none"), "");
+    EXPECT_EQ(file.text_attribute("/", "units"), "m, s, kg");
+    EXPECT_EQ(file.children("a"), (std::vector<std::string>{"b", "large", "matrix"}));
+    EXPECT_TRUE(file.is_group("a/b"));
+    EXPECT_FALSE(file.has("a/none/deep"));
+}
+
+TEST_F(H5Test, GrowsSeveralDatasetsByTurns) {
+    const auto path = folder / "a.h5";
+    Writer file(path, format);
+    const int a = file.begin_growing("a", Type::float32, {2, 3}, 4);
+    const int b = file.begin_growing("b", Type::float64, {}, 100);
+    std::vector<float> written;
+    for (int row = 0; row < 33; ++row) {
+        const std::vector<float> values{row + .1f, row + .2f, row + .3f, row + .4f, row + .5f, row + .6f};
+        written.insert(written.end(), values.begin(), values.end());
+        file.append<float>(a, values);
+        const double time = row;
+        file.append<double>(b, std::span(&time, 1));
+    }
+    EXPECT_THROW(file.append<float>(a, std::vector<float>(5)), std::logic_error);
+    file.end_growing(a);
+    EXPECT_THROW(file.append<float>(a, std::vector<float>(6)), std::logic_error);
+    file.commit();
+
+    const Reader reader(path, format);
+    EXPECT_EQ(reader.read<float>("a", {33, 2, 3}), written);
+    EXPECT_EQ(reader.read<double>("b", {33})[32], 32);
+    std::vector<float> some(5 * 6);
+    reader.read_rows("a", 6, 5, some.data());
+    EXPECT_TRUE(std::equal(some.begin(), some.end(), written.begin() + 6 * 6));
+    EXPECT_NE(error_of([&] { reader.read_rows("a", 30, 4, some.data()); }), "");
+}
+
+TEST_F(H5Test, HashesWhatIsStored) {
+    const std::vector<int> cells(3000000, 7);
+    const Eigen::Vector2d x(1, 2);
+    Writer file(folder / "a.h5", format);
+    file.write("cells", {1500000, 2}, std::span<const int>(cells), Packing::deflate);
+    file.write("x", x);
+    file.commit();
+    Sha256 hash;
+    add_dataset(hash, "cells", Type::int32, {1500000, 2}, cells.data());
+    add_dataset(hash, "x", Type::float64, {2}, x.data());
+    const std::vector<std::string> names{"cells", "x"};
+    EXPECT_EQ(content_hash(Reader(folder / "a.h5"), names), hash.hex());
+}
+
+TEST_F(H5Test, RefusesWhatIsNoFileOfOurs) {
+    const auto path = folder / "a.h5";
+    const auto error = [&] { return error_of([&] { Reader(path, format); }); };
+    const std::string ours = "; allowed: a file that nbdtree wrote";
+    EXPECT_EQ(error(), path.string() + ": No such file or directory" + ours);
+    test::write_bytes(path, "");
+    EXPECT_EQ(error(), path.string() + ": is empty" + ours);
+    test::write_bytes(path, "solid cube\n");
+    EXPECT_EQ(error(), path.string() + ": is not an HDF5 file" + ours);
+    test::write_bytes(path, "\x89HDF\r\n\x1a\n");
+    EXPECT_EQ(error().find(path.string() + ": is truncated or damaged: "), 0u) << error();
+    std::filesystem::remove(path);
+    std::filesystem::create_directory(path);
+    EXPECT_EQ(error(), path.string() + ": is a folder" + ours);
+    std::filesystem::remove(path);
+    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+    EXPECT_EQ(error(), path.string() + ": is not a regular file" + ours);
+}
+
+TEST_F(H5Test, RemovesItsTemporaryWhenAnExceptionPasses) {
+    const std::string error = error_of([&] {
+        Writer file(folder / "a.h5", format);
+        file.write("x", std::vector<int>(1000));
+        file.write("x", std::vector<int>(1000));
+    });
+    EXPECT_EQ(error, (folder / "a.h5").string() + ": cannot write 'x': name already exists");
+    EXPECT_EQ(files_in_folder(), 0u);
+}
+
+TEST_F(H5Test, RefusesAnAttributeThatNeedsADataset) {
+    Writer file(folder / "a.h5", format);
+    EXPECT_EQ(error_of([&] { file.attribute("/", "recipe", std::string(40000, 'x')); }),
+              (folder / "a.h5").string() + ": attribute 'recipe' has 40000 bytes; allowed: at most 32768");
+}
+
+TEST_F(H5Test, LetsTwoWritersOfOneNameBothEndWhole) {
+    const auto path = folder / "a.h5";
+    Writer a(path, format), b(path, format);
+    a.write("x", std::vector<int>{1});
+    b.write("x", std::vector<int>{2});
+    a.commit();
+    EXPECT_EQ(Reader(path, format).read<int>("x", {1})[0], 1);
+    b.commit();
+    EXPECT_EQ(Reader(path, format).read<int>("x", {1})[0], 2);
+    EXPECT_EQ(files_in_folder(), 1u);
+}
+
+TEST_F(H5Test, WritesAndReadsOnSeveralThreads) {
+    const auto work = [&](int id) {
+        const auto path = folder / (std::to_string(id) + ".h5");
+        std::vector<int> values(5000, id);
+        for (int i = 0; i < 10; ++i) {
+            Writer file(path, format);
+            file.write("x", values, Packing::deflate);
+            file.commit();
+            EXPECT_EQ(Reader(path, format).read<int>("x", {5000}), values);
+        }
+    };
+    std::thread other(work, 1);
+    work(2);
+    other.join();
+    EXPECT_EQ(files_in_folder(), 2u);
+}
+
+/// Writes 4 datasets of 400 kB and a growing one under a limit on the file's size, as on a disk with that
+/// much room. Returns the error.
+std::string write_into(const std::filesystem::path& path, rlim_t room) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{room, RLIM_INFINITY};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    return error_of([&] {
+        Writer file(path, format);
+        const int growing = file.begin_growing("growing", Type::float32, {100}, 50);
+        for (int i = 0; i < 4; ++i) {
+            file.write(std::to_string(i) + "/x", std::vector<int>(100000, i));
+            for (int k = 0; k < 100; ++k) file.append<float>(growing, std::vector<float>(100));
+        }
+        file.commit();
+    });
+}
+
+TEST_F(H5Test, SurvivesAFullDiskWhereverItFills) {
+    const auto path = folder / "a.h5";
+    const pid_t child = fork();  // the limit is the process's, and HDF5 must end in order there as well
+    if (child == 0) {
+        const std::string expected = path.string() + ": cannot write: File too large";
+        for (rlim_t room = 0; room < 1700000; room += 41234)
+            if (const std::string error = write_into(path, room);
+                error != expected || files_in_folder() > 0) {
+                std::cerr << room << " gave " << error << std::endl;
+                std::exit(1);
+            }
+        std::exit(write_into(path, RLIM_INFINITY).empty() ? 0 : 2);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+    EXPECT_EQ(Reader(path, format).read<int>("3/x", {100000})[99999], 3);
+    EXPECT_EQ(files_in_folder(), 1u);
+}
+
+}  // namespace
+}  // namespace nbd::h5

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <random>
+#include <string>
+#include <vector>
+
+// What tests of file formats do to files.
+namespace nbd::test {
+
+/// A folder of its own for each test, removed at the end.
+class FileTest : public ::testing::Test {
+ protected:
+    void SetUp() override {
+        const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+        folder =
+            std::filesystem::temp_directory_path() / ("nbd_" + std::string(info->test_suite_name()) + "_" +
+                                                      info->name() + "_" + std::to_string(::getpid()));
+        std::filesystem::remove_all(folder);
+        std::filesystem::create_directories(folder);
+    }
+    void TearDown() override { std::filesystem::remove_all(folder); }
+
+    std::size_t files_in_folder() const {
+        return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
+    }
+
+    std::filesystem::path folder;
+};
+
+inline std::string read_bytes(const std::filesystem::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+inline void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
+    std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+/// The text of the std::exception that `action` throws; "" where it throws none.
+inline std::string error_of(const std::function<void()>& action) {
+    try {
+        action();
+    } catch (const std::exception& e) {
+        return e.what();
+    }
+    return "";
+}
+
+/// One line that names the file, what is wrong and what was allowed.
+inline void expect_clear(const std::string& error, const std::filesystem::path& path) {
+    EXPECT_EQ(error.find(path.string() + ": "), 0u) << error;
+    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+    EXPECT_LT(error.size(), 400u) << error;
+}
+
+/// Cuts the file at `cuts` random places and flips one byte at `flips` random places. `load` returns what
+/// it read as text; it must throw one clear line or return what the whole file gives.
+inline void expect_damage_is_found(const std::filesystem::path& file,
+                                   const std::function<std::string(const std::filesystem::path&)>& load,
+                                   int cuts = 60, int flips = 250) {
+    const std::string bytes = read_bytes(file), whole = load(file);
+    const std::filesystem::path damaged = file.parent_path() / "damaged.h5";
+    std::mt19937_64 random(7);
+    const auto place = [&] { return static_cast<std::size_t>(random() % bytes.size()); };
+    const auto check = [&](const std::string& content, const std::string& what) {
+        write_bytes(damaged, content);
+        std::string result;
+        const std::string error = error_of([&] { result = load(damaged); });
+        if (error.empty())
+            EXPECT_TRUE(result == whole) << what << " gave other content";
+        else
+            expect_clear(error, damaged);
+        return !error.empty();
+    };
+    for (int i = 0; i < cuts; ++i) {
+        const std::size_t size = place();
+        EXPECT_TRUE(check(bytes.substr(0, size), "cut at " + std::to_string(size))) << size;
+    }
+    int found = 0;
+    for (int i = 0; i < flips; ++i) {
+        const std::size_t at = place();
+        std::string content = bytes;
+        content[at] = static_cast<char>(content[at] ^ static_cast<char>(1 + random() % 255));
+        found += check(content, "byte " + std::to_string(at));
+    }
+    EXPECT_GT(found, flips / 2);  // the rest hit bytes that hold nothing
+}
+
+}  // namespace nbd::test
