@@ -13,6 +13,10 @@ struct RigidTransform {
     Eigen::Vector3f t = Eigen::Vector3f::Zero();
 };
 
+inline Sphere to_world(const RigidTransform& align, const Sphere& s) noexcept {
+    return {align.R * s.c + align.t, s.r};
+}
+
 /// The rigid motion that takes rest positions X to x best in the weighted least-squares sense, by shape
 /// matching [Mueller05]. R is a proper rotation also for flat, straight or reflected sets; where the points
 /// leave it open, the one nearest to the identity. X, x: [k, 3], k >= 1; w: [k], > 0.

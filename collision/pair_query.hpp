@@ -18,13 +18,20 @@ struct QueryCounters {
     long face_pairs = 0;  // reported
 };
 
-struct LeafPair {
-    int a = 0, b = 0;  // nodes of the two trees
-    auto operator<=>(const LeafPair&) const = default;
+/// A node of each of two trees.
+struct NodePair {
+    int a = 0, b = 0;
+    auto operator<=>(const NodePair&) const = default;
 };
+using LeafPair = NodePair;
 
-/// Queries between two posed trees; owns the scratch, so that a warm query allocates nothing. One object a
-/// thread. Results stay valid until the next call on the same object.
+/// Queries between two posed trees, by one walk down both sphere trees at once: it starts with the roots
+/// and replaces the larger sphere of a pair that collides (or the one that is no leaf) by its children, so a
+/// node is bounded only after its parent was found in collision, and at most once a pose. Leaves that
+/// collide go on with the boxes below them, down to triangles. No step loses a pair to rounding.
+///
+/// Owns the scratch, so that a warm query allocates nothing. One object a thread. Results stay valid until
+/// the next call on the same object.
 class PairQuery {
  public:
     /// Face pairs that have a point in common, sorted by (a, b), without repeats. With `exact` bounds on
@@ -37,12 +44,18 @@ class PairQuery {
     /// The broad phase alone: leaf pairs whose spheres come within `distance`, sorted.
     std::span<const LeafPair> leaf_pairs(PosedTree& a, PosedTree& b, float distance = 0) noexcept;
 
+    /// What the last query did.
     const QueryCounters& counters() const noexcept { return counters_; }
 
  private:
+    void find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept;
+    template <class Touch>
+    void find_face_pairs(PosedTree& a, PosedTree& b, float distance, const Touch& touch) noexcept;
+
     QueryCounters counters_;
-    std::vector<LeafPair> stack_, leaf_pairs_, box_stack_;
+    std::vector<LeafPair> leaf_pairs_;
     std::vector<FacePair> face_pairs_;
+    std::vector<NodePair> stack_;
 };
 
 }  // namespace nbd

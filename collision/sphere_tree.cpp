@@ -13,6 +13,7 @@ namespace nbd {
 namespace {
 
 constexpr int max_depth = 20;
+constexpr std::size_t ordered_faces = 4;  // inside a leaf, splits go down to so many
 
 void check_input(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
     if (config.depth < 0 || config.depth > max_depth)
@@ -52,6 +53,24 @@ void split_at_median(std::span<int> faces, const Eigen::MatrixX3d& centroids) {
     (hi - lo).maxCoeff(&axis);
     std::ranges::nth_element(faces, faces.begin() + static_cast<std::ptrdiff_t>(faces.size() / 2), {},
                              [&](int f) { return std::pair(centroids(f, axis), f); });
+}
+
+/// Orders faces by further splits. What the splits leave open goes by index, since the order that
+/// nth_element leaves inside the halves is the standard library's own.
+void order_leaf(std::span<int> faces, const Eigen::MatrixX3d& centroids) {
+    if (faces.size() <= ordered_faces) {
+        std::ranges::sort(faces);
+        return;
+    }
+    split_at_median(faces, centroids);
+    order_leaf(faces.first(faces.size() / 2), centroids);
+    order_leaf(faces.subspan(faces.size() / 2), centroids);
+}
+
+std::span<int> node_face_slots(SphereTree& tree, const SphereTree::Node& node) {
+    return std::span(tree.faces)
+        .subspan(static_cast<std::size_t>(node.face_begin),
+                 static_cast<std::size_t>(node.face_end - node.face_begin));
 }
 
 void split_nodes(SphereTree& tree, const Eigen::MatrixX3d& centroids, const SphereTreeConfig& config) {
@@ -104,12 +123,10 @@ SphereTree build_sphere_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& 
     SphereTree tree;
     tree.faces.resize(static_cast<std::size_t>(F.rows()));
     std::iota(tree.faces.begin(), tree.faces.end(), 0);
-    split_nodes(tree, face_centroids(X, F), config);
-    // nth_element leaves the order inside a leaf to the standard library; the tree must not depend on it.
+    const Eigen::MatrixX3d centroids = face_centroids(X, F);
+    split_nodes(tree, centroids, config);
     for (std::size_t i = 0; i < tree.nodes.size(); ++i)
-        if (tree.nodes[i].is_leaf())
-            std::sort(tree.faces.begin() + tree.nodes[i].face_begin,
-                      tree.faces.begin() + tree.nodes[i].face_end);
+        if (tree.nodes[i].is_leaf()) order_leaf(node_face_slots(tree, tree.nodes[i]), centroids);
     list_vertices(tree, F, X.rows());
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
         tree.rest.push_back(bounding_sphere(X, tree.node_vertices(i)));

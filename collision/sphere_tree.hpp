@@ -44,7 +44,8 @@ struct SphereTree {
 };
 
 /// Splits the faces at the median of their centroids along the longest side of the centroids' box,
-/// ties by face index, until `depth` or too few faces. Deterministic.
+/// ties by face index, until `depth` or too few faces; then goes on in the same way to order the faces
+/// inside each leaf, so that halves of a leaf's range are compact down to a few faces. Deterministic.
 /// X: rest positions [n, 3]; F: faces [m, 3], m >= 1. Throws std::invalid_argument on an empty surface,
 /// an index out of range, a non-finite vertex, or a config out of range (depth 0 to 20).
 SphereTree build_sphere_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config = {});

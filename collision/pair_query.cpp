@@ -1,0 +1,145 @@
+#include "collision/pair_query.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "collision/posed_tree_state.hpp"
+#include "collision/separation.hpp"
+#include "collision/triangle_triangle.hpp"
+
+namespace nbd {
+namespace {
+
+/// The walk of PairQuery over the sphere trees, for one pair of kinds of bounds.
+template <Bound A, Bound B>
+void walk_spheres(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, float distance,
+                  std::vector<NodePair>& stack, std::vector<LeafPair>& leaf_pairs,
+                  QueryCounters& counters) noexcept {
+    stack.assign(1, {0, 0});
+    while (!stack.empty()) {
+        const NodePair pair = stack.back();
+        stack.pop_back();
+        const Sphere& sphere_a = a.spheres.get(pair.a, bounds_a);
+        const Sphere& sphere_b = b.spheres.get(pair.b, bounds_b);
+        ++counters.sphere_tests;
+        if (apart(sphere_a, sphere_b, distance)) continue;
+
+        const SphereTree::Node& node_a = a.tree->spheres.nodes[static_cast<std::size_t>(pair.a)];
+        const SphereTree::Node& node_b = b.tree->spheres.nodes[static_cast<std::size_t>(pair.b)];
+        if (node_a.is_leaf() && node_b.is_leaf()) {
+            leaf_pairs.push_back(pair);
+        } else if (node_b.is_leaf() || (!node_a.is_leaf() && sphere_a.r >= sphere_b.r)) {
+            stack.push_back({node_a.first_child, pair.b});
+            stack.push_back({node_a.first_child + 1, pair.b});
+        } else {
+            stack.push_back({pair.a, node_b.first_child});
+            stack.push_back({pair.a, node_b.first_child + 1});
+        }
+    }
+}
+
+/// The few faces of a box leaf, ready for tests against others.
+struct LeafFaces {
+    std::array<Triangle, LeafBoxes::leaf_faces> triangles;
+    std::array<Box, LeafBoxes::leaf_faces> boxes;
+    int begin, count;
+
+    LeafFaces(const LeafBoxes& leaf_boxes, const LeafBoxes::Node& node) noexcept
+        : begin(node.face_begin), count(node.face_end - node.face_begin) {
+        for (int i = 0; i < count; ++i) {
+            const auto slot = static_cast<std::size_t>(i);
+            triangles[slot] = leaf_boxes.triangle(begin + i);
+            boxes[slot] = bounding_box(triangles[slot]);
+        }
+    }
+};
+
+template <class Touch>
+void test_faces(const LeafBoxes& a, const LeafBoxes::Node& node_a, const LeafBoxes& b,
+                const LeafBoxes::Node& node_b, float distance, const Touch& touch,
+                std::vector<FacePair>& face_pairs, QueryCounters& counters) noexcept {
+    const LeafFaces faces_a(a, node_a), faces_b(b, node_b);
+    for (int i = 0; i < faces_a.count; ++i)
+        for (int j = 0; j < faces_b.count; ++j) {
+            const auto s = static_cast<std::size_t>(i), t = static_cast<std::size_t>(j);
+            ++counters.box_tests;
+            if (apart(faces_a.boxes[s], faces_b.boxes[t], distance)) continue;
+            ++counters.triangle_tests;
+            if (touch(faces_a.triangles[s], faces_b.triangles[t]))
+                face_pairs.push_back({a.face(faces_a.begin + i), b.face(faces_b.begin + j)});
+        }
+}
+
+/// The walk over the boxes under a pair of leaves.
+template <class Touch>
+void walk_boxes(const LeafBoxes& a, int root_a, const LeafBoxes& b, int root_b, float distance,
+                const Touch& touch, std::vector<NodePair>& stack, std::vector<FacePair>& face_pairs,
+                QueryCounters& counters) noexcept {
+    stack.assign(1, {root_a, root_b});
+    while (!stack.empty()) {
+        const NodePair pair = stack.back();
+        stack.pop_back();
+        ++counters.box_tests;
+        if (apart(a.box(pair.a), b.box(pair.b), distance)) continue;
+
+        const LeafBoxes::Node &node_a = a.node(pair.a), &node_b = b.node(pair.b);
+        const int faces_a = node_a.face_end - node_a.face_begin,
+                  faces_b = node_b.face_end - node_b.face_begin;
+        if (node_a.is_leaf() && node_b.is_leaf()) {
+            test_faces(a, node_a, b, node_b, distance, touch, face_pairs, counters);
+        } else if (node_b.is_leaf() || (!node_a.is_leaf() && faces_a >= faces_b)) {
+            stack.push_back({node_a.first_child, pair.b});
+            stack.push_back({node_a.first_child + 1, pair.b});
+        } else {
+            stack.push_back({pair.a, node_b.first_child});
+            stack.push_back({pair.a, node_b.first_child + 1});
+        }
+    }
+}
+
+}  // namespace
+
+void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {
+    assert(distance >= 0 && std::isfinite(distance));
+    counters_ = {};
+    leaf_pairs_.clear();
+    const auto bounded = [&] { return a.nodes_bounded() + (&a == &b ? 0 : b.nodes_bounded()); };
+    const int before = bounded();
+    std::visit(
+        [&](auto& bounds_a, auto& bounds_b) {
+            walk_spheres(*a.state_, bounds_a, *b.state_, bounds_b, distance, stack_, leaf_pairs_, counters_);
+        },
+        a.state_->bounds, b.state_->bounds);
+    counters_.nodes_bounded = bounded() - before;
+    counters_.leaf_pairs = static_cast<long>(leaf_pairs_.size());
+}
+
+template <class Touch>
+void PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance, const Touch& touch) noexcept {
+    find_leaf_pairs(a, b, distance);
+    face_pairs_.clear();
+    LeafBoxes &boxes_a = a.state_->boxes, &boxes_b = b.state_->boxes;
+    for (const LeafPair& pair : leaf_pairs_) {
+        counters_.boxes_refitted += boxes_a.refit(pair.a) + boxes_b.refit(pair.b);
+        walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), distance, touch, stack_,
+                   face_pairs_, counters_);
+    }
+    // Every face belongs to one leaf, so no pair comes twice.
+    std::ranges::sort(face_pairs_);
+    counters_.face_pairs = static_cast<long>(face_pairs_.size());
+}
+
+std::span<const FacePair> PairQuery::intersecting(PosedTree& a, PosedTree& b) noexcept {
+    find_face_pairs(a, b, 0, [](const Triangle& s, const Triangle& t) { return triangles_intersect(s, t); });
+    return face_pairs_;
+}
+
+std::span<const LeafPair> PairQuery::leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {
+    find_leaf_pairs(a, b, distance);
+    std::ranges::sort(leaf_pairs_);
+    return leaf_pairs_;
+}
+
+}  // namespace nbd

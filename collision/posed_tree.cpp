@@ -1,0 +1,59 @@
+#include "collision/posed_tree.hpp"
+
+#include <cassert>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "collision/message.hpp"
+#include "collision/posed_tree_state.hpp"
+
+namespace nbd {
+namespace {
+
+using Bounds = decltype(PosedTreeState::bounds);
+
+Bounds make_bounds(const CollisionTree& tree, BoundKind kind) {
+    if (kind == BoundKind::exact) return ExactBound(tree.spheres);
+    if (kind == BoundKind::bd && tree.bd) return BdBound(tree.spheres, *tree.bd);
+    if (kind == BoundKind::modal && tree.modal) return ModalBound(tree.spheres, *tree.modal);
+    throw std::invalid_argument(message("the collision tree has no model for \"", name(kind),
+                                        "\" bounds, only for exact", tree.bd ? ", bd" : "",
+                                        tree.modal ? ", modal" : ""));
+}
+
+}  // namespace
+
+PosedTree::PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, float margin) {
+    if (!tree) throw std::invalid_argument("a posed tree needs a collision tree, got none");
+    if (!(margin >= 0 && std::isfinite(margin)))
+        throw std::invalid_argument(message("margin is ", margin, ", allowed: finite and 0 or more"));
+    check_collision_tree(*tree);
+    const CollisionTree& t = *tree;
+    state_ = std::make_unique<PosedTreeState>(PosedTreeState{
+        std::move(tree), kind, make_bounds(t, kind), SphereCache(t.spheres.rest, margin), LeafBoxes(t)});
+}
+
+PosedTree::PosedTree(PosedTree&&) noexcept = default;
+PosedTree& PosedTree::operator=(PosedTree&&) noexcept = default;
+PosedTree::~PosedTree() = default;
+
+void PosedTree::begin_pose(VerticesRef x) noexcept {
+    assert(x.rows() == state_->tree->vertex_count);
+    std::visit([&](auto& bounds) { bounds.begin_pose(x); }, state_->bounds);
+    state_->spheres.begin_pose();
+    state_->boxes.begin_pose(x);
+}
+
+const Sphere& PosedTree::sphere(int node) noexcept {
+    return std::visit([&](auto& bounds) -> const Sphere& { return state_->spheres.get(node, bounds); },
+                      state_->bounds);
+}
+
+int PosedTree::nodes_bounded() const noexcept { return state_->spheres.bounded(); }
+
+const CollisionTree& PosedTree::tree() const noexcept { return *state_->tree; }
+
+BoundKind PosedTree::kind() const noexcept { return state_->kind; }
+
+}  // namespace nbd

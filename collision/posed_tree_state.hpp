@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+#include <variant>
+
+#include "collision/bd_bound.hpp"
+#include "collision/exact_bound.hpp"
+#include "collision/leaf_boxes.hpp"
+#include "collision/modal_bound.hpp"
+#include "collision/posed_tree.hpp"
+#include "collision/sphere_cache.hpp"
+
+namespace nbd {
+
+/// What a PosedTree holds; for the queries, which take the type of the bounds out of the variant once and
+/// then run without a dispatch per node.
+struct PosedTreeState {
+    std::shared_ptr<const CollisionTree> tree;
+    BoundKind kind;
+    std::variant<ExactBound, BdBound, ModalBound> bounds;
+    SphereCache spheres;
+    LeafBoxes boxes;
+};
+
+}  // namespace nbd

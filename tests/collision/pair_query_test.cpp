@@ -1,0 +1,242 @@
+#include "collision/pair_query.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "collision/leaf_boxes.hpp"
+#include "collision/triangle_triangle.hpp"
+#include "tests/collision/shapes.hpp"
+
+namespace nbd {
+namespace {
+
+using shapes::Surface;
+
+Triangle triangle(const Vertices& x, const Faces& F, int f) {
+    return {x.row(F(f, 0)), x.row(F(f, 1)), x.row(F(f, 2))};
+}
+
+/// Every face against every other, as the definition says.
+template <class Touch>
+std::vector<FacePair> brute_force(const Faces& A, const Vertices& a, const Faces& B, const Vertices& b,
+                                  const Touch& touch) {
+    std::vector<FacePair> pairs;
+    for (int i = 0; i < A.rows(); ++i)
+        for (int j = 0; j < B.rows(); ++j)
+            if (touch(triangle(a, A, i), triangle(b, B, j))) pairs.push_back({i, j});
+    return pairs;
+}
+
+std::vector<FacePair> brute_force_intersecting(const Faces& A, const Vertices& a, const Faces& B,
+                                               const Vertices& b) {
+    return brute_force(A, a, B, b,
+                       [](const Triangle& s, const Triangle& t) { return triangles_intersect(s, t); });
+}
+
+PosedTree exact_tree(const Surface& s, const SphereTreeConfig& config = {}) {
+    return {std::make_shared<const CollisionTree>(make_exact_tree(s.X, s.F, config)), BoundKind::exact};
+}
+
+std::vector<FacePair> copied(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
+
+struct Case {
+    const char* name;
+    Surface a, b;
+    SphereTreeConfig config_a, config_b;
+};
+
+std::vector<Case> cases() {
+    return {
+        {"tori", shapes::torus(24, 12), shapes::torus(20, 14), {}, {}},
+        {"sphere in torus", shapes::sphere(12, 18, 0.4f), shapes::torus(24, 12), {.depth = 3}, {.depth = 6}},
+        {"bars", shapes::bar(16, 9), shapes::bar(13, 11), {.depth = 5, .min_leaf_faces = 1}, {.depth = 0}},
+        {"unlike sizes", shapes::sphere(3, 4, 0.2f), shapes::torus(40, 30), {.depth = 2}, {.depth = 20}},
+    };
+}
+
+TEST(PairQuery, FindsWhatBruteForceFindsInRandomPoses) {
+    std::mt19937 random(1);
+    PairQuery query;
+    int touching_poses = 0, apart_poses = 0;
+    std::size_t pairs = 0;
+    for (const Case& c : cases()) {
+        PosedTree a = exact_tree(c.a, c.config_a), b = exact_tree(c.b, c.config_b);
+        for (int pose = 0; pose < 12; ++pose) {
+            // A body far from the origin has coordinates with few digits left: nothing may depend on them.
+            const Eigen::Vector3f offset =
+                pose % 4 == 3 ? Eigen::Vector3f(900, -700, 400) : Eigen::Vector3f(0, 0, 0);
+            const auto place = [&](const Surface& s) -> Vertices {
+                const Vertices x =
+                    shapes::moved(shapes::wobbled(s.X, random, 0.05f), shapes::random_motion(random, 0.5f));
+                return x.rowwise() + offset.transpose();
+            };
+            const Vertices x = place(c.a), y = place(c.b);
+            a.begin_pose(x);
+            b.begin_pose(y);
+            const auto expected = brute_force_intersecting(c.a.F, x, c.b.F, y);
+            EXPECT_EQ(copied(query.intersecting(a, b)), expected) << c.name << ", pose " << pose;
+            EXPECT_EQ(query.counters().face_pairs, static_cast<long>(expected.size()));
+            ++(expected.empty() ? apart_poses : touching_poses);
+            pairs += expected.size();
+        }
+    }
+    EXPECT_GE(touching_poses, 20);
+    EXPECT_GE(apart_poses, 4);
+    EXPECT_GE(pairs, 1000u);
+}
+
+TEST(PairQuery, TouchingInAPointIsAPair) {
+    // Two tetrahedra that share the corner (1, 1, 1), which rounding moves in neither.
+    Vertices X(4, 3), Y(4, 3);
+    X << 1, 1, 1, 2, 1, 1, 1, 2, 1, 1, 1, 2;
+    Y << 1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0;
+    Faces F(4, 3);
+    F << 0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3;
+    PosedTree a = exact_tree({X, F}), b = exact_tree({Y, F});
+    a.begin_pose(X);
+    b.begin_pose(Y);
+    PairQuery query;
+    EXPECT_EQ(query.intersecting(a, b).size(), 9u);
+}
+
+TEST(PairQuery, FindsNothingBeforeTheFirstPose) {
+    const Surface s = shapes::torus(12, 8);
+    PosedTree a = exact_tree(s), b = exact_tree(s);
+    PairQuery query;
+    EXPECT_TRUE(query.intersecting(a, b).empty());
+    a.begin_pose(s.X);
+    EXPECT_TRUE(query.intersecting(a, b).empty());
+    b.begin_pose(s.X);
+    EXPECT_FALSE(query.intersecting(a, b).empty());
+}
+
+TEST(PairQuery, LeafPairsAreThoseWhoseSpheresAndAncestorsCollide) {
+    std::mt19937 random(2);
+    const Surface s = shapes::torus(24, 16);
+    PosedTree a = exact_tree(s, {.depth = 4}), b = exact_tree(s, {.depth = 5});
+    PairQuery query;
+    std::size_t found = 0;
+    for (int pose = 0; pose < 10; ++pose) {
+        const Vertices x = shapes::moved(s.X, shapes::random_motion(random, 0.4f));
+        const Vertices y = shapes::moved(s.X, shapes::random_motion(random, 0.4f));
+        const float distance = pose % 2 == 0 ? 0.f : 0.1f;
+        a.begin_pose(x);
+        b.begin_pose(y);
+        const std::span<const LeafPair> pairs = query.leaf_pairs(a, b, distance);
+        found += pairs.size();
+        EXPECT_TRUE(std::ranges::is_sorted(pairs));
+        for (const LeafPair& pair : pairs) {
+            EXPECT_TRUE(a.tree().spheres.nodes[static_cast<std::size_t>(pair.a)].is_leaf());
+            EXPECT_TRUE(b.tree().spheres.nodes[static_cast<std::size_t>(pair.b)].is_leaf());
+            const Sphere &sa = a.sphere(pair.a), &sb = b.sphere(pair.b);
+            EXPECT_LE((sa.c - sb.c).norm(), (sa.r + sb.r + distance) * 1.00001f);
+        }
+        // A wrapped hierarchy's inner spheres contain the faces below them, so leaves with faces that touch
+        // are always reached.
+        for (const FacePair& faces : brute_force_intersecting(s.F, x, s.F, y)) {
+            const auto holds = [&](const LeafPair& pair) {
+                return std::ranges::count(a.tree().spheres.node_faces(pair.a), faces.a) == 1 &&
+                       std::ranges::count(b.tree().spheres.node_faces(pair.b), faces.b) == 1;
+            };
+            EXPECT_EQ(std::ranges::count_if(pairs, holds), 1);
+        }
+    }
+    EXPECT_GT(found, 100u);
+}
+
+TEST(PairQuery, BoundsANodeOnceAPoseAndOnlyIfItsParentCollided) {
+    const Surface s = shapes::torus(48, 32);
+    PosedTree a = exact_tree(s), b = exact_tree(s);
+    PairQuery query;
+    Vertices y = s.X;
+
+    a.begin_pose(s.X);
+    y.col(0).array() += 10.f;  // out of reach: the roots decide
+    b.begin_pose(y);
+    query.intersecting(a, b);
+    EXPECT_EQ(query.counters().nodes_bounded, 2);
+    EXPECT_EQ(query.counters().sphere_tests, 1);
+    EXPECT_EQ(query.counters().boxes_refitted, 0);
+    EXPECT_EQ(a.nodes_bounded(), 1);
+
+    y.col(0).array() -= 8.65f;  // side by side: a corner of either tree
+    b.begin_pose(y);
+    EXPECT_GT(query.intersecting(a, b).size(), 0u);
+    const QueryCounters first = query.counters();
+    EXPECT_GT(first.nodes_bounded, 20);
+    EXPECT_LT(first.nodes_bounded, 255);
+    EXPECT_GT(first.leaf_pairs, 0);
+    EXPECT_LT(first.boxes_refitted, 2 * 2 * s.F.rows() / LeafBoxes::leaf_faces);
+    EXPECT_LT(first.triangle_tests, 100 * first.face_pairs);
+    EXPECT_EQ(a.nodes_bounded() + b.nodes_bounded(), first.nodes_bounded + 1);  // the root of a stood
+
+    query.intersecting(a, b);  // the same pose again costs tests alone
+    EXPECT_EQ(query.counters().nodes_bounded, 0);
+    EXPECT_EQ(query.counters().boxes_refitted, 0);
+    EXPECT_EQ(query.counters().sphere_tests, first.sphere_tests);
+    EXPECT_EQ(query.counters().face_pairs, first.face_pairs);
+
+    a.begin_pose(s.X);
+    query.intersecting(a, b);
+    EXPECT_EQ(query.counters().nodes_bounded, a.nodes_bounded());
+    EXPECT_GT(query.counters().boxes_refitted, 0);
+}
+
+TEST(PairQuery, FollowsAPoseThatJumps) {
+    const Surface s = shapes::sphere(16, 20);
+    PosedTree a = exact_tree(s), b = exact_tree(s);
+    PairQuery query;
+    std::mt19937 random(3);
+    for (int pose = 0; pose < 6; ++pose) {
+        const Vertices x = shapes::moved(s.X, shapes::random_motion(random, 0.4f)), y = s.X;
+        a.begin_pose(x);
+        b.begin_pose(y);
+        EXPECT_EQ(copied(query.intersecting(a, b)), brute_force_intersecting(s.F, x, s.F, y));
+        EXPECT_EQ(copied(query.intersecting(b, a)), brute_force_intersecting(s.F, y, s.F, x));
+    }
+}
+
+Surface read_obj(const std::filesystem::path& path) {
+    std::vector<Eigen::Vector3f> X;
+    std::vector<Eigen::Vector3i> F;
+    std::ifstream in(path);
+    for (std::string key; in >> key;) {
+        if (key == "v") in >> X.emplace_back().x() >> X.back().y() >> X.back().z();
+        if (key == "f") in >> F.emplace_back().x() >> F.back().y() >> F.back().z();
+        in.ignore(1000, '\n');
+    }
+    Surface s{Vertices(X.size(), 3), Faces(F.size(), 3)};
+    for (std::size_t i = 0; i < X.size(); ++i) s.X.row(static_cast<Eigen::Index>(i)) = X[i];
+    for (std::size_t i = 0; i < F.size(); ++i) s.F.row(static_cast<Eigen::Index>(i)) = F[i].array() - 1;
+    return s;
+}
+
+TEST(PairQuery, FindsWhatBruteForceFindsBetweenScannedMeshes) {
+    const std::filesystem::path folder = NBD_SHARED_MESHES;
+    if (!std::filesystem::exists(folder / "bob.obj")) GTEST_SKIP() << "no meshes at " << folder;
+    const Surface bob = read_obj(folder / "bob.obj"), spot = read_obj(folder / "spot.obj");
+    ASSERT_EQ(bob.F.rows(), 6000);
+    ASSERT_EQ(spot.X.rows(), 3002);
+    PosedTree a = exact_tree(bob), b = exact_tree(spot);
+    PairQuery query;
+    std::mt19937 random(4);
+    const Vertices x = shapes::wobbled(bob.X, random, 0.02f);
+    const Vertices y =
+        shapes::moved(shapes::wobbled(spot.X, random, 0.02f), shapes::random_motion(random, 0.2f));
+    a.begin_pose(x);
+    b.begin_pose(y);
+    // Boxes first, or brute force would take seconds: a face that misses the other body's box touches none.
+    const auto expected = brute_force(bob.F, x, spot.F, y, [](const Triangle& s, const Triangle& t) {
+        const Box p = bounding_box(s), q = bounding_box(t);
+        return !((p.lo > q.hi).any() || (q.lo > p.hi).any()) && triangles_intersect(s, t);
+    });
+    EXPECT_GT(expected.size(), 50u);
+    EXPECT_EQ(copied(query.intersecting(a, b)), expected);
+}
+
+}  // namespace
+}  // namespace nbd
