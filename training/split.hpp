@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "training/recording.hpp"
+#include "training/tree_file.hpp"
+
+namespace nbd {
+
+/// Draws the trajectories that training never sees and fixes how frames are kept out of the others. Failed
+/// and empty trajectories are in neither list. With a share above 0 at least one trajectory is held out.
+/// held_out_share: of the complete trajectories, in [0, 1). random_frame_share: of the remaining frames, in
+/// [0, 1). Depends on the trajectories' ids, the shares and the seed alone.
+/// Throws std::invalid_argument on a share out of range, std::runtime_error where the recording has too few
+/// complete trajectories to leave one for training.
+TrainingSplit make_split(const RecordingReader& recording, double held_out_share, double random_frame_share,
+                         std::uint64_t seed);
+
+/// A frame of a recording.
+struct FrameId {
+    int trajectory = 0;  // index into RecordingReader::trajectories(), not its id
+    int frame = 0;
+    auto operator<=>(const FrameId&) const = default;
+};
+
+/// The three parts that a split makes of a recording. Disjoint; together all frames of its trajectories.
+enum class FrameSet { train, random_test, held_out };
+
+/// Frames of one part, ascending. Trajectories that the recording does not have are skipped.
+std::vector<FrameId> frames_of(const RecordingReader& recording, const TrainingSplit& split, FrameSet set);
+
+/// All frames of the complete trajectories, ascending.
+std::vector<FrameId> complete_frames(const RecordingReader& recording);
+
+/// At most `count` of the frames, evenly spread.
+std::vector<FrameId> spread(std::span<const FrameId> frames, int count);
+
+}  // namespace nbd

@@ -1,0 +1,151 @@
+#include "training/train_tree.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "collision/bd_model.hpp"
+#include "training/checkpoint.hpp"
+#include "training/counter_random.hpp"
+#include "training/recording_hash.hpp"
+
+namespace nbd {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+void check_config(const TrainConfig& config, const SurfaceBody& body) {
+    check_mlp_config(config.mlp);
+    if (config.modes < 1)
+        throw std::invalid_argument(fmt::format("{} modes, at least 1 needed", config.modes));
+    if (body.U.cols() < 1) throw std::invalid_argument("the body has no modes; compute them first");
+}
+
+/// Trains what the checkpoint does not hold, and keeps it up to date.
+std::vector<TrainedMlp> train_networks(const PoseRows& inputs, const PoseRows& targets,
+                                       const MlpConfig& config, const TrainRun& run) {
+    std::vector<TrainedMlp> networks(static_cast<std::size_t>(targets.cols() / MlpShape::outputs));
+    if (run.checkpoint.empty()) {
+        train_mlps(inputs, targets, config, run.threads, run.hooks, {}, networks);
+        return networks;
+    }
+    const std::string key = training_key(inputs, targets, config);
+    load_checkpoint(run.checkpoint, key, networks);
+    auto saved = Clock::now();
+    const auto node_done = [&] {
+        if (seconds_since(saved) < run.checkpoint_seconds) return;
+        save_checkpoint(run.checkpoint, key, networks);
+        saved = Clock::now();
+    };
+    try {
+        train_mlps(inputs, targets, config, run.threads, run.hooks, node_done, networks);
+    } catch (const TrainingCancelled&) {
+        save_checkpoint(run.checkpoint, key, networks);
+        throw;
+    }
+    save_checkpoint(run.checkpoint, key, networks);
+    return networks;
+}
+
+/// Scales the labels in place, trains on them and gathers the model.
+ModalModel train_model(const ClusteredModes& modes, PoseLabels& labels, const MlpConfig& config,
+                       const TrainRun& run, Eigen::VectorXf& node_loss) {
+    ModalModel model;
+    model.modes = modes;
+    model.hidden = config.hidden;
+    const ColumnRange codes = scale_columns(labels.codes), spheres = scale_columns(labels.spheres);
+    model.z_centre = codes.centre;
+    model.z_scale = codes.scale();
+    const auto nodes = spheres.centre.size() / ModalModel::outputs;
+    using PerNode = Eigen::Map<const Eigen::MatrixXf>;
+    model.out_centre = PerNode(spheres.centre.data(), ModalModel::outputs, nodes);
+    model.out_scale = PerNode(spheres.half.data(), ModalModel::outputs, nodes);
+
+    const auto networks = train_networks(labels.codes, labels.spheres, config, run);
+    node_loss.resize(nodes);
+    for (Eigen::Index i = 0; i < nodes; ++i) {
+        const TrainedMlp& network = networks[static_cast<std::size_t>(i)];
+        model.weights.insert(model.weights.end(), network.weights.begin(), network.weights.end());
+        node_loss[i] = network.loss;
+    }
+    return model;
+}
+
+}  // namespace
+
+std::string to_json(const TrainConfig& c) {
+    const nlohmann::ordered_json json = {{"depth", c.tree.depth},
+                                         {"min_leaf_faces", c.tree.min_leaf_faces},
+                                         {"modes", c.modes},
+                                         {"representatives", c.clusters.k_means.clusters},
+                                         {"k_means_iterations", c.clusters.k_means.max_iterations},
+                                         {"k_means_initialisations", c.clusters.initialisations},
+                                         {"k_means_poses", c.clusters.poses},
+                                         {"label_frame", name(c.label_frame)},
+                                         {"held_out_share", c.held_out_share},
+                                         {"random_frame_share", c.random_frame_share},
+                                         {"hidden", c.mlp.hidden},
+                                         {"batch", c.mlp.batch},
+                                         {"learning_rate", c.mlp.learning_rate},
+                                         {"min_learning_rate", c.mlp.min_learning_rate},
+                                         {"decay", c.mlp.decay},
+                                         {"patience", c.mlp.patience},
+                                         {"improvement", c.mlp.improvement},
+                                         {"max_epochs", c.mlp.max_epochs},
+                                         {"seed", c.seed}};
+    return json.dump();
+}
+
+TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainConfig config,
+                    const TrainRun& run) {
+    const auto start = Clock::now();
+    const auto stage = [&](std::string_view name) {
+        if (run.stage) run.stage(name);
+    };
+    check_config(config, body);
+    check_recording(body, recording);
+    config.clusters.k_means.seed = counter_random(config.seed, 1, 0);
+    config.mlp.seed = counter_random(config.seed, 2, 0);
+    config.modes = std::min(config.modes, static_cast<int>(body.U.cols()));
+    if (config.modes < body.U.cols()) body.U = body.U.leftCols(config.modes).eval();
+
+    TreeFile file;
+    TrainingFacts& facts = file.facts;
+    facts.body_hash = body.hash;
+    facts.config = to_json(config);
+    facts.split = make_split(recording, config.held_out_share, config.random_frame_share,
+                             counter_random(config.seed, 0, 0));
+    const std::vector<FrameId> frames = frames_of(recording, facts.split, FrameSet::train);
+    facts.poses = static_cast<int>(frames.size());
+    if (facts.poses < config.mlp.batch)
+        throw std::runtime_error(fmt::format("{}: {} training poses, at least one batch of {} needed",
+                                             recording.path().string(), facts.poses, config.mlp.batch));
+
+    stage("reading");
+    facts.recording_hash = recording_hash(recording);
+    file.tree.vertex_count = static_cast<int>(body.X.rows());
+    file.tree.faces = body.F;
+    file.tree.spheres = build_sphere_tree(body.X, body.F, config.tree);
+
+    stage("clustering modes");
+    const ClusteredModesChoice choice = cluster_modes(body, recording, frames, config.clusters, run.threads);
+    facts.code_error = choice.code_error;
+    file.tree.bd = build_bd_model(file.tree.spheres, Eigen::MatrixXf(body.U), choice.modes);
+
+    stage("computing labels");
+    PoseLabels labels = compute_labels(body, file.tree.spheres, choice.modes, recording, frames,
+                                       config.label_frame, run.threads);
+    stage("training networks");
+    file.tree.modal = train_model(choice.modes, labels, config.mlp, run, facts.node_loss);
+    facts.seconds = seconds_since(start);
+    return file;
+}
+
+}  // namespace nbd

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "collision/sphere_tree.hpp"
+#include "training/cluster_modes.hpp"
+#include "training/labels.hpp"
+#include "training/mlp_trainer.hpp"
+#include "training/tree_file.hpp"
+
+namespace nbd {
+
+/// All that decides what is trained. The defaults are the paper's, but for the label frame, which here
+/// leaves alignment errors out.
+struct TrainConfig {
+    SphereTreeConfig tree;  // depth 7
+    int modes = 128;        // the lowest ones; a body with fewer brings what it has
+    ClusterModesConfig clusters;
+    LabelFrame label_frame = LabelFrame::clustered;
+    double held_out_share = 0.2;      // of the trajectories, in [0, 1): never seen in training
+    double random_frame_share = 0.1;  // of the other trajectories' frames, in [0, 1): likewise
+    MlpConfig mlp;
+    std::uint64_t seed = 1;  // of the split, the clustering and the networks; overrides theirs
+};
+
+/// JSON text of the options: what TrainingFacts keep.
+std::string to_json(const TrainConfig& config);
+
+/// What a training needs beside its data and options, none of which changes its result.
+struct TrainRun {
+    int threads = 0;      // 0: all cores
+    TrainingHooks hooks;  // progress covers the networks, which take most of the time
+    std::function<void(std::string_view)>
+        stage;                         // called at the start of each stage with its name; may be empty
+    std::filesystem::path checkpoint;  // where finished networks are kept; empty: nowhere. The
+                                       // caller removes the file once the tree is saved
+    double checkpoint_seconds = 10;    // at least so long between two checkpoints
+};
+
+/// Builds and trains the whole tree of a body from a recording: sphere tree, clustered modes, BD-Tree and the
+/// networks of the paper. Streams the recording; what stays in memory is one code and one label a pose and
+/// node. The same arguments give the same bits, whatever the threads and however often it was interrupted,
+/// on one machine type; `facts.seconds` aside.
+/// Throws std::invalid_argument on a config out of range or a body without modes, std::runtime_error on a
+/// recording of another body or with fewer training poses than one batch, TrainingCancelled.
+TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainConfig config,
+                    const TrainRun& run = {});
+
+}  // namespace nbd
