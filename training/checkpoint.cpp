@@ -46,7 +46,7 @@ void save_checkpoint(const std::filesystem::path& path, const std::string& key,
     file.write("node", nodes);
     file.write("epochs", epochs);
     file.write("loss", losses);
-    file.write<float>("weights", {nodes.size(), weights.size() / nodes.size()}, weights);
+    file.write("weights", {nodes.size(), weights.size() / nodes.size()}, std::span<const float>(weights));
     file.commit();
 }
 
