@@ -9,19 +9,11 @@
 #include <string>
 
 #include "collision/bounding_sphere.hpp"
+#include "tests/collision/error_of.hpp"
 #include "tests/collision/shapes.hpp"
 
 namespace nbd {
 namespace {
-
-std::string error_of(const std::function<void()>& action) {
-    try {
-        action();
-    } catch (const std::invalid_argument& e) {
-        return e.what();
-    }
-    return "no error";
-}
 
 TEST(SphereTree, IsFullAtTheDefaultDepthWhereThereAreFacesEnough) {
     const auto s = shapes::torus(48, 32);

@@ -1,0 +1,193 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "collision/bd_bound.hpp"
+#include "collision/bounding_sphere.hpp"
+#include "collision/exact_bound.hpp"
+#include "collision/modal_bound.hpp"
+#include "collision/posed_tree.hpp"
+#include "tests/collision/models.hpp"
+
+namespace nbd {
+namespace {
+
+/// How far the listed vertices stand out of a sphere, metres; 0 or less when it contains them.
+double protrusion(const Sphere& s, const Vertices& x, std::span<const int> vertices) {
+    double most = -s.r;
+    for (const int v : vertices)
+        most =
+            std::max(most, (x.row(v).transpose().cast<double>() - s.c.cast<double>()).norm() - double{s.r});
+    return most;
+}
+
+TEST(ExactBound, ContainsEveryVertexAndAgreesWithTheRuleAtAnyScaleAndPlace) {
+    std::mt19937 random(1);
+    const shapes::Surface surfaces[] = {shapes::torus(33, 17), shapes::bar(20, 7), shapes::sphere(2, 3)};
+    for (const auto& s : surfaces)
+        for (const int depth : {0, 3, 9}) {
+            const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = depth, .min_leaf_faces = 1});
+            ExactBound bound(tree);
+            for (const float scale : {1e-4f, 1.f, 1e3f})
+                for (const float reach : {0.f, 1.f, 1e3f}) {
+                    const Vertices x = scale * shapes::moved(shapes::wobbled(s.X, random, 0.2f),
+                                                             shapes::random_motion(random, reach));
+                    bound.begin_pose(x);
+                    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+                        const Sphere sphere = bound.bound(i),
+                                     rule = bounding_sphere(x, tree.node_vertices(i));
+                        EXPECT_LE(protrusion(sphere, x, tree.node_vertices(i)), 0);
+                        const float rounding = 4e-7f * scale * (2 + reach);
+                        EXPECT_NEAR((sphere.c - rule.c).norm(), 0, rounding);
+                        EXPECT_NEAR(sphere.r, rule.r, rounding);
+                    }
+                }
+        }
+}
+
+TEST(ExactBound, ReadsPositionsThatLieApart) {
+    const auto s = shapes::torus(20, 10);
+    const SphereTree tree = build_sphere_tree(s.X, s.F);
+    Eigen::Matrix<float, Eigen::Dynamic, 5, Eigen::RowMajor> wide(s.X.rows(), 5);
+    wide.leftCols<3>() = s.X;
+    ExactBound dense(tree), apart(tree);
+    dense.begin_pose(s.X);
+    apart.begin_pose(Eigen::Map<const Vertices, 0, Eigen::OuterStride<>>(wide.data(), s.X.rows(), 3,
+                                                                         Eigen::OuterStride<>(5)));
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        EXPECT_EQ(dense.bound(i).c, apart.bound(i).c);
+        EXPECT_EQ(dense.bound(i).r, apart.bound(i).r);
+    }
+}
+
+/// Vertices of X + U q, moved rigidly: what a BD-Tree is made for.
+struct SpanPose {
+    Eigen::VectorXf q;
+    RigidTransform motion;
+    Vertices x;
+};
+
+SpanPose random_span_pose(const shapes::Surface& s, const shapes::Modes& modes, std::mt19937& random,
+                          float amount) {
+    SpanPose pose;
+    pose.q = Eigen::VectorXf::NullaryExpr(modes.U.cols(),
+                                          [&](Eigen::Index) { return amount * shapes::uniform(random); });
+    pose.motion = shapes::random_motion(random, 2);
+    pose.x = shapes::moved(shapes::modal_pose(s, modes.U, pose.q), pose.motion);
+    return pose;
+}
+
+TEST(BdBound, ContainsEveryVertexOfAPoseInTheSpanOfTheModes) {
+    std::mt19937 random(2);
+    float largest_shift = 0;
+    for (const auto& s : {shapes::torus(30, 14), shapes::bar(24, 10)})
+        for (const int mode_count : {1, 6, 24}) {
+            const shapes::Modes modes = shapes::make_modes(s, mode_count, 80, 3);
+            const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 6});
+            const BdModel model = build_bd_model(tree, modes.U, modes.clustered);
+            check_bd_model(model, tree, static_cast<int>(s.X.rows()));
+            BdBound bound(tree, model);
+            for (int i = 0; i < 10; ++i) {
+                const SpanPose pose =
+                    random_span_pose(s, modes, random, 0.6f / std::sqrt(static_cast<float>(mode_count)));
+                largest_shift = std::max(
+                    largest_shift, (pose.x - shapes::moved(s.X, pose.motion)).rowwise().norm().maxCoeff());
+                bound.begin_pose(pose.x);
+                for (int node = 0; node < static_cast<int>(tree.nodes.size()); ++node)
+                    EXPECT_LE(protrusion(bound.bound(node), pose.x, tree.node_vertices(node)), 0)
+                        << mode_count << " modes, node " << node;
+            }
+        }
+    EXPECT_GT(largest_shift, 0.3f);
+}
+
+TEST(BdBound, IsTheRestTreeAtRest) {
+    const auto s = shapes::torus(30, 14);
+    const shapes::Modes modes = shapes::make_modes(s, 8, 80, 3);
+    const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 6});
+    const BdModel model = build_bd_model(tree, modes.U, modes.clustered);
+    BdBound bound(tree, model);
+    bound.begin_pose(s.X);
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+        EXPECT_NEAR((bound.bound(static_cast<int>(i)).c - tree.rest[i].c).norm(), 0, 1e-5);
+        EXPECT_NEAR(bound.bound(static_cast<int>(i)).r, tree.rest[i].r, 1e-5);
+    }
+}
+
+TEST(BdBound, FollowsItsEquations) {
+    std::mt19937 random(4);
+    const auto s = shapes::bar(24, 10);
+    const shapes::Modes modes = shapes::make_modes(s, 5, 60, 3);
+    const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 4});
+    const BdModel model = build_bd_model(tree, modes.U, modes.clustered);
+    BdBound bound(tree, model);
+    const SpanPose pose = random_span_pose(s, modes, random, 0.3f);
+    bound.begin_pose(pose.x);
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        const std::span<const int> vertices = tree.node_vertices(i);
+        Eigen::VectorXd mean = Eigen::VectorXd::Zero(3);
+        for (const int v : vertices)
+            mean +=
+                (modes.U.middleRows<3>(3 * v) * pose.q).cast<double>() / static_cast<double>(vertices.size());
+        double r = tree.rest[static_cast<std::size_t>(i)].r;
+        for (int j = 0; j < 5; ++j) {
+            Eigen::Vector3f column = Eigen::Vector3f::Zero();
+            for (const int v : vertices)
+                column += modes.U.col(j).segment<3>(3 * v) / static_cast<float>(vertices.size());
+            float dr = 0;
+            for (const int v : vertices)
+                dr = std::max(dr, (modes.U.col(j).segment<3>(3 * v) - column).norm());
+            r += dr * std::abs(pose.q[j]);
+        }
+        const Eigen::Vector3f c = tree.rest[static_cast<std::size_t>(i)].c + mean.cast<float>();
+        EXPECT_NEAR((bound.bound(i).c - (pose.motion.R * c + pose.motion.t)).norm(), 0, 1e-5);
+        EXPECT_NEAR(bound.bound(i).r, r, 1e-5);
+    }
+}
+
+TEST(ModalBound, IsTheNetworksSphereInTheWorld) {
+    std::mt19937 random(5);
+    const auto s = shapes::torus(20, 12);
+    const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
+    const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
+    const ModalModel model = shapes::random_model(tree, modes.clustered, 32, 6);
+    ModalBound bound(tree, model);
+    const SpanPose pose = random_span_pose(s, modes, random, 0.3f);
+    bound.begin_pose(pose.x);
+    ModalCodeScratch scratch;
+    Eigen::VectorXf z(9);
+    const RigidTransform align = modal_code(modes.clustered, pose.x, scratch, z);
+    z = (z - model.z_centre).cwiseProduct(model.z_scale);
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        const Sphere expected = modal_sphere(model, tree, i, z);
+        EXPECT_NEAR((bound.bound(i).c - (align.R * expected.c + align.t)).norm(), 0, 1e-6);
+        EXPECT_EQ(bound.bound(i).r, expected.r);
+    }
+}
+
+TEST(Bounds, MoveWithARigidMotion) {
+    std::mt19937 random(7);
+    const auto s = shapes::torus(30, 14);
+    const auto tree =
+        std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 12, 90, 3)));
+    for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::modal}) {
+        PosedTree here(tree, kind), there(tree, kind);
+        for (int i = 0; i < 5; ++i) {
+            const Vertices x = shapes::wobbled(s.X, random, 0.1f);
+            const RigidTransform motion = shapes::random_motion(random, 2);
+            const Vertices y = shapes::moved(x, motion);
+            here.begin_pose(x);
+            there.begin_pose(y);
+            for (int node = 0; node < static_cast<int>(tree->spheres.nodes.size()); ++node) {
+                const Sphere expected = to_world(motion, here.sphere(node));
+                EXPECT_NEAR((there.sphere(node).c - expected.c).norm(), 0, 3e-5) << name(kind);
+                EXPECT_NEAR(there.sphere(node).r, expected.r, 3e-5) << name(kind);
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace nbd

@@ -1,0 +1,115 @@
+#include "collision/modal_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/collision/error_of.hpp"
+#include "tests/collision/models.hpp"
+
+namespace nbd {
+namespace {
+
+/// The network as the class comment defines it, in double.
+Eigen::Vector4d reference(const ModalModel& model, int node, const Eigen::VectorXf& zn) {
+    const float* w = model.weights.data() + node * model.weights_per_node();
+    const auto layer = [&](int out, const Eigen::VectorXd& x) -> Eigen::VectorXd {
+        const Eigen::MatrixXd W = Eigen::Map<const Eigen::MatrixXf>(w, out, x.size()).cast<double>();
+        w += out * x.size();
+        const Eigen::VectorXd b = Eigen::Map<const Eigen::VectorXf>(w, out).cast<double>();
+        w += out;
+        return W * x + b;
+    };
+    const Eigen::VectorXd h1 = layer(model.hidden, zn.cast<double>()).cwiseMax(0);
+    const Eigen::VectorXd h2 = layer(model.hidden, h1).cwiseMax(0);
+    return layer(4, h2).cwiseProduct(model.out_scale.col(node).cast<double>()) +
+           model.out_centre.col(node).cast<double>();
+}
+
+TEST(ModalSphere, IsTheNetworkForAnyWidths) {
+    const auto s = shapes::torus(16, 10);
+    const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
+    for (const int modes : {1, 3, 30, 128})
+        for (const int hidden : {1, 7, 32, 33, 128}) {
+            const ModalModel model =
+                shapes::random_model(tree, shapes::make_modes(s, modes, 60, 1).clustered, hidden, 2);
+            check_modal_model(model, tree, static_cast<int>(s.X.rows()));
+            std::mt19937 random(3);
+            const Eigen::VectorXf zn =
+                Eigen::VectorXf::NullaryExpr(modes, [&](Eigen::Index) { return shapes::uniform(random); });
+            for (int node = 0; node < static_cast<int>(tree.nodes.size()); ++node) {
+                const Eigen::Vector4d delta = reference(model, node, zn);
+                const Sphere& rest = tree.rest[static_cast<std::size_t>(node)];
+                const Sphere sphere = modal_sphere(model, tree, node, zn);
+                EXPECT_NEAR((sphere.c - rest.c - delta.head<3>().cast<float>()).norm(), 0, 2e-5)
+                    << modes << ' ' << hidden;
+                EXPECT_NEAR(sphere.r, std::max(0., rest.r + delta[3]), 2e-5) << modes << ' ' << hidden;
+            }
+        }
+}
+
+TEST(ModalSphere, OfKnownWeightsIsKnown) {
+    // One mode; the first hidden unit carries max(z, 0), the second max(-z, 0), through both layers.
+    const auto s = shapes::sphere(6, 8);
+    const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
+    ModalModel model = shapes::random_model(tree, shapes::make_modes(s, 1, 10, 1).clustered, 2, 2);
+    std::fill(model.weights.begin(), model.weights.end(), 0.f);
+    float* w = model.weights.data() + 2 * model.weights_per_node();  // node 2
+    w[0] = 1, w[1] = -1;                                             // W1 [2, 1]
+    w[4] = 1, w[7] = 1;                                              // W2 [2, 2] after b1
+    w[10] = 2, w[11 + 2] = 5, w[14 + 1] = 3;                         // W3 [4, 2] after b2
+    model.out_scale.setConstant(0.1f);
+    model.out_centre.setConstant(0.01f);
+    const auto at = [&](int node, float z) {
+        return modal_sphere(model, tree, node, Eigen::VectorXf::Constant(1, z));
+    };
+    const Sphere& rest = tree.rest[2];
+    EXPECT_NEAR((at(2, 0.5f).c - rest.c - Eigen::Vector3f(0.11f, 0.01f, 0.01f)).norm(), 0, 1e-6);
+    EXPECT_NEAR(at(2, 0.5f).r, rest.r + 0.01f + 0.25f, 1e-6);
+    EXPECT_NEAR((at(2, -0.5f).c - rest.c - Eigen::Vector3f(0.01f, 0.16f, 0.01f)).norm(), 0, 1e-6);
+    EXPECT_NEAR(at(2, -0.5f).r, rest.r + 0.01f, 1e-6);
+    EXPECT_NEAR(at(1, 0.5f).r, tree.rest[1].r + 0.01f, 1e-6);
+}
+
+TEST(ModalSphere, NeverHasANegativeRadius) {
+    const auto s = shapes::sphere(6, 8);
+    const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
+    ModalModel model = shapes::random_model(tree, shapes::make_modes(s, 3, 10, 1).clustered, 32, 2);
+    model.out_centre.row(3).setConstant(-10);
+    EXPECT_EQ(modal_sphere(model, tree, 0, Eigen::VectorXf::Zero(3)).r, 0);
+}
+
+TEST(CheckModalModel, NamesWhatIsWrong) {
+    const auto s = shapes::sphere(6, 8);
+    const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
+    const ModalModel whole = shapes::random_model(tree, shapes::make_modes(s, 3, 10, 1).clustered, 8, 2);
+    ASSERT_EQ(whole.weights_per_node(), 8 * 4 + 8 * 9 + 4 * 9);
+    const auto error = [&](auto tamper) {
+        ModalModel model = whole;
+        tamper(model);
+        return error_of([&] { check_modal_model(model, tree, 50); });
+    };
+    using M = ModalModel;
+    EXPECT_EQ(error([](M&) {}), "no error");
+    EXPECT_EQ(error([](M& m) { m.modes.w[0] = -1; }), "modes: weight 0 is -1, allowed: finite and above 0");
+    EXPECT_EQ(error([](M& m) { m.hidden = 0; }), "modal tree: hidden width 0, allowed: 1 to 128");
+    EXPECT_EQ(error([](M& m) { m.hidden = 129; }), "modal tree: hidden width 129, allowed: 1 to 128");
+    EXPECT_EQ(error([](M& m) { m.hidden = 9; }),
+              "modal tree: has 420 weights instead of 166 for each of 3 nodes");
+    EXPECT_EQ(error([](M& m) { m.weights.pop_back(); }),
+              "modal tree: has 419 weights instead of 140 for each of 3 nodes");
+    EXPECT_EQ(error([](M& m) { m.weights[300] = NAN; }), "modal tree: a weight of node 2 is not finite");
+    EXPECT_EQ(error([](M& m) { m.z_scale.conservativeResize(2); }),
+              "modal tree: z_centre and z_scale have 3 and 2 entries instead of 3");
+    EXPECT_EQ(error([](M& m) { m.z_centre[1] = INFINITY; }),
+              "modal tree: the scaling of the code is not finite");
+    EXPECT_EQ(error([](M& m) { m.out_scale.conservativeResize(4, 2); }),
+              "modal tree: the scaling of the outputs is 4 x 2 instead of 4 x 3");
+    EXPECT_EQ(error([](M& m) { m.out_centre.conservativeResize(3, 3); }),
+              "modal tree: the scaling of the outputs is 3 x 3 instead of 4 x 3");
+    EXPECT_EQ(error([](M& m) { m.out_centre(0, 0) = NAN; }),
+              "modal tree: the scaling of the outputs is not finite");
+}
+
+}  // namespace
+}  // namespace nbd

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <Eigen/Dense>
+
+#include "tests/collision/shapes.hpp"
+
+namespace nbd::shapes {
+
+/// Smooth displacement modes over a surface, [3 n, m], and some of its vertices to see them by. Like elastic
+/// modes they hold nothing of a rigid motion, as the representatives weigh it: a pose X + U q is aligned.
+struct Modes {
+    Eigen::MatrixXf U;
+    ClusteredModes clustered;
+};
+
+inline Modes make_modes(const Surface& s, int mode_count, int representatives, unsigned seed) {
+    std::mt19937 random(seed);
+    const Eigen::Index n = s.X.rows();
+    Eigen::MatrixXd U(3 * n, mode_count), rigid(3 * n, 6);
+    for (int j = 0; j < mode_count; ++j) {
+        const Vertices moved = wobbled(s.X, random, 0.3f) - s.X;
+        U.col(j) = Eigen::Map<const Eigen::VectorXf>(moved.data(), 3 * n).cast<double>();
+    }
+    for (Eigen::Index v = 0; v < n; ++v)
+        for (int axis = 0; axis < 3; ++axis) {
+            const Eigen::Vector3d e = Eigen::Vector3d::Unit(axis), X = s.X.row(v).transpose().cast<double>();
+            rigid.col(axis).segment<3>(3 * v) = e;
+            rigid.col(3 + axis).segment<3>(3 * v) = e.cross(X);
+        }
+
+    Modes modes;
+    ClusteredModes& c = modes.clustered;
+    c.w.resize(representatives);
+    Eigen::VectorXd weights = Eigen::VectorXd::Zero(3 * n);
+    for (int i = 0; i < representatives; ++i) {
+        c.representatives.push_back(static_cast<int>(i * n / representatives));
+        c.w[i] = 2 + uniform(random);
+        weights.segment<3>(3 * c.representatives.back()).setConstant(c.w[i]);
+    }
+    const Eigen::MatrixXd weighted = weights.asDiagonal() * rigid;
+    U -= rigid * (weighted.transpose() * rigid).ldlt().solve(weighted.transpose() * U);
+    modes.U = U.cast<float>();
+
+    c.X.resize(representatives, 3);
+    c.U.resize(3 * representatives, mode_count);
+    for (int i = 0; i < representatives; ++i) {
+        const Eigen::Index v = c.representatives[static_cast<std::size_t>(i)];
+        c.X.row(i) = s.X.row(v);
+        c.U.middleRows<3>(3 * i) = modes.U.middleRows<3>(3 * v);
+    }
+    return modes;
+}
+
+/// The pose X + U q.
+inline Vertices modal_pose(const Surface& s, const Eigen::MatrixXf& U, const Eigen::VectorXf& q) {
+    const Eigen::VectorXf shift = U * q;
+    return s.X + Eigen::Map<const Vertices>(shift.data(), s.X.rows(), 3);
+}
+
+/// A model with random weights, about what training starts from.
+inline ModalModel random_model(const SphereTree& tree, const ClusteredModes& modes, int hidden,
+                               unsigned seed) {
+    std::mt19937 random(seed);
+    ModalModel model;
+    model.modes = modes;
+    model.hidden = hidden;
+    const int m = model.mode_count();
+    model.z_centre = Eigen::VectorXf::NullaryExpr(m, [&](Eigen::Index) { return 0.1f * uniform(random); });
+    model.z_scale = Eigen::VectorXf::NullaryExpr(m, [&](Eigen::Index) { return 0.05f * uniform(random); });
+    model.weights.resize(tree.nodes.size() * static_cast<std::size_t>(model.weights_per_node()));
+    for (float& w : model.weights) w = 0.3f * uniform(random);
+    const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
+    model.out_centre = Eigen::MatrixXf::NullaryExpr(
+        4, nodes, [&](Eigen::Index, Eigen::Index) { return 0.05f * uniform(random); });
+    model.out_scale = Eigen::MatrixXf::NullaryExpr(
+        4, nodes, [&](Eigen::Index, Eigen::Index) { return 0.1f * uniform(random); });
+    return model;
+}
+
+/// A tree of a surface with all kinds of bounds.
+inline CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeConfig& config = {}) {
+    CollisionTree tree = make_exact_tree(s.X, s.F, config);
+    tree.bd = build_bd_model(tree.spheres, modes.U, modes.clustered);
+    tree.modal = random_model(tree.spheres, modes.clustered, 32, 5);
+    return tree;
+}
+
+}  // namespace nbd::shapes
