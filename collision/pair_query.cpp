@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "collision/closest_points.hpp"
 #include "collision/posed_tree_state.hpp"
 #include "collision/separation.hpp"
 #include "collision/triangle_triangle.hpp"
@@ -133,6 +134,13 @@ void PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance, cons
 
 std::span<const FacePair> PairQuery::intersecting(PosedTree& a, PosedTree& b) noexcept {
     find_face_pairs(a, b, 0, [](const Triangle& s, const Triangle& t) { return triangles_intersect(s, t); });
+    return face_pairs_;
+}
+
+std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float distance) noexcept {
+    find_face_pairs(a, b, distance, [distance](const Triangle& s, const Triangle& t) {
+        return triangle_distance(s, t) <= double{distance};
+    });
     return face_pairs_;
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "collision/closest_points.hpp"
 #include "collision/leaf_boxes.hpp"
 #include "collision/triangle_triangle.hpp"
 #include "tests/collision/shapes.hpp"
@@ -87,6 +88,52 @@ TEST(PairQuery, FindsWhatBruteForceFindsInRandomPoses) {
     EXPECT_GE(touching_poses, 20);
     EXPECT_GE(apart_poses, 4);
     EXPECT_GE(pairs, 1000u);
+}
+
+TEST(PairQuery, FindsTheFacesWithinADistanceThatBruteForceFinds) {
+    std::mt19937 random(5);
+    PairQuery query;
+    const Surface s = shapes::torus(18, 9), t = shapes::bar(12, 8);
+    PosedTree a = exact_tree(s, {.depth = 5}), b = exact_tree(t, {.depth = 3});
+    std::size_t pairs = 0, intersecting = 0;
+    for (int pose = 0; pose < 8; ++pose) {
+        const Vertices x =
+            shapes::moved(shapes::wobbled(s.X, random, 0.05f), shapes::random_motion(random, 0.4f));
+        const Vertices y =
+            shapes::moved(shapes::wobbled(t.X, random, 0.05f), shapes::random_motion(random, 0.4f));
+        a.begin_pose(x);
+        b.begin_pose(y);
+        intersecting += query.intersecting(a, b).size();
+        for (const float distance : {0.f, 0.01f, 0.1f}) {
+            const auto expected = brute_force(s.F, x, t.F, y, [&](const Triangle& p, const Triangle& q) {
+                return triangle_distance(p, q) <= double{distance};
+            });
+            EXPECT_EQ(copied(query.within(a, b, distance)), expected)
+                << "pose " << pose << ", " << distance << " m";
+            pairs += expected.size();
+        }
+        EXPECT_EQ(copied(query.within(a, b, 0)), copied(query.intersecting(a, b)));
+    }
+    EXPECT_GT(intersecting, 50u);
+    EXPECT_GT(pairs, 10 * intersecting);
+}
+
+TEST(PairQuery, ADistanceThatIsJustReachedCounts) {
+    // Parallel triangles on either side of a gap that float32 holds exactly.
+    Vertices X(3, 3), Y(3, 3);
+    X << 0, 0, 0, 1, 0, 0, 0, 1, 0;
+    for (const float gap : {0.375f, 0.1f, 1e-6f, 3e10f}) {
+        Y = X;
+        Y.col(2).setConstant(gap);
+        const Faces F = Eigen::RowVector3i(0, 1, 2);
+        PosedTree a = exact_tree({X, F}), b = exact_tree({Y, F});
+        a.begin_pose(X);
+        b.begin_pose(Y);
+        PairQuery query;
+        EXPECT_EQ(query.within(a, b, gap).size(), 1u) << gap;
+        EXPECT_EQ(query.within(a, b, std::nextafter(gap, 0.f)).size(), 0u) << gap;
+        EXPECT_EQ(query.leaf_pairs(a, b, gap).size(), 1u) << gap;
+    }
 }
 
 TEST(PairQuery, TouchingInAPointIsAPair) {
