@@ -1,5 +1,6 @@
 #include "sim/polar.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
