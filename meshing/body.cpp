@@ -61,6 +61,15 @@ h5::Shape shape(const M& m) {
     return {static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols())};
 }
 
+/// As check_body(), for a file.
+void check(const std::filesystem::path& path, const Body& body) {
+    try {
+        check_body(body);
+    } catch (const std::invalid_argument& e) {
+        throw std::runtime_error(path.string() + ": " + e.what());
+    }
+}
+
 }  // namespace
 
 std::string body_hash(const Body& body) {
@@ -78,11 +87,7 @@ std::string body_hash(const Body& body) {
 }
 
 void save_body(const std::filesystem::path& path, const Body& body) {
-    try {
-        check_body(body);
-    } catch (const std::invalid_argument& e) {
-        throw std::runtime_error(path.string() + ": " + e.what());
-    }
+    check(path, body);
     using enum h5::Packing;
     h5::Writer file(path, body_format);
     file.attribute("/", "name", body.name);
@@ -132,11 +137,7 @@ Body load_body(const std::filesystem::path& path) {
         const auto modes = static_cast<std::size_t>(body.modes.frequencies.size());
         body.modes.U = file.matrix<Eigen::MatrixXf>("modes/U", 3 * nodes, modes);
     }
-    try {
-        check_body(body);
-    } catch (const std::invalid_argument& e) {
-        throw std::runtime_error(path.string() + ": " + e.what());
-    }
+    check(path, body);
     if (const std::string stored = file.text_attribute("/", "body_sha256"), is = body_hash(body);
         stored != is)
         file.refuse("its content has SHA-256 " + is, stored + ", as its attribute body_sha256 says");

@@ -53,6 +53,9 @@ StepReport backward_euler_step(StepSystem& system, BodyState& state, double dt, 
         if (report.residual <= tolerance) break;
     }
     report.elements = body.check(elements);
+    if (report.elements.non_finite > 0)
+        throw std::runtime_error(fmt::format("step: tetrahedron {} ends at positions that are not finite",
+                                             report.elements.first_non_finite));
     state.x.swap(x);
     state.v.swap(v);
     return report;

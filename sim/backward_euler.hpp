@@ -13,9 +13,10 @@ struct StepReport {
 };
 
 /// Advances a lone body by one backward Euler step of dt seconds: state becomes the end of the step.
-/// newton_iterations >= 1 is the number of linear solves; with one, the step is linearised at its start.
+/// newton_iterations >= 1 is the number of linear solves; the first is linearised at x + dt v.
 /// Stops earlier where the residual falls below `tolerance`. Throws std::invalid_argument on bad arguments,
-/// std::runtime_error where the system cannot be factorised; `state` is then unchanged.
+/// std::runtime_error where the system cannot be factorised or the step ends at positions that are not
+/// finite; `state` is then unchanged.
 StepReport backward_euler_step(StepSystem& system, BodyState& state, double dt, const Loads& loads = {},
                                const PrescribedNodes& prescribed = {}, int newton_iterations = 1,
                                double tolerance = 1e-10);

@@ -78,6 +78,9 @@ struct Cholesky::State {
             column.push_back(static_cast<int>(row.size()));
         }
         cholmod_sparse graph = lower_view(nodes, column.data(), row.data(), nullptr);
+        common.nmethods = 2;
+        common.method[0].ordering = CHOLMOD_AMD;
+        common.method[1].ordering = CHOLMOD_METIS;
         cholmod_factor* symbolic = cholmod_analyze(&graph, &common);
         require(symbolic != nullptr, "ordering");
         const int* order = static_cast<const int*>(symbolic->Perm);
@@ -101,13 +104,10 @@ void Cholesky::analyze(const SparseMatrix& A) {
     cholmod_free_factor(&s.factor, &s.common);
     std::vector<int> permutation = s.ordering(A);
 
-    const int methods = s.common.nmethods, ordering = s.common.method[0].ordering;
     s.common.nmethods = 1;
     s.common.method[0].ordering = CHOLMOD_GIVEN;
     cholmod_sparse view = lower_view(A);
     s.factor = cholmod_analyze_p(&view, permutation.data(), nullptr, 0, &s.common);
-    s.common.nmethods = methods;
-    s.common.method[0].ordering = ordering;
     s.require(s.factor != nullptr, "analysis");
 }
 
@@ -125,7 +125,7 @@ void Cholesky::factorize(const SparseMatrix& A) {
     if (s.factor->minor < s.factor->n) {
         const int unknown = static_cast<const int*>(s.factor->Perm)[s.factor->minor];
         throw std::runtime_error(
-            fmt::format("factorize: the matrix is not positive definite (node {})", unknown / 3));
+            fmt::format("factorize: the matrix is not positive definite (pivot of node {})", unknown / 3));
     }
     s.factorized = true;
 }

@@ -202,8 +202,12 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
             Eigen::Matrix3d K = lambda_ * outer.transpose() + mu_ * outer;
             K.diagonal().array() += mu_ * outer.trace();
             const Eigen::Matrix3d value = mass_scale * pattern_.block(mass_, i, k) + stiffness_scale * K;
-            pattern_.block(A, i, k) = value;
-            if (j != i) pattern_.block(A, j, mirror_[block]) = value.transpose();
+            if (j == i) {
+                pattern_.block(A, i, k) = 0.5 * (value + value.transpose());  // symmetric to the last bit
+            } else {
+                pattern_.block(A, i, k) = value;
+                pattern_.block(A, j, mirror_[block]) = value.transpose();
+            }
         }
     });
 }

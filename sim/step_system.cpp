@@ -33,21 +33,16 @@ void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads,
     if (loads.forces.rows() > 0) require_rows(loads.forces.rows(), "forces");
     if (w.rows() > 0) require_rows(w.rows(), "w");
 
-    const bool moved = w.rows() > 0;
-    if (moved)
-        x_ = start.x + dt * w;
-    else
-        x_ = start.x;
+    const Nodes& iterate = w.rows() > 0 ? w : start.v;
+    x_ = start.x + dt * iterate;
     body_.pose(x_, elements_);
     const double alpha = body_.material().rayleigh_mass, beta = body_.material().rayleigh_stiffness;
     body_.combine(1 + dt * alpha, dt * dt + dt * beta, elements_, A_);
 
     body_.forces(elements_, force_);
     if (loads.forces.rows() > 0) force_ += loads.forces;
-    if (moved) {
-        body_.stiffness_product(elements_, w, product_);
-        force_ += dt * product_;
-    }
+    body_.stiffness_product(elements_, iterate, product_);
+    force_ += dt * product_;
     body_.mass_product(start.v.rowwise() + dt * loads.gravity.transpose(), product_);
     product_ += dt * force_;
     b_ = Eigen::Map<const Eigen::VectorXd>(product_.data(), b_.size());

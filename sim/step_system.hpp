@@ -31,9 +31,10 @@ struct PrescribedNodes {
 ///   A = (1 + dt alpha) M + (dt^2 + dt beta) K(x)
 ///   b = M v0 + dt (f(x) + M g + f_outer) + dt^2 K(x) w
 ///
-/// linearised at the iterate w, where x = x0 + dt w; alpha and beta are the Rayleigh coefficients. w = 0
-/// linearises at the start of the step; w = v of the last solve is a Newton iteration, whose only
-/// approximation is K's (see ElasticBody). One symbolic analysis serves all steps.
+/// linearised at the iterate w, where x = x0 + dt w; alpha and beta are the Rayleigh coefficients. The first
+/// w is v0, which takes the body's turning over the step into account: linearised at x0 instead, a spinning
+/// body gains energy. w = v of the last solve is a Newton iteration, whose only approximation is K's (see
+/// ElasticBody). One symbolic analysis serves all steps.
 ///
 /// The order of calls: assemble, then add_block / add_rhs for whatever else acts on the body, then
 /// prescribe, then factorize, then any number of solve and multiply. x1 = x0 + dt v.
@@ -46,7 +47,7 @@ class StepSystem {
     const ElasticBody& body() const noexcept { return body_; }
 
     /// Sets A and b, forgetting all that was added or prescribed. dt: seconds, > 0. w: [N, 3] m/s, or empty
-    /// for zero. Throws std::invalid_argument on wrong shapes or dt.
+    /// for start.v. Throws std::invalid_argument on wrong shapes or dt.
     void assemble(const BodyState& start, double dt, const Loads& loads, const Nodes& w = {});
 
     /// Elements at the pose x = x0 + dt w of the last assemble.

@@ -31,9 +31,11 @@ class RecordingWriter {
     RecordingWriter(RecordingWriter&&) noexcept;
 
     /// Frames of a trajectory with `nodes` nodes follow. Several trajectories may be open at once (the
-    /// bodies of a scene). Returns a handle for add_frame and end_trajectory.
+    /// bodies of a scene). Returns a handle for add_frame and end_trajectory. Throws std::invalid_argument
+    /// on a negative id, one that the recording has already, or no nodes.
     int begin_trajectory(const TrajectoryInfo& info, int nodes);
-    /// x: [nodes, 3] float32, metres, world space. time: seconds.
+    /// x: [nodes, 3] float32, metres, world space. time: seconds, later than the last frame's. Throws
+    /// std::invalid_argument on another shape or a number that is not finite.
     void add_frame(int handle, double time, VerticesRef x);
     /// failure: empty when complete.
     void end_trajectory(int handle, const std::string& failure = {});

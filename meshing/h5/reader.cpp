@@ -71,9 +71,12 @@ bool Reader::has(const std::string& name) const {
     const LibraryLock lock;
     for (std::size_t end = 0; end != std::string::npos;) {
         end = name.find('/', end + 1);
-        if (H5Lexists(impl_->file.id(), name.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
+        const std::string prefix = name.substr(0, end);
+        const htri_t there = H5Lexists(impl_->file.id(), prefix.c_str(), H5P_DEFAULT);
+        if (there < 0) impl_->file.refuse_damaged("'" + prefix + "'");
+        if (there == 0) return false;
     }
-    return H5Oexists_by_name(impl_->file.id(), name.c_str(), H5P_DEFAULT) > 0;
+    return true;
 }
 
 bool Reader::is_group(const std::string& name) const {
@@ -84,6 +87,7 @@ bool Reader::is_group(const std::string& name) const {
 
 std::vector<std::string> Reader::children(const std::string& group) const {
     const LibraryLock lock;
+    if (!has(group)) refuse("has no '" + group + "'", "a file with group '" + group + "'");
     H5G_info_t info{};
     if (H5Gget_info_by_name(impl_->file.id(), group.c_str(), &info, H5P_DEFAULT) < 0)
         impl_->file.refuse_damaged("group '" + group + "'");

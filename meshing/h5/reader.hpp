@@ -25,6 +25,7 @@ class Reader {
     const std::filesystem::path& path() const noexcept;
     const Format& format() const noexcept;
 
+    /// Whether a group, dataset or link has this name.
     bool has(const std::string& name) const;
     /// Names in a group, sorted.
     std::vector<std::string> children(const std::string& group) const;

@@ -93,10 +93,10 @@ TEST(PairQuery, FindsWhatBruteForceFindsInRandomPoses) {
 TEST(PairQuery, FindsTheFacesWithinADistanceThatBruteForceFinds) {
     std::mt19937 random(5);
     PairQuery query;
-    const Surface s = shapes::torus(18, 9), t = shapes::bar(12, 8);
+    const Surface s = shapes::torus(14, 8), t = shapes::bar(9, 7);
     PosedTree a = exact_tree(s, {.depth = 5}), b = exact_tree(t, {.depth = 3});
     std::size_t pairs = 0, intersecting = 0;
-    for (int pose = 0; pose < 8; ++pose) {
+    for (int pose = 0; pose < 6; ++pose) {
         const Vertices x =
             shapes::moved(shapes::wobbled(s.X, random, 0.05f), shapes::random_motion(random, 0.4f));
         const Vertices y =

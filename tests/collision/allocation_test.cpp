@@ -1,0 +1,93 @@
+// A program of its own: it counts every allocation of the process.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <memory>
+
+#include "collision/pair_query.hpp"
+#include "tests/collision/models.hpp"
+
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+}
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+// Not operator new alone: Eigen's arrays come from malloc.
+extern "C" {
+void* malloc(std::size_t size) {
+    ++allocations;
+    return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+    ++allocations;
+    return __libc_calloc(count, size);
+}
+void* realloc(void* old, std::size_t size) {
+    ++allocations;
+    return __libc_realloc(old, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+    ++allocations;
+    return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** out, std::size_t alignment, std::size_t size) {
+    ++allocations;
+    *out = __libc_memalign(alignment, size);
+    return *out == nullptr;
+}
+}
+
+namespace nbd {
+namespace {
+
+TEST(AllocationCount, SeesVectorsAndMatrices) {
+    long before = allocations;
+    const std::vector<int> numbers(100);
+    EXPECT_GT(allocations, before);
+    before = allocations;
+    const Eigen::VectorXf vector = Eigen::VectorXf::Zero(100);
+    EXPECT_GT(allocations, before);
+}
+
+TEST(WarmQueries, AllocateNothing) {
+    const auto s = shapes::torus(40, 24);
+    const auto tree =
+        std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 20, 200, 1)));
+    for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::modal}) {
+        PosedTree a(tree, kind), b(tree, kind, 0.1f);
+        PairQuery query;
+        std::mt19937 random(2);
+        std::vector<Vertices> poses;
+        for (int i = 0; i < 8; ++i)
+            poses.push_back(
+                shapes::moved(shapes::wobbled(s.X, random, 0.05f), shapes::random_motion(random, 0.4f)));
+        long pairs = 0;
+        const auto run = [&] {
+            for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
+                a.begin_pose(poses[i]);
+                b.begin_pose(poses[i + 1]);
+                query.intersecting(a, b);
+                pairs += query.counters().face_pairs;
+                query.within(a, b, 0.02f);
+                query.leaf_pairs(a, b, 0.02f);
+                a.sphere(17);
+            }
+        };
+        run();
+        const long before = allocations;
+        run();
+        EXPECT_EQ(allocations - before, 0) << name(kind);
+        EXPECT_GT(pairs, 100) << name(kind);
+    }
+}
+
+}  // namespace
+}  // namespace nbd

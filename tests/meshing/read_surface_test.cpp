@@ -1,0 +1,271 @@
+#include "meshing/read_surface.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meshing/write_surface.hpp"
+#include "tests/meshing/shapes.hpp"
+#include "tests/meshing/surface_files.hpp"
+#include "tests/meshing/temporary_folder.hpp"
+
+namespace nbd {
+namespace {
+
+using namespace test;
+
+std::string reading_error(const std::filesystem::path& path) {
+    return error_of([&] { read_surface(path); });
+}
+
+/// The corners' positions, face after face: the same for any numbering of the vertices.
+Nodes corner_positions(const TriMesh& mesh) {
+    Nodes X(mesh.F.size(), 3);
+    for (int i = 0; i < mesh.F.size(); ++i) X.row(i) = mesh.X.row(mesh.F(i / 3, i % 3));
+    return X;
+}
+
+std::vector<std::pair<std::string, std::string>> all_kinds(const TriMesh& mesh) {
+    return {{"a.obj", obj_file(mesh)},
+            {"a.off", off_file(mesh)},
+            {"ascii.ply", ascii_ply_file(mesh)},
+            {"little.ply", binary_ply_file(mesh, false)},
+            {"big.ply", binary_ply_file(mesh, true)},
+            {"ascii.stl", ascii_stl_file(mesh)},
+            {"binary.stl", binary_stl_file(mesh)},
+            {"a.glb", glb_file(mesh)},
+            {"UPPER.OBJ", obj_file(mesh)}};
+}
+
+TEST(ReadSurface, GivesTheSameFacesInOrderFromEveryKindOfFile) {
+    const TemporaryFolder folder;
+    const TriMesh mesh = as_from_file(torus(1, 0.3, 12, 8));
+    for (const auto& [name, content] : all_kinds(mesh)) {
+        SCOPED_TRACE(name);
+        const TriMesh read = read_surface(folder.write(name, content));
+        ASSERT_EQ(read.F.rows(), mesh.F.rows());
+        EXPECT_EQ(read.X.rows(), mesh.X.rows()) << "welded";
+        EXPECT_LT((corner_positions(read) - corner_positions(mesh)).cwiseAbs().maxCoeff(), 2e-7);
+        EXPECT_EQ(read.X, read.X.cast<float>().cast<double>());
+    }
+}
+
+TEST(ReadSurface, WeldsEqualPositionsOnlyHoweverSmallTheMeshIs) {
+    const TemporaryFolder folder;
+    const TriMesh mesh = as_from_file(moved(icosphere(3), 0, 0, 0, 1e-6));
+    const TriMesh read = read_surface(folder.write("tiny.stl", binary_stl_file(mesh)));
+    EXPECT_EQ(read.X.rows(), 642);
+    EXPECT_EQ(corner_positions(read), corner_positions(mesh));
+}
+
+TEST(ReadSurface, WeldsMinusZeroToZero) {
+    const TemporaryFolder folder;
+    TriMesh mesh = joined(tetrahedron(), tetrahedron());
+    mesh.X.bottomRows(4) = -mesh.X.bottomRows(4);
+    const TriMesh read = read_surface(folder.write("a.ply", binary_ply_file(mesh, false)));
+    ASSERT_TRUE(std::signbit(mesh.X(4, 0)));
+    EXPECT_EQ(read.X.rows(), 7);
+    EXPECT_EQ(read.F(4, 0), 0);
+    EXPECT_FALSE(std::signbit(read.X(0, 0))) << "the first of equal ones stays";
+}
+
+TEST(ReadSurface, PutsGroupsTogetherInTheFilesOrder) {
+    const TemporaryFolder folder;
+    const TriMesh read = read_surface(folder.write("groups.obj",
+                                                   "mtllib no_such.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                                                   "o one\nusemtl A\nf 1 3 2\nusemtl B\nf 1 2 4\n"
+                                                   "usemtl A\nf 2 3 4\nl 1 2\ng two\nf 1 4 3\n"));
+    Faces expected(4, 3);
+    expected << 0, 1, 2, 0, 2, 3, 2, 1, 3, 0, 3, 1;  // numbered as they first appear
+    EXPECT_EQ(read.F, expected);
+    EXPECT_EQ(read.X.rows(), 4);
+}
+
+TEST(ReadSurface, ReadsNormalsTextureCoordinatesAndNegativeIndices) {
+    const TemporaryFolder folder;
+    const TriMesh read =
+        read_surface(folder.write("a.obj",
+                                  "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvn 0 0 1\nvn 1 0 0\n"
+                                  "f 1/1/1 3/2/1 2/1/2\nf -4//1 -3//2 -1//1\nf 2/1 3/2 4/1\nf 1 4 3\n"));
+    EXPECT_EQ(read.F.rows(), 4);
+    EXPECT_EQ(read.X.rows(), 4);
+}
+
+TEST(ReadSurface, AppliesTheTransformsOfNodes) {
+    const TemporaryFolder folder;
+    const TriMesh mesh = as_from_file(icosphere(0));
+    const TriMesh read =
+        read_surface(folder.write("a.glb", glb_file(mesh, R"("translation":[10,20,30],"scale":[2,2,2])")));
+    EXPECT_LT((corner_positions(read) - corner_positions(moved(mesh, 10, 20, 30, 2))).cwiseAbs().maxCoeff(),
+              1e-5);
+}
+
+TEST(ReadSurface, CutsPolygonsIntoTrianglesInTheirPlace) {
+    const TemporaryFolder folder;
+    // A prism over an L: two six-sided faces that are not convex, and six quadrangles.
+    std::ostringstream text;
+    for (const char* z : {"0", "1"})
+        for (const char* xy : {"0 0", "2 0", "2 1", "1 1", "1 2", "0 2"})
+            text << "v " << xy << ' ' << z << '\n';
+    text << "f 6 5 4 3 2 1\nf 7 8 9 10 11 12\n";
+    for (int i = 1; i <= 6; ++i) {
+        const int j = i % 6 + 1;
+        text << "f " << i << ' ' << j << ' ' << j + 6 << ' ' << i + 6 << '\n';
+    }
+    const TriMesh read = read_surface(folder.write("l.obj", text.str()));
+    ASSERT_EQ(read.F.rows(), 2 * 4 + 6 * 2);
+    double volume = 0, area = 0;
+    for (int f = 0; f < read.F.rows(); ++f) {
+        const Eigen::RowVector3d a = read.X.row(read.F(f, 0)), b = read.X.row(read.F(f, 1)),
+                                 c = read.X.row(read.F(f, 2));
+        volume += a.dot(b.cross(c)) / 6;
+        area += (b - a).cross(c - a).norm() / 2;
+        EXPECT_EQ(f < 4, a[2] + b[2] + c[2] == 0) << "the first polygon's triangles come first";
+    }
+    EXPECT_NEAR(volume, 3, 1e-12);
+    EXPECT_NEAR(area, 2 * 3 + 8, 1e-12) << "no overlapping triangles";
+}
+
+TEST(ReadSurface, RefusesWhatIsNoSurfaceFileInOneLine) {
+    const TemporaryFolder folder;
+    const std::string good = obj_file(tetrahedron());
+    const std::vector<std::tuple<std::filesystem::path, std::string>> cases = {
+        {folder / "missing.obj", "missing.obj: no such file"},
+        {folder / "", ": is a directory, not a surface file"},
+        {folder.write("a.xyz", good),
+         "a.xyz: unknown kind of surface file \".xyz\": known are .obj .ply .stl .off .glb"},
+        {folder.write("none", good), "none: unknown kind of surface file \"\": known are .obj"},
+        {folder.write("empty.obj", ""), "empty.obj: the file is empty"},
+        {folder.write("points.obj", "# only points\nv 0 0 0\nv 1 0 0\nv 0 1 0\n"), "points.obj: "},
+        {folder.write("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\n"), "no faces in the file"},
+        {folder.write("foreign.stl", "this is not a surface at all"), "foreign.stl: "},
+        {folder.write("foreign.glb", "this is not a surface at all"), "foreign.glb: "},
+        {folder.write("foreign.off", "this is not a surface at all"), "foreign.off: "},
+        {folder.write("foreign.ply", "this is not a surface at all\n"), "does not start with \"ply\""},
+        {folder.write("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n"), "range.obj: "},
+        {folder.write("nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n"),
+         "nan.obj: vertex 1 is not finite: (nan, 0, 0)"},
+        {folder.write("inf.off", "OFF\n3 1 0\n0 0 0\n1 0 inf\n0 1 0\n3 0 1 2\n"),
+         "inf.off: vertex 1 is not finite: (1, 0, inf)"}};
+    for (const auto& [path, text] : cases) {
+        const std::string error = reading_error(path);
+        EXPECT_NE(error.find(text), std::string::npos) << path << ": " << error;
+        EXPECT_TRUE(error.starts_with(path.string())) << error;
+        EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+    }
+}
+
+TEST(ReadSurface, SaysWhatIsWrongInAPlyFile) {
+    const TemporaryFolder folder;
+    const std::string good = ascii_ply_file(tetrahedron());
+    const auto with = [&](const std::string& from, const std::string& to) {
+        std::string text = good;
+        text.replace(text.find(from), from.size(), to);
+        return text;
+    };
+    const std::vector<std::pair<std::string, std::string>> cases = {
+        {with("ascii", "ebcdic"), "unknown format \"ebcdic\""},
+        {with("format ascii 1.0\n", ""), "no \"format\" line"},
+        {with("float x", "floot x"), "unknown type \"floot\""},
+        {with("property float z\n", ""), "no vertex property \"z\""},
+        {with("vertex_indices", "corners"), "no face property \"vertex_indices\""},
+        {with("end_header\n", ""), "unknown keyword"},
+        {with("element vertex 4\n", ""), "a property before the first element"},
+        {with("face 4", "face 5"), "the file ends early, in face 4 of 5"},
+        {with("face 4", "face 0"), "no faces in the file"},
+        {with("3 0", "3 9"), "face 0 refers to vertex 9, but the file has 4 vertices"},
+        {with("3 0", "3 -1"), "face 0 refers to vertex -1, but the file has 4 vertices"},
+        {with("3 0", "-3 0"), "face 0 has a list of -3 entries"},
+        {with("3 0", "3 0.5"), "face 0 refers to vertex 0.5"},
+        {with("1 0 0", "nan 0 0"), "vertex 1 is not finite: (nan, 0, 0)"},
+        {with("1 0 0", "1e99 0 0"), "vertex 1 is not finite: (inf, 0, 0)"}};
+    for (const auto& [content, text] : cases) {
+        const std::string error = reading_error(folder.write("a.ply", content));
+        EXPECT_NE(error.find(text), std::string::npos) << "\"" << error << "\" without \"" << text << '"';
+    }
+}
+
+TEST(ReadSurface, PassesOverOtherElementsAndPropertiesOfAPlyFile) {
+    const TemporaryFolder folder;
+    const TriMesh read = read_surface(folder.write(
+        "a.ply",
+        "ply\r\nformat ascii 1.0\r\nobj_info x\r\nelement camera 2\r\nproperty float f\r\n"
+        "property list int float g\r\nelement vertex 3\r\nproperty uchar red\r\nproperty double x\r\n"
+        "property double y\r\nproperty double z\r\nelement face 1\r\nproperty uchar flags\r\n"
+        "property list uchar uint vertex_index\r\nproperty list uchar float texcoord\r\n"
+        "end_header\r\n1 2 5 6\r\n1 0\r\n255 0 0 0\r\n0 +1 0 0\r\n0 0 1 0\r\n7 3 0 1 2 2 .5 .5\r\n"));
+    EXPECT_EQ(read.F, (Faces(1, 3) << 0, 1, 2).finished());
+    EXPECT_EQ(read.X, (Nodes(3, 3) << 0, 0, 0, 1, 0, 0, 0, 1, 0).finished());
+}
+
+TEST(ReadSurface, NeverCrashesOnATruncatedFile) {
+    const TemporaryFolder folder;
+    const TriMesh mesh = as_from_file(torus(1, 0.3, 6, 5));
+    for (const auto& [name, content] : all_kinds(mesh)) {
+        SCOPED_TRACE(name);
+        const bool knows_its_size = name.ends_with(".glb") || name.ends_with(".ply") || name == "binary.stl";
+        int refused = 0, tried = 0;
+        const std::size_t step = content.size() / 120 + 1;
+        for (std::size_t size = 0; size + 2 < content.size(); size += step, ++tried) {
+            const std::string error = reading_error(folder.write(name, content.substr(0, size)));
+            refused += !error.empty();
+            EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+            EXPECT_TRUE(!error.empty() || !knows_its_size)
+                << size << " of " << content.size() << " bytes read";
+        }
+        EXPECT_GT(tried, 90);
+        EXPECT_GT(refused, tried / 3);
+    }
+}
+
+TEST(ReadSurface, NeverCrashesOnDamagedBytes) {
+    const TemporaryFolder folder;
+    const TriMesh mesh = as_from_file(torus(1, 0.3, 5, 4));
+    std::uint32_t state = 1;
+    for (const auto& [name, content] : all_kinds(mesh)) {
+        SCOPED_TRACE(name);
+        for (int i = 0; i < 60; ++i) {
+            std::string damaged = content;
+            for (int k = 0; k < 3; ++k) {
+                state = state * 1664525u + 1013904223u;
+                damaged[state % damaged.size()] = static_cast<char>(state >> 24);
+            }
+            const std::string error = reading_error(folder.write(name, damaged));
+            EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+        }
+    }
+}
+
+TEST(WriteSurface, IsReadBackBitForBit) {
+    const TemporaryFolder folder;
+    for (const double scale : {1e-3, 1., 1e4}) {
+        const TriMesh mesh = as_from_file(moved(torus(1, 0.3, 20, 10), 0.1, 0.2, 0.3, scale));
+        for (const char* name : {"a.obj", "a.ply"}) {
+            SCOPED_TRACE(name);
+            write_surface(folder / name, mesh.X, mesh.F);
+            EXPECT_EQ(corner_positions(read_surface(folder / name)), corner_positions(mesh));
+        }
+    }
+}
+
+TEST(WriteSurface, LeavesNothingBehindWhereItFails) {
+    const TemporaryFolder folder;
+    const TriMesh mesh = tetrahedron();
+    EXPECT_EQ(error_of([&] { write_surface(folder / "a.fbx", mesh.X, mesh.F); }),
+              (folder / "a.fbx").string() + ": surfaces are written as .obj or .ply");
+    EXPECT_EQ(
+        error_of([&] { write_surface(folder / "no/a.obj", mesh.X, mesh.F); }),
+        (folder / "no/a.obj").string() + ": cannot create a file in this folder: No such file or directory");
+    std::filesystem::create_directory(folder / "taken.obj");
+    EXPECT_NE(error_of([&] { write_surface(folder / "taken.obj", mesh.X, mesh.F); }), "");
+    int entries = 0;
+    for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder / "")) ++entries;
+    EXPECT_EQ(entries, 1);
+}
+
+}  // namespace
+}  // namespace nbd

@@ -1,0 +1,268 @@
+#include "training/recording.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <sstream>
+
+#include "tests/support/edit_file.hpp"
+#include "tests/support/file_damage.hpp"
+#include "training/recording_hash.hpp"
+
+namespace nbd {
+namespace {
+
+using test::EditFile;
+using test::error_of;
+using RecordingFile = test::FileTest;
+
+/// Frame `frame` of trajectory `id`: other numbers in every place.
+Vertices frame_of(int id, int frame, int nodes) {
+    Vertices x(nodes, 3);
+    for (int i = 0; i < x.size(); ++i) x.data()[i] = std::sin(static_cast<float>(i + 1000 * frame + 77 * id));
+    return x;
+}
+
+TrajectoryInfo info_of(int id) {
+    return {id,
+            ~std::uint64_t{0} - static_cast<unsigned>(id),
+            std::string(64, 'a'),
+            "{\"excitation\": " + std::to_string(id) + "}",
+            "",
+            0};
+}
+
+/// `count` trajectories of 10 + id frames of 7 nodes; the second one failed.
+void write_recording(const std::filesystem::path& path, int count) {
+    RecordingWriter file(path);
+    for (int id = 0; id < count; ++id) {
+        const int handle = file.begin_trajectory(info_of(id), 7);
+        for (int frame = 0; frame < 10 + id; ++frame)
+            file.add_frame(handle, frame * 0.1, frame_of(id, frame, 7));
+        file.end_trajectory(handle, id == 1 ? "tetrahedron 3 inverted" : "");
+    }
+    file.finish();
+}
+
+TEST_F(RecordingFile, GivesBackEveryFrameBitForBit) {
+    const auto path = folder / "data.h5";
+    write_recording(path, 3);
+    const RecordingReader file(path);
+    ASSERT_EQ(file.trajectories().size(), 3u);
+    for (int id = 0; id < 3; ++id) {
+        const TrajectoryInfo& info = file.trajectories()[static_cast<std::size_t>(id)];
+        EXPECT_EQ(info.id, id);
+        EXPECT_EQ(info.seed, info_of(id).seed);
+        EXPECT_EQ(info.body_hash, info_of(id).body_hash);
+        EXPECT_EQ(info.recipe, info_of(id).recipe);
+        EXPECT_EQ(info.failure, id == 1 ? "tetrahedron 3 inverted" : "");
+        ASSERT_EQ(info.frames, 10 + id);
+        EXPECT_EQ(file.nodes(id), 7);
+        EXPECT_EQ(file.times(id)[3], 3 * 0.1);
+        Vertices x;
+        for (int frame = 0; frame < info.frames; ++frame) {
+            file.read(id, frame, 1, x);
+            EXPECT_EQ(x, frame_of(id, frame, 7));
+        }
+        file.read(id, 4, 5, x);
+        ASSERT_EQ(x.rows(), 35);
+        EXPECT_EQ(x.bottomRows(7), frame_of(id, 8, 7));
+        file.read(id, 0, 0, x);
+        EXPECT_EQ(x.rows(), 0);
+    }
+    EXPECT_EQ(files_in_folder(), 1u);
+}
+
+TEST_F(RecordingFile, TakesSeveralTrajectoriesByTurnsAndSortsThemById) {
+    const auto path = folder / "scene.h5";
+    {
+        RecordingWriter file(path);
+        const int big = file.begin_trajectory(info_of(12), 40000),
+                  small = file.begin_trajectory(info_of(3), 5);
+        for (int frame = 0; frame < 7; ++frame) {
+            file.add_frame(big, frame, frame_of(12, frame, 40000));
+            if (frame % 2) file.add_frame(small, frame, frame_of(3, frame, 5));
+        }
+        file.finish();
+    }
+    const RecordingReader file(path);
+    ASSERT_EQ(file.trajectories().size(), 2u);
+    EXPECT_EQ(file.trajectories()[0].id, 3);
+    EXPECT_EQ(file.times(0), (std::vector<double>{1, 3, 5}));
+    Vertices x, y;
+    file.read(0, 2, 1, x);
+    EXPECT_EQ(x, frame_of(3, 5, 5));
+    file.read(1, 3, 4, x);
+    file.read(0, 0, 1, y);
+    EXPECT_EQ(x.topRows(40000), frame_of(12, 3, 40000));
+    EXPECT_EQ(y, frame_of(3, 1, 5));
+}
+
+TEST_F(RecordingFile, TakesAViewIntoALargerMatrix) {
+    Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> wide(4, 6);
+    for (int i = 0; i < wide.size(); ++i) wide.data()[i] = static_cast<float>(i);
+    RecordingWriter writer(folder / "data.h5");
+    const int handle = writer.begin_trajectory(info_of(0), 4);
+    writer.add_frame(handle, 0, wide.middleCols<3>(2));
+    writer.finish();
+    Vertices x;
+    RecordingReader(folder / "data.h5").read(0, 0, 1, x);
+    EXPECT_EQ(x, wide.middleCols<3>(2));
+}
+
+TEST_F(RecordingFile, StandsUnderItsNameOnlyWhenFinished) {
+    {
+        RecordingWriter file(folder / "data.h5");
+        const int handle = file.begin_trajectory(info_of(0), 4);
+        file.add_frame(handle, 0, frame_of(0, 0, 4));
+        EXPECT_FALSE(std::filesystem::exists(folder / "data.h5"));
+    }
+    EXPECT_EQ(files_in_folder(), 0u);
+}
+
+TEST_F(RecordingFile, MayBeEmpty) {
+    RecordingWriter(folder / "data.h5").finish();
+    EXPECT_TRUE(RecordingReader(folder / "data.h5").trajectories().empty());
+}
+
+TEST_F(RecordingFile, RefusesFramesThatItCouldNotGiveBack) {
+    const auto path = folder / "data.h5";
+    RecordingWriter file(path);
+    const std::string where = path.string() + ": ";
+    const int handle = file.begin_trajectory(info_of(2), 4);
+    file.add_frame(handle, 1, frame_of(2, 0, 4));
+    EXPECT_EQ(error_of([&] { file.add_frame(handle, 2, frame_of(2, 0, 5)); }),
+              where + "a frame of trajectory 2 has 5 nodes; allowed: 4");
+    EXPECT_EQ(error_of([&] { file.add_frame(handle, 1, frame_of(2, 0, 4)); }),
+              where + "a frame of trajectory 2 has time 1 s; allowed: finite, later than 1 s");
+    Vertices x = frame_of(2, 0, 4);
+    x(2, 1) = std::numeric_limits<float>::infinity();
+    EXPECT_EQ(error_of([&] { file.add_frame(handle, 2, x); }),
+              where + "a position at 2 s of trajectory 2 is not finite; allowed: finite numbers");
+    EXPECT_EQ(error_of([&] { file.begin_trajectory(info_of(2), 4); }),
+              where + "trajectory id 2; allowed: at least 0, each once");
+    EXPECT_EQ(error_of([&] { file.begin_trajectory(info_of(3), 0); }),
+              where + "trajectory 3 has 0 nodes; allowed: at least 1");
+    EXPECT_EQ(error_of([&] { file.end_trajectory(99); }), where + "no open trajectory has handle 99");
+    file.finish();
+    EXPECT_EQ(RecordingReader(path).trajectories()[0].frames, 1);
+}
+
+TEST_F(RecordingFile, RefusesARangeOutsideTheTrajectory) {
+    const auto path = folder / "data.h5";
+    write_recording(path, 2);
+    const RecordingReader file(path);
+    Vertices x;
+    EXPECT_THROW(file.read(0, 0, 11, x), std::out_of_range);
+    EXPECT_THROW(file.read(0, -1, 1, x), std::out_of_range);
+    EXPECT_EQ(error_of([&] { file.read(1, 5, 7, x); }),
+              path.string() + ": 7 frames from 5 of trajectory 1; allowed: within its 11 frames");
+    EXPECT_EQ(error_of([&] { file.nodes(2); }), path.string() + ": trajectory at 2; allowed: 0 to 1");
+}
+
+TEST_F(RecordingFile, IsHashedByItsPositions) {
+    write_recording(folder / "a.h5", 2);
+    write_recording(folder / "b.h5", 2);
+    write_recording(folder / "c.h5", 3);
+    const std::string hash = recording_hash(RecordingReader(folder / "a.h5"));
+    EXPECT_EQ(hash.size(), 64u);
+    EXPECT_EQ(recording_hash(RecordingReader(folder / "b.h5")), hash);
+    EXPECT_NE(recording_hash(RecordingReader(folder / "c.h5")), hash);
+    EditFile(folder / "b.h5").set("trajectories/000001/positions", 5, 0.25f);
+    EXPECT_NE(recording_hash(RecordingReader(folder / "b.h5")), hash);
+}
+
+std::string read_everything(const std::filesystem::path& path) {
+    const RecordingReader file(path);
+    std::ostringstream text;
+    text << recording_hash(file);
+    for (int i = 0; const TrajectoryInfo& t : file.trajectories()) {
+        text << t.id << t.seed << t.body_hash << t.recipe << t.failure << t.frames;
+        for (const double time : file.times(i++)) text << time << ' ';
+    }
+    return text.str();
+}
+
+TEST_F(RecordingFile, FindsRandomDamage) {
+    write_recording(folder / "data.h5", 12);  // more than a group keeps in its header
+    test::expect_damage_is_found(folder / "data.h5", read_everything);
+}
+
+struct BrokenRecording {
+    const char* what;  // follows the path
+    void (*edit)(EditFile&);
+};
+
+std::ostream& operator<<(std::ostream& out, const BrokenRecording& broken) { return out << broken.what; }
+
+class BrokenRecordingFile : public RecordingFile, public ::testing::WithParamInterface<BrokenRecording> {};
+
+TEST_P(BrokenRecordingFile, IsRefusedInOneLine) {
+    const auto path = folder / "data.h5";
+    write_recording(path, 2);
+    {
+        EditFile file(path);
+        GetParam().edit(file);
+    }
+    const std::string error = error_of([&] { read_everything(path); });
+    test::expect_clear(error, path);
+    EXPECT_NE(error.find(GetParam().what), std::string::npos) << error;
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* second = "trajectories/000001";
+
+const BrokenRecording broken_recordings[] = {
+    {"is a file of format 'nbdtree body'; allowed: 'nbdtree recording'",
+     [](EditFile& f) { f.set_attribute("/", "format", "nbdtree body"); }},
+    {"is a file of 'nbdtree recording' version 9",
+     [](EditFile& f) { f.set_attribute("/", "format_version", 9); }},
+    {"attribute 'format' is not a text", [](EditFile& f) { f.set_attribute("/", "format", 1); }},
+    {"has no 'trajectories'; allowed: a file with group 'trajectories'",
+     [](EditFile& f) { f.remove("trajectories"); }},
+    {"has no 'trajectories/000001/positions'",
+     [](EditFile& f) { f.remove("trajectories/000001/positions"); }},
+    {"dataset 'trajectories/000001/positions' holds float64; allowed: float32",
+     [](EditFile& f) {
+         f.replace("trajectories/000001/positions", {11, 7, 3}, std::vector<double>(231));
+     }},
+    {"dataset 'trajectories/000001/positions' is 11 x 21; allowed: n x n x 3",
+     [](EditFile& f) {
+         f.replace("trajectories/000001/positions", {11, 21}, std::vector<float>(231));
+     }},
+    {"'trajectories/000001/positions' has no nodes; allowed: at least 1",
+     [](EditFile& f) {
+         f.replace("trajectories/000001/positions", {11, 0, 3}, std::vector<float>());
+     }},
+    {"dataset 'trajectories/000001/times' is 11; allowed: 12",
+     [](EditFile& f) {
+         f.replace("trajectories/000001/positions", {12, 7, 3}, std::vector<float>(252));
+     }},
+    {"frame 4 of 'trajectories/000001' has time 0.1 s; allowed: finite, later than 0.3",
+     [](EditFile& f) { f.set("trajectories/000001/times", 4, 0.1); }},
+    {"frame 0 of 'trajectories/000001' has time nan s",
+     [](EditFile& f) { f.set("trajectories/000001/times", 0, nan); }},
+    {"node 4 in frame 2 of trajectory 1 is not finite; allowed: finite positions",
+     [](EditFile& f) {
+         f.set("trajectories/000001/positions", 2 * 21 + 4 * 3 + 1, static_cast<float>(nan));
+     }},
+    {"'trajectories/000001' has id -1; allowed: 0 to 2147483647",
+     [](EditFile& f) { f.set_attribute(second, "id", -1); }},
+    {"has id 0, as another one; allowed: each id once",
+     [](EditFile& f) { f.set_attribute(second, "id", 0); }},
+    {"has no attribute 'seed' of 'trajectories/000001'",
+     [](EditFile& f) { f.remove_attribute(second, "seed"); }},
+    {"attribute 'seed' of 'trajectories/000001' is not a whole number",
+     [](EditFile& f) { f.set_attribute(second, "seed", "seven"); }},
+    {"attribute 'failure' of 'trajectories/000001' is not a text",
+     [](EditFile& f) { f.set_attribute(second, "failure", 3); }},
+    {"'trajectories/000001/recipe' is not a text",
+     [](EditFile& f) { f.replace("trajectories/000001/recipe", {1}, std::vector<int>(1)); }},
+    {"has no attribute 'id' of 'trajectories/stray'",
+     [](EditFile& f) { f.replace("trajectories/stray", {1}, std::vector<int>(1)); }},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, BrokenRecordingFile, ::testing::ValuesIn(broken_recordings));
+
+}  // namespace
+}  // namespace nbd

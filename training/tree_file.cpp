@@ -1,0 +1,210 @@
+#include "training/tree_file.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "meshing/h5/reader.hpp"
+#include "meshing/h5/writer.hpp"
+
+namespace nbd {
+
+namespace {
+
+const h5::Format tree_format{"nbdtree tree", 1};
+
+using IntRows = Eigen::Matrix<int, Eigen::Dynamic, 6, Eigen::RowMajor>;
+using SphereRows = Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor>;
+
+// Everything is deflated: index arrays shrink to a third, float32 by a tenth.
+constexpr auto packing = h5::Packing::deflate;
+
+bool same(const ClusteredModes& a, const ClusteredModes& b) {
+    return a.representatives == b.representatives && a.w == b.w && a.X == b.X && a.U == b.U;
+}
+
+void write_topology(h5::Writer& file, const CollisionTree& tree) {
+    const SphereTree& spheres = tree.spheres;
+    IntRows nodes(static_cast<Eigen::Index>(spheres.nodes.size()), 6);
+    SphereRows rest(nodes.rows(), 4);
+    for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+        const SphereTree::Node& n = spheres.nodes[static_cast<std::size_t>(i)];
+        const Sphere& s = spheres.rest[static_cast<std::size_t>(i)];
+        nodes.row(i) << n.first_child, n.depth, n.face_begin, n.face_end, n.vertex_begin, n.vertex_end;
+        rest.row(i) << s.c.transpose(), s.r;
+    }
+    file.write("topology/nodes", nodes, packing);
+    file.write("topology/faces", spheres.faces, packing);
+    file.write("topology/vertices", spheres.vertices, packing);
+    file.write("topology/rest_spheres", rest, packing);
+    file.write("surface/faces", tree.faces, packing);
+    file.attribute("surface", "vertex_count", tree.vertex_count);
+}
+
+void read_topology(const h5::Reader& file, CollisionTree& tree) {
+    const std::int64_t vertices = file.int_attribute("surface", "vertex_count");
+    if (vertices < 1 || vertices > INT32_MAX)
+        file.refuse(fmt::format("a surface of {} vertices", vertices), fmt::format("1 to {}", INT32_MAX));
+    tree.vertex_count = static_cast<int>(vertices);
+    tree.faces = file.matrix<Faces>("surface/faces", h5::any, 3);
+    const auto nodes = file.matrix<IntRows>("topology/nodes", h5::any, 6);
+    const auto rest =
+        file.matrix<SphereRows>("topology/rest_spheres", static_cast<std::size_t>(nodes.rows()), 4);
+    for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+        const auto n = nodes.row(i);
+        tree.spheres.nodes.push_back({n[0], n[1], n[2], n[3], n[4], n[5]});
+        tree.spheres.rest.push_back({rest.row(i).head<3>().transpose(), rest(i, 3)});
+    }
+    tree.spheres.faces = file.read<int>("topology/faces", {h5::any});
+    tree.spheres.vertices = file.read<int>("topology/vertices", {h5::any});
+}
+
+void write_modes(h5::Writer& file, const std::string& group, const ClusteredModes& modes) {
+    file.write(group + "/representatives", modes.representatives, packing);
+    file.write(group + "/weights", modes.w, packing);
+    file.write(group + "/X", modes.X, packing);
+    file.write(group + "/U", modes.U, packing);
+}
+
+ClusteredModes read_modes(const h5::Reader& file, const std::string& group) {
+    ClusteredModes modes;
+    modes.representatives = file.read<int>(group + "/representatives", {h5::any});
+    const std::size_t k = modes.representatives.size();
+    modes.w = file.matrix<Eigen::VectorXf>(group + "/weights", k);
+    modes.X = file.matrix<Vertices>(group + "/X", k, 3);
+    modes.U = file.matrix<Eigen::MatrixXf>(group + "/U", 3 * k, h5::any);
+    return modes;
+}
+
+void write_bd(h5::Writer& file, const BdModel& bd) {
+    file.write("bd/code_to_q", bd.code_to_q, packing);
+    file.write("bd/Ubar", bd.Ubar, packing);
+    file.write("bd/dr", bd.dr, packing);
+}
+
+BdModel read_bd(const h5::Reader& file, std::size_t nodes) {
+    BdModel bd;
+    bd.modes = read_modes(file, "bd/modes");
+    const auto m = static_cast<std::size_t>(bd.modes.U.cols());
+    bd.code_to_q = file.matrix<Eigen::MatrixXf>("bd/code_to_q", m, m);
+    bd.Ubar = file.matrix<Eigen::MatrixXf>("bd/Ubar", m, 3 * nodes);
+    bd.dr = file.matrix<Eigen::MatrixXf>("bd/dr", m, nodes);
+    return bd;
+}
+
+void write_modal(h5::Writer& file, const ModalModel& modal) {
+    file.group("modal");
+    file.attribute("modal", "hidden", modal.hidden);
+    file.write("modal/z_centre", modal.z_centre, packing);
+    file.write("modal/z_scale", modal.z_scale, packing);
+    const auto per_node = static_cast<std::size_t>(modal.weights_per_node());
+    file.write("modal/weights", {modal.weights.size() / per_node, per_node}, std::span(modal.weights),
+               packing);
+    file.write("modal/out_centre", modal.out_centre, packing);
+    file.write("modal/out_scale", modal.out_scale, packing);
+}
+
+ModalModel read_modal(const h5::Reader& file, std::size_t nodes) {
+    ModalModel modal;
+    modal.modes = read_modes(file, "modal/modes");
+    const std::int64_t hidden = file.int_attribute("modal", "hidden");
+    if (hidden < 1 || hidden > ModalModel::max_hidden)
+        file.refuse(fmt::format("networks with {} hidden units", hidden),
+                    fmt::format("1 to {}", ModalModel::max_hidden));
+    modal.hidden = static_cast<int>(hidden);
+    const auto m = static_cast<std::size_t>(modal.mode_count());
+    modal.z_centre = file.matrix<Eigen::VectorXf>("modal/z_centre", m);
+    modal.z_scale = file.matrix<Eigen::VectorXf>("modal/z_scale", m);
+    modal.weights =
+        file.read<float>("modal/weights", {nodes, static_cast<std::size_t>(modal.weights_per_node())});
+    modal.out_centre = file.matrix<Eigen::MatrixXf>("modal/out_centre", ModalModel::outputs, nodes);
+    modal.out_scale = file.matrix<Eigen::MatrixXf>("modal/out_scale", ModalModel::outputs, nodes);
+    return modal;
+}
+
+void write_facts(h5::Writer& file, const TrainingFacts& facts) {
+    file.group("facts");
+    file.attribute("facts", "recording_sha256", facts.recording_hash);
+    file.attribute("facts", "poses", facts.poses);
+    file.attribute("facts", "seconds", facts.seconds);
+    file.attribute("facts", "code_error", facts.code_error);
+    file.attribute("facts", "frame_seed", facts.split.frame_seed);
+    file.attribute("facts", "random_frame_share", facts.split.random_frame_share);
+    file.write_text("facts/config", facts.config);
+    file.write("facts/train_trajectories", facts.split.train_trajectories);
+    file.write("facts/held_out_trajectories", facts.split.held_out_trajectories);
+    file.write("facts/node_loss", facts.node_loss);
+}
+
+TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
+    TrainingFacts facts;
+    facts.body_hash = file.text_attribute("/", "body_sha256");
+    facts.recording_hash = file.text_attribute("facts", "recording_sha256");
+    const std::int64_t poses = file.int_attribute("facts", "poses");
+    if (poses < 0 || poses > INT32_MAX)
+        file.refuse(fmt::format("{} training poses", poses), fmt::format("0 to {}", INT32_MAX));
+    facts.poses = static_cast<int>(poses);
+    facts.seconds = file.number_attribute("facts", "seconds");
+    facts.code_error = file.number_attribute("facts", "code_error");
+    facts.split.frame_seed = file.uint_attribute("facts", "frame_seed");
+    facts.split.random_frame_share = static_cast<float>(file.number_attribute("facts", "random_frame_share"));
+    if (!(facts.split.random_frame_share >= 0 && facts.split.random_frame_share <= 1))
+        file.refuse(fmt::format("random_frame_share is {}", facts.split.random_frame_share), "0 to 1");
+    facts.config = file.read_text("facts/config");
+    facts.split.train_trajectories = file.read<int>("facts/train_trajectories", {h5::any});
+    facts.split.held_out_trajectories = file.read<int>("facts/held_out_trajectories", {h5::any});
+    facts.node_loss = file.matrix<Eigen::VectorXf>("facts/node_loss", h5::any);
+    const auto losses = static_cast<std::size_t>(facts.node_loss.size());
+    if (losses != 0 && losses != nodes)
+        file.refuse(fmt::format("facts/node_loss has {} numbers", losses), fmt::format("none or {}", nodes));
+    if (!facts.node_loss.allFinite())
+        file.refuse("a number of facts/node_loss is not finite", "finite numbers");
+    return facts;
+}
+
+/// As check_collision_tree(), for a file.
+void check(const std::filesystem::path& path, const CollisionTree& tree) {
+    try {
+        check_collision_tree(tree);
+    } catch (const std::invalid_argument& e) {
+        throw std::runtime_error(path.string() + ": " + e.what());
+    }
+}
+
+}  // namespace
+
+void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
+    const CollisionTree& tree = tree_file.tree;
+    check(path, tree);
+    h5::Writer file(path, tree_format);
+    file.attribute("/", "body_sha256", tree_file.facts.body_hash);
+    write_topology(file, tree);
+    if (tree.modal) {
+        write_modal(file, *tree.modal);
+        write_modes(file, "modal/modes", tree.modal->modes);
+    }
+    if (tree.bd) {
+        write_bd(file, *tree.bd);
+        if (tree.modal && same(tree.bd->modes, tree.modal->modes))
+            file.link("bd/modes", "/modal/modes");
+        else
+            write_modes(file, "bd/modes", tree.bd->modes);
+    }
+    write_facts(file, tree_file.facts);
+    file.commit();
+}
+
+TreeFile load_tree(const std::filesystem::path& path) {
+    const h5::Reader file(path, tree_format);
+    TreeFile result;
+    CollisionTree& tree = result.tree;
+    read_topology(file, tree);
+    const std::size_t nodes = tree.spheres.nodes.size();
+    if (file.has("bd")) tree.bd = read_bd(file, nodes);
+    if (file.has("modal")) tree.modal = read_modal(file, nodes);
+    check(path, tree);
+    result.facts = read_facts(file, nodes);
+    return result;
+}
+
+}  // namespace nbd
