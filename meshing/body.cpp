@@ -1,5 +1,7 @@
 #include "meshing/body.hpp"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 #include <vector>
 
@@ -36,19 +38,17 @@ Embedding read_embedding(const h5::Reader& file, std::size_t vertices, std::size
     const auto cols = file.read<int>("embedding/cols", {h5::any});
     const auto values = file.read<double>("embedding/values", {cols.size()});
     if (rows.front() != 0 || rows.back() != static_cast<int>(cols.size()))
-        file.refuse(
-            "embedding/rows spans " + std::to_string(rows.front()) + " to " + std::to_string(rows.back()),
-            "0 to " + std::to_string(cols.size()) + ", the number of weights");
+        file.refuse(fmt::format("embedding/rows spans {} to {}", rows.front(), rows.back()),
+                    fmt::format("0 to {}, the number of weights", cols.size()));
     for (std::size_t i = 0; i < vertices; ++i) {
         if (rows[i] > rows[i + 1])
-            file.refuse("embedding/rows falls after row " + std::to_string(i), "ascending offsets");
+            file.refuse(fmt::format("embedding/rows falls after row {}", i), "ascending offsets");
         for (int k = rows[i]; k < rows[i + 1]; ++k) {
             const int col = cols[static_cast<std::size_t>(k)];
             const int least = k > rows[i] ? cols[static_cast<std::size_t>(k - 1)] + 1 : 0;
             if (col < least || col >= static_cast<int>(nodes))
-                file.refuse("embedding/cols: surface vertex " + std::to_string(i) + " refers to node " +
-                                std::to_string(col),
-                            std::to_string(least) + " to " + std::to_string(nodes - 1) + ", ascending");
+                file.refuse(fmt::format("embedding/cols: surface vertex {} refers to node {}", i, col),
+                            fmt::format("{} to {}, ascending", least, nodes - 1));
         }
     }
     return Eigen::Map<const Embedding>(static_cast<int>(vertices), static_cast<int>(nodes),
@@ -66,7 +66,7 @@ void check(const std::filesystem::path& path, const Body& body) {
     try {
         check_body(body);
     } catch (const std::invalid_argument& e) {
-        throw std::runtime_error(path.string() + ": " + e.what());
+        throw std::runtime_error(fmt::format("{}: {}", path.string(), e.what()));
     }
 }
 
@@ -140,7 +140,8 @@ Body load_body(const std::filesystem::path& path) {
     check(path, body);
     if (const std::string stored = file.text_attribute("/", "body_sha256"), is = body_hash(body);
         stored != is)
-        file.refuse("its content has SHA-256 " + is, stored + ", as its attribute body_sha256 says");
+        file.refuse(fmt::format("its content has SHA-256 {}", is),
+                    fmt::format("{}, as its attribute body_sha256 says", stored));
     return body;
 }
 

@@ -167,7 +167,7 @@ void check(const std::filesystem::path& path, const CollisionTree& tree) {
     try {
         check_collision_tree(tree);
     } catch (const std::invalid_argument& e) {
-        throw std::runtime_error(path.string() + ": " + e.what());
+        throw std::runtime_error(fmt::format("{}: {}", path.string(), e.what()));
     }
 }
 

@@ -1,5 +1,6 @@
 #include "meshing/h5/atomic_file.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <array>
@@ -69,7 +70,8 @@ std::ostream& AtomicFile::out() noexcept { return impl_->out; }
 void AtomicFile::commit() {
     impl_->out.flush();
     if (const int error = impl_->buffer.error())
-        throw std::runtime_error(impl_->file.path().string() + ": cannot write: " + std::strerror(error));
+        throw std::runtime_error(
+            fmt::format("{}: cannot write: {}", impl_->file.path().string(), std::strerror(error)));
     impl_->file.commit();
 }
 

@@ -1,5 +1,7 @@
 #include "meshing/h5/content_hash.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <vector>
@@ -12,7 +14,7 @@ static_assert(std::endian::native == std::endian::little);
 namespace {
 
 void add_line(Sha256& hash, const std::string& name, Type type, const Shape& shape) {
-    const std::string line = name + " " + std::string(h5::name(type)) + " " + text(shape) + "\n";
+    const std::string line = fmt::format("{} {} {}\n", name, h5::name(type), text(shape));
     hash.add(std::as_bytes(std::span(line)));
 }
 
@@ -43,7 +45,7 @@ std::string content_hash(const Reader& file, std::span<const std::string> datase
     for (const std::string& name : datasets) {
         const Type type = file.type(name);
         const Shape shape = file.check(name, type, Shape(file.shape(name).size(), any));
-        if (shape.empty()) file.refuse("dataset '" + name + "' is a scalar", "an array");
+        if (shape.empty()) file.refuse(fmt::format("dataset '{}' is a scalar", name), "an array");
         add_line(hash, name, type, shape);
         switch (type) {
             case Type::float32:

@@ -1,6 +1,7 @@
 #include "meshing/h5/opened_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -25,7 +26,8 @@ bool has_signature(int descriptor) {
 }
 
 std::string quoted(const std::string& object, const std::string& name) {
-    return object == "/" ? "attribute '" + name + "'" : "attribute '" + name + "' of '" + object + "'";
+    return object == "/" ? fmt::format("attribute '{}'", name)
+                         : fmt::format("attribute '{}' of '{}'", name, object);
 }
 
 /// The string behind `type` that `read(memory_type, buffer)` reads; false where it cannot.
@@ -69,13 +71,13 @@ OpenedFile::OpenedFile(const std::filesystem::path& path) : path_(path) {
         set_file_driver(access.get(), driven_);
         H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
         file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()));
-        if (!file_) refuse("is truncated or damaged: " + last_error(), whole);
+        if (!file_) refuse(fmt::format("is truncated or damaged: {}", last_error()), whole);
         if (H5Aexists(file_.get(), "format") <= 0) refuse("is an HDF5 file without attribute 'format'", ours);
         format_.name = text_attribute("/", "format");
         std::int64_t version = 0;
         number_attribute("/", "format_version", Type::int64, &version);
         if (version < 1 || version > INT32_MAX)
-            refuse("has format_version " + std::to_string(version), "a positive number");
+            refuse(fmt::format("has format_version {}", version), "a positive number");
         format_.version = static_cast<int>(version);
     } catch (...) {
         const LibraryLock lock;
@@ -92,34 +94,46 @@ OpenedFile::~OpenedFile() {
 }
 
 void OpenedFile::refuse(const std::string& what, const std::string& allowed) const {
-    throw std::runtime_error(path_.string() + ": " + what + "; allowed: " + allowed);
+    throw std::runtime_error(fmt::format("{}: {}; allowed: {}", path_.string(), what, allowed));
 }
 
 void OpenedFile::refuse_damaged(const std::string& item) const {
-    if (driven_.error != 0) refuse("cannot be read: " + std::string(std::strerror(driven_.error)), whole);
-    refuse(item + " is damaged: " + last_error(), whole);
+    if (driven_.error != 0) refuse(fmt::format("cannot be read: {}", std::strerror(driven_.error)), whole);
+    refuse(fmt::format("{} is damaged: {}", item, last_error()), whole);
 }
 
-Handle OpenedFile::open_dataset(const std::string& name) const {
-    for (std::size_t end = 0; end != std::string::npos;) {  // each group on the way, then the dataset
+bool OpenedFile::has(const std::string& name) const {
+    if (name == "/") return true;
+    for (std::size_t end = 0; end != std::string::npos;) {  // each group on the way, then the name itself
         end = name.find('/', end + 1);
         const std::string prefix = name.substr(0, end);
         const htri_t there = H5Lexists(file_.get(), prefix.c_str(), H5P_DEFAULT);
-        if (there < 0) refuse_damaged("'" + prefix + "'");
-        if (there == 0) refuse("has no '" + prefix + "'", "a file with dataset '" + name + "'");
+        if (there < 0) refuse_damaged(fmt::format("'{}'", prefix));
+        if (there == 0) return false;
     }
+    return true;
+}
+
+Handle OpenedFile::open_object(const std::string& name) const {
+    if (!has(name)) refuse(fmt::format("has no '{}'", name), "a file that has it");
     Handle object(H5Oopen(file_.get(), name.c_str(), H5P_DEFAULT));
-    if (!object) refuse_damaged("'" + name + "'");
-    if (H5Iget_type(object.get()) != H5I_DATASET) refuse("'" + name + "' is not a dataset", "a dataset");
+    if (!object) refuse_damaged(fmt::format("'{}'", name));
+    return object;
+}
+
+Handle OpenedFile::open_dataset(const std::string& name) const {
+    Handle object = open_object(name);
+
+    if (H5Iget_type(object.get()) != H5I_DATASET)
+        refuse(fmt::format("'{}' is not a dataset", name), "a dataset");
     return object;
 }
 
 Handle OpenedFile::open_attribute(const std::string& object, const std::string& name) const {
-    const Handle target(H5Oopen(file_.get(), object.c_str(), H5P_DEFAULT));
-    if (!target) refuse("has no readable '" + object + "'", "a file with " + quoted(object, name));
+    const Handle target = open_object(object);
     const htri_t there = H5Aexists(target.get(), name.c_str());
     if (there < 0) refuse_damaged(quoted(object, name));
-    if (there == 0) refuse("has no " + quoted(object, name), "a file that has it");
+    if (there == 0) refuse(fmt::format("has no {}", quoted(object, name)), "a file that has it");
     Handle attribute(H5Aopen(target.get(), name.c_str(), H5P_DEFAULT));
     if (!attribute) refuse_damaged(quoted(object, name));
     return attribute;
@@ -129,7 +143,7 @@ std::string OpenedFile::text_attribute(const std::string& object, const std::str
     const Handle attribute = open_attribute(object, name);
     const Handle type(H5Aget_type(attribute.get())), space(H5Aget_space(attribute.get()));
     if (!is_one_string(type.get(), space.get()))
-        refuse(quoted(object, name) + " is not a text", "one string");
+        refuse(fmt::format("{} is not a text", quoted(object, name)), "one string");
     std::string text;
     const auto read = [&](hid_t memory, void* out) { return H5Aread(attribute.get(), memory, out); };
     if (!read_string(type.get(), read, text)) refuse_damaged(quoted(object, name));
@@ -139,13 +153,14 @@ std::string OpenedFile::text_attribute(const std::string& object, const std::str
 std::string OpenedFile::text_dataset(const std::string& name) const {
     const Handle dataset = open_dataset(name);
     const Handle type(H5Dget_type(dataset.get())), space(H5Dget_space(dataset.get()));
-    if (!is_one_string(type.get(), space.get())) refuse("'" + name + "' is not a text", "one string");
-    if (H5Tget_size(type.get()) > bytes_) refuse("'" + name + "' is longer than the file", whole);
+    if (!is_one_string(type.get(), space.get()))
+        refuse(fmt::format("'{}' is not a text", name), "one string");
+    if (H5Tget_size(type.get()) > bytes_) refuse(fmt::format("'{}' is longer than the file", name), whole);
     std::string text;
     const auto read = [&](hid_t memory, void* out) {
         return H5Dread(dataset.get(), memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, out);
     };
-    if (!read_string(type.get(), read, text)) refuse_damaged("'" + name + "'");
+    if (!read_string(type.get(), read, text)) refuse_damaged(fmt::format("'{}'", name));
     return text;
 }
 
@@ -156,8 +171,9 @@ void OpenedFile::number_attribute(const std::string& object, const std::string& 
     const H5T_class_t kind = H5Tget_class(stored.get());
     const bool fits = kind == H5T_INTEGER || (type == Type::float64 && kind == H5T_FLOAT);
     if (!fits || H5Sget_simple_extent_npoints(space.get()) != 1)
-        refuse(quoted(object, name) + " is not " + (type == Type::float64 ? "a number" : "a whole number"),
-               "one " + std::string(h5::name(type)));
+        refuse(fmt::format("{} is not {}", quoted(object, name),
+                           type == Type::float64 ? "a number" : "a whole number"),
+               fmt::format("one {}", h5::name(type)));
     if (H5Aread(attribute.get(), memory_type(type), value) < 0) refuse_damaged(quoted(object, name));
 }
 

@@ -27,7 +27,11 @@ class OpenedFile {
     /// The same with the reason of the HDF5 call that has just failed.
     [[noreturn]] void refuse_damaged(const std::string& item) const;
 
+    /// Whether a group, dataset or link has this name.
+    bool has(const std::string& name) const;
+
     /// Each throws where the item is missing or of another kind. Text: fixed or variable length.
+    Handle open_object(const std::string& name) const;
     Handle open_dataset(const std::string& name) const;
     Handle open_attribute(const std::string& object, const std::string& name) const;
     std::string text_attribute(const std::string& object, const std::string& name) const;

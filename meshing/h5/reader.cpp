@@ -1,5 +1,7 @@
 #include "meshing/h5/reader.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <climits>
 
@@ -50,12 +52,12 @@ Reader::Reader(const std::filesystem::path& path) : impl_(std::make_unique<Impl>
 Reader::Reader(const std::filesystem::path& path, const Format& expected) : Reader(path) {
     const Format& has = format();
     if (has.name != expected.name)
-        refuse("is a file of format '" + has.name + "'", "'" + expected.name + "'");
+        refuse(fmt::format("is a file of format '{}'", has.name), fmt::format("'{}'", expected.name));
     if (has.version > expected.version)
-        refuse("is a file of '" + has.name + "' version " + std::to_string(has.version) + " from nbdtree " +
-                   text_attribute("/", "program_version"),
-               "versions up to " + std::to_string(expected.version) + ", which nbdtree " +
-                   NBD_PROGRAM_VERSION + " reads");
+        refuse(
+            fmt::format("is a file of '{}' version {} from nbdtree {}", has.name, has.version,
+                        text_attribute("/", "program_version")),
+            fmt::format("versions up to {}, which nbdtree {} reads", expected.version, NBD_PROGRAM_VERSION));
 }
 
 Reader::~Reader() = default;
@@ -69,28 +71,39 @@ void Reader::refuse(const std::string& what, const std::string& allowed) const {
 
 bool Reader::has(const std::string& name) const {
     const LibraryLock lock;
-    for (std::size_t end = 0; end != std::string::npos;) {
-        end = name.find('/', end + 1);
-        const std::string prefix = name.substr(0, end);
-        const htri_t there = H5Lexists(impl_->file.id(), prefix.c_str(), H5P_DEFAULT);
-        if (there < 0) impl_->file.refuse_damaged("'" + prefix + "'");
-        if (there == 0) return false;
-    }
-    return true;
+
+    return impl_->file.has(name);
 }
 
 bool Reader::is_group(const std::string& name) const {
     const LibraryLock lock;
-    const Handle object(H5Oopen(impl_->file.id(), name.c_str(), H5P_DEFAULT));
-    return object && H5Iget_type(object.get()) == H5I_GROUP;
+    return H5Iget_type(impl_->file.open_object(name).get()) == H5I_GROUP;
+}
+
+bool Reader::is_text(const std::string& dataset) const {
+    const LibraryLock lock;
+    const Handle opened = impl_->file.open_dataset(dataset), type(H5Dget_type(opened.get()));
+    return H5Tget_class(type.get()) == H5T_STRING;
+}
+
+std::string Reader::link_target(const std::string& name) const {
+    const LibraryLock lock;
+    H5L_info_t info{};
+    if (H5Lget_info(impl_->file.id(), name.c_str(), &info, H5P_DEFAULT) < 0)
+        impl_->file.refuse_damaged(fmt::format("'{}'", name));
+    if (info.type != H5L_TYPE_SOFT) return "";
+    std::string target(info.u.val_size, '\0');
+    if (H5Lget_val(impl_->file.id(), name.c_str(), target.data(), target.size(), H5P_DEFAULT) < 0)
+        impl_->file.refuse_damaged(fmt::format("'{}'", name));
+    return target.c_str();
 }
 
 std::vector<std::string> Reader::children(const std::string& group) const {
     const LibraryLock lock;
-    if (!has(group)) refuse("has no '" + group + "'", "a file with group '" + group + "'");
+    if (!has(group)) refuse(fmt::format("has no '{}'", group), "a file that has it");
     H5G_info_t info{};
     if (H5Gget_info_by_name(impl_->file.id(), group.c_str(), &info, H5P_DEFAULT) < 0)
-        impl_->file.refuse_damaged("group '" + group + "'");
+        impl_->file.refuse_damaged(fmt::format("group '{}'", group));
     std::vector<std::string> names;
     for (hsize_t i = 0; i < info.nlinks; ++i) {
         const auto name = [&](char* out, std::size_t size) {
@@ -98,7 +111,7 @@ std::vector<std::string> Reader::children(const std::string& group) const {
                                       size, H5P_DEFAULT);
         };
         const ssize_t length = name(nullptr, 0);
-        if (length < 0) impl_->file.refuse_damaged("group '" + group + "'");
+        if (length < 0) impl_->file.refuse_damaged(fmt::format("group '{}'", group));
         std::string text(static_cast<std::size_t>(length), '\0');
         name(text.data(), text.size() + 1);
         names.push_back(std::move(text));
@@ -118,7 +131,7 @@ Type Reader::type(const std::string& dataset) const {
     const auto found =
         std::ranges::find_if(types, [&](Type t) { return H5Tequal(stored.get(), file_type(t)) > 0; });
     if (found == std::end(types))
-        refuse("dataset '" + dataset + "' holds neither of the number types of our files",
+        refuse(fmt::format("dataset '{}' holds neither of the number types of our files", dataset),
                "float32, float64, int32, int64, uint64, little-endian");
     return *found;
 }
@@ -126,11 +139,12 @@ Type Reader::type(const std::string& dataset) const {
 Shape Reader::check(const std::string& dataset, Type type, const Shape& expected) const {
     const LibraryLock lock;
     if (const Type has = this->type(dataset); has != type)
-        refuse("dataset '" + dataset + "' holds " + std::string(h5::name(has)), std::string(h5::name(type)));
+        refuse(fmt::format("dataset '{}' holds {}", dataset, h5::name(has)), std::string(h5::name(type)));
     const Shape shape = this->shape(dataset);
-    if (!fits(shape, expected)) refuse("dataset '" + dataset + "' is " + text(shape), text(expected));
+    if (!fits(shape, expected))
+        refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), text(expected));
     if (!is_credible(shape, size_of(type), impl_->file.bytes()))
-        refuse("dataset '" + dataset + "' is " + text(shape), "no more than the file can hold");
+        refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), "no more than the file can hold");
     return shape;
 }
 
@@ -139,7 +153,7 @@ void Reader::read_values(const std::string& dataset, Type type, void* values) co
     const Handle opened = impl_->file.open_dataset(dataset);
     if (element_count(shape_of(opened.get())) == 0) return;
     if (H5Dread(opened.get(), memory_type(type), H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
-        impl_->file.refuse_damaged("dataset '" + dataset + "'");
+        impl_->file.refuse_damaged(fmt::format("dataset '{}'", dataset));
 }
 
 void Reader::read_some(const std::string& dataset, Type type, std::size_t begin, std::size_t count,
@@ -158,7 +172,7 @@ void Reader::read_some(const std::string& dataset, Type type, std::size_t begin,
         target(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr));
     if (H5Sselect_hyperslab(source.get(), H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr) < 0 ||
         H5Dread(impl_->kept.get(), memory_type(type), target.get(), source.get(), H5P_DEFAULT, values) < 0)
-        impl_->file.refuse_damaged("dataset '" + dataset + "'");
+        impl_->file.refuse_damaged(fmt::format("dataset '{}'", dataset));
 }
 
 std::string Reader::read_text(const std::string& dataset) const {
@@ -195,6 +209,33 @@ std::uint64_t Reader::uint_attribute(const std::string& object, const std::strin
 bool Reader::has_attribute(const std::string& object, const std::string& name) const {
     const LibraryLock lock;
     return H5Aexists_by_name(impl_->file.id(), object.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+std::vector<std::string> Reader::attributes(const std::string& object) const {
+    const LibraryLock lock;
+    std::vector<std::string> names;
+    const auto keep = [](hid_t, const char* name, const H5A_info_t*, void* list) -> herr_t {
+        static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+        return 0;
+    };
+    if (H5Aiterate_by_name(impl_->file.id(), object.c_str(), H5_INDEX_NAME, H5_ITER_INC, nullptr, keep,
+                           &names, H5P_DEFAULT) < 0)
+        impl_->file.refuse_damaged(fmt::format("'{}'", object));
+    return names;
+}
+
+std::string Reader::attribute_text(const std::string& object, const std::string& name) const {
+    const LibraryLock lock;
+    const Handle attribute = impl_->file.open_attribute(object, name), type(H5Aget_type(attribute.get()));
+    switch (H5Tget_class(type.get())) {
+        case H5T_STRING:
+            return text_attribute(object, name);
+        case H5T_FLOAT:
+            return fmt::format("{}", number_attribute(object, name));
+        default:
+            return H5Tget_sign(type.get()) == H5T_SGN_NONE ? fmt::format("{}", uint_attribute(object, name))
+                                                           : fmt::format("{}", int_attribute(object, name));
+    }
 }
 
 }  // namespace nbd::h5

@@ -30,6 +30,10 @@ class Reader {
     /// Names in a group, sorted.
     std::vector<std::string> children(const std::string& group) const;
     bool is_group(const std::string& name) const;
+    /// Whether a dataset is what write_text() writes.
+    bool is_text(const std::string& dataset) const;
+    /// Where a soft link points; "" where `name` is none.
+    std::string link_target(const std::string& name) const;
 
     Shape shape(const std::string& dataset) const;
     /// Throws where the dataset holds anything but one of our number types.
@@ -71,6 +75,10 @@ class Reader {
     std::int64_t int_attribute(const std::string& object, const std::string& name) const;
     std::uint64_t uint_attribute(const std::string& object, const std::string& name) const;
     bool has_attribute(const std::string& object, const std::string& name) const;
+    /// Names, sorted.
+    std::vector<std::string> attributes(const std::string& object) const;
+    /// The value of a text or number attribute, for people.
+    std::string attribute_text(const std::string& object, const std::string& name) const;
 
     /// Throws std::runtime_error "path: what; allowed: allowed".
     [[noreturn]] void refuse(const std::string& what, const std::string& allowed) const;

@@ -1,6 +1,7 @@
 #include "meshing/h5/temporary_files.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <array>
@@ -43,17 +44,14 @@ void withdraw(int slot) noexcept {
 }
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& what, int error) {
-    throw std::runtime_error(path.string() + ": " + what + ": " + std::strerror(error));
+    throw std::runtime_error(fmt::format("{}: {}: {}", path.string(), what, std::strerror(error)));
 }
 
 std::filesystem::path temporary_name(const std::filesystem::path& path) {
     static std::atomic<unsigned> counter = 0;
     constexpr std::size_t longest = 200;  // of 255 bytes that a file name may have
-    std::string name = ".";
-    name += path.filename().string().substr(0, longest);
-    name.append(".").append(std::to_string(getpid())).append("-").append(std::to_string(counter++));
-    name.append(".tmp");
-    return path.parent_path() / name;
+    return path.parent_path() /
+           fmt::format(".{}.{}-{}.tmp", path.filename().string().substr(0, longest), getpid(), counter++);
 }
 
 /// Best effort: some file systems refuse to synchronise a folder, and the rename itself has succeeded.
@@ -69,7 +67,8 @@ void synchronise_folder(const std::filesystem::path& folder) noexcept {
 TemporaryFile::TemporaryFile(std::filesystem::path path) : path_(std::move(path)) {
     std::error_code ignored;
     if (path_.filename().empty() || std::filesystem::is_directory(path_, ignored))
-        throw std::runtime_error(path_.string() + ": is a folder; allowed: the name of a file to write");
+        throw std::runtime_error(
+            fmt::format("{}: is a folder; allowed: the name of a file to write", path_.string()));
     do {  // a name may be taken by what a killed process with our number left
         withdraw(slot_);
         temporary_ = temporary_name(std::filesystem::absolute(path_));
@@ -91,7 +90,7 @@ TemporaryFile::~TemporaryFile() {
 }
 
 void TemporaryFile::commit() {
-    if (descriptor_ < 0) throw std::logic_error(path_.string() + ": committed twice");
+    if (descriptor_ < 0) throw std::logic_error(fmt::format("{}: committed twice", path_.string()));
     if (fsync(descriptor_) != 0) fail(path_, "cannot write", errno);
     const std::filesystem::path target = temporary_.parent_path() / path_.filename();
     if (rename(temporary_.c_str(), target.c_str()) != 0) fail(path_, "cannot rename to this name", errno);

@@ -1,5 +1,7 @@
 #include "meshing/h5/types.hpp"
 
+#include <fmt/format.h>
+
 #include <functional>
 #include <numeric>
 
@@ -29,7 +31,7 @@ std::string text(const Shape& shape) {
     if (shape.empty()) return "scalar";
     std::string result;
     for (const std::size_t d : shape)
-        result += (result.empty() ? "" : " x ") + (d == any ? std::string("n") : std::to_string(d));
+        result += fmt::format("{}{}", result.empty() ? "" : " x ", d == any ? "n" : fmt::to_string(d));
     return result;
 }
 

@@ -1,5 +1,7 @@
 #include "meshing/h5/writer.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -78,8 +80,8 @@ struct Writer::Impl {
     void check(bool ok, const std::string& what) const {
         const std::string path = temporary.path().string();
         if (driven.error != 0)
-            throw std::runtime_error(path + ": cannot write: " + std::strerror(driven.error));
-        if (!ok) throw std::runtime_error(path + ": cannot write '" + what + "': " + last_error());
+            throw std::runtime_error(fmt::format("{}: cannot write: {}", path, std::strerror(driven.error)));
+        if (!ok) throw std::runtime_error(fmt::format("{}: cannot write '{}': {}", path, what, last_error()));
     }
 
     void make_group(const std::string& name) {
@@ -104,7 +106,7 @@ struct Writer::Impl {
 
     void add_attribute(const std::string& object, const std::string& name, hid_t file_type, hid_t memory_type,
                        const void* value) {
-        const std::string what = object + "@" + name;
+        const std::string what = fmt::format("{}@{}", object, name);
         const Handle target(H5Oopen(file.get(), object.c_str(), H5P_DEFAULT));
         check(static_cast<bool>(target), what);
         const Handle space(H5Screate(H5S_SCALAR));
@@ -116,8 +118,8 @@ struct Writer::Impl {
     Growing& at(int handle) {
         const auto found = growing.find(handle);
         if (found == growing.end())
-            throw std::logic_error(temporary.path().string() + ": no growing dataset has handle " +
-                                   std::to_string(handle));
+            throw std::logic_error(
+                fmt::format("{}: no growing dataset has handle {}", temporary.path().string(), handle));
         return found->second;
     }
 };
@@ -154,8 +156,7 @@ void Writer::group(const std::string& name) {
 void Writer::write_values(const std::string& name, Type type, const Shape& shape, const void* values,
                           std::size_t count, Packing packing) {
     if (shape.empty() || count != element_count(shape))
-        throw std::logic_error("'" + name + "' is " + text(shape) + " but has " + std::to_string(count) +
-                               " values");
+        throw std::logic_error(fmt::format("'{}' is {} but has {} values", name, text(shape), count));
     const LibraryLock lock;
     const Handle creation =
         count == 0 ? without_times(H5P_DATASET_CREATE) : chunked(chunk_of(shape, size_of(type)), packing);
@@ -186,9 +187,8 @@ void Writer::link(const std::string& name, const std::string& target) {
 
 void Writer::attribute(const std::string& object, const std::string& name, std::string_view value) {
     if (value.size() > longest_attribute)
-        throw std::runtime_error(path().string() + ": attribute '" + name + "' has " +
-                                 std::to_string(value.size()) + " bytes; allowed: at most " +
-                                 std::to_string(longest_attribute));
+        throw std::runtime_error(fmt::format("{}: attribute '{}' has {} bytes; allowed: at most {}",
+                                             path().string(), name, value.size(), longest_attribute));
     const LibraryLock lock;
     const std::string padded = value.empty() ? std::string(1, '\0') : std::string(value);
     const Handle type = text_type(padded.size());
@@ -222,9 +222,8 @@ void Writer::append_values(int handle, Type type, const void* values, std::size_
     Growing& g = impl_->at(handle);
     const std::size_t per_row = element_count(g.row);
     if (type != g.type || per_row == 0 || count % per_row != 0)
-        throw std::logic_error("'" + g.name + "' has rows of " + std::to_string(per_row) + " " +
-                               std::string(h5::name(g.type)) + "; got " + std::to_string(count) + " " +
-                               std::string(h5::name(type)));
+        throw std::logic_error(fmt::format("'{}' has rows of {} {}; got {} {}", g.name, per_row,
+                                           h5::name(g.type), count, h5::name(type)));
     Shape shape = g.row;
     shape.insert(shape.begin(), count / per_row);
     auto start = dimensions(shape), extent = start;

@@ -145,7 +145,7 @@ const BrokenBody broken_bodies[] = {
     {"attribute 'format_version' is not a whole number; allowed: one int64",
      [](EditFile& f) { f.set_attribute("/", "format_version", "one"); }},
     {"has no 'tets/cells'", [](EditFile& f) { f.remove("tets/cells"); }},
-    {"has no 'tets'; allowed: a file with dataset 'tets/nodes'", [](EditFile& f) { f.remove("tets"); }},
+    {"has no 'tets/nodes'; allowed: a file that has it", [](EditFile& f) { f.remove("tets"); }},
     {"dataset 'tets/nodes' holds float32; allowed: float64",
      [](EditFile& f) {
          f.replace("tets/nodes", {5, 3}, std::vector<float>(15));

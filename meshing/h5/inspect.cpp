@@ -1,0 +1,100 @@
+#include "meshing/h5/inspect.hpp"
+
+#include <fmt/format.h>
+
+#include <iterator>
+#include <sstream>
+#include <vector>
+
+#include "meshing/h5/content_hash.hpp"
+
+namespace nbd::h5 {
+
+namespace {
+
+class Report {
+ public:
+    explicit Report(const std::filesystem::path& path) : file_(path) {}
+
+    std::string text() {
+        add("{}: {} version {}, {} bytes\n", file_.path().string(), file_.format().name,
+            file_.format().version, std::filesystem::file_size(file_.path()));
+        add_attributes("/", "");
+        add_children("/", "");
+        check_body();
+        add("whole: {} datasets, {} bytes of numbers and texts, every checksum verified\n", datasets_, bytes_);
+        return text_;
+    }
+
+ private:
+    template <class... Args>
+    void add(fmt::format_string<Args...> format, Args&&... args) {
+        fmt::format_to(std::back_inserter(text_), format, std::forward<Args>(args)...);
+    }
+
+    /// One line, shortened: recipes and options are whole scenes.
+    static std::string excerpt(std::string text) {
+        constexpr std::size_t longest = 100;
+        const std::size_t size = text.size();
+        for (char& c : text)
+            if (static_cast<unsigned char>(c) < ' ') c = ' ';
+        if (size > longest) text = fmt::format("{}... ({} bytes)", text.substr(0, longest), size);
+        return text;
+    }
+
+    void add_attributes(const std::string& object, const std::string& indent) {
+        for (const std::string& name : file_.attributes(object))
+            add("{}  @{} = {}\n", indent, name, excerpt(file_.attribute_text(object, name)));
+    }
+
+    void add_children(const std::string& group, const std::string& indent) {
+        for (const std::string& name : file_.children(group)) {
+            const std::string path = group == "/" ? name : fmt::format("{}/{}", group, name);
+            if (const std::string target = file_.link_target(path); !target.empty()) {
+                add("{}{} -> {}\n", indent, name, target);
+            } else if (file_.is_group(path)) {
+                add("{}{}/\n", indent, name);
+                add_attributes(path, indent);
+                add_children(path, indent + "  ");
+            } else {
+                add_dataset_line(path, indent + name);
+            }
+        }
+    }
+
+    void add_dataset_line(const std::string& path, const std::string& label) {
+        ++datasets_;
+        if (file_.is_text(path)) {
+            const std::string text = file_.read_text(path);
+            bytes_ += text.size();
+            add("{}: \"{}\"\n", label, excerpt(text));
+            return;
+        }
+        const Shape shape = file_.shape(path);
+        const Type type = file_.type(path);
+        content_hash(file_, std::vector{path});  // reads every chunk
+        bytes_ += element_count(shape) * size_of(type);
+        add("{}: {} {}\n", label, h5::name(type), h5::text(shape));
+    }
+
+    void check_body() {
+        if (!file_.has_attribute("/", "body_sha256_of")) return;
+        std::istringstream words(file_.text_attribute("/", "body_sha256_of"));
+        const std::vector<std::string> names{std::istream_iterator<std::string>(words), {}};
+        const std::string stored = file_.text_attribute("/", "body_sha256"), is = content_hash(file_, names);
+        if (stored != is)
+            file_.refuse(fmt::format("its content has SHA-256 {}", is),
+                         fmt::format("{}, as body_sha256 says", stored));
+        add("body_sha256 is that of the content\n");
+    }
+
+    Reader file_;
+    std::string text_;
+    std::size_t datasets_ = 0, bytes_ = 0;
+};
+
+}  // namespace
+
+std::string inspect(const std::filesystem::path& path) { return Report(path).text(); }
+
+}  // namespace nbd::h5

@@ -1,0 +1,74 @@
+#include "meshing/h5/inspect.hpp"
+
+#include <gtest/gtest.h>
+
+#include "meshing/h5/content_hash.hpp"
+#include "meshing/h5/writer.hpp"
+#include "tests/support/edit_file.hpp"
+#include "tests/support/file_damage.hpp"
+
+namespace nbd::h5 {
+namespace {
+
+using test::error_of;
+using InspectTest = test::FileTest;
+
+std::filesystem::path write_example(const std::filesystem::path& folder) {
+    const std::vector<double> x{1, 2, 3};
+    Sha256 hash;
+    add_dataset(hash, "a/x", Type::float64, {3}, x.data());
+    Writer file(folder / "a.h5", {"nbdtree test", 4});
+    file.attribute("/", "body_sha256", hash.hex());
+    file.attribute("/", "body_sha256_of", "a/x");
+    file.write("a/x", x);
+    file.attribute("a", "seed", ~std::uint64_t{0});
+    file.attribute("a", "young", 0.5);
+    file.write("a/b/cells", {40000, 2}, std::span<const int>(std::vector<int>(80000, 7)));
+    file.write_text("recipe", "{\n" + std::string(500, 'r') + "}");
+    file.link("again", "/a/b");
+    file.commit();
+    return folder / "a.h5";
+}
+
+TEST_F(InspectTest, ListsAllThatAFileHolds) {
+    const auto path = write_example(folder);
+    const std::string text = inspect(path);
+    EXPECT_EQ(text.find(path.string() + ": nbdtree test version 4, "), 0u) << text;
+    for (const char* line :
+         {"\n  @units = m, s, kg\n", "\n  @program_version = ", "\na/\n  @seed = 18446744073709551615\n",
+          "\n  @young = 0.5\n", "\n  x: float64 3\n", "\n  b/\n    cells: int32 40000 x 2\n",
+          "\nagain -> /a/b\n", "\nrecipe: \"{ rrr", "... (503 bytes)\"\n",
+          "\nbody_sha256 is that of the content\n",
+          "\nwhole: 3 datasets, 320527 bytes of numbers and texts, every checksum verified\n"})
+        EXPECT_NE(text.find(line), std::string::npos) << line << "is not in\n" << text;
+}
+
+TEST_F(InspectTest, RefusesADamagedChunkThatNothingElseReads) {
+    const auto path = write_example(folder);
+    std::string bytes = test::read_bytes(path);
+    const std::size_t cells = bytes.find(std::string("\7\0\0\0\7\0\0\0\7\0\0\0", 12));
+    ASSERT_NE(cells, std::string::npos);
+    bytes[cells + 50000] ^= 1;
+    test::write_bytes(path, bytes);
+    const std::string error = error_of([&] { inspect(path); });
+    test::expect_clear(error, path);
+    EXPECT_NE(error.find("dataset 'a/b/cells' is damaged: data error detected by Fletcher32 checksum"),
+              std::string::npos)
+        << error;
+}
+
+TEST_F(InspectTest, RefusesABodyThatHasAnotherHash) {
+    const auto path = write_example(folder);
+    test::EditFile(path).set("a/x", 1, 2.5);
+    const std::string error = error_of([&] { inspect(path); });
+    test::expect_clear(error, path);
+    EXPECT_NE(error.find("its content has SHA-256 "), std::string::npos) << error;
+}
+
+TEST_F(InspectTest, RefusesWhatIsNoFileOfOurs) {
+    EXPECT_EQ(error_of([&] { inspect(folder); }),
+              folder.string() + ": is a folder; allowed: a file that nbdtree wrote");
+}
+
+}  // namespace
+}  // namespace nbd::h5

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "training/tree_file.hpp"
+
+namespace nbd::test {
+
+struct ExampleTree {
+    int grid = 8;  // a torus of grid^2 vertices and 2 grid^2 faces
+    int depth = 3, modes = 5, representatives = 12;
+};
+
+/// A valid tree file with both models, their numbers at random.
+inline TreeFile example_tree(const ExampleTree& config) {
+    std::srand(5);
+    const int n = config.grid;
+    Vertices X(n * n, 3);
+    Faces F(2 * n * n, 3);
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            const float u = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / static_cast<float>(n);
+            const float v = 2 * std::numbers::pi_v<float> * static_cast<float>(j) / static_cast<float>(n);
+            const float r = 2 + std::cos(v);
+            X.row(i * n + j) << r * std::cos(u), r * std::sin(u), std::sin(v);
+            const int a = i * n + j, b = (i + 1) % n * n + j, c = (i + 1) % n * n + (j + 1) % n,
+                      d = i * n + (j + 1) % n;
+            F.row(2 * a) << a, b, c;
+            F.row(2 * a + 1) << a, c, d;
+        }
+    TreeFile file;
+    CollisionTree& tree = file.tree;
+    tree = make_exact_tree(X, F, {.depth = config.depth, .min_leaf_faces = 4});
+    const auto nodes = static_cast<Eigen::Index>(tree.spheres.nodes.size());
+
+    ClusteredModes modes;
+    for (int i = 0; i < config.representatives; ++i) modes.representatives.push_back(i * 3 % (n * n));
+    modes.w = Eigen::VectorXf::Random(config.representatives).array() + 2;
+    modes.X = Vertices::Random(config.representatives, 3);
+    modes.U = Eigen::MatrixXf::Random(3 * config.representatives, config.modes);
+    tree.bd = build_bd_model(tree.spheres, Eigen::MatrixXf::Random(3 * n * n, config.modes), modes);
+
+    tree.modal.emplace();
+    tree.modal->modes = modes;
+    tree.modal->z_centre = Eigen::VectorXf::Random(config.modes);
+    tree.modal->z_scale = Eigen::VectorXf::Random(config.modes);
+    const Eigen::VectorXf weights = Eigen::VectorXf::Random(nodes * tree.modal->weights_per_node());
+    tree.modal->weights.assign(weights.begin(), weights.end());
+    tree.modal->out_centre = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
+    tree.modal->out_scale = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
+
+    TrainingFacts& facts = file.facts;
+    facts.body_hash = std::string(64, 'b');
+    facts.recording_hash = std::string(64, 'c');
+    facts.config = "{\"depth\": 7,\n \"modes\": 128}";
+    facts.split = {{0, 2, 5}, {1, 3}, ~std::uint64_t{0}, 0.1f};
+    facts.poses = 1234;
+    facts.seconds = 1. / 3;
+    facts.node_loss = Eigen::VectorXf::Random(nodes).cwiseAbs();
+    facts.code_error = 0.07;
+    return file;
+}
+
+}  // namespace nbd::test

@@ -1,0 +1,230 @@
+#include "training/tree_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <numbers>
+#include <sstream>
+
+#include "meshing/h5/inspect.hpp"
+#include "tests/support/edit_file.hpp"
+#include "tests/support/file_damage.hpp"
+#include "tests/training/example_tree.hpp"
+
+namespace nbd {
+namespace {
+
+using test::EditFile;
+using test::error_of;
+using test::example_tree;
+class TreeFileTest : public test::FileTest {};
+
+void expect_same(const ClusteredModes& a, const ClusteredModes& b) {
+    EXPECT_EQ(a.representatives, b.representatives);
+    EXPECT_EQ(a.w, b.w);
+    EXPECT_EQ(a.X, b.X);
+    EXPECT_EQ(a.U, b.U);
+}
+
+void expect_same(const SphereTree& a, const SphereTree& b) {
+    ASSERT_EQ(a.nodes.size(), b.nodes.size());
+    for (std::size_t i = 0; i < a.nodes.size(); ++i) {
+        EXPECT_EQ(a.nodes[i].first_child, b.nodes[i].first_child);
+        EXPECT_EQ(a.nodes[i].depth, b.nodes[i].depth);
+        EXPECT_EQ(a.nodes[i].face_begin, b.nodes[i].face_begin);
+        EXPECT_EQ(a.nodes[i].face_end, b.nodes[i].face_end);
+        EXPECT_EQ(a.nodes[i].vertex_begin, b.nodes[i].vertex_begin);
+        EXPECT_EQ(a.nodes[i].vertex_end, b.nodes[i].vertex_end);
+        EXPECT_EQ(a.rest[i].c, b.rest[i].c);
+        EXPECT_EQ(a.rest[i].r, b.rest[i].r);
+    }
+    EXPECT_EQ(a.faces, b.faces);
+    EXPECT_EQ(a.vertices, b.vertices);
+}
+
+void expect_same(const TrainingFacts& a, const TrainingFacts& b) {
+    EXPECT_EQ(a.body_hash, b.body_hash);
+    EXPECT_EQ(a.recording_hash, b.recording_hash);
+    EXPECT_EQ(a.config, b.config);
+    EXPECT_EQ(a.split.train_trajectories, b.split.train_trajectories);
+    EXPECT_EQ(a.split.held_out_trajectories, b.split.held_out_trajectories);
+    EXPECT_EQ(a.split.frame_seed, b.split.frame_seed);
+    EXPECT_EQ(a.split.random_frame_share, b.split.random_frame_share);
+    EXPECT_EQ(a.poses, b.poses);
+    EXPECT_EQ(a.seconds, b.seconds);
+    EXPECT_EQ(a.node_loss, b.node_loss);
+    EXPECT_EQ(a.code_error, b.code_error);
+}
+
+void expect_same(const TreeFile& a, const TreeFile& b) {
+    EXPECT_EQ(a.tree.vertex_count, b.tree.vertex_count);
+    EXPECT_EQ(a.tree.faces, b.tree.faces);
+    expect_same(a.tree.spheres, b.tree.spheres);
+    ASSERT_EQ(a.tree.bd.has_value(), b.tree.bd.has_value());
+    if (a.tree.bd) {
+        expect_same(a.tree.bd->modes, b.tree.bd->modes);
+        EXPECT_EQ(a.tree.bd->code_to_q, b.tree.bd->code_to_q);
+        EXPECT_EQ(a.tree.bd->Ubar, b.tree.bd->Ubar);
+        EXPECT_EQ(a.tree.bd->dr, b.tree.bd->dr);
+    }
+    ASSERT_EQ(a.tree.modal.has_value(), b.tree.modal.has_value());
+    if (a.tree.modal) {
+        expect_same(a.tree.modal->modes, b.tree.modal->modes);
+        EXPECT_EQ(a.tree.modal->hidden, b.tree.modal->hidden);
+        EXPECT_EQ(a.tree.modal->z_centre, b.tree.modal->z_centre);
+        EXPECT_EQ(a.tree.modal->z_scale, b.tree.modal->z_scale);
+        EXPECT_EQ(a.tree.modal->weights, b.tree.modal->weights);
+        EXPECT_EQ(a.tree.modal->out_centre, b.tree.modal->out_centre);
+        EXPECT_EQ(a.tree.modal->out_scale, b.tree.modal->out_scale);
+    }
+    expect_same(a.facts, b.facts);
+}
+
+TEST_F(TreeFileTest, GivesBackWhatWasSaved) {
+    const TreeFile file = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
+    save_tree(folder / "tree.h5", file);
+    expect_same(load_tree(folder / "tree.h5"), file);
+    EXPECT_EQ(files_in_folder(), 1u);
+}
+
+TEST_F(TreeFileTest, NeedsNoModels) {
+    TreeFile file = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
+    file.tree.bd.reset();
+    save_tree(folder / "modal.h5", file);
+    expect_same(load_tree(folder / "modal.h5"), file);
+    file.tree.modal.reset();
+    file.facts = {};
+    save_tree(folder / "exact.h5", file);
+    expect_same(load_tree(folder / "exact.h5"), file);
+}
+
+TEST_F(TreeFileTest, KeepsDifferentModesOfBothModels) {
+    TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
+    file.tree.bd->modes.w[3] += 1;
+    save_tree(folder / "tree.h5", file);
+    expect_same(load_tree(folder / "tree.h5"), file);
+}
+
+// The paper's sizes: 16200 faces, depth 7, 128 modes, 512 representatives, 32 hidden units. Of random numbers
+// as of trained weights, signs and exponents alone deflate.
+TEST_F(TreeFileTest, StaysBelowEightMegabytesAtThePapersSizes) {
+    const auto path = folder / "tree.h5";
+    TreeFile file = example_tree({.grid = 90, .depth = 7, .modes = 128, .representatives = 512});
+    ASSERT_EQ(file.tree.spheres.nodes.size(), 255u);
+    save_tree(path, file);
+    const auto both = std::filesystem::file_size(path);
+    file.tree.bd.reset();
+    save_tree(path, file);
+    const auto modal = std::filesystem::file_size(path);
+    std::cout << "bd and modal: " << both << " bytes, modal alone: " << modal << " bytes\n";
+    EXPECT_LT(both, 8000000u);
+    EXPECT_LT(modal, both);
+}
+
+TEST_F(TreeFileTest, ThatWouldNotLoadIsNotSaved) {
+    TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
+    file.tree.modal->weights[5] = std::numeric_limits<float>::quiet_NaN();
+    const std::string error = error_of([&] { save_tree(folder / "tree.h5", file); });
+    test::expect_clear(error, folder / "tree.h5");
+    EXPECT_NE(error.find("a weight of node 0"), std::string::npos) << error;
+    EXPECT_EQ(files_in_folder(), 0u);
+}
+
+std::string read_everything(const std::filesystem::path& path) {
+    load_tree(path);
+    return h5::inspect(path).substr(path.string().size());
+}
+
+TEST_F(TreeFileTest, FindsRandomDamage) {
+    const auto path = folder / "tree.h5";
+    const TreeFile whole = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
+    save_tree(path, whole);
+    test::expect_damage_is_found(path, [&](const auto& file) {
+        expect_same(load_tree(file), whole);
+        return std::string();
+    });
+    test::expect_damage_is_found(path, read_everything, 0, 60);
+}
+
+struct BrokenTree {
+    const char* what;  // follows the path
+    void (*edit)(EditFile&);
+};
+
+std::ostream& operator<<(std::ostream& out, const BrokenTree& broken) { return out << broken.what; }
+
+class BrokenTreeFile : public TreeFileTest, public ::testing::WithParamInterface<BrokenTree> {};
+
+TEST_P(BrokenTreeFile, IsRefusedInOneLine) {
+    const auto path = folder / "tree.h5";
+    save_tree(path, example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12}));
+    {
+        EditFile file(path);
+        GetParam().edit(file);
+    }
+    const std::string error = error_of([&] { load_tree(path); });
+    test::expect_clear(error, path);
+    EXPECT_NE(error.find(GetParam().what), std::string::npos) << error;
+}
+
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+const BrokenTree broken_trees[] = {
+    {"is a file of format 'nbdtree recording'; allowed: 'nbdtree tree'",
+     [](EditFile& f) { f.set_attribute("/", "format", "nbdtree recording"); }},
+    {"is a file of 'nbdtree tree' version 2", [](EditFile& f) { f.set_attribute("/", "format_version", 2); }},
+    {"has no attribute 'body_sha256'", [](EditFile& f) { f.remove_attribute("/", "body_sha256"); }},
+    {"a surface of 0 vertices", [](EditFile& f) { f.set_attribute("surface", "vertex_count", 0); }},
+    {"refers to vertex 63, but the surface has",
+     [](EditFile& f) { f.set_attribute("surface", "vertex_count", 63); }},
+    {"face 1 refers to vertex -3", [](EditFile& f) { f.set("surface/faces", 4, -3); }},
+    {"dataset 'topology/nodes' is 10; allowed: n x 6",
+     [](EditFile& f) { f.replace("topology/nodes", {10}, std::vector<int>(10)); }},
+    {"dataset 'topology/rest_spheres' is 15 x 4; allowed: 14 x 4",
+     [](EditFile& f) {
+         f.replace("topology/nodes", {14, 6}, std::vector<int>(84));
+     }},
+    {"sphere tree: has no nodes",
+     [](EditFile& f) {
+         f.replace("topology/nodes", {0, 6}, std::vector<int>());
+         f.replace("topology/rest_spheres", {0, 4}, std::vector<float>());
+         f.remove("bd"), f.remove("modal");
+     }},
+    {"node 0 has its first child at 1000000", [](EditFile& f) { f.set("topology/nodes", 0, 1000000); }},
+    {"the root owns faces", [](EditFile& f) { f.set("topology/nodes", 3, 127); }},
+    {"lists face 128", [](EditFile& f) { f.set("topology/faces", 17, 128); }},
+    {"lists vertex 64", [](EditFile& f) { f.set("topology/vertices", 2, 64); }},
+    {"the rest sphere of node 2", [](EditFile& f) { f.set("topology/rest_spheres", 8, nan); }},
+    {"dataset 'bd/code_to_q' is 4 x 5; allowed: 5 x 5",
+     [](EditFile& f) {
+         f.replace("bd/code_to_q", {4, 5}, std::vector<float>(20));
+     }},
+    {"an entry of dr is negative", [](EditFile& f) { f.set("bd/dr", 3, -1.f); }},
+    {"an entry of Ubar is not finite", [](EditFile& f) { f.set("bd/Ubar", 3, nan); }},
+    {"modes: representative vertex 64", [](EditFile& f) { f.set("modal/modes/representatives", 1, 64); }},
+    {"modes: weight 2 is 0", [](EditFile& f) { f.set("modal/modes/weights", 2, 0.f); }},
+    {"has no 'modal/modes/representatives'; allowed: a file that has it", [](EditFile& f) { f.remove("bd"), f.remove("modal/modes"); }},
+    {"'bd/modes/representatives'", [](EditFile& f) { f.remove("modal"); }},
+    {"dataset 'bd/modes/U' is 36; allowed: 36 x n",
+     [](EditFile& f) { f.replace("modal/modes/U", {36}, std::vector<float>(36)); }},
+    {"networks with 100000 hidden units; allowed: 1 to 128",
+     [](EditFile& f) { f.set_attribute("modal", "hidden", 100000); }},
+    {"dataset 'modal/weights' is 15 x 1380; allowed: 15 x",
+     [](EditFile& f) { f.set_attribute("modal", "hidden", 16); }},
+    {"modal tree: a weight of node 1", [](EditFile& f) { f.set("modal/weights", 1380 + 7, nan); }},
+    {"dataset 'modal/out_scale' is 4 x 14; allowed: 4 x 15",
+     [](EditFile& f) {
+         f.replace("modal/out_scale", {4, 14}, std::vector<float>(56));
+     }},
+    {"has no 'facts'", [](EditFile& f) { f.remove("facts"); }},
+    {"-1 training poses", [](EditFile& f) { f.set_attribute("facts", "poses", -1); }},
+    {"random_frame_share is 1.5; allowed: 0 to 1",
+     [](EditFile& f) { f.set_attribute("facts", "random_frame_share", 1.5); }},
+    {"facts/node_loss has 3 numbers; allowed: none or 15",
+     [](EditFile& f) { f.replace("facts/node_loss", {3}, std::vector<float>(3)); }},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, BrokenTreeFile, ::testing::ValuesIn(broken_trees));
+
+}  // namespace
+}  // namespace nbd
