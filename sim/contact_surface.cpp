@@ -1,0 +1,28 @@
+#include "sim/contact_surface.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <utility>
+
+namespace nbd {
+
+ContactSurface::ContactSurface(Embedding W, Faces F, NodesRef X) : W_(std::move(W)), F_(std::move(F)) {
+    if (W_.cols() != X.rows() || W_.rows() == 0 || F_.rows() == 0)
+        throw std::invalid_argument(
+            fmt::format("contact surface: an embedding [{}, {}] and {} faces do not fit a body of {} nodes",
+                        W_.rows(), W_.cols(), F_.rows(), X.rows()));
+    W_.makeCompressed();
+    topology_ = surface_topology(F_, vertex_count());
+    update(X);
+    rest_areas_ = vertex_areas(F_, x_);
+    rest_diagonal_ = (x_.colwise().maxCoeff() - x_.colwise().minCoeff()).norm();
+}
+
+void ContactSurface::update(NodesRef nodes) {
+    x_.resize(W_.rows(), 3);
+    x_.noalias() = W_ * nodes;
+    x_float_ = x_.cast<float>();
+}
+
+}  // namespace nbd

@@ -1,0 +1,114 @@
+#include "sim/excitation.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "sim/world.hpp"
+
+namespace nbd {
+namespace {
+
+std::shared_ptr<const CollisionTree> exact_tree(const TriMesh& surface) {
+    CollisionTree tree;
+    tree.vertex_count = static_cast<int>(surface.X.rows());
+    tree.faces = surface.F;
+    tree.spheres = build_sphere_tree(surface.X.cast<float>(), surface.F);
+    return std::make_shared<const CollisionTree>(std::move(tree));
+}
+
+/// A patch force with its shares among the nodes worked out.
+struct SpreadForce {
+    PatchForce patch;
+    std::vector<std::pair<int, double>> shares;  // (node, share), summing to 1
+};
+
+SpreadForce spread(const PatchForce& patch, const ElasticBody& elastic) {
+    SpreadForce result{.patch = patch, .shares = {}};
+    const Nodes& X = elastic.rest().X;
+    double total = 0;
+    for (int i = 0; i < X.rows(); ++i) {
+        const double u = (X.row(i) - X.row(patch.node)).squaredNorm() / (patch.radius * patch.radius);
+        if (u >= 1) continue;
+        const double share = (1 - u) * (1 - u) * elastic.node_masses()[i];
+        result.shares.emplace_back(i, share);
+        total += share;
+    }
+    for (auto& [node, share] : result.shares) share /= total;
+    return result;
+}
+
+void set_forces(const std::vector<SpreadForce>& forces, double time, Nodes& out) {
+    out.setZero();
+    for (const SpreadForce& f : forces) {
+        const double u = (time - f.patch.start) / f.patch.duration;
+        if (u <= 0 || u >= 1) continue;
+        const double swell = std::sin(std::numbers::pi * u) * std::sin(std::numbers::pi * u);
+        for (const auto& [node, share] : f.shares) out.row(node) += swell * share * f.patch.force.transpose();
+    }
+}
+
+World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<const ElasticBody>& elastic,
+                 const std::shared_ptr<const CollisionTree>& tree) {
+    WorldConfig config;
+    config.gravity = recipe.gravity;
+    const NaturalScales scales = natural_scales(body);
+    config.contact.damping = 0.02 * scales.time;
+    config.contact.slip_velocity = 1e-3 * scales.speed;
+    World world(config);
+    if (recipe.floor)
+        world.add_obstacle(
+            {.shape = PlaneShape{.point = {0, 0, *recipe.floor}, .normal = Eigen::Vector3d::UnitZ()}});
+    const Nodes X = body.tets.X.rowwise() - body.tets.X.colwise().mean();
+    WorldBody self{.elastic = elastic, .W = body.W, .F = body.surface.F, .grips = recipe.grips};
+    self.state.x = X * recipe.rotation.transpose();
+    self.state.v = (self.state.x * recipe.gradient.transpose()).rowwise() + recipe.velocity.transpose();
+    if (recipe.thrown) self.tree = tree;
+    world.add_body(std::move(self));
+    if (recipe.thrown) {
+        WorldBody copy{.elastic = elastic, .W = body.W, .F = body.surface.F, .tree = tree};
+        copy.state.x =
+            (X * recipe.thrown->rotation.transpose()).rowwise() + recipe.thrown->centre.transpose();
+        copy.state.v = Nodes::Zero(X.rows(), 3).rowwise() + recipe.thrown->velocity.transpose();
+        world.add_body(std::move(copy));
+    }
+    return world;
+}
+
+}  // namespace
+
+Excitation::Excitation(Body body, const ExcitationConfig& config) : body_(std::move(body)), config_(config) {
+    check_excitation_config(config);
+    elastic_ = std::make_shared<const ElasticBody>(body_.tets, body_.material);
+    tree_ = exact_tree(body_.surface);
+}
+
+double Excitation::frame_interval() const {
+    return config_.frame_interval > 0 ? config_.frame_interval
+                                      : draw_recipe(body_, config_, 0).frame_interval;
+}
+
+TrajectoryResult Excitation::run(int index, const OnFrame& on_frame) const {
+    const Recipe recipe = draw_recipe(body_, config_, index);
+    TrajectoryResult result{.recipe = recipe_json(recipe)};
+    World world = make_world(recipe, body_, elastic_, tree_);
+    std::vector<SpreadForce> forces;
+    for (const PatchForce& patch : recipe.forces) forces.push_back(spread(patch, *elastic_));
+    const double dt = recipe.frame_interval / config_.steps_per_frame;
+    const int warm_up = static_cast<int>(std::ceil(recipe.first_frame / dt));
+    const int steps = warm_up + (config_.frames - 1) * config_.steps_per_frame;
+    for (int step = 1; step <= steps; ++step) {
+        set_forces(forces, world.time() + dt / 2, world.forces(0));
+        const WorldReport report = world.step(dt);
+        if (!report.failure.empty()) {
+            result.failure = report.failure;
+            return result;
+        }
+        if (step < warm_up || (step - warm_up) % config_.steps_per_frame != 0) continue;
+        on_frame(world.time(), world.state(0).x);
+        ++result.frames;
+    }
+    return result;
+}
+
+}  // namespace nbd

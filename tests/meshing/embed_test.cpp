@@ -1,0 +1,164 @@
+#include "meshing/embed.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "meshing/point_triangle.hpp"
+#include "meshing/subdivide.hpp"
+#include "tests/meshing/shapes.hpp"
+#include "tests/meshing/temporary_folder.hpp"
+
+namespace nbd {
+namespace {
+
+using namespace test;
+
+/// Points spread evenly over a box, by a fixed rule.
+Nodes points_in(const Eigen::AlignedBox3d& box, int count) {
+    Nodes points(count, 3);
+    for (int p = 0; p < count; ++p)
+        for (int k = 0; k < 3; ++k) {
+            const double step[] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+            const double s = std::fmod(0.5 + (p + 1) * step[k], 1.);
+            points(p, k) = box.min()[k] + s * box.sizes()[k];
+        }
+    return points;
+}
+
+Nodes affine(const Nodes& X) {
+    Eigen::Matrix3d A;
+    A << 1.1, 0.3, -0.2, 0.1, 0.9, 0.4, -0.3, 0.2, 1.3;
+    return (X * A.transpose()).rowwise() + Eigen::RowVector3d(0.3, -0.2, 0.7);
+}
+
+double error_under_affine_motion(const Embedding& W, const Nodes& nodes, const Nodes& points) {
+    return (W * affine(nodes) - affine(points)).cwiseAbs().maxCoeff();
+}
+
+TEST(Embed, CarriesInnerPointsAffinelyWithWeightsFromZeroToOne) {
+    const TetMesh tets = tet_box(1, 2, 3, 5);
+    const Nodes points = points_in({Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 2, 3)}, 3000);
+    const Embedding W = embed(tets, points);
+    ASSERT_EQ(W.rows(), 3000);
+    ASSERT_EQ(W.cols(), tets.X.rows());
+    EXPECT_LT((W * tets.X - points).cwiseAbs().maxCoeff(), 1e-14);
+    EXPECT_LT(error_under_affine_motion(W, tets.X, points), 1e-14);
+    EXPECT_LT((W * Eigen::VectorXd::Ones(W.cols()) - Eigen::VectorXd::Ones(3000)).cwiseAbs().maxCoeff(),
+              1e-15);
+    for (int p = 0; p < W.rows(); ++p)
+        for (Embedding::InnerIterator w(W, p); w; ++w) {
+            ASSERT_GE(w.value(), -1e-9);
+            ASSERT_LE(w.value(), 1 + 1e-9);
+            ASSERT_LT((tets.X.row(w.col()) - points.row(p)).norm(), 1) << "local";
+        }
+}
+
+TEST(Embed, TakesANodeAloneForAPointOnIt) {
+    const TetMesh tets = tet_box(1, 1, 1, 3);
+    const Embedding W = embed(tets, tets.X);
+    EXPECT_EQ(W.nonZeros(), tets.X.rows());
+    EXPECT_TRUE(Eigen::MatrixXd(W).isIdentity(0));
+}
+
+TEST(Embed, ExtrapolatesFromTheNearestTetrahedron) {
+    const TetMesh tets = tet_box(1, 1, 1, 4);
+    // A shell of points a little outside; every one is nearer than 0.1 to the box.
+    Nodes points = points_in({Eigen::Vector3d(-0.05, -0.05, -0.05), Eigen::Vector3d(1.05, 1.05, 1.05)}, 2000);
+    points.col(2) = (points.col(2).array() < 0.5).select(points.col(2).array() * 0.05 - 0.06, 1.03);
+    const Embedding W = embed(tets, points);
+    EXPECT_LT(error_under_affine_motion(W, tets.X, points), 1e-14);
+    double least = 0;
+    for (int p = 0; p < W.rows(); ++p)
+        for (Embedding::InnerIterator w(W, p); w; ++w) {
+            least = std::min(least, w.value());
+            const double distance = (tets.X.row(w.col()) - points.row(p)).norm();
+            ASSERT_LT(distance, 0.06 * std::sqrt(3.) + 0.25 * std::sqrt(3.)) << "not the nearest";
+        }
+    EXPECT_LT(least, -0.05) << "some are extrapolated";
+}
+
+TEST(Embed, NamesTheFirstPointTooFarOutside) {
+    const TetMesh tets = tet_box(1, 1, 1, 1);
+    Nodes points(4, 3);
+    points << 0.5, 0.5, 0.5, 0.5, 0.5, 1.4, 0.5, 0.75, 3, -1, 0.5, 0.5;
+    const std::string error = error_of([&] { embed(tets, points); });
+    EXPECT_EQ(error.find("vertex 2 at (0.5, 0.75, 3) is 2 m away from the nearest tetrahedron ("), 0u)
+        << error;
+    EXPECT_NE(error.find("more than 0.5 of its mean edge length 1.26008 m; 2 such vertices"),
+              std::string::npos)
+        << error;
+    EXPECT_LT(error_under_affine_motion(embed(tets, points, {.max_distance = 2}), tets.X, points), 1e-13);
+    EXPECT_NE(error_of([&] { embed(tets, points.topRows(2), {.max_distance = 0.1}); }).find("vertex 1 at"),
+              std::string::npos);
+}
+
+TEST(Embed, RefusesBadInput) {
+    const TetMesh good = tet_box(1, 1, 1, 1);
+    Nodes point(1, 3);
+    point << 0.5, 0.5, 0.5;
+    EXPECT_EQ(error_of([&] { embed({good.X, Tets(0, 4)}, point); }), "no tetrahedra to embed in");
+    TetMesh bad = good;
+    bad.T(2, 1) = 8;
+    EXPECT_EQ(error_of([&] { embed(bad, point); }), "tetrahedron 2 refers to node 8, but there are 8 nodes");
+    bad = good;
+    std::swap(bad.T(3, 0), bad.T(3, 1));
+    EXPECT_EQ(error_of([&] { embed(bad, point); }),
+              "tetrahedron 3 has volume -0.166667 m3 where more than 0 is needed");
+    EXPECT_EQ(error_of([&] { embed(good, point, {.max_distance = -1}); }),
+              "the largest distance from the tetrahedra is -1, but must be finite and not negative");
+    point(0, 1) = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(error_of([&] { embed(good, point); }), "vertex 0 at (0.5, nan, 0.5) is not finite");
+}
+
+TEST(BoundaryEmbedding, SelectsNodesBitByBit) {
+    const TetMesh tets = tet_box(1, 1, 1, 3);
+    const Nodes points = tets.X.colwise().reverse();
+    const Embedding W = boundary_embedding(tets, points);
+    EXPECT_EQ(W.nonZeros(), points.rows());
+    EXPECT_EQ(Nodes(W * affine(tets.X)), Nodes(affine(tets.X).colwise().reverse()));
+
+    Nodes moved = points;
+    moved(5, 0) = std::nextafter(moved(5, 0), 2);
+    moved(9, 1) += 1e-3;
+    const std::string error = error_of([&] { boundary_embedding(tets, moved); });
+    EXPECT_EQ(error.find("vertex 5 at ("), 0u);
+    EXPECT_NE(error.find(" is not a node of the tetrahedra; 2 such vertices"), std::string::npos) << error;
+}
+
+TEST(BoundaryEmbedding, ComposesWithSubdivision) {
+    const TetMesh tets = tet_box(2, 2, 2, 3);
+    const TriMesh surface = box(2, 2, 2, 3);
+    const Embedding W = boundary_embedding(tets, surface.X);
+    for (const SubdivisionScheme scheme : {SubdivisionScheme::midpoint, SubdivisionScheme::loop}) {
+        const auto [fine, S] = subdivide(surface, scheme, 2);
+        const Embedding composed = S * W;
+        EXPECT_LT((composed * tets.X - fine.X).cwiseAbs().maxCoeff(), 1e-14);
+        EXPECT_LT(error_under_affine_motion(composed, tets.X, fine.X), 1e-13);
+        EXPECT_LT(error_under_affine_motion(embed(tets, fine.X), tets.X, fine.X), 1e-13) << "found directly";
+    }
+}
+
+TEST(PointTriangle, FindsTheDistanceThatSamplesApproach) {
+    const Nodes corners = points_in({Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}, 160);
+    int n = 40;
+    for (int i = 0; i + 3 < corners.rows(); i += 4) {
+        const Eigen::Vector3d p = corners.row(i), a = corners.row(i + 1), b = corners.row(i + 2),
+                              c = corners.row(i + 3);
+        double least = 1e9;
+        for (int u = 0; u <= n; ++u)
+            for (int v = 0; u + v <= n; ++v)
+                least = std::min(least, (a + (b - a) * u / n + (c - a) * v / n - p).norm());
+        const double distance = std::sqrt(squared_distance_to_triangle(p, a, b, c));
+        EXPECT_LE(distance, least + 1e-12);
+        EXPECT_GE(distance, least - 2.0 * std::sqrt(3.) / n);
+        EXPECT_NEAR(squared_distance_to_triangle(p, a, b, a), squared_distance_to_triangle(p, b, a, b), 1e-12)
+            << "segments";
+        EXPECT_NEAR(squared_distance_to_triangle(p, a, a, a), (p - a).squaredNorm(), 1e-12) << "points";
+    }
+}
+
+}  // namespace
+}  // namespace nbd
