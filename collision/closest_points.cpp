@@ -15,182 +15,191 @@ using Eigen::Vector3d;
 
 using Corners = std::array<Vector3d, 3>;
 
-/// A point of each feature by its weights, and what lies between them.
-struct Candidate {
-    Vector3d weights_a, weights_b, gap;
-    double squared = std::numeric_limits<double>::infinity();
+/// 0 where there is nothing to divide by.
+double inverse(double x) noexcept { return x > 0 ? 1 / x : 0; }
+
+/// A triangle with what all tests against it need.
+struct Face {
+    explicit Face(const Corners& x) noexcept
+        : corner(x), edge{x[1] - x[0], x[2] - x[1], x[0] - x[2]}, normal(edge[0].cross(edge[1])) {
+        for (int i = 0; i < 3; ++i) edge_inverse[i] = inverse(edge[i].squaredNorm());
+        const double normal_inverse = inverse(normal.squaredNorm());
+        has_area = normal_inverse > 0;
+        slope_1 = normal_inverse * normal.cross(edge[2]);
+        slope_2 = normal_inverse * normal.cross(edge[0]);
+    }
+
+    Corners corner, edge;                // edge i leads from corner i to the next one
+    Vector3d normal;                     // not unit
+    std::array<double, 3> edge_inverse;  // 1 / squared length
+    bool has_area;
+    Vector3d slope_1, slope_2;  // slope_i.dot(x - corner[0]): the weight of corner i at the foot of x
 };
 
-Candidate candidate(const Vector3d& weights_a, const Vector3d& weights_b, const Vector3d& gap) noexcept {
-    return {weights_a, weights_b, gap, gap.squaredNorm()};
-}
+/// The closest points so far, as a point of an edge or of the face on either side.
+struct Nearest {
+    enum On { edges, face_b, face_a };  // the other side of a face is a corner
+    On on = edges;
+    int i = 0, j = 0;     // edges or corners of a and b
+    double s = 0, t = 0;  // edges: how far along i and j; a face: weights of its corners 1 and 2
+    double squared = std::numeric_limits<double>::infinity();  // of the distance
+};
 
-void keep_closer(Candidate& best, const Candidate& other) noexcept {
+void keep_closer(Nearest& best, const Vector3d& gap, Nearest other) noexcept {
+    other.squared = gap.squaredNorm();
     if (other.squared < best.squared) best = other;
 }
 
-Candidate swapped(const Candidate& c) noexcept { return {c.weights_b, c.weights_a, -c.gap, c.squared}; }
+struct WeightPair {
+    Vector3d a, b;
+};
 
-Vector3d corner(int i) noexcept { return Vector3d::Unit(i); }
-
-/// Weights of a point of the edge from corner i to the next one.
-Vector3d on_edge(int i, double t) noexcept {
-    Vector3d weights = Vector3d::Zero();
-    weights[i] = 1 - t;
-    weights[(i + 1) % 3] = t;
-    return weights;
+WeightPair weights(const Nearest& n) noexcept {
+    const auto on_edge = [](int i, double along) {
+        Vector3d w = Vector3d::Zero();
+        w[i] = 1 - along;
+        w[(i + 1) % 3] = along;
+        return w;
+    };
+    const Vector3d on_face(1 - n.s - n.t, n.s, n.t);
+    if (n.on == Nearest::face_b) return {on_edge(n.i, 0), on_face};
+    if (n.on == Nearest::face_a) return {on_face, on_edge(n.j, 0)};
+    return {on_edge(n.i, n.s), on_edge(n.j, n.t)};
 }
 
-/// The t in [0, 1] for which t * direction comes closest to the point; 0 if the direction is zero.
-double project(const Vector3d& point, const Vector3d& direction) noexcept {
-    const double squared = direction.squaredNorm();
-    return squared > 0 ? std::clamp(point.dot(direction) / squared, 0., 1.) : 0.;
-}
+double unit_interval(double x) noexcept { return std::min(std::max(x, 0.), 1.); }
 
-/// a: p as corner 0. The foot of the perpendicular, where it falls into the triangle, and the best point of
-/// each edge: every candidate is a point of the triangle, so rounding in a sliver costs no more than its
-/// width.
-Candidate nearest_on_triangle(const Vector3d& p, const Corners& t) noexcept {
-    Candidate best;
+/// Every corner against every edge, every corner against the other face, every edge against every edge.
+/// Each candidate is a point of either triangle, so rounding in a sliver costs no more than its width.
+Nearest nearest_features(const Face& a, const Face& b) noexcept {
+    Nearest best;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            const Vector3d &u = a.edge[i], &v = b.edge[j], w = a.corner[i] - b.corner[j];
+            const double w_v = w.dot(v) * b.edge_inverse[j], w_u = -w.dot(u) * a.edge_inverse[i];
+            double t = unit_interval(w_v), s = unit_interval(w_u);
+            keep_closer(best, w - t * v, {Nearest::edges, i, j, 0, t});
+            keep_closer(best, w + s * u, {Nearest::edges, i, j, s, 0});
+            // Inside both edges. Nearly parallel ones get s with a large error, which is why t is then
+            // taken as the best one for that s, and s for that t.
+            const Vector3d normal = u.cross(v);
+            const double u_v = u.dot(v);
+            s = unit_interval(v.cross(w).dot(normal) * inverse(normal.squaredNorm()));
+            t = unit_interval(w_v + s * u_v * b.edge_inverse[j]);
+            s = unit_interval(w_u + t * u_v * a.edge_inverse[i]);
+            keep_closer(best, w + s * u - t * v, {Nearest::edges, i, j, s, t});
+        }
     for (int i = 0; i < 3; ++i) {
-        const Vector3d edge = t[(i + 1) % 3] - t[i], w = p - t[i];
-        const double along = project(w, edge);
-        keep_closer(best, candidate(corner(0), on_edge(i, along), w - along * edge));
-    }
-    const Vector3d u = t[1] - t[0], v = t[2] - t[0], w = p - t[0], normal = u.cross(v);
-    const double squared = normal.squaredNorm();
-    if (squared > 0) {
-        const double weight_u = w.cross(v).dot(normal) / squared, weight_v = u.cross(w).dot(normal) / squared;
-        const Vector3d weights(1 - weight_u - weight_v, weight_u, weight_v);
-        if ((weights.array() >= 0).all())
-            keep_closer(best, candidate(corner(0), weights, w - weight_u * u - weight_v * v));
+        const Vector3d x = a.corner[i] - b.corner[0], y = b.corner[i] - a.corner[0];
+        double s = b.slope_1.dot(x), t = b.slope_2.dot(x);
+        if (b.has_area && s >= 0 && t >= 0 && 1 - s - t >= 0)
+            keep_closer(best, x - s * b.edge[0] + t * b.edge[2], {Nearest::face_b, i, 0, s, t});
+        s = a.slope_1.dot(y), t = a.slope_2.dot(y);
+        if (a.has_area && s >= 0 && t >= 0 && 1 - s - t >= 0)
+            keep_closer(best, s * a.edge[0] - t * a.edge[2] - y, {Nearest::face_a, 0, i, s, t});
     }
     return best;
 }
 
-/// Points inside two edges p + s u and q + t v, which lie `w` = q - p apart at their starts; infinitely far
-/// if they are parallel. Edges that come closest at an end of one are not found here.
-/// Nearly parallel ones get s with a large error, which the two projections after it take back.
-Candidate between_edges(const Vector3d& u, const Vector3d& v, const Vector3d& w, int i, int j) noexcept {
-    const Vector3d normal = u.cross(v);
-    const double squared = normal.squaredNorm();
-    if (!(squared > 0)) return {};
-    double s = std::clamp(w.cross(v).dot(normal) / squared, 0., 1.);
-    const double t = project(s * u - w, v);
-    s = project(w + t * v, u);
-    return candidate(on_edge(i, s), on_edge(j, t), s * u - w - t * v);
-}
-
-Candidate nearest_features(const Corners& s, const Corners& t) noexcept {
-    Candidate best;
-    for (int i = 0; i < 3; ++i) {
-        Candidate c = nearest_on_triangle(s[i], t);
-        c.weights_a = corner(i);
-        keep_closer(best, c);
-        c = swapped(nearest_on_triangle(t[i], s));
-        c.weights_b = corner(i);
-        keep_closer(best, c);
-        for (int j = 0; j < 3; ++j)
-            keep_closer(best, between_edges(s[(i + 1) % 3] - s[i], t[(j + 1) % 3] - t[j], t[j] - s[i], i, j));
-    }
-    return best;
+Vector3d point(const Corners& x, const Vector3d& w) noexcept {
+    return w[0] * x[0] + w[1] * x[1] + w[2] * x[2];
 }
 
 /// The ends of the segment that two triangles share, as far as they were found.
 struct CommonSegment {
-    Candidate first, last;
+    WeightPair first, last;
     double first_along = std::numeric_limits<double>::infinity(), last_along = -first_along;
 };
 
 /// Widens the common segment, which runs along `line`, by the points where edges of s pass through t.
-/// s_is_a: whether s is the pair's a. tolerance: how far from t rounding may put such a point.
-void add_piercings(CommonSegment& common, const Corners& s, const Corners& t, const Vector3d& line,
-                   bool s_is_a, double tolerance) noexcept {
-    const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+/// s_is_a: whether s is the pair's a. tolerance: how far off t rounding may put such a point, metres.
+void add_piercings(CommonSegment& common, const Face& s, const Face& t, const Vector3d& line, bool s_is_a,
+                   double tolerance) noexcept {
     std::array<double, 3> height;
-    for (int i = 0; i < 3; ++i) height[i] = normal.dot(s[i] - t[0]);
+    for (int i = 0; i < 3; ++i) height[i] = t.normal.dot(s.corner[i] - t.corner[0]);
     for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3;
-        if (height[i] == height[j] || (height[i] > 0 && height[j] > 0) || (height[i] < 0 && height[j] < 0))
-            continue;
+        const auto [low, high] = std::minmax(height[i], height[j]);
+        if (!(low <= 0 && high >= 0 && low < high)) continue;
         const double along_edge = height[i] / (height[i] - height[j]);
-        const Vector3d x = s[i] + along_edge * (s[j] - s[i]);
-        Candidate c = nearest_on_triangle(x, t);
-        if (!(c.squared <= tolerance * tolerance)) continue;
-        c.weights_a = on_edge(i, along_edge);
-        if (!s_is_a) c = swapped(c);
+        const Vector3d x = s.corner[i] + along_edge * s.edge[i], from_corner = x - t.corner[0];
+        const double weight_1 = t.slope_1.dot(from_corner), weight_2 = t.slope_2.dot(from_corner);
+        Vector3d on_t = Vector3d(1 - weight_1 - weight_2, weight_1, weight_2).cwiseMax(0);
+        on_t /= on_t.sum();
+        if (!((point(t.corner, on_t) - x).squaredNorm() <= tolerance * tolerance)) continue;
+        Vector3d on_s = Vector3d::Zero();
+        on_s[i] = 1 - along_edge;
+        on_s[j] = along_edge;
+        const WeightPair pierced = s_is_a ? WeightPair{on_s, on_t} : WeightPair{on_t, on_s};
         const double along = line.dot(x);
-        if (along < common.first_along) common.first = c, common.first_along = along;
-        if (along > common.last_along) common.last = c, common.last_along = along;
+        if (along < common.first_along) common.first = pierced, common.first_along = along;
+        if (along > common.last_along) common.last = pierced, common.last_along = along;
     }
 }
 
 /// For triangles that intersect: a point of both.
-Candidate common_point(const Corners& s, const Corners& t) noexcept {
-    const Vector3d line = (s[1] - s[0]).cross(s[2] - s[0]).cross((t[1] - t[0]).cross(t[2] - t[0]));
+WeightPair common_point(const Face& a, const Face& b) noexcept {
+    const Vector3d line = a.normal.cross(b.normal);
     double size = 0;
-    for (const Vector3d& x : {s[1], s[2], t[0], t[1], t[2]})
-        size = std::max(size, (x - s[0]).cwiseAbs().maxCoeff());
+    for (int i = 0; i < 3; ++i) size = std::max({size, a.edge[i].norm(), b.edge[i].norm()});
     CommonSegment common;
-    add_piercings(common, s, t, line, true, 1e-10 * size);
-    add_piercings(common, t, s, line, false, 1e-10 * size);
-    if (common.first_along > common.last_along) return nearest_features(s, t);  // they touch in one plane
-    common.first.weights_a = (common.first.weights_a + common.last.weights_a) / 2;
-    common.first.weights_b = (common.first.weights_b + common.last.weights_b) / 2;
-    return common.first;
+    add_piercings(common, a, b, line, true, 1e-10 * size);
+    add_piercings(common, b, a, line, false, 1e-10 * size);
+    if (common.first_along > common.last_along) return weights(nearest_features(a, b));  // they touch flat
+    return {(common.first.a + common.last.a) / 2, (common.first.b + common.last.b) / 2};
 }
 
-/// In a frame whose origin is near both, so that nothing is lost far from the world's origin.
-Candidate nearest(const Triangle& a, const Triangle& b) noexcept {
-    const Vector3d origin = a.a.cast<double>();
-    const auto local = [&](const Triangle& t) {
-        return Corners{t.a.cast<double>() - origin, t.b.cast<double>() - origin, t.c.cast<double>() - origin};
-    };
-    if (!triangles_intersect(a, b)) return nearest_features(local(a), local(b));
-    Candidate c = common_point(local(a), local(b));
-    c.gap.setZero();
-    c.squared = 0;
-    return c;
+Corners corners(const Triangle& t, const Vector3d& origin) noexcept {
+    return {t.a.cast<double>() - origin, t.b.cast<double>() - origin, t.c.cast<double>() - origin};
 }
 
-ClosestPoints closest_points(const Candidate& c, const Corners& a, const Corners& b) noexcept {
-    const auto point = [](const Corners& x, const Vector3d& w) -> Vector3d {
-        return w[0] * x[0] + w[1] * x[1] + w[2] * x[2];
-    };
-    return {point(a, c.weights_a), point(b, c.weights_b), c.weights_a, c.weights_b, c.gap,
-            std::sqrt(c.squared)};
-}
-
-Corners corners(const Triangle& t) noexcept {
-    return {t.a.cast<double>(), t.b.cast<double>(), t.c.cast<double>()};
+ClosestPoints closest_points(const Corners& a, const Corners& b) noexcept {
+    const WeightPair w = weights(nearest_features(Face(a), Face(b)));
+    const Vector3d p = point(a, w.a), q = point(b, w.b), gap = p - q;
+    return {p, q, w.a, w.b, gap, gap.norm()};
 }
 
 }  // namespace
 
+// A point is a triangle whose corners coincide, an edge one with two that do.
+
 ClosestPoints closest_point_triangle(const Vector3d& p, const Vector3d& u, const Vector3d& v,
                                      const Vector3d& w) noexcept {
-    return closest_points(nearest_on_triangle(p, {u, v, w}), {p, p, p}, {u, v, w});
+    ClosestPoints c = closest_points({p - p, p - p, p - p}, {u - p, v - p, w - p});
+    c.a += p;
+    c.b += p;
+    return c;
 }
 
 ClosestPoints closest_edge_edge(const Vector3d& p, const Vector3d& q, const Vector3d& u,
                                 const Vector3d& v) noexcept {
-    const Vector3d pq = q - p, uv = v - u;
-    Candidate best = between_edges(pq, uv, u - p, 0, 0);
-    for (const int end : {0, 1}) {
-        const Vector3d from_u = (end ? q : p) - u, from_p = (end ? v : u) - p;
-        const double t = project(from_u, uv), s = project(from_p, pq);
-        keep_closer(best, candidate(corner(end), on_edge(0, t), from_u - t * uv));
-        keep_closer(best, candidate(on_edge(0, s), corner(end), s * pq - from_p));
-    }
-    return closest_points(best, {p, q, q}, {u, v, v});
+    ClosestPoints c = closest_points({p - p, q - p, q - p}, {u - p, v - p, v - p});
+    for (Vector3d* weights : {&c.weights_a, &c.weights_b})
+        *weights = {(*weights)[0], (*weights)[1] + (*weights)[2], 0};
+    c.a += p;
+    c.b += p;
+    return c;
 }
 
 ClosestPoints closest_triangle_triangle(const Triangle& a, const Triangle& b) noexcept {
-    return closest_points(nearest(a, b), corners(a), corners(b));
+    const Vector3d origin = a.a.cast<double>();  // near both, so that nothing is lost far from the world's
+    const Corners s = corners(a, origin), t = corners(b, origin);
+    ClosestPoints c;
+    if (triangles_intersect(a, b)) {
+        const WeightPair w = common_point(Face(s), Face(t));
+        c = {point(s, w.a), point(t, w.b), w.a, w.b, Vector3d::Zero(), 0};
+    } else {
+        c = closest_points(s, t);
+    }
+    c.a += origin;
+    c.b += origin;
+    return c;
 }
 
 double triangle_distance(const Triangle& a, const Triangle& b) noexcept {
-    return std::sqrt(nearest(a, b).squared);
+    if (triangles_intersect(a, b)) return 0;
+    const Vector3d origin = a.a.cast<double>();
+    return std::sqrt(nearest_features(Face(corners(a, origin)), Face(corners(b, origin))).squared);
 }
 
 }  // namespace nbd
