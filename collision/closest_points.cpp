@@ -71,10 +71,11 @@ double unit_interval(double x) noexcept { return std::min(std::max(x, 0.), 1.); 
 
 /// Every corner against every edge, every corner against the other face, every edge against every edge.
 /// Each candidate is a point of either triangle, so rounding in a sliver costs no more than its width.
-Nearest nearest_features(const Face& a, const Face& b) noexcept {
+/// count_a, count_b: how many of their corners differ. A point is a triangle of one, an edge one of two.
+Nearest nearest_features(const Face& a, const Face& b, int count_a = 3, int count_b = 3) noexcept {
     Nearest best;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < count_a; ++i)
+        for (int j = 0; j < count_b; ++j) {
             const Vector3d &u = a.edge[i], &v = b.edge[j], w = a.corner[i] - b.corner[j];
             const double w_v = w.dot(v) * b.edge_inverse[j], w_u = -w.dot(u) * a.edge_inverse[i];
             double t = unit_interval(w_v), s = unit_interval(w_u);
@@ -89,14 +90,17 @@ Nearest nearest_features(const Face& a, const Face& b) noexcept {
             s = unit_interval(w_u + t * u_v * a.edge_inverse[i]);
             keep_closer(best, w + s * u - t * v, {Nearest::edges, i, j, s, t});
         }
-    for (int i = 0; i < 3; ++i) {
-        const Vector3d x = a.corner[i] - b.corner[0], y = b.corner[i] - a.corner[0];
-        double s = b.slope_1.dot(x), t = b.slope_2.dot(x);
-        if (b.has_area && s >= 0 && t >= 0 && 1 - s - t >= 0)
+    for (int i = 0; b.has_area && i < count_a; ++i) {
+        const Vector3d x = a.corner[i] - b.corner[0];
+        const double s = b.slope_1.dot(x), t = b.slope_2.dot(x);
+        if (s >= 0 && t >= 0 && 1 - s - t >= 0)
             keep_closer(best, x - s * b.edge[0] + t * b.edge[2], {Nearest::face_b, i, 0, s, t});
-        s = a.slope_1.dot(y), t = a.slope_2.dot(y);
-        if (a.has_area && s >= 0 && t >= 0 && 1 - s - t >= 0)
-            keep_closer(best, s * a.edge[0] - t * a.edge[2] - y, {Nearest::face_a, 0, i, s, t});
+    }
+    for (int j = 0; a.has_area && j < count_b; ++j) {
+        const Vector3d x = b.corner[j] - a.corner[0];
+        const double s = a.slope_1.dot(x), t = a.slope_2.dot(x);
+        if (s >= 0 && t >= 0 && 1 - s - t >= 0)
+            keep_closer(best, s * a.edge[0] - t * a.edge[2] - x, {Nearest::face_a, 0, j, s, t});
     }
     return best;
 }
@@ -153,47 +157,38 @@ Corners corners(const Triangle& t, const Vector3d& origin) noexcept {
     return {t.a.cast<double>() - origin, t.b.cast<double>() - origin, t.c.cast<double>() - origin};
 }
 
-ClosestPoints closest_points(const Corners& a, const Corners& b) noexcept {
-    const WeightPair w = weights(nearest_features(Face(a), Face(b)));
+/// a, b: in a frame with its origin near both, so that nothing is lost far from the world's `origin`.
+ClosestPoints closest_points(const Corners& a, const Corners& b, const WeightPair& w,
+                             const Vector3d& origin) noexcept {
     const Vector3d p = point(a, w.a), q = point(b, w.b), gap = p - q;
-    return {p, q, w.a, w.b, gap, gap.norm()};
+    return {p + origin, q + origin, w.a, w.b, gap, gap.norm()};
 }
 
 }  // namespace
 
-// A point is a triangle whose corners coincide, an edge one with two that do.
-
 ClosestPoints closest_point_triangle(const Vector3d& p, const Vector3d& u, const Vector3d& v,
                                      const Vector3d& w) noexcept {
-    ClosestPoints c = closest_points({p - p, p - p, p - p}, {u - p, v - p, w - p});
-    c.a += p;
-    c.b += p;
-    return c;
+    const Vector3d zero = Vector3d::Zero();
+    const Corners a{zero, zero, zero}, b{u - p, v - p, w - p};
+    return closest_points(a, b, weights(nearest_features(Face(a), Face(b), 1, 3)), p);
 }
 
 ClosestPoints closest_edge_edge(const Vector3d& p, const Vector3d& q, const Vector3d& u,
                                 const Vector3d& v) noexcept {
-    ClosestPoints c = closest_points({p - p, q - p, q - p}, {u - p, v - p, v - p});
-    for (Vector3d* weights : {&c.weights_a, &c.weights_b})
-        *weights = {(*weights)[0], (*weights)[1] + (*weights)[2], 0};
-    c.a += p;
-    c.b += p;
-    return c;
+    const Corners a{Vector3d::Zero(), q - p, q - p}, b{u - p, v - p, v - p};
+    return closest_points(a, b, weights(nearest_features(Face(a), Face(b), 2, 2)), p);
 }
 
 ClosestPoints closest_triangle_triangle(const Triangle& a, const Triangle& b) noexcept {
-    const Vector3d origin = a.a.cast<double>();  // near both, so that nothing is lost far from the world's
+    const Vector3d origin = a.a.cast<double>();
     const Corners s = corners(a, origin), t = corners(b, origin);
-    ClosestPoints c;
-    if (triangles_intersect(a, b)) {
-        const WeightPair w = common_point(Face(s), Face(t));
-        c = {point(s, w.a), point(t, w.b), w.a, w.b, Vector3d::Zero(), 0};
-    } else {
-        c = closest_points(s, t);
-    }
-    c.a += origin;
-    c.b += origin;
-    return c;
+    const Face face_a(s), face_b(t);
+    if (!triangles_intersect(a, b))
+        return closest_points(s, t, weights(nearest_features(face_a, face_b)), origin);
+    ClosestPoints common = closest_points(s, t, common_point(face_a, face_b), origin);
+    common.gap.setZero();
+    common.distance = 0;
+    return common;
 }
 
 double triangle_distance(const Triangle& a, const Triangle& b) noexcept {

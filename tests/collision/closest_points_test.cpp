@@ -102,6 +102,25 @@ TEST(ClosestPoints, OfNearlyParallelEdges) {
         }
 }
 
+TEST(ClosestPoints, OfPointsAndEdgesAreProvedClosest) {
+    RandomTriangles random(6);
+    int touching = 0;
+    for (int round = 0; round < 40000 && !testing::Test::HasFatalFailure(); ++round) {
+        // In half of the rounds on a grid, where features are often parallel, degenerate or touching.
+        const auto make = [&] { return corners(round % 2 ? random.grid_triangle(2) : random.triangle()); };
+        const Corners s = make(), t = make();
+        const ClosestPoints point = closest_point_triangle(s[0], t[0], t[1], t[2]);
+        expect_closest(point, {s[0]}, t);
+        EXPECT_EQ(point.weights_a, Vector3d::UnitX());
+        const ClosestPoints edge = closest_edge_edge(s[0], s[1], t[0], t[1]);
+        expect_closest(edge, {s[0], s[1]}, {t[0], t[1]});
+        EXPECT_EQ(edge.weights_a[2], 0);
+        EXPECT_EQ(edge.weights_b[2], 0);
+        touching += edge.distance < 1e-14;
+    }
+    EXPECT_GT(touching, 1000);
+}
+
 TEST(ClosestPoints, OfTwoTrianglesByFeature) {
     const Triangle flat{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
     const auto distance = [&](const Triangle& t) {
