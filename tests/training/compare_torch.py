@@ -1,0 +1,60 @@
+#!/usr/bin/python3
+"""Processor time of training a pose and node on one core: ours against the same loop in PyTorch.
+
+Usage: tests/training/compare_torch.py build/release/tests/training/time_training
+The networks (128-32-32-4, ReLU), the batch (128), the loss (L2) and the optimiser (Adam) are the same. PyTorch
+trains all nodes as one model with batched products, as the paper does. Both run in turns on one thread; medians are printed.
+"""
+import statistics
+import subprocess
+import sys
+import time
+
+import torch
+
+NODES, POSES, BATCH, MODES, HIDDEN, OUTPUTS = 255, 4096, 128, 128, 32, 4
+
+
+def layer(rows, columns):
+    bound = (6 / rows) ** 0.5
+    weight = ((2 * torch.rand(NODES, rows, columns) - 1) * bound).requires_grad_()
+    return weight, torch.zeros(NODES, 1, columns, requires_grad=True)
+
+
+def torch_microseconds(steps=12, warm=3):
+    inputs, targets = torch.rand(POSES, MODES) * 2 - 1, torch.rand(NODES, POSES, OUTPUTS) * 2 - 1
+    layers = [layer(MODES, HIDDEN), layer(HIDDEN, HIDDEN), layer(HIDDEN, OUTPUTS)]
+    optimiser = torch.optim.Adam([p for pair in layers for p in pair], lr=5e-3)
+    order = torch.randperm(POSES)
+    for step in range(warm + steps):
+        if step == warm:
+            start = time.process_time()
+        rows = order[step * BATCH % POSES:][:BATCH]
+        h = inputs[rows].expand(NODES, BATCH, MODES)
+        for i, (weight, bias) in enumerate(layers):
+            h = torch.baddbmm(bias, h, weight)
+            if i < 2:
+                h = torch.relu(h)
+        # The mean over a node's batch, summed over nodes: each node's gradient is its own.
+        loss = ((h - targets[:, rows]) ** 2).mean(dim=(1, 2)).sum()
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+    return 1e6 * (time.process_time() - start) / (steps * BATCH * NODES)
+
+
+def main():
+    torch.manual_seed(1)
+    torch.set_num_threads(1)
+    ours, theirs = [], []
+    for _ in range(5):
+        ours.append(float(subprocess.run([sys.argv[1], str(POSES), "30"], check=True, capture_output=True,
+                                         text=True).stdout))
+        theirs.append(torch_microseconds())
+    print(f"ours    {statistics.median(ours):.3f} us a pose and node  (runs: {' '.join(f'{t:.3f}' for t in ours)})")
+    print(f"PyTorch {statistics.median(theirs):.3f} us a pose and node  "
+          f"(runs: {' '.join(f'{t:.3f}' for t in theirs)}), version {torch.__version__}")
+
+
+if __name__ == "__main__":
+    main()
