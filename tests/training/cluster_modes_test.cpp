@@ -1,0 +1,64 @@
+#include "training/cluster_modes.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/file_damage.hpp"
+#include "tests/training/bar.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Bar;
+
+class ClusterModes : public test::FileTest {
+ protected:
+    void SetUp() override {
+        FileTest::SetUp();
+        bar.record(folder / "data.h5", 3, 40, 9);
+    }
+    ClusteredModesChoice choose(int clusters, int initialisations, int threads = 0) {
+        const RecordingReader data(folder / "data.h5");
+        return cluster_modes(
+            bar.body, data, complete_frames(data),
+            {.k_means = {.clusters = clusters}, .initialisations = initialisations, .poses = 60}, threads);
+    }
+    Bar bar{12, 3};
+};
+
+TEST_F(ClusterModes, WithEveryVertexGiveTheExactCode) {
+    const auto choice = choose(100000, 1);
+    EXPECT_EQ(choice.modes.X.rows(), bar.body.X.rows());
+    EXPECT_LT(choice.code_error, 1e-4);
+}
+
+TEST_F(ClusterModes, WeighEveryVertexOnceAndKeepItsRows) {
+    const ClusteredModes modes = choose(30, 2).modes;
+    ASSERT_EQ(modes.representatives.size(), 30u);
+    EXPECT_EQ(modes.w.sum(), static_cast<float>(bar.body.X.rows()));
+    for (int i = 0; i < 30; ++i) {
+        const int v = modes.representatives[static_cast<std::size_t>(i)];
+        EXPECT_EQ(modes.X.row(i), bar.body.X.row(v));
+        EXPECT_EQ(modes.U.middleRows(3 * i, 3), bar.body.U.middleRows(3 * v, 3));
+    }
+}
+
+TEST_F(ClusterModes, MoreClustersGiveABetterCode) {
+    const double few = choose(15, 1).code_error, many = choose(120, 1).code_error;
+    EXPECT_GT(few, 0.005);
+    EXPECT_LT(many, few);
+}
+
+TEST_F(ClusterModes, KeepTheBestOfSeveralInitialisationsOnAnyNumberOfThreads) {
+    const auto one = choose(20, 6, 1), two = choose(20, 6, 2);
+    EXPECT_EQ(one.modes.representatives, two.modes.representatives);
+    EXPECT_EQ(one.code_error, two.code_error);
+    EXPECT_LE(one.code_error, 1.05 * choose(20, 1).code_error);
+}
+
+TEST_F(ClusterModes, RefuseABadConfig) {
+    EXPECT_THROW(choose(0, 1), std::invalid_argument);
+    EXPECT_THROW(choose(5, 0), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace nbd

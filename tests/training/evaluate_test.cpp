@@ -1,0 +1,150 @@
+#include "training/evaluate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "collision/bounding_sphere.hpp"
+#include "tests/support/file_damage.hpp"
+#include "tests/training/bar.hpp"
+#include "training/train_tree.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Bar;
+using test::error_of;
+
+/// One small tree for all tests of this file.
+class Evaluate : public testing::Test {
+ protected:
+    static void SetUpTestSuite() {
+        folder = std::filesystem::temp_directory_path() / ("nbd_evaluate_" + std::to_string(::getpid()));
+        std::filesystem::create_directories(folder);
+        bar = new Bar(12, 3);
+        bar->record(folder / "data.h5", 12, 80, 2);
+        bar->record(folder / "other.h5", 3, 20, 77);
+        const RecordingReader data(folder / "data.h5");
+        tree = new TreeFile(train_tree(bar->body, data,
+                                       {.tree = {.depth = 3},
+                                        .clusters = {.k_means = {.clusters = 60}, .initialisations = 1},
+                                        .mlp = {.batch = 32, .max_epochs = 80}}));
+    }
+    static void TearDownTestSuite() {
+        std::filesystem::remove_all(folder);
+        delete tree;
+        delete bar;
+    }
+    static std::vector<EvaluationRow> rows_of(const char* file, const EvaluateConfig& config = {}) {
+        return evaluate(bar->body, *tree, RecordingReader(folder / file), config);
+    }
+    static const EvaluationRow& find(const std::vector<EvaluationRow>& rows, const std::string& frames,
+                                     BoundKind bound, int depth, double margin) {
+        const auto row = std::ranges::find_if(rows, [&](const EvaluationRow& r) {
+            return r.frames == frames && r.bound == bound && r.depth == depth && r.margin == margin;
+        });
+        if (row == rows.end()) throw std::out_of_range("no such row");
+        return *row;
+    }
+
+    static inline std::filesystem::path folder;
+    static inline Bar* bar = nullptr;
+    static inline TreeFile* tree = nullptr;
+};
+
+TEST_F(Evaluate, ExactSpheresHoldEverythingAndHaveNoError) {
+    const auto rows = rows_of("data.h5");
+    for (const EvaluationRow& r : rows) {
+        if (r.bound != BoundKind::exact) continue;
+        EXPECT_EQ(r.vertices_outside, 0);
+        EXPECT_EQ(r.nodes_missing, 0);
+        EXPECT_NEAR(r.radius_error, r.margin, 1e-5);
+        EXPECT_NEAR(r.centre_error, 0, 1e-5);
+    }
+}
+
+TEST_F(Evaluate, NamesBothSetsAndCountsWhatItAveragesOver) {
+    const auto rows = rows_of("data.h5");
+    EXPECT_EQ(rows.size(), 2u * 3u * 5u * 4u);  // sets, bounds, margins, depths
+    const RecordingReader data(folder / "data.h5");
+    const auto& split = tree->facts.split;
+    for (const auto& [name, set] : {std::pair("random frames", FrameSet::random_test),
+                                    std::pair("held-out trajectories", FrameSet::held_out)}) {
+        const auto poses = static_cast<long>(frames_of(data, split, set).size());
+        ASSERT_GT(poses, 0);
+        const EvaluationRow& r = find(rows, name, BoundKind::modal, 3, 0.02);
+        EXPECT_EQ(r.poses, poses);
+        EXPECT_EQ(r.nodes, 8 * poses);
+        EXPECT_GE(r.vertices, bar->body.X.rows() * poses);
+    }
+}
+
+TEST_F(Evaluate, ModalBoundsAreTightAndAMarginTakesInWhatIsOutside) {
+    const auto rows = rows_of("data.h5");
+    for (int depth = 0; depth <= 3; ++depth) {
+        const auto& bare = find(rows, "random frames", BoundKind::modal, depth, 0);
+        const auto& wide = find(rows, "random frames", BoundKind::modal, depth, 0.1);
+        EXPECT_LT(bare.radius_error, 0.05);
+        EXPECT_GT(bare.radius_error, 0);
+        EXPECT_LT(bare.centre_error, 0.1);
+        EXPECT_GT(bare.vertices_outside, 0);
+        EXPECT_LT(wide.vertices_outside, bare.vertices_outside);
+        EXPECT_LT(wide.nodes_missing, bare.nodes_missing);
+        EXPECT_GE(bare.nodes_missing, bare.vertices_outside);
+    }
+}
+
+TEST_F(Evaluate, AgreesWithACountByHand) {
+    const RecordingReader data(folder / "other.h5");
+    const auto posed_tree = std::make_shared<const CollisionTree>(tree->tree);
+    PosedTree posed(posed_tree, BoundKind::modal);
+    long outside = 0, vertices = 0;
+    double radius_error = 0;
+    Vertices x;
+    for (int id = 0; id < 3; ++id)
+        for (int f = 0; f < 20; ++f) {
+            apply_embedding(bar->body.W, bar->frame(77, id, f), x);
+            posed.begin_pose(x);
+            for (int node = 7; node < 15; ++node) {
+                const Sphere s = posed.sphere(node),
+                             exact = bounding_sphere(x, tree->tree.spheres.node_vertices(node));
+                radius_error += std::abs(1.05 * s.r - exact.r) / exact.r / (60 * 8);
+                for (const int v : tree->tree.spheres.node_vertices(node)) {
+                    ++vertices;
+                    outside += (x.row(v).transpose() - s.c).cast<double>().norm() > s.r * 1.05;
+                }
+            }
+        }
+    const auto rows = rows_of("other.h5");
+    const EvaluationRow& r = find(rows, "other recording", BoundKind::modal, 3, 0.05);
+    ASSERT_GT(outside, 0);
+    EXPECT_EQ(r.vertices, vertices);
+    EXPECT_NEAR(r.vertices_outside, static_cast<double>(outside) / static_cast<double>(vertices), 1e-12);
+    EXPECT_NEAR(r.radius_error, radius_error, 1e-6);
+}
+
+TEST_F(Evaluate, IsTheSameOnAnyNumberOfThreads) {
+    EXPECT_EQ(to_csv(rows_of("data.h5", {.threads = 1})), to_csv(rows_of("data.h5", {.threads = 2})));
+}
+
+TEST_F(Evaluate, WritesTables) {
+    const auto rows =
+        rows_of("data.h5", {.bounds = {BoundKind::modal}, .margins = {0, 0.02}, .max_frames = 7});
+    const std::string csv = to_csv(rows), text = to_text(rows);
+    EXPECT_EQ(std::ranges::count(csv, '\n'), 1 + static_cast<long>(rows.size()));
+    EXPECT_EQ(csv.find("frames,bound,margin,depth,radius_error"), 0u);
+    EXPECT_NE(csv.find("\nheld-out trajectories,modal,0.02,3,"), std::string::npos);
+    EXPECT_NE(text.find("random frames, 7 poses: bound modal, margin 2 %\n"), std::string::npos);
+}
+
+TEST_F(Evaluate, RefusesWhatDoesNotFit) {
+    EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {-0.1}}); }), "margin -0.1, allowed is 0 or more");
+    EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {}}); }), "no margin to evaluate");
+    SurfaceBody other = bar->body;
+    other.hash = std::string(64, 'c');
+    EXPECT_EQ(error_of([&] { evaluate(other, *tree, RecordingReader(folder / "data.h5")); }),
+              "the tree is of body bbbbbbbbbbbb, but this body is cccccccccccc");
+}
+
+}  // namespace
+}  // namespace nbd

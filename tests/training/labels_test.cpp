@@ -1,0 +1,131 @@
+#include "training/labels.hpp"
+
+#include <gtest/gtest.h>
+
+#include "collision/bounding_sphere.hpp"
+#include "tests/support/file_damage.hpp"
+#include "tests/training/bar.hpp"
+#include "training/cluster_modes.hpp"
+#include "training/split.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Bar;
+
+class Labels : public test::FileTest {
+ protected:
+    Bar bar{12, 3};
+    SphereTree tree = build_sphere_tree(bar.body.X, bar.body.F, {.depth = 3});
+
+    ClusteredModes modes(const RecordingReader& data) {
+        return cluster_modes(bar.body, data, complete_frames(data),
+                             {.k_means = {.clusters = 40}, .initialisations = 1})
+            .modes;
+    }
+};
+
+TEST_F(Labels, OfARigidlyMovedRestPoseAreZero) {
+    {
+        RecordingWriter file(folder / "data.h5");
+        TrajectoryInfo info;
+        info.body_hash = bar.body.hash;
+        const int handle = file.begin_trajectory(info, Bar::nodes);
+        for (int f = 0; f < 20; ++f)
+            file.add_frame(handle, f,
+                           bar.pose(0, 0, 0, Eigen::Quaterniond(1, 0.3 * f, 1 - 0.1 * f, 0.5).normalized(),
+                                    {10.0 * f, -3, 1}));
+        file.end_trajectory(handle);
+        file.finish();
+    }
+    const RecordingReader data(folder / "data.h5");
+    for (const LabelFrame frame : {LabelFrame::clustered, LabelFrame::full}) {
+        const PoseLabels labels =
+            compute_labels(bar.body, tree, modes(data), data, complete_frames(data), frame);
+        ASSERT_EQ(labels.spheres.rows(), 20);
+        ASSERT_EQ(labels.spheres.cols(), 4 * static_cast<int>(tree.nodes.size()));
+        // 200 m from the origin float positions are known to 8e-6 m.
+        EXPECT_LT(labels.spheres.cwiseAbs().maxCoeff(), 1e-4) << name(frame);
+        EXPECT_LT(labels.codes.cwiseAbs().maxCoeff(), 1e-2) << name(frame);
+    }
+}
+
+TEST_F(Labels, ClusteredOnesGiveBackTheExactWorldSpheres) {
+    bar.record(folder / "data.h5", 2, 25, 3);
+    const RecordingReader data(folder / "data.h5");
+    const ClusteredModes chosen = modes(data);
+    const auto frames = complete_frames(data);
+    const PoseLabels labels = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::clustered, 2);
+    ModalCodeScratch scratch;
+    Eigen::VectorXf z(12);
+    double largest = 0;
+    for_each_frame(bar.body, data, frames, 1, [&](int, int index, VerticesRef x) {
+        const RigidTransform align = modal_code(chosen, x, scratch, z);
+        EXPECT_EQ(z, labels.codes.row(index).transpose());
+        for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+            const Sphere& rest = tree.rest[static_cast<std::size_t>(i)];
+            const Sphere exact = bounding_sphere(x, tree.node_vertices(i));
+            const auto label = labels.spheres.row(index).segment<4>(4 * i);
+            EXPECT_LT((align.R * (rest.c + label.head<3>().transpose()) + align.t - exact.c).norm(), 1e-5);
+            EXPECT_NEAR(rest.r + label[3], exact.r, 1e-5);
+            largest = std::max(largest, static_cast<double>(label.norm()));
+        }
+    });
+    EXPECT_GT(largest, 0.2);
+}
+
+TEST_F(Labels, FullFrameIsThatOfAllVertices) {
+    bar.record(folder / "data.h5", 2, 10, 3);
+    const RecordingReader data(folder / "data.h5");
+    const ClusteredModes chosen = modes(data);
+    const auto frames = complete_frames(data);
+    const auto full = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::full);
+    const auto clustered = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::clustered);
+    EXPECT_EQ(full.codes, clustered.codes);
+    EXPECT_NE(full.spheres, clustered.spheres);
+    for_each_frame(bar.body, data, frames, 1, [&](int, int index, VerticesRef x) {
+        const auto align = match_shape(bar.body.X, x, Eigen::VectorXf::Ones(x.rows()));
+        const Sphere exact = bounding_sphere(x, tree.node_vertices(0));
+        EXPECT_LT(
+            (align.R * (tree.rest[0].c + full.spheres.row(index).head<3>().transpose()) + align.t - exact.c)
+                .norm(),
+            1e-5);
+    });
+}
+
+TEST_F(Labels, AreTheSameBitsOnAnyNumberOfThreads) {
+    bar.record(folder / "data.h5", 3, 50, 3);
+    const RecordingReader data(folder / "data.h5");
+    const ClusteredModes chosen = modes(data);
+    const auto frames = complete_frames(data);
+    const auto one = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::full, 1);
+    const auto two = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::full, 2);
+    EXPECT_EQ(one.codes, two.codes);
+    EXPECT_EQ(one.spheres, two.spheres);
+}
+
+TEST(ScaleColumns, TakesEveryColumnToPlusMinusOneAndBack) {
+    PoseRows x(4, 3);
+    x << 1, 5, -2e-3f, 3, 5, 4e-3f, 2, 5, 0, 7, 5, 1e-3f;
+    const PoseRows before = x;
+    const ColumnRange range = scale_columns(x);
+    EXPECT_NEAR(x.col(0).maxCoeff(), 1, 1e-6);
+    EXPECT_NEAR(x.col(0).minCoeff(), -1, 1e-6);
+    EXPECT_NEAR(x.col(2).maxCoeff(), 1, 1e-6);
+    EXPECT_TRUE((x.col(1).array() == 0).all());  // never changed
+    EXPECT_EQ(range.scale()[1], 0);
+    for (int p = 0; p < 4; ++p)
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(x(p, c) * range.half[c] + range.centre[c], before(p, c),
+                        1e-6f * std::abs(before(p, c)) + 1e-9);
+}
+
+TEST(LabelFrame, IsReadByName) {
+    EXPECT_EQ(label_frame("full"), LabelFrame::full);
+    EXPECT_EQ(label_frame("clustered"), LabelFrame::clustered);
+    EXPECT_EQ(test::error_of([] { label_frame("none"); }),
+              "label frame \"none\", allowed are clustered and full");
+}
+
+}  // namespace
+}  // namespace nbd

@@ -1,0 +1,121 @@
+#include "training/train_tree.hpp"
+
+#include <gtest/gtest.h>
+
+#include "collision/modal_model.hpp"
+#include "tests/support/file_damage.hpp"
+#include "tests/training/bar.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Bar;
+using test::error_of;
+
+class TrainTree : public test::FileTest {
+ protected:
+    RecordingReader recording(int trajectories = 8, int frames = 60) {
+        bar.record(folder / "data.h5", trajectories, frames, 2);
+        return RecordingReader(folder / "data.h5");
+    }
+    static TrainConfig quick() {
+        return {.tree = {.depth = 2},
+                .clusters = {.k_means = {.clusters = 40}, .initialisations = 2, .poses = 50},
+                .held_out_share = 0.25,
+                .mlp = {.batch = 32, .max_epochs = 20}};
+    }
+    Bar bar{12, 3};
+};
+
+void expect_same(const TreeFile& a, const TreeFile& b) {
+    EXPECT_EQ(a.tree.modal->weights, b.tree.modal->weights);
+    EXPECT_EQ(a.tree.modal->modes.representatives, b.tree.modal->modes.representatives);
+    EXPECT_EQ(a.tree.modal->z_centre, b.tree.modal->z_centre);
+    EXPECT_EQ(a.tree.modal->out_scale, b.tree.modal->out_scale);
+    EXPECT_EQ(a.facts.node_loss, b.facts.node_loss);
+    EXPECT_EQ(a.facts.code_error, b.facts.code_error);
+}
+
+TEST_F(TrainTree, GivesATreeWhoseModelsFitAndThatSaysWhatItWasTrainedOn) {
+    const auto data = recording();
+    std::vector<std::string> stages;
+    const TreeFile file = train_tree(bar.body, data, quick(),
+                                     {.stage = [&](std::string_view name) { stages.emplace_back(name); }});
+    EXPECT_NO_THROW(check_sphere_tree(file.tree.spheres, file.tree.vertex_count, file.tree.faces));
+    ASSERT_TRUE(file.tree.bd && file.tree.modal);
+    EXPECT_NO_THROW(check_bd_model(*file.tree.bd, file.tree.spheres, file.tree.vertex_count));
+    EXPECT_NO_THROW(check_modal_model(*file.tree.modal, file.tree.spheres, file.tree.vertex_count));
+    EXPECT_EQ(file.tree.spheres.nodes.size(), 7u);
+    EXPECT_EQ(file.facts.body_hash, bar.body.hash);
+    EXPECT_EQ(file.facts.recording_hash.size(), 64u);
+    EXPECT_EQ(file.facts.split.held_out_trajectories.size(), 2u);
+    EXPECT_EQ(file.facts.poses, static_cast<int>(frames_of(data, file.facts.split, FrameSet::train).size()));
+    EXPECT_NE(file.facts.config.find("\"representatives\":40"), std::string::npos);
+    EXPECT_LT(file.facts.node_loss.maxCoeff(), 0.05f);
+    EXPECT_GT(file.facts.code_error, 0);
+    EXPECT_EQ(stages, (std::vector<std::string>{"reading", "clustering modes", "computing labels",
+                                                "training networks"}));
+}
+
+TEST_F(TrainTree, GivesTheSameBitsOnAnyNumberOfThreads) {
+    const auto data = recording();
+    expect_same(train_tree(bar.body, data, quick(), {.threads = 1}),
+                train_tree(bar.body, data, quick(), {.threads = 2}));
+}
+
+TEST_F(TrainTree, GivesTheSameBitsWhenInterruptedAndResumedFromItsCheckpoint) {
+    const auto data = recording();
+    const auto checkpoint = folder / "checkpoint.h5";
+    std::atomic<bool> cancel = false;
+    TrainRun run{.hooks = {.progress = [&](const TrainingProgress& p) { cancel = p.nodes_done >= 3; },
+                           .cancel = &cancel},
+                 .checkpoint = checkpoint};
+    EXPECT_THROW(train_tree(bar.body, data, quick(), run), TrainingCancelled);
+    ASSERT_TRUE(std::filesystem::exists(checkpoint));
+
+    int trained = 0;
+    run.hooks = {.progress = [&](const TrainingProgress&) { ++trained; }};
+    const TreeFile resumed = train_tree(bar.body, data, quick(), run);
+    EXPECT_LT(trained, 5);
+    expect_same(resumed, train_tree(bar.body, data, quick()));
+}
+
+TEST_F(TrainTree, TakesTheLowestModesWhereTheBodyHasMore) {
+    TrainConfig config = quick();
+    config.modes = 5;
+    const TreeFile file = train_tree(bar.body, recording(), config);
+    EXPECT_EQ(file.tree.modal->mode_count(), 5);
+    const int v = file.tree.modal->modes.representatives[0];
+    EXPECT_EQ(file.tree.modal->modes.U.topRows(3), bar.body.U.block(3 * v, 0, 3, 5));
+    EXPECT_NE(file.facts.config.find("\"modes\":5,"), std::string::npos);
+}
+
+TEST_F(TrainTree, RefusesTooFewPosesAndBadOptions) {
+    const auto data = recording(2, 10);
+    const auto error = [&](auto change) {
+        TrainConfig config = quick();
+        change(config);
+        return error_of([&] { train_tree(bar.body, data, config); });
+    };
+    EXPECT_NE(error([](auto&) {}).find("training poses, at least one batch of 32 needed"), std::string::npos);
+    EXPECT_EQ(error([](auto& c) { c.modes = 0; }), "0 modes, at least 1 needed");
+    EXPECT_EQ(error([](auto& c) { c.held_out_share = 2; }),
+              "share of held-out trajectories 2, allowed is [0, 1)");
+    EXPECT_EQ(error([](auto& c) { c.mlp.hidden = 7; }),
+              "hidden layers of 7 neurons, allowed are 16, 32 and 64");
+}
+
+TEST_F(TrainTree, RefusesAnotherBodysRecordingAndABodyWithoutModes) {
+    const auto data = recording(2, 40);
+    SurfaceBody other = bar.body;
+    other.hash = std::string(64, 'c');
+    EXPECT_NE(error_of([&] { train_tree(other, data, quick()); }).find("but this body is cccc"),
+              std::string::npos);
+    other = bar.body;
+    other.U.resize(other.U.rows(), 0);
+    EXPECT_EQ(error_of([&] { train_tree(other, data, quick()); }),
+              "the body has no modes; compute them first");
+}
+
+}  // namespace
+}  // namespace nbd
