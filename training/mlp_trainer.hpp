@@ -50,8 +50,8 @@ struct TrainingProgress {
 
 /// How the caller follows and stops a training. Calls come one at a time, from any thread.
 struct TrainingHooks {
-    std::function<void(const TrainingProgress&)> progress;  // after every node
-    const std::atomic<bool>* cancel = nullptr;              // true: stop at the next epoch
+    std::function<void(const TrainingProgress&)> progress{};  // after every node
+    const std::atomic<bool>* cancel = nullptr;                // true: stop at the next epoch
 };
 
 /// Training stopped because its caller asked for it.

@@ -31,13 +31,13 @@ std::string to_json(const TrainConfig& config);
 
 /// What a training needs beside its data and options, none of which changes its result.
 struct TrainRun {
-    int threads = 0;      // 0: all cores
-    TrainingHooks hooks;  // progress covers the networks, which take most of the time
-    std::function<void(std::string_view)>
-        stage;                         // called at the start of each stage with its name; may be empty
-    std::filesystem::path checkpoint;  // where finished networks are kept; empty: nowhere. The
-                                       // caller removes the file once the tree is saved
-    double checkpoint_seconds = 10;    // at least so long between two checkpoints
+    int threads = 0;  // 0: all cores
+    TrainingHooks hooks{};
+    /// Called at the start of each stage with its name. `hooks.progress` covers the last one, the networks.
+    std::function<void(std::string_view)> stage{};
+    /// Where finished networks are kept; empty: nowhere. The caller removes it once the tree is saved.
+    std::filesystem::path checkpoint{};
+    double checkpoint_seconds = 10;  // at least so long between two checkpoints
 };
 
 /// Builds and trains the whole tree of a body from a recording: sphere tree, clustered modes, BD-Tree and the
