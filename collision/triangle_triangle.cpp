@@ -74,16 +74,15 @@ std::pair<Vector3d, Vector3d> segment_of(const Corners& t) noexcept {
     return {*first, *last};
 }
 
-/// For triangles that are both a segment or a point.
+/// For triangles that are both a segment or a point, and whose boxes overlap.
 bool segments_intersect(const Corners& s, const Corners& t) noexcept {
     const auto [p, q] = segment_of(s);
     const auto [u, v] = segment_of(t);
     if (orient3d(p, q, u, v) != 0) return false;
     std::optional<int> axis = projection_axis(p, q, u);
-    if (!axis) axis = projection_axis(p, q, v);
     if (!axis) axis = projection_axis(u, v, p);
     if (axis) return planar_triangles_intersect(s, t, *axis);
-    return !lexicographically_less(q, u) && !lexicographically_less(v, p);  // all on one line
+    return true;  // p is u, or all lie on one line, where overlapping boxes mean overlapping segments
 }
 
 /// For a segment or point s that does not lie in the plane of the proper triangle t, nor strictly on one
