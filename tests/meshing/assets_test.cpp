@@ -1,10 +1,16 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <numbers>
+#include <string>
 
+#include "meshing/read_surface.hpp"
+#include "meshing/solid_boundary.hpp"
 #include "meshing/tet_quality.hpp"
 #include "meshing/tetrahedralize.hpp"
-#include "tests/meshing/small_obj.hpp"
 
 namespace nbd {
 namespace {
@@ -18,14 +24,37 @@ class Asset : public testing::TestWithParam<const char*> {
 
 TEST_P(Asset, IsSmallCentredAndOneLong) {
     EXPECT_LT(std::filesystem::file_size(path()), 300'000u);
-    const TriMesh surface = read_small_obj(path());
+    const TriMesh surface = read_surface(path());
     const Eigen::RowVector3d low = surface.X.colwise().minCoeff(), high = surface.X.colwise().maxCoeff();
     EXPECT_NEAR((high - low).maxCoeff(), 1, 1e-5);
     EXPECT_NEAR((high + low).norm(), 0, 1e-5);
 }
 
+TEST_P(Asset, BoundsASolidAsItStands) {
+    const TriMesh surface = read_surface(path());
+    const SolidBoundary boundary = make_solid_boundary(surface);  // refuses self-intersections and more
+    EXPECT_EQ(boundary.mesh.F, surface.F) << "a face was turned";
+    EXPECT_EQ(boundary.report.dropped_vertices, 0);
+    EXPECT_EQ(boundary.report.shells, 1);
+    const bool has_hole = GetParam() == std::string("gear") || GetParam() == std::string("ring");
+    EXPECT_EQ(boundary.report.genus, has_hole ? 1 : 0);
+}
+
+TEST_P(Asset, HasWellShapedTriangles) {
+    const TriMesh surface = read_surface(path());
+    double least = 180;
+    for (int f = 0; f < surface.F.rows(); ++f)
+        for (int c = 0; c < 3; ++c) {
+            const Eigen::RowVector3d x = surface.X.row(surface.F(f, c)),
+                                     u = surface.X.row(surface.F(f, (c + 1) % 3)) - x,
+                                     v = surface.X.row(surface.F(f, (c + 2) % 3)) - x;
+            least = std::min(least, std::atan2(u.cross(v).norm(), u.dot(v)) * 180 / std::numbers::pi);
+        }
+    EXPECT_GT(least, 25);
+}
+
 TEST_P(Asset, IsFilledWithGoodTetrahedra) {
-    const TriMesh surface = read_small_obj(path());
+    const TriMesh surface = read_surface(path());
     const TetMesh tets = tetrahedralize(surface).tets;
     const TetQuality quality = tet_quality(tets);
     EXPECT_GT(quality.nodes, 500);

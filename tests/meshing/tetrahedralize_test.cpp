@@ -9,8 +9,10 @@
 #include <thread>
 #include <vector>
 
+#include "meshing/read_surface.hpp"
 #include "meshing/tet_quality.hpp"
-#include "tests/meshing/small_obj.hpp"
+#include "tests/meshing/shapes.hpp"
+#include "tests/meshing/temporary_folder.hpp"
 
 namespace nbd {
 namespace {
@@ -19,41 +21,8 @@ std::filesystem::path shared(const std::string& name) {
     return std::filesystem::path(NBD_SHARED_MESHES) / (name + ".obj");
 }
 
-/// A box of n x n x n cells, its sides cut into triangles.
-TriMesh box(int n, double side = 1) {
-    TriMesh mesh;
-    std::vector<std::array<int, 3>> points;
-    const auto id = [&](int i, int j, int k) {
-        const std::array<int, 3> p = {i, j, k};
-        const auto at = std::ranges::find(points, p);
-        if (at == points.end()) points.push_back(p);
-        return static_cast<int>(std::ranges::find(points, p) - points.begin());
-    };
-    std::vector<std::array<int, 3>> faces;
-    for (int axis = 0; axis < 3; ++axis)
-        for (const int end : {0, n})
-            for (int i = 0; i < n; ++i)
-                for (int j = 0; j < n; ++j) {
-                    const auto corner = [&](int u, int v) {
-                        std::array<int, 3> p{};
-                        p[axis] = end;
-                        p[(axis + 1) % 3] = i + u;
-                        p[(axis + 2) % 3] = j + v;
-                        return id(p[0], p[1], p[2]);
-                    };
-                    const int a = corner(0, 0), b = corner(1, 0), c = corner(1, 1), d = corner(0, 1);
-                    if (end == n) {
-                        faces.insert(faces.end(), {{a, b, c}, {a, c, d}});
-                    } else {
-                        faces.insert(faces.end(), {{a, c, b}, {a, d, c}});
-                    }
-                }
-    mesh.X.resize(static_cast<Eigen::Index>(points.size()), 3);
-    for (std::size_t v = 0; v < points.size(); ++v)
-        for (int c = 0; c < 3; ++c) mesh.X(static_cast<Eigen::Index>(v), c) = side * points[v][c] / n;
-    mesh.F = Eigen::Map<const Faces>(faces[0].data(), static_cast<Eigen::Index>(faces.size()), 3);
-    return mesh;
-}
+/// A cube, its sides cut into n x n squares.
+TriMesh box(int n, double side = 1) { return test::box(side, side, side, n); }
 
 /// Faces as a set: each starts at its smallest vertex.
 std::vector<std::array<int, 3>> face_set(const Faces& F) {
@@ -75,12 +44,7 @@ void expect_keeps_surface(const TriMesh& surface, const TetMesh& tets) {
 }
 
 std::string error_of(const TriMesh& surface, const TetrahedralizeConfig& config = {}) {
-    try {
-        tetrahedralize(surface, config);
-    } catch (const std::exception& error) {
-        return error.what();
-    }
-    return "no error";
+    return test::error_of([&] { tetrahedralize(surface, config); });
 }
 
 TEST(Tetrahedralize, KeepsTheSurfaceBitForBitAtAnyScale) {
@@ -173,7 +137,7 @@ TEST(Tetrahedralize, RefusesWhatGmshWouldTakeSilentlyOrDieOf) {
     TriMesh loose = box(3);
     loose.X.conservativeResize(loose.X.rows() + 1, 3);
     loose.X.row(loose.X.rows() - 1).setConstant(0.4);
-    EXPECT_NE(error_of(loose), "no error");
+    EXPECT_NE(error_of(loose), "");
 
     TriMesh infinite = box(3);
     infinite.X(7, 1) = std::numeric_limits<double>::infinity();
@@ -197,7 +161,7 @@ class PaperMesh : public testing::TestWithParam<std::pair<const char*, int>> {};
 TEST_P(PaperMesh, GetsThePapersNumberOfNodes) {
     const auto [name, nodes] = GetParam();
     if (!std::filesystem::exists(shared(name))) GTEST_SKIP() << shared(name) << " is not there";
-    const TriMesh surface = read_small_obj(shared(name));
+    const TriMesh surface = read_surface(shared(name));
     const auto result = tetrahedralize(surface, {.nodes = nodes});
     expect_keeps_surface(surface, result.tets);
     EXPECT_NEAR(result.tets.X.rows(), nodes, 0.01 * nodes);
@@ -212,14 +176,14 @@ class SharedMesh : public testing::TestWithParam<const char*> {};
 
 TEST_P(SharedMesh, IsFilledWithItsSurfaceKept) {
     if (!std::filesystem::exists(shared(GetParam()))) GTEST_SKIP() << shared(GetParam()) << " is not there";
-    const TriMesh surface = read_small_obj(shared(GetParam()));
+    const TriMesh surface = read_surface(shared(GetParam()));
     const auto result = tetrahedralize(surface);
     expect_keeps_surface(surface, result.tets);
     EXPECT_GT(tet_quality(result.tets).radius_ratio_mean, 0.7);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SharedMesh,
-                         testing::Values("spot", "blub", "bob", "scorpion", "octopus", "gear", "ring"),
+                         testing::Values("spot", "scorpion", "gear", "ring"),
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace
