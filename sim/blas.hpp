@@ -6,16 +6,30 @@ namespace nbd {
 
 /// The BLAS behind CHOLMOD and ARPACK, as the program was started with it.
 struct BlasInfo {
-    std::string name;     // e.g. "OpenBLAS 0.3.21 ..."; "unknown" for one that does not say
-    bool fast = false;    // an optimised implementation was recognised
+    std::string name;     // the file that CHOLMOD's calls end in, or "unknown"
+    bool fast = false;    // that file belongs to an optimised implementation
     std::string warning;  // one line for start-up, empty if fast
 };
 
-/// Asks the loaded libraries. Never throws on a BLAS it does not know.
+/// Asks the dynamic linker. A BLAS that it cannot tell counts as slow.
 BlasInfo blas_info();
 
 /// Makes a recognised BLAS use one thread from now on, so that sums keep one order on every machine. Does
 /// nothing on others. Cheap to repeat.
 void hold_blas_to_one_thread() noexcept;
+
+/// While alive, OpenMP regions entered from the thread that made it run on that thread alone. CHOLMOD opens
+/// one per supernode and there spends more on waking threads than they save. Nothing where no OpenMP is
+/// loaded.
+class SerialOpenMP {
+ public:
+    SerialOpenMP() noexcept;
+    ~SerialOpenMP();
+    SerialOpenMP(const SerialOpenMP&) = delete;
+    SerialOpenMP& operator=(const SerialOpenMP&) = delete;
+
+ private:
+    int levels_ = 0;  // OpenMP's limit on nested regions before
+};
 
 }  // namespace nbd

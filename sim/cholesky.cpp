@@ -120,6 +120,7 @@ void Cholesky::factorize(const SparseMatrix& A) {
                         A.nonZeros(), s.size, s.entries));
     if (!A.coeffs().allFinite()) throw std::runtime_error("factorize: the matrix holds a NaN or an infinity");
     cholmod_sparse view = lower_view(A);
+    const SerialOpenMP serial;
     const int ok = cholmod_factorize(&view, s.factor, &s.common);
     s.require(ok, "factorisation");
     if (s.factor->minor < s.factor->n) {
@@ -144,6 +145,7 @@ void Cholesky::solve(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eige
     view.x = const_cast<double*>(b.data());
     view.xtype = CHOLMOD_REAL;
     view.dtype = CHOLMOD_DOUBLE;
+    const SerialOpenMP serial;
     const int ok = cholmod_solve2(CHOLMOD_A, s.factor, &view, nullptr, &s.x, nullptr, &s.y, &s.e, &s.common);
     s.require(ok, "solve");
     x = Eigen::Map<const Eigen::VectorXd>(static_cast<const double*>(s.x->x), s.size);

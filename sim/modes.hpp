@@ -8,9 +8,9 @@
 namespace nbd {
 
 struct ModeOptions {
-    int count = 128;         // modes wanted, the six rigid ones not counted; >= 1
-    std::uint64_t seed = 1;  // of the starting vector
-    double tolerance = 0;    // ARPACK's relative accuracy of eigenvalues; 0 means rounding
+    int count = 128;           // modes wanted, the six rigid ones not counted; >= 1
+    std::uint64_t seed = 1;    // of the starting vector
+    double tolerance = 1e-12;  // ARPACK's relative accuracy of eigenvalues; 0 means rounding
 };
 
 /// What was found besides the modes themselves.

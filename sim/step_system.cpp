@@ -36,16 +36,20 @@ void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads,
     const Nodes& iterate = w.rows() > 0 ? w : start.v;
     x_ = start.x + dt * iterate;
     body_.pose(x_, elements_);
-    const double alpha = body_.material().rayleigh_mass, beta = body_.material().rayleigh_stiffness;
-    body_.combine(1 + dt * alpha, dt * dt + dt * beta, elements_, A_);
+    const double mass_scale = 1 + dt * body_.material().rayleigh_mass;
+    const double stiffness_scale = dt * dt + dt * body_.material().rayleigh_stiffness;
+    body_.combine(mass_scale, stiffness_scale, elements_, A_);
 
+    // K w = (A w - mass_scale M w) / stiffness_scale, so that M is applied once to all that it acts on.
+    const double share = dt * dt / stiffness_scale;
+    body_.pattern().multiply(A_, Eigen::Map<const Eigen::VectorXd>(iterate.data(), b_.size()), b_);
+    b_ *= share;
+    body_.mass_product((start.v - share * mass_scale * iterate).rowwise() + dt * loads.gravity.transpose(),
+                       product_);
     body_.forces(elements_, force_);
     if (loads.forces.rows() > 0) force_ += loads.forces;
-    body_.stiffness_product(elements_, iterate, product_);
-    force_ += dt * product_;
-    body_.mass_product(start.v.rowwise() + dt * loads.gravity.transpose(), product_);
     product_ += dt * force_;
-    b_ = Eigen::Map<const Eigen::VectorXd>(product_.data(), b_.size());
+    b_ += Eigen::Map<const Eigen::VectorXd>(product_.data(), b_.size());
     std::fill(prescribed_.begin(), prescribed_.end(), 0);
 }
 
