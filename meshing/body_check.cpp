@@ -68,18 +68,6 @@ void check_embedding(const Body& body) {
     }
 }
 
-void check_material(const Material& m) {
-    const auto require = [](bool ok, const char* what, double value, const char* allowed) {
-        if (!ok || !std::isfinite(value))
-            throw std::invalid_argument(fmt::format("{} is {}; allowed: {}", what, value, allowed));
-    };
-    require(m.young > 0, "Young's modulus", m.young, "more than 0 Pa");
-    require(m.poisson > -1 && m.poisson < 0.5, "Poisson's ratio", m.poisson, "between -1 and 0.5");
-    require(m.density > 0, "density", m.density, "more than 0 kg/m3");
-    require(m.rayleigh_mass >= 0, "Rayleigh mass damping", m.rayleigh_mass, "at least 0 1/s");
-    require(m.rayleigh_stiffness >= 0, "Rayleigh stiffness damping", m.rayleigh_stiffness, "at least 0 s");
-}
-
 void check_modes(const ModeBasis& modes, Eigen::Index nodes) {
     if (modes.U.cols() == 0 && modes.frequencies.size() == 0) return;
     if (modes.U.rows() != 3 * nodes || modes.U.cols() != modes.frequencies.size())
@@ -97,6 +85,18 @@ void check_modes(const ModeBasis& modes, Eigen::Index nodes) {
 }
 
 }  // namespace
+
+void check_material(const Material& m) {
+    const auto require = [](bool ok, const char* what, double value, const char* allowed) {
+        if (!ok || !std::isfinite(value))
+            throw std::invalid_argument(fmt::format("{} is {}; allowed: {}", what, value, allowed));
+    };
+    require(m.young > 0, "Young's modulus", m.young, "more than 0 Pa");
+    require(m.poisson > -1 && m.poisson < 0.5, "Poisson's ratio", m.poisson, "between -1 and 0.5");
+    require(m.density > 0, "density", m.density, "more than 0 kg/m3");
+    require(m.rayleigh_mass >= 0, "Rayleigh mass damping", m.rayleigh_mass, "at least 0 1/s");
+    require(m.rayleigh_stiffness >= 0, "Rayleigh stiffness damping", m.rayleigh_stiffness, "at least 0 s");
+}
 
 void check_body(const Body& body) {
     check_tets(body.tets);
