@@ -39,6 +39,7 @@ class ExactBound {
     std::vector<int> rows_;  // [blocks * lanes] vertex in each lane
     std::vector<Block> blocks_;
     std::vector<Eigen::Vector3d> sums_;  // [nodes] of the positions of the node's vertex list
+    std::vector<Lanes> squared_;         // [nodes] largest squared distance from the centre, lane by lane
     std::vector<Sphere> spheres_;        // [nodes]
 };
 

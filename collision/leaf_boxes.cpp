@@ -47,11 +47,4 @@ int LeafBoxes::refit(int leaf) noexcept {
     return end - begin;
 }
 
-Triangle LeafBoxes::triangle(int slot) const noexcept {
-    const auto corner = [&](int k) -> Eigen::Vector3f {
-        return Eigen::Map<const Eigen::Vector3f>(x_ + stride_ * tree_->faces(face(slot), k));
-    };
-    return {corner(0), corner(1), corner(2)};
-}
-
 }  // namespace nbd

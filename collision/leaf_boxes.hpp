@@ -38,7 +38,13 @@ class LeafBoxes {
 
     /// Row of the face array at position `slot` of the sphere tree's `faces`, and that face in this pose.
     int face(int slot) const noexcept { return tree_->spheres.faces[static_cast<std::size_t>(slot)]; }
-    Triangle triangle(int slot) const noexcept;
+    Triangle triangle(int slot) const noexcept {
+        const int f = face(slot);
+        const auto corner = [&](int k) {
+            return Eigen::Map<const Eigen::Vector3f>(x_ + stride_ * tree_->faces(f, k));
+        };
+        return {corner(0), corner(1), corner(2)};
+    }
 
  private:
     struct Range {  // of box nodes

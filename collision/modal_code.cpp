@@ -8,22 +8,31 @@
 #include "collision/message.hpp"
 
 namespace nbd {
+namespace {
+
+/// Sum of w (x, 1) (X, 1)^T about the first points: no digits are lost far from the origin.
+Eigen::Matrix4d weighted_moments(VerticesRef X, VerticesRef x, Eigen::Ref<const Eigen::VectorXf> w) noexcept {
+    const double X0 = X(0, 0), X1 = X(0, 1), X2 = X(0, 2), x0 = x(0, 0), x1 = x(0, 1), x2 = x(0, 2);
+    double sums[4][4] = {};  // plain arrays, which the compiler keeps in registers
+    for (Eigen::Index i = 0; i < X.rows(); ++i) {
+        const double weight = w[i];
+        const double from[4] = {weight * (X(i, 0) - X0), weight * (X(i, 1) - X1), weight * (X(i, 2) - X2),
+                                weight};
+        const double to[4] = {x(i, 0) - x0, x(i, 1) - x1, x(i, 2) - x2, 1};
+        for (int column = 0; column < 4; ++column)
+            for (int row = 0; row < 4; ++row) sums[column][row] += from[column] * to[row];
+    }
+    return Eigen::Map<const Eigen::Matrix4d>(&sums[0][0]);
+}
+
+}  // namespace
 
 RigidTransform match_shape(VerticesRef X, VerticesRef x, Eigen::Ref<const Eigen::VectorXf> w) noexcept {
-    // Moments about the first point: no digits are lost far from the origin, and one pass is enough.
-    const Eigen::Vector3d X0 = X.row(0).transpose().cast<double>(), x0 = x.row(0).transpose().cast<double>();
-    double total = 0;
-    Eigen::Vector3d sum_X = Eigen::Vector3d::Zero(), sum_x = sum_X;
-    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-    for (Eigen::Index i = 0; i < X.rows(); ++i) {
-        const Eigen::Vector3d weighted_X = w[i] * (X.row(i).transpose().cast<double>() - X0);
-        const Eigen::Vector3d moved = x.row(i).transpose().cast<double>() - x0;
-        total += w[i];
-        sum_X += weighted_X;
-        sum_x += w[i] * moved;
-        A += moved * weighted_X.transpose();
-    }
-    A -= sum_x * sum_X.transpose() / total;
+    const Eigen::Matrix4d moments = weighted_moments(X, x, w);
+    const double total = moments(3, 3);
+    const Eigen::Vector3d mean_X = moments.row(3).head<3>().transpose() / total,
+                          mean_x = moments.col(3).head<3>() / total;
+    Eigen::Matrix3d A = moments.topLeftCorner<3, 3>() - total * mean_x * mean_X.transpose();
     // Points on a line or all in one place leave R open; this picks the R nearest to the identity, and is
     // far below float precision for all others.
     A.diagonal().array() += 1e-10 * A.norm();
@@ -37,7 +46,8 @@ RigidTransform match_shape(VerticesRef X, VerticesRef x, Eigen::Ref<const Eigen:
         R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
     }
     align.R = R.cast<float>();
-    align.t = (x0 + sum_x / total - R * (X0 + sum_X / total)).cast<float>();
+    const Eigen::Vector3d X0 = X.row(0).transpose().cast<double>(), x0 = x.row(0).transpose().cast<double>();
+    align.t = (x0 + mean_x - R * (X0 + mean_X)).cast<float>();
     return align;
 }
 
