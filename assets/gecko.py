@@ -1,6 +1,6 @@
 """The gecko: an implicit surface of rounded cones, smoothly joined, as a closed triangle mesh.
 
-Surface nets on a regular grid give the triangles; rounds of edge flips, tangential relaxation and projection
+Surface nets [Gibson98] on a regular grid give the triangles; rounds of edge flips, tangential relaxation and projection
 back onto the surface make them well shaped. Needs numpy alone; the same bits on every run.
 """
 

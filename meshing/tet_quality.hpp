@@ -19,7 +19,7 @@ struct TetQuality {
         radius_ratio_histogram{};  // tets with a ratio in [k/10, (k+1)/10); below 0 counts in 0
 };
 
-/// tets: at least one. Never throws; a mesh without tetrahedra gives zeros.
+/// Of all tetrahedra; zeros where there are none.
 TetQuality tet_quality(const TetMesh& tets);
 
 /// Signed radius ratio of one tetrahedron.
