@@ -4,18 +4,11 @@
 #include <numbers>
 #include <utility>
 
+#include "sim/exact_tree.hpp"
 #include "sim/world.hpp"
 
 namespace nbd {
 namespace {
-
-std::shared_ptr<const CollisionTree> exact_tree(const TriMesh& surface) {
-    CollisionTree tree;
-    tree.vertex_count = static_cast<int>(surface.X.rows());
-    tree.faces = surface.F;
-    tree.spheres = build_sphere_tree(surface.X.cast<float>(), surface.F);
-    return std::make_shared<const CollisionTree>(std::move(tree));
-}
 
 /// A patch force with its shares among the nodes worked out.
 struct SpreadForce {

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "sim/atomic_file.hpp"
+#include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {
 namespace {
@@ -90,7 +90,9 @@ void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodie
     text += "</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
     text += data.bytes();
     text += "\n</AppendedData>\n</VTKFile>\n";
-    write_file_atomically(path, text);
+    h5::AtomicFile file(path);
+    file.out() << text;
+    file.commit();
 }
 
 VtuSeries::VtuSeries(std::filesystem::path directory, std::string name)
@@ -115,7 +117,9 @@ void VtuSeries::add_frame(double time, std::span<const VtuBody> bodies) {
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
     for (std::size_t f = 0; f < times_.size(); ++f)
         text += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", times_[f], frame_name(f));
-    write_file_atomically(pvd(), text + "</Collection>\n</VTKFile>\n");
+    h5::AtomicFile file(pvd());
+    file.out() << text << "</Collection>\n</VTKFile>\n";
+    file.commit();
 }
 
 }  // namespace nbd
