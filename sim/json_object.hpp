@@ -8,7 +8,8 @@
 
 namespace nbd {
 
-/// Parses JSON text. Throws std::invalid_argument, one line: "line L, column C: what".
+/// Parses JSON text. Throws std::invalid_argument, one line: "line L, column C: what", or for a
+/// number beyond the range of double what it is.
 nlohmann::json parse_json(std::string_view text);
 
 /// Range that a number must lie in, ends included; and how an error names it.

@@ -1,0 +1,232 @@
+#include "sim/scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "tests/sim/box_body.hpp"
+
+namespace nbd {
+namespace {
+
+/// What parse_scene says of a text; empty: nothing is wrong.
+std::string complaint(const std::string& text) {
+    try {
+        parse_scene(text, "folder");
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+    return {};
+}
+
+/// A scene of one body with more keys in the body, and more beside it.
+std::string with(const std::string& in_body, const std::string& beside = "") {
+    return R"({"bodies": [{"body": "a.h5")" + (in_body.empty() ? "" : ", " + in_body) + "}]" +
+           (beside.empty() ? "" : ", " + beside) + "}";
+}
+
+const std::string full = R"({
+  "bodies": [
+    {"body": "a.h5", "name": "first", "tree": "a_tree.h5", "bounds": "modal", "margin": 0.02,
+     "transform": {"translate": [1, 2, 3], "rotate": {"axis": [0, 0, 2], "degrees": 90}},
+     "velocity": [0, 0, -1], "material": {"young": 5e4, "poisson": 0.3},
+     "pins": [{"sphere": {"centre": [1, 2, 3], "radius": 0.1}}],
+     "grips": [{"region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}, "translate": [0, 0, 1],
+                "rotate": {"axis": [1, 0, 0], "degrees": 180}, "duration": 2, "release": 3}]},
+    {"surface": "/abs/b.obj", "transform": {"scale": 0.5}}
+  ],
+  "obstacles": [{"plane": {"normal": [0, 0, 3]}, "friction": 0.7},
+                {"sphere": {"centre": [0, 0, 5], "radius": 2}, "velocity": [0, 1, 0]},
+                {"mesh": {"file": "rock.obj", "transform": {"scale": 2}}}],
+  "gravity": [0, -9.81, 0],
+  "contact": {"stiffness_scale": 2, "friction": 0.1, "thickness": 0.005, "damping": 0},
+  "time": {"dt": 0.01, "frames": 7, "steps_per_frame": 3},
+  "seed": 42
+})";
+
+TEST(Scene, ReadsEveryKey) {
+    const SceneSpec spec = parse_scene(full, "folder");
+    ASSERT_EQ(spec.bodies.size(), 2u);
+    const SceneBody& a = spec.bodies[0];
+    EXPECT_EQ(a.file, std::filesystem::path("folder/a.h5"));
+    EXPECT_FALSE(a.is_surface);
+    EXPECT_EQ(a.name, "first");
+    EXPECT_EQ(a.tree, std::filesystem::path("folder/a_tree.h5"));
+    EXPECT_EQ(a.bounds, BoundKind::modal);
+    EXPECT_DOUBLE_EQ(a.margin, 0.02);
+    EXPECT_EQ(a.velocity, Eigen::Vector3d(0, 0, -1));
+    EXPECT_LT((a.placement.rotation() * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 1e-12);
+    Material material;
+    a.material.apply(material);
+    EXPECT_DOUBLE_EQ(material.young, 5e4);
+    EXPECT_DOUBLE_EQ(material.poisson, 0.3);
+    EXPECT_DOUBLE_EQ(material.density, Material{}.density);
+    ASSERT_EQ(a.grips.size(), 2u);  // the pin first
+    EXPECT_DOUBLE_EQ(std::get<BallRegion>(a.grips[0].region).radius, 0.1);
+    EXPECT_NEAR(a.grips[1].motion.rotation.x(), 3.14159265, 1e-8);
+    EXPECT_DOUBLE_EQ(a.grips[1].motion.release, 3);
+    const SceneBody& b = spec.bodies[1];
+    EXPECT_TRUE(b.is_surface);
+    EXPECT_EQ(b.file, std::filesystem::path("/abs/b.obj"));
+    EXPECT_EQ(b.name, "b");
+    EXPECT_EQ(b.bounds, BoundKind::exact);
+    ASSERT_EQ(spec.obstacles.size(), 3u);
+    EXPECT_EQ(std::get<PlaneShape>(spec.obstacles[0].obstacle.shape).normal, Eigen::Vector3d::UnitZ());
+    EXPECT_DOUBLE_EQ(spec.obstacles[0].obstacle.friction, 0.7);
+    EXPECT_DOUBLE_EQ(std::get<BallShape>(spec.obstacles[1].obstacle.shape).radius, 2);
+    EXPECT_EQ(spec.obstacles[2].mesh, std::filesystem::path("folder/rock.obj"));
+    EXPECT_EQ(spec.gravity, Eigen::Vector3d(0, -9.81, 0));
+    EXPECT_DOUBLE_EQ(spec.contact.thickness, 0.005);
+    EXPECT_DOUBLE_EQ(spec.time.dt, 0.01);
+    EXPECT_EQ(spec.time.frames, 7);
+    EXPECT_EQ(spec.time.steps_per_frame, 3);
+    EXPECT_EQ(spec.seed, 42u);
+}
+
+TEST(Scene, ExamplesAreValid) {
+    int examples = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(NBD_ASSETS "/scenes")) {
+        if (entry.path().filename() == "scene.schema.json") continue;
+        const SceneSpec spec = load_scene(entry.path());
+        for (const SceneBody& body : spec.bodies)
+            EXPECT_TRUE(std::filesystem::exists(body.file)) << body.file;
+        ++examples;
+    }
+    EXPECT_GE(examples, 3);
+}
+
+struct Broken {
+    std::string text, message;
+};
+
+class BrokenScene : public ::testing::TestWithParam<Broken> {};
+
+TEST_P(BrokenScene, IsRefusedInOneLine) { EXPECT_EQ(complaint(GetParam().text), GetParam().message); }
+
+const Broken broken_scenes[] = {
+    {"[]", "the scene must be an object, not []"},
+    {"{}", "bodies: is missing"},
+    {R"({"bodies": []})", "bodies: must hold at least one body"},
+    {R"({"bodies": {}})", "bodies: must be an array, not {}"},
+    {R"({"bodies": [3]})", "bodies[0]: must be an object, not 3"},
+    {R"({"bodies": [{}]})", "bodies[0]: needs either \"body\" or \"surface\""},
+    {R"({"bodies": [{"body": "a", "surface": "b"}]})", "bodies[0]: needs either \"body\" or \"surface\""},
+    {R"({"bodies": [{"body": ""}]})", "bodies[0].body: must not be empty"},
+    {R"({"bodies": [{"body": 5}]})", "bodies[0].body: must be a text, not 5"},
+    {with(R"("trasform": {})"),
+     "bodies[0]: unknown key \"trasform\"; the nearest known one is \"transform\""},
+    {with("", R"("gravty": 1)"), "unknown key \"gravty\"; the nearest known one is \"gravity\""},
+    {with("", R"("time": {"Dt": 1})"), "time: unknown key \"Dt\"; the nearest known one is \"dt\""},
+    {with("", R"("time": {"dt": 0})"), "time.dt: is 0, but must be between 1e-7 and 1"},
+    {with("", R"("time": {"frames": 2.5})"), "time.frames: must be a whole number, not 2.5"},
+    {with("", R"("time": {"frames": 0})"), "time.frames: is 0, but must be between 1 and 1000000"},
+    {with("", R"("seed": -1)"), "seed: is -1, but must be between 0 and 9e15"},
+    {with("", R"("gravity": [0, 0])"), "gravity: must be three numbers, not [0,0]"},
+    {with("", R"("gravity": [0, 0, "down"])"), "gravity: must be three numbers, not [0,0,\"down\"]"},
+    {with("", R"("contact": {"friction": -0.5})"), "contact.friction: is -0.5, but must be between 0 and 10"},
+    {with("", R"("contact": 7)"), "contact: must be an object, not 7"},
+    {with("", R"("obstacles": [{}])"),
+     "obstacles[0]: needs exactly one of \"plane\", \"sphere\" and \"mesh\""},
+    {with("", R"("obstacles": [{"plane": {"normal": [0, 0, 0]}}])"),
+     "obstacles[0].plane.normal: must not be zero"},
+    {with("", R"("obstacles": [{"sphere": {"centre": [0, 0, 0]}}])"),
+     "obstacles[0].sphere.radius: is missing"},
+    {with("", R"("obstacles": [{"sphere": {"radius": -2}}])"),
+     "obstacles[0].sphere.radius: is -2, but must be > 0"},
+    {with("", R"("obstacles": [{"mesh": {}}])"), "obstacles[0].mesh.file: must not be empty"},
+    {with(R"("bounds": "tight")"), "bodies[0].bounds: unknown bounds \"tight\", known: exact, bd, modal"},
+    {with(R"("bounds": "modal")"),
+     "bodies[0].tree: is missing: bounds \"modal\" are learned or precomputed and need a tree file"},
+    {with(R"("bounds": "bd", "tree": "t.h5", "transform": {"scale": 2})"),
+     "bodies[0].transform.scale: must be 1 unless bounds are \"exact\""},
+    {with(R"("margin": "wide")"), "bodies[0].margin: must be a number, not \"wide\""},
+    {with(R"("margin": -0.1)"), "bodies[0].margin: is -0.1, but must be between 0 and 10"},
+    {with(R"("material": {"poisson": 0.5})"),
+     "bodies[0].material.poisson: is 0.5, but must be between -0.999 and 0.499"},
+    {with(R"("material": {"young": 1e999})"), "number overflow parsing '1e999'"},
+    {with(R"("pins": [{"box": {"min": [0, 0, 0]}}])"),
+     "bodies[0].pins[0].box.min: a box needs \"min\" and \"max\""},
+    {with(R"("pins": [{"box": {"min": [0, 0, 1], "max": [1, 1, 0]}}])"),
+     "bodies[0].pins[0].box.max: must not be below \"min\""},
+    {with(R"("grips": [{}])"), "bodies[0].grips[0].region: is missing"},
+    {with(R"("grips": [{"region": {"sphere": {"radius": 1}}, "rotate": {"axis": [0, 0, 0]}}])"),
+     "bodies[0].grips[0].rotate.axis: must not be zero"},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, BrokenScene, ::testing::ValuesIn(broken_scenes));
+
+TEST(Scene, SyntaxErrorsNameLineAndColumn) {
+    const std::string message = complaint("{\n  \"bodies\": [\n    {\"body\" \"a.h5\"}\n  ]\n}");
+    EXPECT_EQ(message.rfind("line 3, column ", 0), 0u) << message;
+    EXPECT_NE(message.find("syntax error"), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos);
+}
+
+TEST(Scene, CutShortAnywhereItIsAnErrorOfOneLine) {
+    ASSERT_EQ(complaint(full), "");
+    for (std::size_t length = 0; length < full.size(); ++length) {
+        const std::string message = complaint(full.substr(0, length));
+        EXPECT_FALSE(message.empty()) << length;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+}
+
+TEST(Scene, AMissingFileIsNamed) {
+    try {
+        load_scene("/nowhere/scene.json");
+        FAIL();
+    } catch (const std::runtime_error& error) {
+        EXPECT_STREQ(error.what(), "/nowhere/scene.json: cannot read the scene");
+    }
+}
+
+LoadedBody box() { return {test::box_body({1, 0.4, 0.3}, {4, 2, 2}), nullptr}; }
+
+TEST(BuildWorld, PlacesBodiesPinsAndObstacles) {
+    const SceneSpec spec = parse_scene(
+        with(
+            R"("transform": {"translate": [0, 0, 2], "rotate": {"axis": [0, 1, 0], "degrees": 90}, "scale": 2},
+                "velocity": [0.5, 0, 0], "pins": [{"box": {"min": [-9, -9, 2.99], "max": [9, 9, 9]}}],
+                "material": {"density": 500})",
+            R"("obstacles": [{"plane": {}}])"),
+        "");
+    const LoadedBody loaded[] = {box()};
+    World world = build_world(spec, loaded);
+    ASSERT_EQ(world.body_count(), 1);
+    EXPECT_NEAR(world.elastic(0).mass(), 0.12 * 8 * 500, 1e-9);
+    const Nodes start = world.state(0).x;
+    EXPECT_NEAR(start.col(2).maxCoeff(), 3, 1e-12);
+    EXPECT_NEAR(start.col(2).minCoeff(), 1, 1e-12);
+    EXPECT_NEAR(world.state(0).v.col(0).minCoeff(), 0.5, 1e-12);
+    for (int i = 0; i < 20; ++i) ASSERT_EQ(world.step(spec.time.dt).failure, "");
+    int pinned = 0;
+    for (Eigen::Index i = 0; i < start.rows(); ++i) {
+        if (start(i, 2) < 2.99) continue;
+        ++pinned;
+        EXPECT_LT((world.state(0).x.row(i) - start.row(i)).norm(), 1e-12);
+    }
+    EXPECT_EQ(pinned, 9);
+    EXPECT_LT(world.state(0).x.col(2).minCoeff(), 0.999);  // the rest sags
+}
+
+TEST(BuildWorld, SaysWhichBodyDoesNotFit) {
+    const auto message = [](const std::string& text, std::span<const LoadedBody> bodies) -> std::string {
+        try {
+            build_world(parse_scene(text, ""), bodies);
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return {};
+    };
+    const LoadedBody loaded[] = {box()};
+    EXPECT_EQ(message(with(""), {}), "scene: it has 1 bodies, but 0 were loaded");
+    EXPECT_EQ(message(with(R"("pins": [{"sphere": {"centre": [9, 9, 9], "radius": 1}}])"), loaded),
+              "bodies[0] (a): a pin's or grip's region holds no node");
+    EXPECT_EQ(message(with(R"("bounds": "modal", "tree": "t.h5")"), loaded),
+              "bodies[0] (a): bounds \"modal\" need a tree");
+    EXPECT_EQ(message(with(""), loaded), "");
+}
+
+}  // namespace
+}  // namespace nbd
