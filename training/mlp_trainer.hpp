@@ -18,11 +18,11 @@ struct MlpConfig {
     int hidden = 32;                  // 16, 32 or 64
     int batch = 128;                  // poses a step
     double learning_rate = 5e-3;      // at the start
-    double min_learning_rate = 5e-5;  // training ends below it
+    double min_learning_rate = 2e-5;  // training ends below it
     double decay = 0.5;               // factor on the rate at a plateau
-    int patience = 10;                // epochs without an improvement that make a plateau
+    int patience = 20;                // epochs without an improvement that make a plateau
     double improvement = 1e-2;        // relative fall of an epoch's mean loss that counts as one
-    int max_epochs = 400;             // training ends here in any case
+    int max_epochs = 600;             // training ends here in any case
     std::uint64_t seed = 1;           // of initial weights and shuffles
 };
 
