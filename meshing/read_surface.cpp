@@ -13,6 +13,7 @@
 #include <string>
 
 #include "meshing/polygon_soup.hpp"
+#include "meshing/read_off.hpp"
 #include "meshing/read_ply.hpp"
 #include "meshing/weld.hpp"
 
@@ -81,7 +82,9 @@ PolygonSoup read_by_assimp(const fs::path& path) {
 
 TriMesh read_surface(const fs::path& path) try {
     const std::string extension = check_file(path);
-    return weld(triangulate(extension == ".ply" ? read_ply(path) : read_by_assimp(path)));
+    return weld(triangulate(extension == ".ply"   ? read_ply(path)
+                            : extension == ".off" ? read_off(path)
+                                                  : read_by_assimp(path)));
 } catch (const std::exception& error) {
     std::string reason = error.what();
     std::ranges::replace_if(
