@@ -184,25 +184,29 @@ Eigen::VectorXd World::stacked_velocities() const {
     return v;
 }
 
+void World::build_systems(double dt) {
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+        systems_[b].assemble(bodies_[b].state, dt, {.gravity = config_.gravity, .forces = bodies_[b].forces});
+    solver_.add_to_matrices(systems_);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        systems_[b].prescribe(prescribed(bodies_[b], dt));
+        systems_[b].factorize();
+    }
+}
+
 WorldReport World::step(double dt) {
     if (!(dt > 0) || !std::isfinite(dt))
         throw std::invalid_argument(fmt::format("world: dt is {}, but must be > 0", dt));
     WorldReport report;
     find_contacts(dt, report);
     std::vector<const ContactSurface*> surfaces;
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-        surfaces.push_back(&bodies_[b].surface);
-        systems_[b].assemble(bodies_[b].state, dt, {.gravity = config_.gravity, .forces = bodies_[b].forces});
-    }
+    for (const Body& body : bodies_) surfaces.push_back(&body.surface);
     Eigen::VectorXd v = stacked_velocities();
-    solver_.begin(contacts_, surfaces, first_unknown_);
-    solver_.precondition(systems_, config_.contact, thickness(), dt, v);
+    solver_.begin(contacts_, surfaces, first_unknown_, config_.contact, thickness(), dt, v);
+    const auto build = [&] { build_systems(dt); };
     try {
-        for (std::size_t b = 0; b < bodies_.size(); ++b) {
-            systems_[b].prescribe(prescribed(bodies_[b], dt));
-            systems_[b].factorize();
-        }
-        const ContactSolveReport solved = solver_.solve(systems_, config_.contact, thickness(), dt, v);
+        build();
+        const ContactSolveReport solved = solver_.solve(systems_, build, v);
         report.contacts = solved.active;
         report.solver_iterations = solved.linear_iterations;
         report.solver_converged = solved.converged;

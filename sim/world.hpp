@@ -111,6 +111,7 @@ class World {
     void find_body_contacts(BodyPair& pair, double dt, WorldReport& report);
     PrescribedNodes prescribed(const Body& body, double dt) const;
     Eigen::VectorXd stacked_velocities() const;
+    void build_systems(double dt);
     void advance(double dt, const Eigen::VectorXd& v, WorldReport& report);
     void measure(WorldReport& report) const;
 
