@@ -7,54 +7,13 @@
 
 #include "meshing/body_check.hpp"
 #include "meshing/h5/content_hash.hpp"
-#include "meshing/h5/writer.hpp"
+#include "meshing/h5/sparse.hpp"
 
 namespace nbd {
 
 namespace {
 
 const h5::Format body_format{"nbdtree body", 1};
-
-/// W as its file has it: entries of row i stand at rows[i] .. rows[i + 1] of cols and values.
-struct SparseRows {
-    std::vector<int> rows{0}, cols;
-    std::vector<double> values;
-};
-
-SparseRows sparse_rows(const Embedding& W) {
-    SparseRows s;
-    for (Eigen::Index i = 0; i < W.rows(); ++i) {
-        for (Embedding::InnerIterator it(W, i); it; ++it) {
-            s.cols.push_back(static_cast<int>(it.col()));
-            s.values.push_back(it.value());
-        }
-        s.rows.push_back(static_cast<int>(s.cols.size()));
-    }
-    return s;
-}
-
-Embedding read_embedding(const h5::Reader& file, std::size_t vertices, std::size_t nodes) {
-    const auto rows = file.read<int>("embedding/rows", {vertices + 1});
-    const auto cols = file.read<int>("embedding/cols", {h5::any});
-    const auto values = file.read<double>("embedding/values", {cols.size()});
-    if (rows.front() != 0 || rows.back() != static_cast<int>(cols.size()))
-        file.refuse(fmt::format("embedding/rows spans {} to {}", rows.front(), rows.back()),
-                    fmt::format("0 to {}, the number of weights", cols.size()));
-    for (std::size_t i = 0; i < vertices; ++i) {
-        if (rows[i] > rows[i + 1])
-            file.refuse(fmt::format("embedding/rows falls after row {}", i), "ascending offsets");
-        for (int k = rows[i]; k < rows[i + 1]; ++k) {
-            const int col = cols[static_cast<std::size_t>(k)];
-            const int least = k > rows[i] ? cols[static_cast<std::size_t>(k - 1)] + 1 : 0;
-            if (col < least || col >= static_cast<int>(nodes))
-                file.refuse(fmt::format("embedding/cols: surface vertex {} refers to node {}", i, col),
-                            fmt::format("{} to {}, ascending", least, nodes - 1));
-        }
-    }
-    return Eigen::Map<const Embedding>(static_cast<int>(vertices), static_cast<int>(nodes),
-                                       static_cast<int>(cols.size()), rows.data(), cols.data(),
-                                       values.data());
-}
 
 template <class M>
 h5::Shape shape(const M& m) {
@@ -73,7 +32,7 @@ void check(const std::filesystem::path& path, const Body& body) {
 }  // namespace
 
 std::string body_hash(const Body& body) {
-    const SparseRows W = sparse_rows(body.W);
+    const h5::SparseRows W(body.W);
     h5::Sha256 hash;
     using enum h5::Type;
     h5::add_dataset(hash, "tets/nodes", float64, shape(body.tets.X), body.tets.X.data());
@@ -99,10 +58,7 @@ void save_body(const std::filesystem::path& path, const Body& body) {
     file.write("tets/cells", body.tets.T, deflate);
     file.write("surface/vertices", body.surface.X);
     file.write("surface/faces", body.surface.F, deflate);
-    const SparseRows W = sparse_rows(body.W);
-    file.write("embedding/rows", W.rows, deflate);
-    file.write("embedding/cols", W.cols, deflate);
-    file.write("embedding/values", W.values, deflate);
+    h5::write_sparse(file, "embedding", body.W);
     file.group("material");
     file.attribute("material", "young", body.material.young);
     file.attribute("material", "poisson", body.material.poisson);
@@ -126,7 +82,7 @@ Body load_body(const std::filesystem::path& path) {
     body.surface.F = file.matrix<Faces>("surface/faces", h5::any, 3);
     const auto vertices = static_cast<std::size_t>(body.surface.X.rows());
     const auto nodes = static_cast<std::size_t>(body.tets.X.rows());
-    body.W = read_embedding(file, vertices, nodes);
+    body.W = h5::read_sparse<double>(file, "embedding", vertices, nodes);
     body.material.young = file.number_attribute("material", "young");
     body.material.poisson = file.number_attribute("material", "poisson");
     body.material.density = file.number_attribute("material", "density");

@@ -143,11 +143,9 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
     return rows;
 }
 
-std::vector<EvaluationRow> evaluate(const SurfaceBody& body, const TreeFile& file,
-                                    const RecordingReader& recording, const EvaluateConfig& config) {
-    if (file.facts.body_hash != body.hash)
-        throw std::runtime_error(fmt::format("the tree is of body {:.12}, but this body is {:.12}",
-                                             file.facts.body_hash, body.hash));
+std::vector<EvaluationRow> evaluate(const TreeFile& file, const RecordingReader& recording,
+                                    const EvaluateConfig& config) {
+    const SurfaceBody body = surface_body(file);
     check_recording(body, recording);
     const auto tree = std::make_shared<const CollisionTree>(file.tree);
     std::vector<EvaluationRow> rows;

@@ -42,10 +42,10 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
 
 /// Evaluates a trained tree on what its training did not see: on the recording that it was trained on, the
 /// random test frames and the held-out trajectories; on any other recording of the body, all of it.
-/// Throws std::runtime_error where body, tree and recording are not of one body or nothing is left to test
+/// Throws std::runtime_error where tree and recording are not of one body or nothing is left to test
 /// on, and what evaluate_frames() throws.
-std::vector<EvaluationRow> evaluate(const SurfaceBody& body, const TreeFile& tree,
-                                    const RecordingReader& recording, const EvaluateConfig& config = {});
+std::vector<EvaluationRow> evaluate(const TreeFile& tree, const RecordingReader& recording,
+                                    const EvaluateConfig& config = {});
 
 /// One line a row under a line of column names; shares and errors as plain numbers.
 std::string to_csv(const std::vector<EvaluationRow>& rows);

@@ -132,6 +132,8 @@ TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainCon
     facts.recording_hash = recording_hash(recording);
     file.tree.vertex_count = static_cast<int>(body.X.rows());
     file.tree.faces = body.F;
+    file.X = body.X;
+    file.W = body.W;
     file.tree.spheres = build_sphere_tree(body.X, body.F, config.tree);
 
     stage("clustering modes");

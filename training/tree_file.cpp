@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <stdexcept>
 
-#include "meshing/h5/reader.hpp"
-#include "meshing/h5/writer.hpp"
+#include "meshing/h5/sparse.hpp"
 
 namespace nbd {
 
@@ -37,16 +37,32 @@ void write_topology(h5::Writer& file, const CollisionTree& tree) {
     file.write("topology/faces", spheres.faces, packing);
     file.write("topology/vertices", spheres.vertices, packing);
     file.write("topology/rest_spheres", rest, packing);
-    file.write("surface/faces", tree.faces, packing);
-    file.attribute("surface", "vertex_count", tree.vertex_count);
+}
+
+void write_surface(h5::Writer& file, const TreeFile& tree_file) {
+    file.write("surface/faces", tree_file.tree.faces, packing);
+    file.write("surface/vertices", tree_file.X, packing);
+    h5::write_sparse(file, "embedding", tree_file.W);
+    file.attribute("embedding", "nodes", static_cast<int>(tree_file.W.cols()));
+}
+
+void read_surface(const h5::Reader& file, TreeFile& tree_file) {
+    tree_file.tree.faces = file.matrix<Faces>("surface/faces", h5::any, 3);
+    tree_file.X = file.matrix<Vertices>("surface/vertices", h5::any, 3);
+    tree_file.tree.vertex_count = static_cast<int>(tree_file.X.rows());
+    if (!tree_file.X.allFinite()) file.refuse("a number of surface/vertices is not finite", "finite numbers");
+    const std::int64_t nodes = file.int_attribute("embedding", "nodes");
+    if (nodes < 1 || nodes > INT32_MAX)
+        file.refuse(fmt::format("an embedding in {} nodes", nodes), fmt::format("1 to {}", INT32_MAX));
+    tree_file.W = h5::read_sparse<float>(file, "embedding", static_cast<std::size_t>(tree_file.X.rows()),
+                                         static_cast<std::size_t>(nodes));
+    const Eigen::VectorXf sums = tree_file.W * Eigen::VectorXf::Ones(tree_file.W.cols());
+    for (Eigen::Index i = 0; i < sums.size(); ++i)
+        if (!(std::abs(sums[i] - 1) < 1e-4f))
+            file.refuse(fmt::format("embedding: the weights of vertex {} sum to {}", i, sums[i]), "1");
 }
 
 void read_topology(const h5::Reader& file, CollisionTree& tree) {
-    const std::int64_t vertices = file.int_attribute("surface", "vertex_count");
-    if (vertices < 1 || vertices > INT32_MAX)
-        file.refuse(fmt::format("a surface of {} vertices", vertices), fmt::format("1 to {}", INT32_MAX));
-    tree.vertex_count = static_cast<int>(vertices);
-    tree.faces = file.matrix<Faces>("surface/faces", h5::any, 3);
     const auto nodes = file.matrix<IntRows>("topology/nodes", h5::any, 6);
     const auto rest =
         file.matrix<SphereRows>("topology/rest_spheres", static_cast<std::size_t>(nodes.rows()), 4);
@@ -173,11 +189,20 @@ void check(const std::filesystem::path& path, const CollisionTree& tree) {
 
 }  // namespace
 
+SurfaceBody surface_body(const TreeFile& file) {
+    return {file.X, file.tree.faces, file.W, ModeRows(3 * file.X.rows(), 0), file.facts.body_hash};
+}
+
 void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
     const CollisionTree& tree = tree_file.tree;
     check(path, tree);
+    if (tree_file.X.rows() != tree.vertex_count || tree_file.W.rows() != tree.vertex_count)
+        throw std::runtime_error(
+            fmt::format("{}: {} rest positions and {} rows of the embedding for a tree of {} vertices",
+                        path.string(), tree_file.X.rows(), tree_file.W.rows(), tree.vertex_count));
     h5::Writer file(path, tree_format);
     file.attribute("/", "body_sha256", tree_file.facts.body_hash);
+    write_surface(file, tree_file);
     write_topology(file, tree);
     if (tree.modal) {
         write_modal(file, *tree.modal);
@@ -198,6 +223,7 @@ TreeFile load_tree(const std::filesystem::path& path) {
     const h5::Reader file(path, tree_format);
     TreeFile result;
     CollisionTree& tree = result.tree;
+    read_surface(file, result);
     read_topology(file, tree);
     const std::size_t nodes = tree.spheres.nodes.size();
     if (file.has("bd")) tree.bd = read_bd(file, nodes);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "collision/collision_tree.hpp"
+#include "training/surface_body.hpp"
 
 namespace nbd {
 
@@ -36,8 +37,14 @@ struct TrainingFacts {
 
 struct TreeFile {
     CollisionTree tree;
+    Vertices X;          // [n, 3] rest positions of the surface, metres
+    SurfaceEmbedding W;  // [n, N] carries recorded tet nodes to the surface
     TrainingFacts facts;
 };
+
+/// The surface that the tree was trained on, without its modes: what it takes to pose the tree from a
+/// recording.
+SurfaceBody surface_body(const TreeFile& file);
 
 /// Writes atomically. Throws std::runtime_error with path and reason.
 void save_tree(const std::filesystem::path& path, const TreeFile& file);

@@ -172,7 +172,7 @@ const BrokenBody broken_bodies[] = {
      [](EditFile& f) { f.replace("embedding/rows", {5}, std::vector<int>(5)); }},
     {"embedding/rows spans 1 to 5; allowed: 0 to 5", [](EditFile& f) { f.set("embedding/rows", 0, 1); }},
     {"embedding/rows falls after row 2", [](EditFile& f) { f.set("embedding/rows", 2, 4); }},
-    {"embedding/cols: surface vertex 3 refers to node 9; allowed: 0 to 4",
+    {"embedding/cols: row 3 refers to column 9; allowed: 0 to 4",
      [](EditFile& f) { f.set("embedding/cols", 3, 9); }},
     {"weights of surface vertex 1 sum to 1.5; allowed: 1",
      [](EditFile& f) { f.set("embedding/values", 1, 1.5); }},

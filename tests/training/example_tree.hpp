@@ -30,6 +30,9 @@ inline TreeFile example_tree(const ExampleTree& config) {
             F.row(2 * a + 1) << a, c, d;
         }
     TreeFile file;
+    file.X = X;
+    file.W = SurfaceEmbedding(X.rows(), X.rows());
+    file.W.setIdentity();
     CollisionTree& tree = file.tree;
     tree = make_exact_tree(X, F, {.depth = config.depth, .min_leaf_faces = 4});
     const auto nodes = static_cast<Eigen::Index>(tree.spheres.nodes.size());

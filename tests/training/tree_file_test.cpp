@@ -59,6 +59,8 @@ void expect_same(const TrainingFacts& a, const TrainingFacts& b) {
 void expect_same(const TreeFile& a, const TreeFile& b) {
     EXPECT_EQ(a.tree.vertex_count, b.tree.vertex_count);
     EXPECT_EQ(a.tree.faces, b.tree.faces);
+    EXPECT_EQ(a.X, b.X);
+    EXPECT_EQ(a.W.toDense(), b.W.toDense());
     expect_same(a.tree.spheres, b.tree.spheres);
     ASSERT_EQ(a.tree.bd.has_value(), b.tree.bd.has_value());
     if (a.tree.bd) {
@@ -174,9 +176,15 @@ const BrokenTree broken_trees[] = {
      [](EditFile& f) { f.set_attribute("/", "format", "nbdtree recording"); }},
     {"is a file of 'nbdtree tree' version 2", [](EditFile& f) { f.set_attribute("/", "format_version", 2); }},
     {"has no attribute 'body_sha256'", [](EditFile& f) { f.remove_attribute("/", "body_sha256"); }},
-    {"a surface of 0 vertices", [](EditFile& f) { f.set_attribute("surface", "vertex_count", 0); }},
-    {"refers to vertex 63, but the surface has",
-     [](EditFile& f) { f.set_attribute("surface", "vertex_count", 63); }},
+    {"dataset 'surface/vertices' is 64 x 2; allowed: n x 3",
+     [](EditFile& f) {
+         f.replace("surface/vertices", {64, 2}, std::vector<float>(128));
+     }},
+    {"a number of surface/vertices is not finite", [](EditFile& f) { f.set("surface/vertices", 7, nan); }},
+    {"an embedding in 0 nodes", [](EditFile& f) { f.set_attribute("embedding", "nodes", 0); }},
+    {"embedding/cols: row 3 refers to column 64; allowed: 0 to 63, ascending",
+     [](EditFile& f) { f.set("embedding/cols", 3, 64); }},
+    {"the weights of vertex 5 sum to 2; allowed: 1", [](EditFile& f) { f.set("embedding/values", 5, 2.f); }},
     {"face 1 refers to vertex -3", [](EditFile& f) { f.set("surface/faces", 4, -3); }},
     {"dataset 'topology/nodes' is 10; allowed: n x 6",
      [](EditFile& f) { f.replace("topology/nodes", {10}, std::vector<int>(10)); }},
@@ -203,7 +211,8 @@ const BrokenTree broken_trees[] = {
     {"an entry of Ubar is not finite", [](EditFile& f) { f.set("bd/Ubar", 3, nan); }},
     {"modes: representative vertex 64", [](EditFile& f) { f.set("modal/modes/representatives", 1, 64); }},
     {"modes: weight 2 is 0", [](EditFile& f) { f.set("modal/modes/weights", 2, 0.f); }},
-    {"has no 'modal/modes/representatives'; allowed: a file that has it", [](EditFile& f) { f.remove("bd"), f.remove("modal/modes"); }},
+    {"has no 'modal/modes/representatives'; allowed: a file that has it",
+     [](EditFile& f) { f.remove("bd"), f.remove("modal/modes"); }},
     {"'bd/modes/representatives'", [](EditFile& f) { f.remove("modal"); }},
     {"dataset 'bd/modes/U' is 36; allowed: 36 x n",
      [](EditFile& f) { f.replace("modal/modes/U", {36}, std::vector<float>(36)); }},
