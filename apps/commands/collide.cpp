@@ -1,0 +1,80 @@
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "apps/commands/commands.hpp"
+#include "apps/load.hpp"
+#include "apps/pose_argument.hpp"
+#include "collision/pair_query.hpp"
+#include "meshing/h5/atomic_file.hpp"
+
+namespace nbd {
+namespace {
+
+struct CollideArguments {
+    std::string a, b, pairs, bounds = "exact";
+    float margin = 0, distance = -1;
+};
+
+PosedTree posed(const PosedSurface& surface, const CollideArguments& arguments) {
+    const BoundKind kind = surface.learned ? bound_kind(arguments.bounds) : BoundKind::exact;
+    PosedTree tree(surface.tree, kind, arguments.margin);
+    tree.begin_pose(surface.x);
+    return tree;
+}
+
+void run(const CollideArguments& arguments, Output& out) {
+    if (!arguments.pairs.empty()) check_output(arguments.pairs);
+    bound_kind(arguments.bounds);
+    const PosedSurface a = read_pose(arguments.a), b = read_pose(arguments.b);
+    PosedTree tree_a = posed(a, arguments), tree_b = posed(b, arguments);
+    PairQuery query;
+    const std::span<const FacePair> pairs = arguments.distance < 0
+                                                ? query.intersecting(tree_a, tree_b)
+                                                : query.within(tree_a, tree_b, arguments.distance);
+    if (!arguments.pairs.empty()) {
+        h5::AtomicFile file(arguments.pairs);
+        file.out() << "face_a,face_b\n";
+        for (const FacePair& pair : pairs) file.out() << pair.a << ',' << pair.b << '\n';
+        file.commit();
+    }
+    const QueryCounters& count = query.counters();
+    out.text(
+        fmt::format("{} face pairs {}; {} nodes bounded, {} leaf pairs, {} triangle tests", pairs.size(),
+                    arguments.distance < 0 ? "intersect" : fmt::format("within {:g} m", arguments.distance),
+                    count.nodes_bounded, count.leaf_pairs, count.triangle_tests));
+    out.result({{"face_pairs", pairs.size()},
+                {"nodes_bounded", count.nodes_bounded},
+                {"sphere_tests", count.sphere_tests},
+                {"leaf_pairs", count.leaf_pairs},
+                {"box_tests", count.box_tests},
+                {"triangle_tests", count.triangle_tests}});
+}
+
+}  // namespace
+
+void add_collide(CLI::App& app, Output& out) {
+    auto arguments = std::make_shared<CollideArguments>();
+    CLI::App* command = app.add_subcommand("collide", "Which faces of two surfaces touch");
+    command->footer(
+        "A and B: a surface file (exact), or TREE.h5@POSE, POSE being a surface file with the tree's faces\n"
+        "or RECORDING.h5:trajectory:frame.");
+    command->add_option("A", arguments->a, "First surface")->required();
+    command->add_option("B", arguments->b, "Second surface")->required();
+    command
+        ->add_option("--bounds", arguments->bounds,
+                     "Bounds of those given as TREE.h5@POSE: exact, bd or modal")
+        ->capture_default_str();
+    command->add_option("--margin", arguments->margin, "Share added to the radius of bounds")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 10.0));
+    command
+        ->add_option("--within", arguments->distance,
+                     "Faces at most this far apart (metres), not only touching")
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--pairs", arguments->pairs,
+                        "Writes face_a,face_b: 0-based, in the files' order of faces, sorted");
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+}  // namespace nbd

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "apps/output.hpp"
+
+namespace nbd {
+
+// One function a command of `nbdtree`: each adds its subcommand with options and what to run.
+void add_mesh(CLI::App& app, Output& out);
+void add_modes(CLI::App& app, Output& out);
+void add_dataset(CLI::App& app, Output& out);
+void add_train(CLI::App& app, Output& out);
+void add_evaluate(CLI::App& app, Output& out);
+void add_simulate(CLI::App& app, Output& out);
+void add_collide(CLI::App& app, Output& out);
+void add_inspect(CLI::App& app, Output& out);
+
+}  // namespace nbd

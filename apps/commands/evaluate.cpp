@@ -1,0 +1,82 @@
+#include "training/evaluate.hpp"
+
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "apps/commands/commands.hpp"
+#include "apps/load.hpp"
+#include "meshing/h5/atomic_file.hpp"
+#include "training/recording.hpp"
+#include "training/tree_file.hpp"
+
+namespace nbd {
+namespace {
+
+struct EvaluateArguments {
+    std::string tree, recording, csv;
+    std::vector<std::string> bounds{"exact", "bd", "modal"};
+    EvaluateConfig config;
+};
+
+nlohmann::ordered_json to_json(const EvaluationRow& row) {
+    return {{"frames", row.frames},
+            {"bound", name(row.bound)},
+            {"depth", row.depth},
+            {"margin", row.margin},
+            {"radius_error", row.radius_error},
+            {"centre_error", row.centre_error},
+            {"vertices_outside", row.vertices_outside},
+            {"nodes_missing", row.nodes_missing},
+            {"poses", row.poses},
+            {"nodes", row.nodes},
+            {"vertices", row.vertices}};
+}
+
+void run(const EvaluateArguments& arguments, Output& out) {
+    if (!arguments.csv.empty()) check_output(arguments.csv);
+    EvaluateConfig config = arguments.config;
+    config.bounds.clear();
+    for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
+
+    const std::vector<EvaluationRow> rows =
+        evaluate(load_tree(arguments.tree), RecordingReader(arguments.recording), config);
+    if (!arguments.csv.empty()) {
+        h5::AtomicFile file(arguments.csv);
+        file.out() << to_csv(rows);
+        file.commit();
+    }
+    out.text(to_text(rows));
+    nlohmann::ordered_json table = nlohmann::ordered_json::array();
+    for (const EvaluationRow& row : rows) table.push_back(to_json(row));
+    out.result({{"rows", table}});
+}
+
+}  // namespace
+
+void add_evaluate(CLI::App& app, Output& out) {
+    auto arguments = std::make_shared<EvaluateArguments>();
+    CLI::App* command = app.add_subcommand(
+        "evaluate",
+        "How tight a tree's bounds are and how often they miss, on poses that training did not see");
+    command->add_option("TREE", arguments->tree, "Tree file")->required();
+    command
+        ->add_option("DATA", arguments->recording,
+                     "Recording of the body: the one of the training, or another")
+        ->required();
+    command->add_option("--bounds", arguments->bounds, "Which bounds, separated by commas")
+        ->delimiter(',')
+        ->capture_default_str();
+    command
+        ->add_option("--margins", arguments->config.margins,
+                     "Shares added to every radius, separated by commas")
+        ->delimiter(',')
+        ->capture_default_str();
+    command->add_option("--max-frames", arguments->config.max_frames, "Of each set, evenly spread; 0: all")
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--csv", arguments->csv, "The table as a file");
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+}  // namespace nbd

@@ -1,0 +1,80 @@
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "apps/commands/commands.hpp"
+#include "apps/load.hpp"
+#include "apps/mesh_file.hpp"
+#include "meshing/tet_quality.hpp"
+
+namespace nbd {
+namespace {
+
+struct MeshArguments {
+    std::string input, output, scheme = "midpoint";
+    MeshFileConfig config;
+};
+
+void run(const MeshArguments& arguments, Output& out) {
+    check_output(arguments.output);
+    MeshFileConfig config = arguments.config;
+    config.scheme = arguments.scheme == "loop" ? SubdivisionScheme::loop : SubdivisionScheme::midpoint;
+    const Body body = mesh_file(arguments.input, config, out);
+    const TetMesh& tets = body.tets;
+    const TetQuality quality = tet_quality(tets);
+    out.text(to_text(quality));
+    save_body(arguments.output, body);
+
+    out.text(fmt::format("{}: {} nodes, {} tetrahedra, collision surface of {} vertices and {} faces",
+                         arguments.output, tets.X.rows(), tets.T.rows(), body.surface.X.rows(),
+                         body.surface.F.rows()));
+    out.result({{"nodes", tets.X.rows()},
+                {"tets", tets.T.rows()},
+                {"surface_vertices", body.surface.X.rows()},
+                {"faces", body.surface.F.rows()},
+                {"volume", quality.volume},
+                {"radius_ratio_min", quality.radius_ratio_min},
+                {"radius_ratio_mean", quality.radius_ratio_mean},
+                {"dihedral_min", quality.dihedral_min},
+                {"dihedral_max", quality.dihedral_max},
+                {"body_sha256", body_hash(body)}});
+}
+
+}  // namespace
+
+void add_mesh(CLI::App& app, Output& out) {
+    auto arguments = std::make_shared<MeshArguments>();
+    Material& material = arguments->config.material;
+    CLI::App* command =
+        app.add_subcommand("mesh", "Fills a closed surface with tetrahedra: makes a body file");
+    command
+        ->add_option("SURFACE", arguments->input,
+                     "Surface (.obj .ply .stl .off .glb), or tetrahedra made elsewhere (.msh .vtk .mesh)")
+        ->required();
+    command->add_option("-o,--output", arguments->output, "Body file to write")->required();
+    command
+        ->add_option("--nodes", arguments->config.tets.nodes,
+                     "Wanted number of tet nodes, met within 5 %; 0: by --grading")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 100'000'000));
+    command->add_option("--grading", arguments->config.tets.grading, "How fast tetrahedra grow inward")
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--young", material.young, "Young's modulus, Pa")->capture_default_str();
+    command->add_option("--poisson", material.poisson, "Poisson's ratio")->capture_default_str();
+    command->add_option("--density", material.density, "kg/m3")->capture_default_str();
+    command->add_option("--rayleigh-mass", material.rayleigh_mass, "Damping of slow motion, 1/s")
+        ->capture_default_str();
+    command->add_option("--rayleigh-stiffness", material.rayleigh_stiffness, "Damping of fast motion, s")
+        ->capture_default_str();
+    command
+        ->add_option("--subdivide", arguments->config.levels, "1-to-4 subdivisions of the collision surface")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 3));
+    command->add_option("--subdivision", arguments->scheme, "midpoint keeps the shape, loop rounds it")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"midpoint", "loop"}));
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+}  // namespace nbd

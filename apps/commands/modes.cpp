@@ -1,0 +1,63 @@
+#include "sim/modes.hpp"
+
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "apps/commands/commands.hpp"
+#include "apps/load.hpp"
+#include "meshing/body.hpp"
+#include "meshing/h5/atomic_file.hpp"
+#include "sim/blas.hpp"
+
+namespace nbd {
+namespace {
+
+struct ModesArguments {
+    std::string body, csv;
+    int count = 128;
+};
+
+void write_frequencies(const std::string& path, const Eigen::VectorXd& hertz) {
+    h5::AtomicFile file(path);
+    file.out() << "mode,frequency_hz\n";
+    for (int i = 0; i < hertz.size(); ++i) file.out() << fmt::format("{},{:.9g}\n", i, hertz[i]);
+    file.commit();
+}
+
+void run(const ModesArguments& arguments, Output& out) {
+    hold_blas_to_one_thread();
+    if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
+    if (!arguments.csv.empty()) check_output(arguments.csv);
+    Body body = load_body(arguments.body);
+    const auto [basis, report] =
+        vibration_modes(ElasticBody(body.tets, body.material), ModeOptions{.count = arguments.count});
+    body.modes = basis;
+    save_body(arguments.body, body);
+    if (!arguments.csv.empty()) write_frequencies(arguments.csv, basis.frequencies);
+
+    out.text(fmt::format("{} modes from {:.4g} to {:.4g} Hz, six rigid ones below {:.2g} Hz dropped",
+                         basis.count(), basis.frequencies[0], basis.frequencies[basis.count() - 1],
+                         report.max_rigid_hz));
+    out.text(fmt::format("largest residual {:.1e}, orthonormal within {:.1e}", report.max_residual,
+                         report.orthonormality));
+    out.result({{"modes", basis.count()},
+                {"frequencies_hz", std::vector<double>(basis.frequencies.begin(), basis.frequencies.end())},
+                {"max_rigid_hz", report.max_rigid_hz},
+                {"max_residual", report.max_residual}});
+}
+
+}  // namespace
+
+void add_modes(CLI::App& app, Output& out) {
+    auto arguments = std::make_shared<ModesArguments>();
+    CLI::App* command = app.add_subcommand("modes", "Vibration modes of a body, kept in its file");
+    command->add_option("BODY", arguments->body, "Body file; rewritten with the modes")->required();
+    command->add_option("-m,--modes", arguments->count, "How many, beside the six rigid ones")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 2048));
+    command->add_option("--csv", arguments->csv, "Frequencies as a table");
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+}  // namespace nbd

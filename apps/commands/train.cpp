@@ -1,0 +1,107 @@
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "apps/commands/commands.hpp"
+#include "apps/interrupt.hpp"
+#include "apps/load.hpp"
+#include "training/recording.hpp"
+#include "training/train_tree.hpp"
+
+namespace nbd {
+namespace {
+
+struct TrainArguments {
+    std::string body, recording, output, frame = "clustered";
+    TrainConfig config;
+};
+
+void run(const TrainArguments& arguments, Output& out) {
+    check_output(arguments.output);
+    TrainConfig config = arguments.config;
+    config.label_frame = label_frame(arguments.frame);
+
+    TrainRun settings;
+    settings.checkpoint = arguments.output + ".checkpoint";
+    settings.stage = [&](std::string_view stage) { out.text(stage); };
+    settings.hooks.cancel = &interrupt_flag();
+    settings.hooks.progress = [&](const TrainingProgress& done) {
+        out.progress("networks", done.nodes_done, done.nodes,
+                     fmt::format("mean loss {:.2e}", done.mean_loss));
+    };
+
+    TreeFile file;
+    try {
+        file = train_tree(surface_body(load_body(arguments.body)), RecordingReader(arguments.recording),
+                          config, settings);
+    } catch (const TrainingCancelled&) {
+        throw Interrupted("the same command continues from " + settings.checkpoint.string());
+    }
+    save_tree(arguments.output, file);
+    std::filesystem::remove(settings.checkpoint);
+
+    const TrainingFacts& facts = file.facts;
+    const auto nodes = file.tree.spheres.nodes.size();
+    out.text(fmt::format(
+        "{}: {} nodes trained on {} poses of {} trajectories in {:.1f} s; {} trajectories held out",
+        arguments.output, nodes, facts.poses, facts.split.train_trajectories.size(), facts.seconds,
+        facts.split.held_out_trajectories.size()));
+    out.text(fmt::format("code error of the clustering {:.2f} %, mean loss {:.2e}", 100 * facts.code_error,
+                         facts.node_loss.mean()));
+    out.result({{"nodes", nodes},
+                {"poses", facts.poses},
+                {"train_trajectories", facts.split.train_trajectories},
+                {"held_out_trajectories", facts.split.held_out_trajectories},
+                {"seconds", facts.seconds},
+                {"code_error", facts.code_error},
+                {"mean_loss", facts.node_loss.mean()}});
+}
+
+}  // namespace
+
+void add_train(CLI::App& app, Output& out) {
+    auto arguments = std::make_shared<TrainArguments>();
+    TrainConfig& config = arguments->config;
+    CLI::App* command = app.add_subcommand("train", "Trains the bounds of a body's tree on a recording");
+    command->add_option("BODY", arguments->body, "Body file with modes")->required();
+    command->add_option("DATA", arguments->recording, "Recording of the body")->required();
+    command->add_option("-o,--output", arguments->output, "Tree file to write")->required();
+    command->add_option("--depth", config.tree.depth, "Levels of the tree below the root")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 16));
+    command->add_option("-m,--modes", config.modes, "Modes of the code")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 2048));
+    command->add_option("-k,--clusters", config.clusters.k_means.clusters, "Representative vertices")
+        ->capture_default_str()
+        ->check(CLI::Range(4, 100'000));
+    command
+        ->add_option("--initialisations", config.clusters.initialisations,
+                     "Runs of k-means, of which the best is kept")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1000));
+    command
+        ->add_option("--label-frame", arguments->frame,
+                     "Alignment of the labels: that of the code, or over all vertices as in the paper")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"clustered", "full"}));
+    command
+        ->add_option("--held-out", config.held_out_share,
+                     "Share of the trajectories that training never sees")
+        ->capture_default_str();
+    command
+        ->add_option("--random-frames", config.random_frame_share,
+                     "Share of the other frames kept out as well")
+        ->capture_default_str();
+    command
+        ->add_option("--epochs", config.mlp.max_epochs,
+                     "At most; training ends earlier when it has converged")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1'000'000));
+    command->add_option("--seed", config.seed, "Of the split, the clustering and the networks")
+        ->capture_default_str();
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+}  // namespace nbd

@@ -1,0 +1,65 @@
+// The command `nbdtree`: exit status 0 done, 1 failed, 2 wrong usage, 130 interrupted.
+#include <tbb/global_control.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <optional>
+#include <thread>
+
+#include "apps/commands/commands.hpp"
+#include "apps/interrupt.hpp"
+
+namespace {
+
+/// Errors are one line, whatever a library below has said.
+int fail(int status, std::string_view message) {
+    fmt::print(stderr, "nbdtree: error: {}\n", message.substr(0, message.find('\n')));
+    return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("Deformable solids with learned collision culling.", "nbdtree");
+    app.set_version_flag("--version", "nbdtree " NBD_VERSION);
+    app.require_subcommand(1);
+    app.fallthrough();  // --quiet and its like may stand after the command's own options
+
+    nbd::Output out;
+    int threads = 0;
+    app.add_flag("-q,--quiet", out.quiet, "No progress and no tables; errors and warnings alone");
+    app.add_flag("--json", out.json, "The result as one JSON object on standard output");
+    app.add_option("--threads", threads, "Threads to use; 0: all cores. The result does not depend on it")
+        ->check(CLI::Range(0, 1024));
+
+    nbd::add_mesh(app, out);
+    nbd::add_modes(app, out);
+    nbd::add_dataset(app, out);
+    nbd::add_train(app, out);
+    nbd::add_evaluate(app, out);
+    nbd::add_simulate(app, out);
+    nbd::add_collide(app, out);
+    nbd::add_inspect(app, out);
+
+    // The commands are final callbacks: they run once everything, --threads included, has been parsed.
+    std::optional<tbb::global_control> limit;
+    app.parse_complete_callback([&] {
+        const std::size_t count = threads > 0 ? static_cast<std::size_t>(threads)
+                                              : std::max(1u, std::thread::hardware_concurrency());
+        limit.emplace(tbb::global_control::max_allowed_parallelism, count);
+        nbd::catch_interrupts();
+    });
+
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success& request) {
+        return app.exit(request);
+    } catch (const CLI::ParseError& error) {
+        return fail(2, error.what());
+    } catch (const nbd::Interrupted& stop) {
+        return fail(130, fmt::format("interrupted: {}", stop.what()));
+    } catch (const std::exception& error) {
+        return fail(1, error.what());
+    }
+    return 0;
+}
