@@ -70,6 +70,7 @@ Eigen::Vector3d ContactSolver::velocity(int begin, int end, const Eigen::VectorX
 /// out += sign J^T A J v.
 void ContactSolver::add_product(const LowRank& matrix, double sign, const Eigen::VectorXd& v,
                                 Eigen::VectorXd& out) const {
+    if (matrix.A.isZero(0)) return;
     const Eigen::Vector3d impulse = sign * (matrix.A * velocity(matrix.begin, matrix.end, v));
     for (const Term& t : terms(matrix.begin, matrix.end))
         if (!t.held) out.segment<3>(t.unknown) += t.weight * impulse;
@@ -166,6 +167,7 @@ void ContactSolver::couple(std::size_t earlier, bool forward, const Eigen::Vecto
                            Eigen::VectorXd& out) const {
     for (const std::size_t c : coupled_[earlier]) {
         const LowRank& contact = expected_[c];
+        if (contact.A.isZero(0)) continue;
         const bool a_to_b = (static_cast<std::size_t>(contacts_[c].a.body) == earlier) == forward;
         const int from = a_to_b ? contact.begin : middle_[c], from_end = a_to_b ? middle_[c] : contact.end;
         const int to = a_to_b ? middle_[c] : contact.begin, to_end = a_to_b ? contact.end : middle_[c];

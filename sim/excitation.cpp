@@ -47,6 +47,7 @@ World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<c
     config.gravity = recipe.gravity;
     const NaturalScales scales = natural_scales(body);
     config.contact.damping = 0.02 * scales.time;
+    config.contact.iterations = 2;  // poses want variety, not friction to the last digit
     config.contact.slip_velocity = 1e-3 * scales.speed;
     World world(config);
     if (recipe.floor)

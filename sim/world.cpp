@@ -116,11 +116,13 @@ void World::find_body_contacts(BodyPair& pair, double dt, WorldReport& report) {
     const Body &a = at(pair.a), &b = at(pair.b);
     const Eigen::Vector3d frame =
         (mean_velocity(*a.elastic, a.state) + mean_velocity(*b.elastic, b.state)) / 2;
-    // As far as points can come within this step, and all that overlapped before it. One fast limb must not
-    // make every face a candidate: what is faster than the limit overlaps and is pushed out a step later.
-    const double largest = 0.04 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal());
-    const double reach =
-        thickness() + std::min(largest, dt * (fastest(a, frame) + fastest(b, frame)) + deepest_);
+    // As far as points can come within this step, but not so far that a tip which swings somewhere fills the
+    // list with pairs that never meet; and all that overlapped before. What is fast enough to pass that is
+    // found inside the other body a step later.
+    const double approach = std::min(dt * (fastest(a, frame) + fastest(b, frame)), 2 * thickness());
+    const double overlap =
+        std::min(deepest_, 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
+    const double reach = thickness() + approach + overlap;
     const auto start = std::chrono::steady_clock::now();
     const auto face_pairs = query_.within(*a.tree, *b.tree, static_cast<float>(reach));
     report.collision_us += microseconds_since(start);
