@@ -8,7 +8,6 @@
 namespace nbd {
 namespace {
 
-constexpr double tolerance = 1e-6;  // of conjugate gradients, relative, in the preconditioner's norm
 constexpr int most_iterations = 300;
 constexpr int stale_iterations = 20;  // a factorisation costs about as much as this many of them
 
@@ -248,7 +247,7 @@ ContactSolveReport ContactSolver::solve(std::span<StepSystem> systems, const std
         set_rhs(systems);
         if (first) {
             apply_preconditioner(systems, rhs_, v);
-            goal_ = tolerance * tolerance * rhs_.dot(v);
+            goal_ = config_->tolerance * config_->tolerance * rhs_.dot(v);
         }
         bool solved = conjugate_gradients(systems, first ? most_iterations : stale_iterations, v,
                                           report.linear_iterations);

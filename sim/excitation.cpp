@@ -48,6 +48,7 @@ World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<c
     const NaturalScales scales = natural_scales(body);
     config.contact.damping = 0.02 * scales.time;
     config.contact.iterations = 2;  // poses want variety, not friction to the last digit
+    config.contact.tolerance = 1e-4;
     config.contact.slip_velocity = 1e-3 * scales.speed;
     World world(config);
     if (recipe.floor)

@@ -88,9 +88,12 @@ void run(const DatasetArguments& arguments, Output& out) {
     RecordingWriter writer(arguments.output);
     std::size_t next = 0;
     int written = 0, frames = 0, failed = 0;
-    // Simulated in parallel, written in order: the file is the same on any number of threads.
+    // Simulated in parallel, written in order: the file is the same on any number of threads. Trajectories
+    // take unlike times, so some wait in memory for a slow one before them.
+    const std::size_t in_flight =
+        4 * tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     tbb::parallel_pipeline(
-        tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism),
+        in_flight,
         tbb::make_filter<void, int>(tbb::filter_mode::serial_in_order,
                                     [&](tbb::flow_control& control) {
                                         if (next == mine.size()) {
