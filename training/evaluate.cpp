@@ -178,18 +178,34 @@ std::string to_csv(const std::vector<EvaluationRow>& rows) {
 }
 
 std::string to_text(const std::vector<EvaluationRow>& rows) {
+    const auto same_block = [](const EvaluationRow& a, const EvaluationRow& b) {
+        return a.frames == b.frames && a.bound == b.bound;
+    };
     std::string text;
-    const EvaluationRow* last = nullptr;
-    for (const EvaluationRow& r : rows) {
-        if (!last || last->frames != r.frames || last->bound != r.bound || last->margin != r.margin)
-            text += fmt::format(
-                "{}{}, {} poses: bound {}, margin {:g} %\n"
-                "  depth    nodes  radius error  centre error  vertices outside  nodes missing\n",
-                last ? "\n" : "", r.frames, r.poses, name(r.bound), 100 * r.margin);
-        text += fmt::format("  {:5}  {:7}  {:10.3f} %  {:10.3f} %  {:14.4f} %  {:11.3f} %\n", r.depth,
-                            r.nodes / r.poses, 100 * r.radius_error, 100 * r.centre_error,
-                            100 * r.vertices_outside, 100 * r.nodes_missing);
-        last = &r;
+    for (auto begin = rows.begin(); begin != rows.end();) {
+        const auto end =
+            std::find_if(begin, rows.end(), [&](const EvaluationRow& r) { return !same_block(r, *begin); });
+        // Rows of a block come by margin, then by depth.
+        const auto depths =
+            std::count_if(begin, end, [&](const EvaluationRow& r) { return r.margin == begin->margin; });
+        text += fmt::format("{}{}, {} poses, {} bounds; % at margins of", text.empty() ? "" : "\n",
+                            begin->frames, begin->poses, name(begin->bound));
+        for (auto r = begin; r < end; r += depths) text += fmt::format(" {:g}", 100 * r->margin);
+        const auto width = static_cast<int>(9 * ((end - begin) / depths));
+        text += fmt::format(" %\n  depth  radius error  centre error  {:<{}}  nodes that miss\n",
+                            "vertices outside", width);
+        for (auto first = begin; first < begin + depths; ++first) {
+            text += fmt::format("  {:5}  {:12.3f}  {:12.3f}  ", first->depth, 100 * first->radius_error,
+                                100 * first->centre_error);
+            for (auto r = first; r < end; r += depths)
+                text += fmt::format("{:<9.4f}", 100 * r->vertices_outside);
+            text += "  ";
+            for (auto r = first; r < end; r += depths)
+                text += fmt::format("{:<8.2f}", 100 * r->nodes_missing);
+            text.erase(text.find_last_not_of(' ') + 1);
+            text += '\n';
+        }
+        begin = end;
     }
     return text;
 }

@@ -50,7 +50,8 @@ std::vector<EvaluationRow> evaluate(const TreeFile& tree, const RecordingReader&
 /// One line a row under a line of column names; shares and errors as plain numbers.
 std::string to_csv(const std::vector<EvaluationRow>& rows);
 
-/// For reading: a block per set, bound and margin, a line a depth, errors and shares in percent.
+/// For reading: a block per set and bound, a line a depth, errors and shares in percent; the radius error is
+/// that at the first margin.
 std::string to_text(const std::vector<EvaluationRow>& rows);
 
 }  // namespace nbd

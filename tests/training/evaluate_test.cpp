@@ -135,7 +135,7 @@ TEST_F(Evaluate, WritesTables) {
     EXPECT_EQ(std::ranges::count(csv, '\n'), 1 + static_cast<long>(rows.size()));
     EXPECT_EQ(csv.find("frames,bound,margin,depth,radius_error"), 0u);
     EXPECT_NE(csv.find("\nheld-out trajectories,modal,0.02,3,"), std::string::npos);
-    EXPECT_NE(text.find("random frames, 7 poses: bound modal, margin 2 %\n"), std::string::npos);
+    EXPECT_NE(text.find("random frames, 7 poses, modal bounds; % at margins of 0 2 %\n"), std::string::npos);
 }
 
 TEST_F(Evaluate, RefusesWhatDoesNotFit) {
