@@ -13,17 +13,20 @@ SurfaceBody surface_body(const Body& body) {
                              body_hash(body));
 }
 
-void check_output(const std::string& path) {
+void check_output(const std::filesystem::path& path, const std::vector<std::filesystem::path>& inputs) {
     namespace fs = std::filesystem;
+    const auto fail = [&](const std::string& why) {
+        throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), why));
+    };
     const fs::path folder = fs::absolute(path).parent_path();
-    if (!fs::is_directory(folder))
-        throw std::runtime_error(
-            fmt::format("{}: cannot be written: there is no folder {}", path, folder.string()));
-    if (access(folder.c_str(), W_OK) != 0)
-        throw std::runtime_error(
-            fmt::format("{}: cannot be written: no permission in {}", path, folder.string()));
-    if (fs::is_directory(path))
-        throw std::runtime_error(fmt::format("{}: cannot be written: it is a folder", path));
+    if (!fs::is_directory(folder)) fail("there is no folder " + folder.string());
+    if (access(folder.c_str(), W_OK) != 0) fail("no permission in " + folder.string());
+    std::error_code none_there;
+    if (!fs::exists(path, none_there)) return;
+    if (fs::is_directory(path)) fail("it is a folder");
+    if (!fs::is_regular_file(path)) fail("it is a device or the like; allowed: a file");
+    for (const fs::path& input : inputs)
+        if (fs::equivalent(path, input, none_there)) fail("the command reads this very file");
 }
 
 }  // namespace nbd

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "meshing/body.hpp"
 #include "training/surface_body.hpp"
@@ -10,8 +12,9 @@ namespace nbd {
 /// What training needs of a body, in float32. Modes are carried along if the body has them.
 SurfaceBody surface_body(const Body& body);
 
-/// Throws std::runtime_error unless the folder that `path` would stand in is there, so that a long command
-/// fails before its work and not after it.
-void check_output(const std::string& path);
+/// Throws std::runtime_error unless a file can stand under `path`: its folder is there and may be written,
+/// and what is there already is an ordinary file and none of the command's inputs. So a long command fails
+/// before its work and not after it. inputs: that do not exist, or are empty, are ignored.
+void check_output(const std::filesystem::path& path, const std::vector<std::filesystem::path>& inputs);
 
 }  // namespace nbd

@@ -2,6 +2,8 @@
 #include <tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstring>
 #include <exception>
 #include <optional>
 #include <thread>
@@ -15,6 +17,23 @@ namespace {
 int fail(int status, std::string_view message) {
     fmt::print(stderr, "nbdtree: error: {}\n", message.substr(0, message.find('\n')));
     return status;
+}
+
+/// "frob" where the command line names it in place of a command, and what is known.
+std::string unknown_command(const CLI::App& app) {
+    std::string names;
+    for (const CLI::App* command : app.get_subcommands(nullptr))
+        names += (names.empty() ? "" : ", ") + command->get_name();
+    const std::vector<std::string> rest = app.remaining();
+    return fmt::format(
+        "{}; known commands: {}",
+        rest.empty() ? "no command" : fmt::format("unknown command or option '{}'", rest.front()), names);
+}
+
+/// A result that a full disk swallowed is a failure.
+int flush_output() {
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
+    return fail(1, fmt::format("standard output: cannot write: {}", std::strerror(errno)));
 }
 
 }  // namespace
@@ -54,6 +73,8 @@ int main(int argc, char** argv) {
         app.parse(argc, argv);
     } catch (const CLI::Success& request) {
         return app.exit(request);
+    } catch (const CLI::RequiredError& error) {
+        return fail(2, app.get_subcommands().empty() ? unknown_command(app) : error.what());
     } catch (const CLI::ParseError& error) {
         return fail(2, error.what());
     } catch (const nbd::Interrupted& stop) {
@@ -61,5 +82,5 @@ int main(int argc, char** argv) {
     } catch (const std::exception& error) {
         return fail(1, error.what());
     }
-    return 0;
+    return flush_output();
 }

@@ -48,6 +48,9 @@ PosedSurface read_pose(const std::string& argument) {
         Vertices x = mesh.X.cast<float>();
         return {std::make_shared<const CollisionTree>(make_exact_tree(x, mesh.F)), x, false};
     }
+    if (at == 0 || at + 1 == argument.size())
+        throw std::invalid_argument(
+            fmt::format("'{}': a name is empty; allowed: SURFACE or TREE.h5@POSE", argument));
     TreeFile file = load_tree(argument.substr(0, at));
     const std::string pose = argument.substr(at + 1);
     std::smatch part;

@@ -4,6 +4,7 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/load.hpp"
+#include "apps/option_checks.hpp"
 #include "apps/pose_argument.hpp"
 #include "collision/pair_query.hpp"
 #include "meshing/h5/atomic_file.hpp"
@@ -24,8 +25,7 @@ PosedTree posed(const PosedSurface& surface, const CollideArguments& arguments) 
 }
 
 void run(const CollideArguments& arguments, Output& out) {
-    if (!arguments.pairs.empty()) check_output(arguments.pairs);
-    bound_kind(arguments.bounds);
+    if (!arguments.pairs.empty()) check_output(arguments.pairs, {arguments.a, arguments.b});
     const PosedSurface a = read_pose(arguments.a), b = read_pose(arguments.b);
     PosedTree tree_a = posed(a, arguments), tree_b = posed(b, arguments);
     PairQuery query;
@@ -61,17 +61,16 @@ void add_collide(CLI::App& app, Output& out) {
         "or RECORDING.h5:trajectory:frame.");
     command->add_option("A", arguments->a, "First surface")->required();
     command->add_option("B", arguments->b, "Second surface")->required();
-    command
-        ->add_option("--bounds", arguments->bounds,
-                     "Bounds of those given as TREE.h5@POSE: exact, bd or modal")
-        ->capture_default_str();
+    command->add_option("--bounds", arguments->bounds, "Bounds of those given as TREE.h5@POSE")
+        ->capture_default_str()
+        ->check(bounds_name());
     command->add_option("--margin", arguments->margin, "Share added to the radius of bounds")
         ->capture_default_str()
-        ->check(CLI::Range(0.0, 10.0));
+        ->check(between(0, 10));
     command
         ->add_option("--within", arguments->distance,
                      "Faces at most this far apart (metres), not only touching")
-        ->check(CLI::NonNegativeNumber);
+        ->check(not_negative());
     command->add_option("--pairs", arguments->pairs,
                         "Writes face_a,face_b: 0-based, in the files' order of faces, sorted");
     command->final_callback([arguments, &out] { run(*arguments, out); });

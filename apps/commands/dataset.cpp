@@ -8,6 +8,7 @@
 #include "apps/commands/commands.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/load.hpp"
+#include "apps/option_checks.hpp"
 #include "meshing/body.hpp"
 #include "sim/blas.hpp"
 #include "sim/excitation.hpp"
@@ -71,7 +72,7 @@ void write(RecordingWriter& writer, const Trajectory& trajectory, const Excitati
 
 void run(const DatasetArguments& arguments, Output& out) {
     const Shard shard = parse_shard(arguments.shard);
-    check_output(arguments.output);
+    check_output(arguments.output, {arguments.body});
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     const Body body = load_body(arguments.body);
@@ -137,13 +138,16 @@ void add_dataset(CLI::App& app, Output& out) {
         ->capture_default_str()
         ->check(CLI::Range(1, 1'000'000));
     command->add_option("--seed", excitation.seed, "Trajectory i depends on the seed and on i alone")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(seed_check());
     command->add_option("--strength", excitation.strength, "1: local strains of 20 to 50 %")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(positive());
     command
         ->add_option("--frame-interval", excitation.frame_interval,
                      "Seconds between frames; 0: a fifth of the time in which sound crosses the body")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(not_negative());
     command->add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps a frame")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));

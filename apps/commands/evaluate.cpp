@@ -6,6 +6,7 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/load.hpp"
+#include "apps/option_checks.hpp"
 #include "meshing/h5/atomic_file.hpp"
 #include "training/recording.hpp"
 #include "training/tree_file.hpp"
@@ -34,7 +35,7 @@ nlohmann::ordered_json to_json(const EvaluationRow& row) {
 }
 
 void run(const EvaluateArguments& arguments, Output& out) {
-    if (!arguments.csv.empty()) check_output(arguments.csv);
+    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.tree, arguments.recording});
     EvaluateConfig config = arguments.config;
     config.bounds.clear();
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
@@ -66,15 +67,17 @@ void add_evaluate(CLI::App& app, Output& out) {
         ->required();
     command->add_option("--bounds", arguments->bounds, "Which bounds, separated by commas")
         ->delimiter(',')
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(bounds_name());
     command
         ->add_option("--margins", arguments->config.margins,
                      "Shares added to every radius, separated by commas")
         ->delimiter(',')
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(between(0, 10));
     command->add_option("--max-frames", arguments->config.max_frames, "Of each set, evenly spread; 0: all")
         ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
+        ->check(not_negative());
     command->add_option("--csv", arguments->csv, "The table as a file");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }

@@ -5,6 +5,7 @@
 #include "apps/commands/commands.hpp"
 #include "apps/load.hpp"
 #include "apps/mesh_file.hpp"
+#include "apps/option_checks.hpp"
 #include "meshing/tet_quality.hpp"
 
 namespace nbd {
@@ -16,7 +17,7 @@ struct MeshArguments {
 };
 
 void run(const MeshArguments& arguments, Output& out) {
-    check_output(arguments.output);
+    check_output(arguments.output, {arguments.input});
     MeshFileConfig config = arguments.config;
     config.scheme = arguments.scheme == "loop" ? SubdivisionScheme::loop : SubdivisionScheme::midpoint;
     const Body body = mesh_file(arguments.input, config, out);
@@ -59,14 +60,20 @@ void add_mesh(CLI::App& app, Output& out) {
         ->check(CLI::Range(0, 100'000'000));
     command->add_option("--grading", arguments->config.tets.grading, "How fast tetrahedra grow inward")
         ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
-    command->add_option("--young", material.young, "Young's modulus, Pa")->capture_default_str();
-    command->add_option("--poisson", material.poisson, "Poisson's ratio")->capture_default_str();
-    command->add_option("--density", material.density, "kg/m3")->capture_default_str();
+        ->check(between(0, 2));
+    command->add_option("--young", material.young, "Young's modulus, Pa")
+        ->capture_default_str()
+        ->check(positive());
+    command->add_option("--poisson", material.poisson, "Poisson's ratio")
+        ->capture_default_str()
+        ->check(number_check("> -1 and < 0.5", [](double value) { return value > -1 && value < 0.5; }));
+    command->add_option("--density", material.density, "kg/m3")->capture_default_str()->check(positive());
     command->add_option("--rayleigh-mass", material.rayleigh_mass, "Damping of slow motion, 1/s")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(not_negative());
     command->add_option("--rayleigh-stiffness", material.rayleigh_stiffness, "Damping of fast motion, s")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(not_negative());
     command
         ->add_option("--subdivide", arguments->config.levels, "1-to-4 subdivisions of the collision surface")
         ->capture_default_str()

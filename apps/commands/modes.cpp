@@ -28,7 +28,7 @@ void write_frequencies(const std::string& path, const Eigen::VectorXd& hertz) {
 void run(const ModesArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
-    if (!arguments.csv.empty()) check_output(arguments.csv);
+    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body});
     Body body = load_body(arguments.body);
     const auto [basis, report] =
         vibration_modes(ElasticBody(body.tets, body.material), ModeOptions{.count = arguments.count});

@@ -11,6 +11,7 @@
 #include "apps/interrupt.hpp"
 #include "apps/load.hpp"
 #include "apps/mesh_file.hpp"
+#include "apps/option_checks.hpp"
 #include "apps/step_table.hpp"
 #include "sim/blas.hpp"
 #include "sim/scene.hpp"
@@ -35,6 +36,14 @@ void override(SceneSpec& spec, const SimulateArguments& arguments) {
         if (arguments.margin) body.margin = *arguments.margin;
     }
     if (arguments.frames) spec.time.frames = *arguments.frames;
+}
+
+/// Every file that a run reads.
+std::vector<std::filesystem::path> inputs(const SimulateArguments& arguments, const SceneSpec& spec) {
+    std::vector<std::filesystem::path> files{arguments.scene};
+    for (const SceneBody& body : spec.bodies) files.insert(files.end(), {body.file, body.tree});
+    for (const SceneObstacle& obstacle : spec.obstacles) files.push_back(obstacle.mesh);
+    return files;
 }
 
 LoadedBody load(const SceneBody& spec, const Output& out) {
@@ -125,12 +134,12 @@ void tell(const SimulateArguments& arguments, const StepTable& table, Output& ou
 }
 
 void run(const SimulateArguments& arguments, Output& out) {
-    for (const std::string& path : {arguments.output, arguments.csv, arguments.picture})
-        if (!path.empty()) check_output(path);
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     SceneSpec spec = load_scene(arguments.scene);
     override(spec, arguments);
+    for (const std::string& path : {arguments.output, arguments.csv, arguments.picture})
+        if (!path.empty()) check_output(path, inputs(arguments, spec));
     std::vector<LoadedBody> bodies;
     for (const SceneBody& body : spec.bodies) bodies.push_back(load(body, out));
     World world = build_world(spec, bodies);
@@ -168,18 +177,19 @@ void add_simulate(CLI::App& app, Output& out) {
     command->add_option("SCENE", arguments->scene, "Scene file, JSON")->required();
     command->add_option("-o,--output", arguments->output, "Recording to write, one trajectory a body")
         ->required();
-    command->add_option("--bounds", arguments->bounds, "exact, bd or modal, instead of the scene's");
+    command->add_option("--bounds", arguments->bounds, "Bounds of all bodies, instead of the scene's")
+        ->check(bounds_name());
     command
         ->add_option("--margin", arguments->margin,
                      "Share added to the bounds' radii, instead of the scene's")
-        ->check(CLI::Range(0.0, 10.0));
+        ->check(between(0, 10));
     command->add_option("--frames", arguments->frames, "How many, instead of the scene's")
         ->check(CLI::Range(1, 10'000'000));
     command
         ->add_option("--audit", arguments->audit,
                      "Every N-th frame, count the face pairs that the scene's bounds miss; 0: never")
         ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
+        ->check(not_negative());
     command->add_option("--csv", arguments->csv, "A line a frame: contacts, costs, energies");
     command->add_option("--vtu", arguments->vtu, "Folder for frames that ParaView opens (scene.pvd)");
     command->add_option("--picture", arguments->picture, "PNG with six frames");

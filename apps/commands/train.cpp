@@ -6,6 +6,7 @@
 #include "apps/commands/commands.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/load.hpp"
+#include "apps/option_checks.hpp"
 #include "training/recording.hpp"
 #include "training/train_tree.hpp"
 
@@ -18,7 +19,7 @@ struct TrainArguments {
 };
 
 void run(const TrainArguments& arguments, Output& out) {
-    check_output(arguments.output);
+    check_output(arguments.output, {arguments.body, arguments.recording});
     TrainConfig config = arguments.config;
     config.label_frame = label_frame(arguments.frame);
 
@@ -31,10 +32,13 @@ void run(const TrainArguments& arguments, Output& out) {
                      fmt::format("mean loss {:.2e}", done.mean_loss));
     };
 
+    const Body body = load_body(arguments.body);
+    if (body.modes.count() == 0)
+        throw std::runtime_error(
+            fmt::format("{0}: has no modes; make them with: nbdtree modes {0}", arguments.body));
     TreeFile file;
     try {
-        file = train_tree(surface_body(load_body(arguments.body)), RecordingReader(arguments.recording),
-                          config, settings);
+        file = train_tree(surface_body(body), RecordingReader(arguments.recording), config, settings);
     } catch (const TrainingCancelled&) {
         throw Interrupted("the same command continues from " + settings.checkpoint.string());
     }
@@ -89,18 +93,21 @@ void add_train(CLI::App& app, Output& out) {
     command
         ->add_option("--held-out", config.held_out_share,
                      "Share of the trajectories that training never sees")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
     command
         ->add_option("--random-frames", config.random_frame_share,
                      "Share of the other frames kept out as well")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
     command
         ->add_option("--epochs", config.mlp.max_epochs,
                      "At most; training ends earlier when it has converged")
         ->capture_default_str()
         ->check(CLI::Range(1, 1'000'000));
     command->add_option("--seed", config.seed, "Of the split, the clustering and the networks")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(seed_check());
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

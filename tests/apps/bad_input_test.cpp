@@ -1,0 +1,248 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "tests/apps/small_files.hpp"
+#include "tests/support/file_damage.hpp"
+
+namespace nbd::test {
+namespace {
+
+/// A wrong command line, the exit status and how the line on stderr goes on after "nbdtree: error: "; a text
+/// that ends in "..." is the beginning of it.
+struct Case {
+    std::vector<std::string> arguments;
+    int status;
+    std::string error;
+};
+
+class BadInputTest : public SmallFiles {
+ protected:
+    static void SetUpTestSuite() {
+        SmallFiles::SetUpTestSuite();
+        write("text.h5", "hello\n");
+        write("text.obj", "hello\n");
+        write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        std::filesystem::create_directory(folder() / "dir");
+        for (const std::string name : {"box", "data", "tree"}) {
+            const std::string bytes = read_bytes(folder() / (name + ".h5"));
+            write("half_" + name + ".h5", std::string_view(bytes).substr(0, bytes.size() / 2));
+        }
+        write("other.obj", obj_file(box(0.3, 0.1, 0.1, 3)));
+        make({"mesh", "other.obj", "-o", "other.h5", "-q"});
+        make({"mesh", "box.obj", "-o", "still.h5", "-q"});  // no modes
+    }
+
+    /// One line on stderr, nothing on stdout, nothing new in the folder.
+    static void expect_refused(const std::vector<Case>& cases) {
+        for (const Case& c : cases) {
+            std::string line = "nbdtree";
+            for (const std::string& argument : c.arguments) line += ' ' + argument;
+            SCOPED_TRACE(line);
+            const auto before = listing(folder());
+            const Ran ran = run(folder(), c.arguments);
+            EXPECT_EQ(ran.status, c.status);
+            EXPECT_EQ(ran.out, "");
+            std::string error = "nbdtree: error: " + c.error;
+            std::string said = ran.err;
+            if (error.ends_with("...")) {
+                error.resize(error.size() - 3);
+                said = said.substr(0, error.size());
+            } else {
+                error += '\n';
+            }
+            EXPECT_EQ(said, error);
+            EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
+            EXPECT_LT(ran.err.size(), 400u) << ran.err;
+            EXPECT_EQ(listing(folder()), before);
+        }
+    }
+
+    static std::string here(const std::string& name) { return (folder() / name).string(); }
+};
+
+const std::string ours = "allowed: a file that nbdtree wrote";
+
+TEST_F(BadInputTest, CommandLine) {
+    const std::string known =
+        "; known commands: mesh, modes, dataset, train, evaluate, simulate, collide, inspect";
+    expect_refused({
+        {{}, 2, "no command" + known},
+        {{"frob"}, 2, "unknown command or option 'frob'" + known},
+        {{"--frob"}, 2, "unknown command or option '--frob'" + known},
+        {{"mesh", "box.obj", "-o", "x.h5", "--frob"}, 2, "The following argument was not expected: --frob"},
+        {{"mesh"}, 2, "SURFACE is required"},
+        {{"mesh", "box.obj"}, 2, "--output is required"},
+        {{"collide", "box.obj"}, 2, "B is required"},
+        {{"inspect"}, 2, "FILE is required"},
+        {{"inspect", "box.h5", "--threads", "-1"}, 2, "--threads: Value -1 not in range 0 to 1024"},
+    });
+}
+
+TEST_F(BadInputTest, Numbers) {
+    const auto mesh = [](const char* option, const char* value) {
+        return std::vector<std::string>{"mesh", "box.obj", "-q", "-o", "x.h5", option, value};
+    };
+    const auto dataset = [](const char* option, const char* value) {
+        return std::vector<std::string>{"dataset", "box.h5", "-o", "x.h5", option, value};
+    };
+    const auto train = [](const char* option, const char* value) {
+        return std::vector<std::string>{"train", "box.h5", "data.h5", "-o", "x.h5", option, value};
+    };
+    expect_refused({
+        {mesh("--nodes", "-3"), 2, "--nodes: Value -3 not in range 0 to 100000000"},
+        {mesh("--nodes", "3"), 1,
+         "box.obj: 3 nodes are out of reach: a surface of 56 vertices allows about ..."},
+        {mesh("--subdivide", "9"), 2, "--subdivide: Value 9 not in range 0 to 3"},
+        {mesh("--subdivision", "butterfly"), 2, "--subdivision: butterfly not in {midpoint,loop}"},
+        {mesh("--grading", "-1"), 2, "--grading: is '-1'; allowed: a number >= 0 and <= 2"},
+        {mesh("--young", "-1"), 2, "--young: is '-1'; allowed: a number > 0"},
+        {mesh("--poisson", "0.7"), 2, "--poisson: is '0.7'; allowed: a number > -1 and < 0.5"},
+        {mesh("--density", "nan"), 2, "--density: is 'nan'; allowed: a number > 0"},
+        {{"modes", "box.h5", "-m", "100000"}, 2, "--modes: Value 100000 not in range 1 to 2048"},
+        {{"modes", "box.h5", "-m", "2000"}, 1, "modes: count is 2000, allowed: 1 to ..."},
+        {dataset("--trajectories", "0"), 2, "--trajectories: Value 0 not in range 1 to 1000000"},
+        {dataset("--frames", "many"), 2, "--frames: Value many not in range 1 to 1000000"},
+        {dataset("--shard", "3/2"), 2, "--shard: '3/2' is not i/N with 0 <= i < N"},
+        {dataset("--shard", "50/60"), 1, "shard 50/60 of 40 trajectories has none"},
+        {dataset("--strength", "0"), 2, "--strength: is '0'; allowed: a number > 0"},
+        {dataset("--seed", "-1"), 2, "--seed: is '-1'; allowed: a whole number from 0 to 2^64 - 1"},
+        {train("--depth", "17"), 2, "--depth: Value 17 not in range 0 to 16"},
+        {train("--clusters", "3"), 2, "--clusters: Value 3 not in range 4 to 100000"},
+        {train("--held-out", "1"), 2, "--held-out: is '1'; allowed: a number >= 0 and < 1"},
+        {train("--held-out", "0.9"), 1, "data.h5: 3 complete trajectories, at least 4 needed"},
+        {{"evaluate", "tree.h5", "data.h5", "--bounds", "foo"}, 2, "--bounds: foo not in {exact,bd,modal}"},
+        {{"evaluate", "tree.h5", "data.h5", "--margins", "0,-1"},
+         2,
+         "--margins: is '-1'; allowed: a number >= 0 and <= 10"},
+        {{"evaluate", "tree.h5", "data.h5", "--max-frames", "-1"},
+         2,
+         "--max-frames: is '-1'; allowed: a number >= 0"},
+        {{"collide", "box.obj", "box.obj", "--margin", "-1"},
+         2,
+         "--margin: is '-1'; allowed: a number >= 0 and <= 10"},
+        {{"collide", "box.obj", "box.obj", "--within", "nan"},
+         2,
+         "--within: is 'nan'; allowed: a number >= 0"},
+        {{"collide", "box.obj", "box.obj", "--bounds", "foo"}, 2, "--bounds: foo not in {exact,bd,modal}"},
+    });
+}
+
+TEST_F(BadInputTest, Files) {
+    const std::string cut = ": is truncated or damaged: ...";
+    const auto kind = [](const std::string& path, const std::string& is, const std::string& allowed) {
+        return path + ": is a file of format 'nbdtree " + is + "'; allowed: 'nbdtree " + allowed + "'";
+    };
+    expect_refused({
+        {{"mesh", "none.obj", "-o", "x.h5"}, 1, "none.obj: no such file"},
+        {{"mesh", "dir", "-o", "x.h5"}, 1, "dir: is a directory, not a surface file"},
+        {{"mesh", "text.obj", "-o", "x.h5"}, 1, "text.obj: ..."},
+        {{"mesh", "sheet.obj", "-o", "x.h5"}, 1, "sheet.obj: ..."},
+        {{"mesh", "box.h5", "-o", "x.h5"},
+         1,
+         "box.h5: unknown kind of surface file \".h5\": known are .obj .ply .stl .off .glb"},
+        {{"modes", "none.h5"}, 1, "none.h5: No such file or directory; " + ours},
+        {{"modes", "dir"}, 1, "dir: is a folder; " + ours},
+        {{"modes", "text.h5"}, 1, "text.h5: is not an HDF5 file; " + ours},
+        {{"modes", "half_box.h5"}, 1, "half_box.h5" + cut},
+        {{"dataset", "tree.h5", "-o", "x.h5"}, 1, kind("tree.h5", "tree", "body")},
+        {{"train", "box.h5", "text.h5", "-o", "x.h5"}, 1, "text.h5: is not an HDF5 file; " + ours},
+        {{"train", "box.h5", "half_data.h5", "-o", "x.h5"}, 1, "half_data.h5" + cut},
+        {{"train", "box.h5", "tree.h5", "-o", "x.h5"}, 1, kind("tree.h5", "tree", "recording")},
+        {{"train", "still.h5", "data.h5", "-o", "x.h5"},
+         1,
+         "still.h5: has no modes; make them with: nbdtree modes still.h5"},
+        {{"evaluate", "half_tree.h5", "data.h5"}, 1, "half_tree.h5" + cut},
+        {{"evaluate", "text.h5", "data.h5"}, 1, "text.h5: is not an HDF5 file; " + ours},
+        {{"evaluate", "box.h5", "data.h5"}, 1, kind("box.h5", "body", "tree")},
+        {{"inspect", "none.h5"}, 1, "none.h5: No such file or directory; " + ours},
+        {{"inspect", "half_tree.h5"}, 1, "half_tree.h5" + cut},
+    });
+}
+
+TEST_F(BadInputTest, Outputs) {
+    const std::string nowhere = "none/x: cannot be written: there is no folder " + here("none");
+    expect_refused({
+        {{"mesh", "box.obj", "-o", "none/x"}, 1, nowhere},
+        {{"mesh", "box.obj", "-o", "dir"}, 1, "dir: cannot be written: it is a folder"},
+        {{"mesh", "box.obj", "-q", "-o", "/proc/x"}, 1, "/proc/x: cannot ..."},
+        {{"mesh", "box.obj", "-o", "/dev/full"},
+         1,
+         "/dev/full: cannot be written: it is a device or the like; allowed: a file"},
+        {{"mesh", "box.obj", "-o", "box.obj"},
+         1,
+         "box.obj: cannot be written: the command reads this very file"},
+        {{"dataset", "box.h5", "-o", "dir/../box.h5"},
+         1,
+         "dir/../box.h5: cannot be written: the command reads this very file"},
+        {{"train", "box.h5", "data.h5", "-o", "none/x"}, 1, nowhere},
+        {{"evaluate", "tree.h5", "data.h5", "--csv", "none/x"}, 1, nowhere},
+        {{"modes", "box.h5", "--csv", "none/x"}, 1, nowhere},
+        {{"collide", "box.obj", "box.obj", "--pairs", "none/x"}, 1, nowhere},
+    });
+}
+
+TEST_F(BadInputTest, PosesOfCollide) {
+    const auto collide = [](const char* a) { return std::vector<std::string>{"collide", a, "box.obj"}; };
+    expect_refused({
+        {collide("tree.h5"), 1,
+         "tree.h5: unknown kind of surface file \".h5\": known are .obj .ply .stl .off .glb"},
+        {collide("none.h5@box.obj"), 1, "none.h5: No such file or directory; " + ours},
+        {collide("tree.h5@"), 1, "'tree.h5@': a name is empty; allowed: SURFACE or TREE.h5@POSE"},
+        {collide("@box.obj"), 1, "'@box.obj': a name is empty; allowed: SURFACE or TREE.h5@POSE"},
+        {collide("tree.h5@none.obj"), 1, "none.obj: no such file"},
+        {collide("tree.h5@sheet.obj"), 1, "sheet.obj: its 1 faces are not those of the tree (108)"},
+        {collide("tree.h5@data.h5:9:0"), 1, "data.h5: no trajectory 9, it has 3"},
+        {collide("tree.h5@data.h5:0:50"), 1, "data.h5: no frame 50 in trajectory 0, it has 50"},
+        {collide("tree.h5@data.h5:0"), 1, "data.h5:0: no such file"},
+    });
+}
+
+TEST_F(BadInputTest, Scenes) {
+    const auto scene = [](const std::string& body) {
+        static int count = 0;
+        const std::string name = "scene" + std::to_string(count++) + ".json";
+        write(name, R"({"bodies": [)" + body + "]}");
+        return std::vector<std::string>{"simulate", name, "-o", "x.h5"};
+    };
+    const auto said = [](int number, const std::string& error) {
+        return "scene" + std::to_string(number) + ".json: " + error;
+    };
+    expect_refused({
+        {scene(R"({"body": "box.h5", "velosity": [0, 0, 1]})"), 1,
+         said(0, R"(bodies[0]: unknown key "velosity"; the nearest known one is "velocity")")},
+        {scene(R"({"body": "box.h5", "margin": "wide"})"), 1,
+         said(1, R"(bodies[0].margin: must be a number, not "wide")")},
+        {scene(R"({"body": "none.h5"})"), 1, "none.h5: No such file or directory; " + ours},
+        {scene(R"({"body": "other.h5", "tree": "tree.h5"})"), 1,
+         "tree.h5: is the tree of another body than other.h5"},
+        {scene(R"({"body": "box.h5", "bounds": "modal"})"), 1,
+         said(
+             4,
+             R"(bodies[0].tree: is missing: bounds "modal" are learned or precomputed and need a tree file)")},
+        {scene(R"({"body": "box.h5", "bounds": "foo"})"), 1, said(5, "bodies[0].bounds: ...")},
+        {scene(""), 1, said(6, "bodies: must hold at least one body")},
+        {scene("{"), 1, said(7, "line 1, column ...")},
+        {{"simulate", "none.json", "-o", "x.h5"}, 1, "none.json: cannot read the scene"},
+        {{"simulate", "dir", "-o", "x.h5"}, 1, "dir: cannot read the scene"},
+    });
+    write("good.json", R"({"bodies": [{"body": "box.h5"}]})");
+    const auto simulate = [](const char* output, const char* option, const char* value) {
+        return std::vector<std::string>{"simulate", "good.json", "-o", output, option, value};
+    };
+    expect_refused({
+        {simulate("x.h5", "--bounds", "foo"), 2, "--bounds: foo not in {exact,bd,modal}"},
+        {simulate("x.h5", "--bounds", "modal"), 1, "bodies[0] (box): bounds \"modal\" need a tree"},
+        {simulate("x.h5", "--frames", "0"), 2, "--frames: Value 0 not in range 1 to 10000000"},
+        {simulate("x.h5", "--audit", "-1"), 2, "--audit: is '-1'; allowed: a number >= 0"},
+        {simulate("x.h5", "--margin", "nan"), 2, "--margin: is 'nan'; allowed: a number >= 0 and <= 10"},
+        {simulate("x.h5", "--picture", "dir"), 1, "dir: cannot be written: it is a folder"},
+        {simulate("x.h5", "--vtu", "box.h5"), 1, "box.h5: cannot create the directory: Not a directory"},
+        {simulate("box.h5", "--frames", "1"), 1,
+         "box.h5: cannot be written: the command reads this very file"},
+    });
+}
+
+}  // namespace
+}  // namespace nbd::test

@@ -1,0 +1,83 @@
+#include "tests/apps/command.hpp"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <stdexcept>
+#include <thread>
+
+#include "tests/support/file_damage.hpp"
+
+namespace nbd::test {
+namespace {
+
+std::string temporary_file() {
+    std::string name = (std::filesystem::temp_directory_path() / "nbd_command_XXXXXX").string();
+    const int descriptor = mkstemp(name.data());
+    if (descriptor < 0) throw std::runtime_error("no temporary file");
+    close(descriptor);
+    return name;
+}
+
+}  // namespace
+
+Running::Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments)
+    : out_(temporary_file()), err_(temporary_file()) {
+    std::vector<char*> argv{const_cast<char*>("nbdtree")};
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    process_ = fork();
+    if (process_ < 0) throw std::runtime_error("cannot fork");
+    if (process_ > 0) return;
+    // HDF5 1.10 loses memory when it gives up on a damaged file, and gmsh at its end.
+    setenv("ASAN_OPTIONS", "detect_leaks=0", 1);
+    const int out = open(out_.c_str(), O_WRONLY), err = open(err_.c_str(), O_WRONLY);
+    if (chdir(folder.c_str()) != 0 || dup2(out, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0)
+        _exit(127);
+    execv(NBD_COMMAND, argv.data());
+    _exit(127);
+}
+
+Running::~Running() {
+    if (process_ > 0) {
+        kill(process_, SIGKILL);
+        waitpid(process_, nullptr, 0);
+    }
+    unlink(out_.c_str());
+    unlink(err_.c_str());
+}
+
+bool Running::catches_interrupts() const {
+    std::ifstream status("/proc/" + std::to_string(process_) + "/status");
+    for (std::string line; std::getline(status, line);)
+        if (line.starts_with("SigCgt:")) return std::stoull(line.substr(7), nullptr, 16) >> (SIGINT - 1) & 1;
+    return false;
+}
+
+void Running::wait_until_at_work() const {
+    for (int i = 0; i < 6000 && !catches_interrupts(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+}
+
+void Running::interrupt() const { kill(process_, SIGINT); }
+
+Ran Running::wait() {
+    int status = 0;
+    waitpid(process_, &status, 0);
+    process_ = -1;
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), read_bytes(out_), read_bytes(err_)};
+}
+
+std::set<std::string> listing(const std::filesystem::path& folder) {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        names.insert(entry.path().filename());
+    return names;
+}
+
+}  // namespace nbd::test

@@ -1,0 +1,72 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tests/apps/small_files.hpp"
+#include "tests/support/edit_file.hpp"
+#include "tests/support/file_damage.hpp"
+
+namespace nbd::test {
+namespace {
+
+using InterruptTest = SmallFiles;
+
+/// Presses Ctrl-C when the command has worked for a while.
+Ran run_and_interrupt(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {
+    Running running(folder, arguments);
+    running.wait_until_at_work();
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    running.interrupt();
+    return running.wait();
+}
+
+/// A tree file's bytes but for the time that its training took.
+std::string content(const std::filesystem::path& tree) {
+    EditFile(tree).set_attribute("facts", "seconds", 0.0);
+    return read_bytes(tree);
+}
+
+TEST_F(InterruptTest, LeavesNothingOfADataset) {
+    const auto before = listing(folder());
+    const Ran ran =
+        run_and_interrupt(folder(), {"dataset", "box.h5", "-o", "long.h5", "--trajectories", "100000", "-q"});
+    EXPECT_EQ(ran.status, 130);
+    EXPECT_EQ(ran.err, "nbdtree: error: interrupted: no recording was written\n");
+    EXPECT_EQ(listing(folder()), before);
+}
+
+TEST_F(InterruptTest, KeepsTheFramesOfASimulation) {
+    write("scene.json", R"({"bodies": [{"body": "box.h5"}], "time": {"frames": 1000000}})");
+    auto expected = listing(folder());
+    expected.insert("long.h5");
+    const Ran ran = run_and_interrupt(folder(), {"simulate", "scene.json", "-o", "long.h5", "-q"});
+    EXPECT_EQ(ran.status, 130);
+    EXPECT_EQ(ran.err.find("nbdtree: error: interrupted: long.h5 holds the "), 0u) << ran.err;
+    EXPECT_EQ(listing(folder()), expected);
+    EXPECT_EQ(run(folder(), {"inspect", "long.h5"}).status, 0);
+}
+
+TEST_F(InterruptTest, TrainingResumesToTheSameTree) {
+    const auto train = [](const std::string& output) {
+        return std::vector<std::string>{"train",    "box.h5", "data.h5",    "-o", output, "--depth",
+                                        "5",        "-m",     "8",          "-k", "16",   "-q",
+                                        "--epochs", "2000",   "--held-out", "0"};
+    };
+    make(train("whole.h5"));
+    auto expected = listing(folder());
+    expected.insert("again.h5.checkpoint");
+    const Ran ran = run_and_interrupt(folder(), train("again.h5"));
+    EXPECT_EQ(ran.status, 130);
+    EXPECT_EQ(ran.err, "nbdtree: error: interrupted: the same command continues from again.h5.checkpoint\n");
+    EXPECT_EQ(listing(folder()), expected);
+
+    make(train("again.h5"));
+    expected.erase("again.h5.checkpoint");
+    expected.insert("again.h5");
+    EXPECT_EQ(listing(folder()), expected);
+    EXPECT_TRUE(content(folder() / "again.h5") == content(folder() / "whole.h5"));
+}
+
+}  // namespace
+}  // namespace nbd::test

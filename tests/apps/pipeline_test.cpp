@@ -1,0 +1,115 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "meshing/read_surface.hpp"
+#include "tests/apps/command.hpp"
+#include "tests/meshing/shapes.hpp"
+#include "tests/meshing/surface_files.hpp"
+#include "tests/meshing/temporary_folder.hpp"
+#include "tests/support/edit_file.hpp"
+#include "tests/support/file_damage.hpp"
+
+namespace nbd::test {
+namespace {
+
+class PipelineTest : public ::testing::Test {
+ protected:
+    /// The JSON result of a command that must succeed.
+    nlohmann::json json_of(std::vector<std::string> arguments) {
+        arguments.push_back("--json");
+        const Ran ran = run(folder / "", arguments);
+        EXPECT_EQ(ran.status, 0) << arguments[0] << ": " << ran.err;
+        return nlohmann::json::parse(ran.out, nullptr, false);
+    }
+
+    /// What `collide --pairs` writes.
+    std::string pairs(const std::string& a, const std::string& b, std::vector<std::string> options = {}) {
+        std::vector<std::string> arguments{"collide", a, b, "--pairs", "pairs.csv"};
+        arguments.insert(arguments.end(), options.begin(), options.end());
+        const nlohmann::json result = json_of(arguments);
+        const std::string csv = read_bytes(folder / "pairs.csv");
+        EXPECT_EQ(std::ranges::count(csv, '\n'), 1 + result.value("face_pairs", -2)) << a << ' ' << b;
+        return csv;
+    }
+
+    std::string bytes(const std::string& name) { return read_bytes(folder / name); }
+
+    TemporaryFolder folder;
+};
+
+TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
+    const std::string beam = NBD_ASSETS "/beam.obj";
+    const nlohmann::json body = json_of({"mesh", beam, "-o", "beam.h5"});
+    EXPECT_EQ(body["faces"], 1504);
+    EXPECT_NEAR(body["volume"].get<double>(), 0.0144, 1e-6);
+    const nlohmann::json modes = json_of({"modes", "beam.h5", "-m", "16", "--csv", "modes.csv"});
+    EXPECT_EQ(modes["frequencies_hz"].size(), 16u);
+
+    // Whatever the number of threads, the same files.
+    const auto dataset = [](const char* output, const char* threads, const char* trajectories,
+                            const char* frames) {
+        return std::vector<std::string>{"dataset",           "beam.h5",    "-o",        output,
+                                        "--steps-per-frame", "1",          "--threads", threads,
+                                        "--trajectories",    trajectories, "--frames",  frames};
+    };
+    json_of(dataset("one.h5", "1", "3", "3"));
+    json_of(dataset("two.h5", "2", "3", "3"));
+    EXPECT_TRUE(bytes("one.h5") == bytes("two.h5"));
+    const nlohmann::json data = json_of(dataset("data.h5", "2", "8", "20"));
+    EXPECT_EQ(data["frames"], 160);
+    EXPECT_EQ(data["failed"], 0);
+    const auto train = [](const char* output, const char* threads) {
+        return std::vector<std::string>{"train", "beam.h5",    "data.h5", "-o",        output, "--depth",
+                                        "4",     "-m",         "16",      "-k",        "64",   "--epochs",
+                                        "30",    "--held-out", "0.1",     "--threads", threads};
+    };
+    const nlohmann::json trained = json_of(train("tree.h5", "2"));
+    EXPECT_EQ(trained["nodes"], 31);
+    json_of(train("tree1.h5", "1"));
+    for (const char* tree : {"tree.h5", "tree1.h5"})
+        EditFile(folder / tree).set_attribute("facts", "seconds", 0.0);
+    EXPECT_TRUE(bytes("tree.h5") == bytes("tree1.h5"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "tree.h5.checkpoint"));
+
+    const nlohmann::json table =
+        json_of({"evaluate", "tree.h5", "data.h5", "--margins", "0,0.1", "--csv", "table.csv"});
+    ASSERT_EQ(table["rows"].size(), 60u);  // two sets, three bounds, two margins, five depths
+    for (const auto& row : table["rows"])
+        EXPECT_TRUE(row["bound"] == "modal" || row["nodes_missing"] == 0) << row;
+    EXPECT_EQ(std::ranges::count(bytes("table.csv"), '\n'), 61);
+
+    folder.write("scene.json", R"({"bodies": [
+        {"body": "beam.h5", "tree": "tree.h5", "bounds": "modal", "margin": 0.1},
+        {"body": "beam.h5", "tree": "tree.h5", "bounds": "modal", "margin": 0.1,
+         "transform": {"translate": [0.05, 0, 0.15]}, "velocity": [0, 0, -3]}],
+        "time": {"dt": 0.005, "frames": 4, "steps_per_frame": 2}})");
+    const nlohmann::json scene = json_of({"simulate", "scene.json", "-o", "scene.h5", "--audit", "1", "--csv",
+                                          "scene.csv", "--vtu", "vtu", "--picture", "scene.png"});
+    EXPECT_EQ(scene["audited_frames"], 4);
+    EXPECT_GT(scene["near_pairs"], 0);
+    EXPECT_GT(scene["frames_in_contact"], 0);
+    EXPECT_EQ(std::ranges::count(bytes("scene.csv"), '\n'), 5);
+    EXPECT_EQ(bytes("scene.png").substr(1, 3), "PNG");
+    EXPECT_EQ(listing(folder / "vtu").size(), 6u);  // the rest pose, four frames, scene.pvd
+
+    // A pose says the same in all three forms, and bounds that hold what they bound change nothing.
+    folder.write("moved.obj", obj_file(moved(read_surface(beam), 0.0137, 0.0171, 0.0113)));
+    const std::string exact = pairs(beam, "moved.obj");
+    EXPECT_GT(std::ranges::count(exact, '\n'), 100);
+    EXPECT_EQ(pairs("tree.h5@" + beam, "moved.obj"), exact);
+    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj"), exact);
+    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", "bd"}), exact);
+    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "moved.obj", {"--bounds", "modal", "--margin", "10"}), exact);
+
+    for (const char* file : {"beam.h5", "data.h5", "tree.h5", "scene.h5"})
+        EXPECT_EQ(json_of({"inspect", file})["whole"], true) << file;
+    EXPECT_EQ(listing(folder / ""),
+              (std::set<std::string>{"beam.h5", "modes.csv", "one.h5", "two.h5", "data.h5", "tree.h5",
+                                     "tree1.h5", "table.csv", "scene.json", "scene.h5", "scene.csv", "vtu",
+                                     "scene.png", "moved.obj", "pairs.csv"}));
+}
+
+}  // namespace
+}  // namespace nbd::test
