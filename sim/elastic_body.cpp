@@ -7,25 +7,12 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "meshing/body_check.hpp"
 #include "sim/parallel.hpp"
 #include "sim/polar.hpp"
 
 namespace nbd {
 namespace {
-
-void check_material(const Material& m) {
-    const auto require = [](bool ok, const char* name, double value, const char* allowed) {
-        if (!ok)
-            throw std::invalid_argument(fmt::format("material: {} is {}, allowed: {}", name, value, allowed));
-    };
-    require(std::isfinite(m.young) && m.young > 0, "young", m.young, "> 0 Pa");
-    require(m.poisson > -1 && m.poisson < 0.5, "poisson", m.poisson, "above -1 and below 0.5");
-    require(std::isfinite(m.density) && m.density > 0, "density", m.density, "> 0 kg/m3");
-    require(std::isfinite(m.rayleigh_mass) && m.rayleigh_mass >= 0, "rayleigh_mass", m.rayleigh_mass,
-            ">= 0 1/s");
-    require(std::isfinite(m.rayleigh_stiffness) && m.rayleigh_stiffness >= 0, "rayleigh_stiffness",
-            m.rayleigh_stiffness, ">= 0 s");
-}
 
 // Before the pattern is built: a bad index must not get that far.
 TetMesh checked(TetMesh mesh) {

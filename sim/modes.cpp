@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "collision/counter_random.hpp"
 #include "sim/cholesky.hpp"
 
 namespace nbd {
@@ -21,13 +22,9 @@ constexpr int rigid_count = 6;
 constexpr double zero_eigenvalue = 1e-12;  // times the largest one: rounding leaves less, elasticity more
 constexpr double shift_below_zero = 1e-8;  // times the largest one: K - sigma M stays well conditioned
 
-// Entry i of a vector with entries in [-1, 1), splitmix64 on a counter.
+// Entry i of a vector with entries in [-1, 1).
 double seeded_uniform(std::uint64_t seed, std::uint64_t i) {
-    std::uint64_t z = seed * 0x9e3779b97f4a7c15u + (i + 1) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    z ^= z >> 31;
-    return static_cast<double>(z >> 11) * 0x1p-52 - 1;
+    return 2 * unit_interval(mix_bits(seed * golden_step + (i + 1) * 0xbf58476d1ce4e5b9u)) - 1;
 }
 
 struct Pencil {

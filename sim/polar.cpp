@@ -25,8 +25,8 @@ Eigen::Matrix3d cofactors(const Eigen::Matrix3d& A) noexcept {
 
 }  // namespace
 
-// Newton's iteration R <- (s R + (s R)^-T) / 2 with Higham's scaling doubles the correct digits each time
-// where F is well away from flat; singular values decide elsewhere.
+// Newton's iteration R <- (s R + (s R)^-T) / 2 with the scaling of [Higham86] doubles the correct digits each
+// time where F is well away from flat; singular values decide elsewhere.
 Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& F) noexcept {
     if (!F.allFinite()) return Eigen::Matrix3d::Identity();
     const double size = F.norm();

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sim/counter_random.hpp"
+#include "collision/counter_random.hpp"
 
 namespace nbd {
 namespace {

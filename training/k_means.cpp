@@ -7,7 +7,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "training/counter_random.hpp"
+#include "collision/counter_random.hpp"
 #include "training/parallel.hpp"
 
 namespace nbd {

@@ -8,8 +8,8 @@
 #include <mutex>
 #include <numeric>
 
+#include "collision/counter_random.hpp"
 #include "training/adam.hpp"
-#include "training/counter_random.hpp"
 #include "training/parallel.hpp"
 
 namespace nbd {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "training/counter_random.hpp"
+#include "collision/counter_random.hpp"
 
 namespace nbd {
 

@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "collision/bd_model.hpp"
+#include "collision/counter_random.hpp"
 #include "training/checkpoint.hpp"
-#include "training/counter_random.hpp"
 #include "training/recording_hash.hpp"
 
 namespace nbd {

@@ -22,7 +22,8 @@ class Report {
         add_attributes("/", "");
         add_children("/", "");
         check_body();
-        add("whole: {} datasets, {} bytes of numbers and texts, every checksum verified\n", datasets_, bytes_);
+        add("whole: {} datasets, {} bytes of numbers and texts, every checksum verified\n", datasets_,
+            bytes_);
         return text_;
     }
 

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "tests/collision/error_of.hpp"
 #include "tests/collision/models.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -26,36 +26,36 @@ TEST_F(BdModelTest, FitsTheCoordinatesOfAPoseInTheSpan) {
 }
 
 TEST_F(BdModelTest, RefusesModesThatDoNotFit) {
-    EXPECT_EQ(error_of([&] { build_bd_model(tree, modes.U.topRows(147), modes.clustered); }),
+    EXPECT_EQ(test::refusal([&] { build_bd_model(tree, modes.U.topRows(147), modes.clustered); }),
               "BD-Tree: U has 147 rows, the tree's vertex 49 needs 150");
-    EXPECT_EQ(error_of([&] { build_bd_model(tree, modes.U.leftCols(3), modes.clustered); }),
+    EXPECT_EQ(test::refusal([&] { build_bd_model(tree, modes.U.leftCols(3), modes.clustered); }),
               "BD-Tree: U has 3 modes, the clustered modes have 4");
     Eigen::MatrixXf U = modes.U;
     U.conservativeResize(151, 4);
-    EXPECT_EQ(error_of([&] { build_bd_model(tree, U, modes.clustered); }),
+    EXPECT_EQ(test::refusal([&] { build_bd_model(tree, U, modes.clustered); }),
               "BD-Tree: U has 151 rows, not 3 a vertex");
     U = modes.U;
     U(7, 1) = NAN;
-    EXPECT_EQ(error_of([&] { build_bd_model(tree, U, modes.clustered); }),
+    EXPECT_EQ(test::refusal([&] { build_bd_model(tree, U, modes.clustered); }),
               "BD-Tree: an entry of U is not finite");
     ClusteredModes clustered = modes.clustered;
     clustered.w[3] = 0;
-    EXPECT_EQ(error_of([&] { build_bd_model(tree, modes.U, clustered); }),
+    EXPECT_EQ(test::refusal([&] { build_bd_model(tree, modes.U, clustered); }),
               "modes: weight 3 is 0, allowed: finite and above 0");
 }
 
 TEST_F(BdModelTest, RefusesDependentModesWhateverTheirUnits) {
     ClusteredModes clustered = modes.clustered;
     clustered.U.col(2) = 1e-4f * clustered.U.col(0) + 1e-4f * clustered.U.col(3);
-    EXPECT_NE(error_of([&] {
+    EXPECT_NE(test::refusal([&] {
                   build_bd_model(tree, modes.U, clustered);
               }).find("linearly dependent at the representatives (4 modes, 20 representatives"),
               std::string::npos);
     clustered.U.col(2).setZero();
-    EXPECT_EQ(error_of([&] { build_bd_model(tree, modes.U, clustered); }),
+    EXPECT_EQ(test::refusal([&] { build_bd_model(tree, modes.U, clustered); }),
               "BD-Tree: mode 2 is zero at all representatives");
     clustered.U.col(2) = 1e-9f * modes.clustered.U.col(2);
-    EXPECT_EQ(error_of([&] { build_bd_model(tree, modes.U, clustered); }), "no error");
+    EXPECT_EQ(test::refusal([&] { build_bd_model(tree, modes.U, clustered); }), "");
 }
 
 TEST_F(BdModelTest, CheckNamesWhatIsWrong) {
@@ -63,10 +63,10 @@ TEST_F(BdModelTest, CheckNamesWhatIsWrong) {
     const auto error = [&](auto tamper) {
         BdModel model = whole;
         tamper(model);
-        return error_of([&] { check_bd_model(model, tree, 50); });
+        return test::refusal([&] { check_bd_model(model, tree, 50); });
     };
     using M = BdModel;
-    EXPECT_EQ(error([](M&) {}), "no error");
+    EXPECT_EQ(error([](M&) {}), "");
     EXPECT_EQ(error([](M& m) { m.modes.representatives.pop_back(); }),
               "modes: 19 representatives, but 20 weights, 20 rest positions and 60 rows of U instead of 57");
     EXPECT_EQ(error([](M& m) { m.code_to_q.conservativeResize(4, 3); }),

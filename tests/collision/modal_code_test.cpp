@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/collision/error_of.hpp"
 #include "tests/collision/models.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -126,7 +126,7 @@ TEST(CheckClusteredModes, NamesWhatIsWrong) {
     const auto error = [&](auto tamper) {
         ClusteredModes modes = whole;
         tamper(modes);
-        return error_of([&] { check_clustered_modes(modes, n); });
+        return test::refusal([&] { check_clustered_modes(modes, n); });
     };
     using M = ClusteredModes;
     EXPECT_EQ(error([](M& m) { m.representatives.clear(); }), "modes: no representative vertices");

@@ -2,7 +2,7 @@
 
 #include <Eigen/Dense>
 
-#include "tests/collision/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 namespace nbd::shapes {
 

@@ -10,7 +10,7 @@
 #include "collision/closest_points.hpp"
 #include "collision/leaf_boxes.hpp"
 #include "collision/triangle_triangle.hpp"
-#include "tests/collision/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 namespace nbd {
 namespace {

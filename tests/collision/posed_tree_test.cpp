@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "tests/collision/error_of.hpp"
 #include "tests/collision/models.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -58,32 +58,33 @@ TEST_F(PosedTreeTest, CanBeMoved) {
 }
 
 TEST_F(PosedTreeTest, RefusesWhatItCannotBound) {
-    EXPECT_EQ(error_of([&] { PosedTree(nullptr, BoundKind::exact); }),
+    EXPECT_EQ(test::refusal([&] { PosedTree(nullptr, BoundKind::exact); }),
               "a posed tree needs a collision tree, got none");
-    EXPECT_EQ(error_of([&] { PosedTree(bare, BoundKind::bd); }),
+    EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::bd); }),
               "the collision tree has no model for \"bd\" bounds, only for exact");
-    EXPECT_EQ(error_of([&] { PosedTree(bare, BoundKind::modal); }),
+    EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::modal); }),
               "the collision tree has no model for \"modal\" bounds, only for exact");
     auto without_bd = std::make_shared<CollisionTree>(*full);
     without_bd->bd.reset();
-    EXPECT_EQ(error_of([&] { PosedTree(without_bd, BoundKind::bd); }),
+    EXPECT_EQ(test::refusal([&] { PosedTree(without_bd, BoundKind::bd); }),
               "the collision tree has no model for \"bd\" bounds, only for exact, modal");
-    EXPECT_EQ(error_of([&] { PosedTree(bare, BoundKind::exact, -0.1f); }),
+    EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, -0.1f); }),
               "margin is -0.1, allowed: finite and 0 or more");
-    EXPECT_EQ(error_of([&] { PosedTree(bare, BoundKind::exact, INFINITY); }),
+    EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, INFINITY); }),
               "margin is inf, allowed: finite and 0 or more");
-    EXPECT_EQ(error_of([&] { PosedTree(bare, BoundKind::exact, NAN); }),
+    EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, NAN); }),
               "margin is nan, allowed: finite and 0 or more");
     auto broken = std::make_shared<CollisionTree>(*full);
     broken->faces(3, 1) = 160;
-    EXPECT_EQ(error_of([&] { PosedTree(broken, BoundKind::exact); }),
+    EXPECT_EQ(test::refusal([&] { PosedTree(broken, BoundKind::exact); }),
               "sphere tree: face 3 refers to vertex 160, but the surface has 160 vertices");
 }
 
 TEST(BoundKinds, HaveNames) {
     for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::modal})
         EXPECT_EQ(bound_kind(name(kind)), kind);
-    EXPECT_EQ(error_of([] { bound_kind("local"); }), "unknown bounds \"local\", known: exact, bd, modal");
+    EXPECT_EQ(test::refusal([] { bound_kind("local"); }),
+              "unknown bounds \"local\", known: exact, bd, modal");
 }
 
 }  // namespace

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "collision/bounding_sphere.hpp"
-#include "tests/collision/error_of.hpp"
-#include "tests/collision/shapes.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/shapes.hpp"
 
 namespace nbd {
 namespace {
@@ -76,27 +76,27 @@ TEST(SphereTree, EqualCentroidsAreSplitByFaceIndex) {
 
 TEST(SphereTree, RefusesASurfaceThatCannotHaveOne) {
     const auto s = shapes::sphere(4, 5);
-    EXPECT_EQ(error_of([&] { build_sphere_tree(s.X, Faces(0, 3)); }),
+    EXPECT_EQ(test::refusal([&] { build_sphere_tree(s.X, Faces(0, 3)); }),
               "a sphere tree needs at least one face, the surface has none");
     Faces F = s.F;
     F(3, 1) = 22;
-    EXPECT_EQ(error_of([&] { build_sphere_tree(s.X, F); }),
+    EXPECT_EQ(test::refusal([&] { build_sphere_tree(s.X, F); }),
               "face 3 refers to vertex 22, but the surface has 22 vertices");
     F(3, 1) = -1;
-    EXPECT_EQ(error_of([&] { build_sphere_tree(s.X, F); }),
+    EXPECT_EQ(test::refusal([&] { build_sphere_tree(s.X, F); }),
               "face 3 refers to vertex -1, but the surface has 22 vertices");
     Vertices X = s.X;
     X(7, 2) = std::numeric_limits<float>::infinity();
-    EXPECT_EQ(error_of([&] { build_sphere_tree(X, s.F); }), "vertex 7 is not finite");
+    EXPECT_EQ(test::refusal([&] { build_sphere_tree(X, s.F); }), "vertex 7 is not finite");
     X = s.X * 1e20f;
-    EXPECT_EQ(error_of([&] { build_sphere_tree(X, s.F); }),
+    EXPECT_EQ(test::refusal([&] { build_sphere_tree(X, s.F); }),
               "the surface is too large for float32: the sphere of node 0 overflows; positions should stay "
               "below 1e18 m");
-    EXPECT_EQ(error_of([&] { build_sphere_tree(s.X, s.F, {.depth = 21}); }),
+    EXPECT_EQ(test::refusal([&] { build_sphere_tree(s.X, s.F, {.depth = 21}); }),
               "sphere tree depth is 21, allowed: 0 to 20");
-    EXPECT_EQ(error_of([&] { build_sphere_tree(s.X, s.F, {.depth = -1}); }),
+    EXPECT_EQ(test::refusal([&] { build_sphere_tree(s.X, s.F, {.depth = -1}); }),
               "sphere tree depth is -1, allowed: 0 to 20");
-    EXPECT_EQ(error_of([&] { build_sphere_tree(s.X, s.F, {.min_leaf_faces = 0}); }),
+    EXPECT_EQ(test::refusal([&] { build_sphere_tree(s.X, s.F, {.min_leaf_faces = 0}); }),
               "sphere tree min_leaf_faces is 0, allowed: 1 or more");
 }
 
@@ -157,7 +157,7 @@ TEST(CheckSphereTree, NamesWhatIsWrongWithATamperedTree) {
     for (const Tampering& t : tamperings) {
         SphereTree tree = whole;
         t.tamper(tree);
-        const std::string error = error_of([&] { check_sphere_tree(tree, 37, s.F); });
+        const std::string error = test::refusal([&] { check_sphere_tree(tree, 37, s.F); });
         EXPECT_TRUE(error.starts_with("sphere tree: ")) << error;
         const std::string expected = t.error;
         EXPECT_NE(error.find(expected), std::string::npos) << error << "\nshould say: " << expected;
@@ -168,10 +168,10 @@ TEST(CheckSphereTree, RefusesATreeOfAnotherSurface) {
     const auto s = shapes::sphere(5, 7), other = shapes::sphere(7, 5);
     const SphereTree tree = build_sphere_tree(s.X, s.F);
     ASSERT_EQ(s.F.rows(), other.F.rows());
-    EXPECT_NE(error_of([&] { check_sphere_tree(tree, 37, other.F); }), "no error");
-    EXPECT_EQ(error_of([&] { check_sphere_tree(tree, 36, s.F); }),
+    EXPECT_NE(test::refusal([&] { check_sphere_tree(tree, 37, other.F); }), "");
+    EXPECT_EQ(test::refusal([&] { check_sphere_tree(tree, 36, s.F); }),
               "sphere tree: face 63 refers to vertex 36, but the surface has 36 vertices");
-    EXPECT_EQ(error_of([&] { check_sphere_tree(tree, 37, Faces(0, 3)); }),
+    EXPECT_EQ(test::refusal([&] { check_sphere_tree(tree, 37, Faces(0, 3)); }),
               "sphere tree: the surface has no faces");
 }
 

@@ -8,6 +8,7 @@
 #include <csignal>
 
 #include "meshing/h5/temporary_files.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 
 namespace nbd::h5 {

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "tests/support/edit_file.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 
 namespace nbd {

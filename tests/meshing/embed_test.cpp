@@ -9,7 +9,9 @@
 #include "meshing/point_triangle.hpp"
 #include "meshing/subdivide.hpp"
 #include "tests/meshing/shapes.hpp"
-#include "tests/meshing/temporary_folder.hpp"
+#include "tests/support/box_mesh.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace nbd {
 namespace {
@@ -39,7 +41,7 @@ double error_under_affine_motion(const Embedding& W, const Nodes& nodes, const N
 }
 
 TEST(Embed, CarriesInnerPointsAffinelyWithWeightsFromZeroToOne) {
-    const TetMesh tets = tet_box(1, 2, 3, 5);
+    const TetMesh tets = test::box_mesh({1, 2, 3}, {5, 5, 5});
     const Nodes points = points_in({Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 2, 3)}, 3000);
     const Embedding W = embed(tets, points);
     ASSERT_EQ(W.rows(), 3000);
@@ -57,14 +59,14 @@ TEST(Embed, CarriesInnerPointsAffinelyWithWeightsFromZeroToOne) {
 }
 
 TEST(Embed, TakesANodeAloneForAPointOnIt) {
-    const TetMesh tets = tet_box(1, 1, 1, 3);
+    const TetMesh tets = test::box_mesh({1, 1, 1}, {3, 3, 3});
     const Embedding W = embed(tets, tets.X);
     EXPECT_EQ(W.nonZeros(), tets.X.rows());
     EXPECT_TRUE(Eigen::MatrixXd(W).isIdentity(0));
 }
 
 TEST(Embed, ExtrapolatesFromTheNearestTetrahedron) {
-    const TetMesh tets = tet_box(1, 1, 1, 4);
+    const TetMesh tets = test::box_mesh({1, 1, 1}, {4, 4, 4});
     // A shell of points a little outside; every one is nearer than 0.1 to the box.
     Nodes points = points_in({Eigen::Vector3d(-0.05, -0.05, -0.05), Eigen::Vector3d(1.05, 1.05, 1.05)}, 2000);
     points.col(2) = (points.col(2).array() < 0.5).select(points.col(2).array() * 0.05 - 0.06, 1.03);
@@ -81,7 +83,7 @@ TEST(Embed, ExtrapolatesFromTheNearestTetrahedron) {
 }
 
 TEST(Embed, NamesTheFirstPointTooFarOutside) {
-    const TetMesh tets = tet_box(1, 1, 1, 1);
+    const TetMesh tets = test::box_mesh({1, 1, 1}, {1, 1, 1});
     Nodes points(4, 3);
     points << 0.5, 0.5, 0.5, 0.5, 0.5, 1.4, 0.5, 0.75, 3, -1, 0.5, 0.5;
     const std::string error = error_of([&] { embed(tets, points); });
@@ -96,7 +98,7 @@ TEST(Embed, NamesTheFirstPointTooFarOutside) {
 }
 
 TEST(Embed, RefusesBadInput) {
-    const TetMesh good = tet_box(1, 1, 1, 1);
+    const TetMesh good = test::box_mesh({1, 1, 1}, {1, 1, 1});
     Nodes point(1, 3);
     point << 0.5, 0.5, 0.5;
     EXPECT_EQ(error_of([&] { embed({good.X, Tets(0, 4)}, point); }), "no tetrahedra to embed in");
@@ -114,7 +116,7 @@ TEST(Embed, RefusesBadInput) {
 }
 
 TEST(BoundaryEmbedding, SelectsNodesBitByBit) {
-    const TetMesh tets = tet_box(1, 1, 1, 3);
+    const TetMesh tets = test::box_mesh({1, 1, 1}, {3, 3, 3});
     const Nodes points = tets.X.colwise().reverse();
     const Embedding W = boundary_embedding(tets, points);
     EXPECT_EQ(W.nonZeros(), points.rows());
@@ -129,7 +131,7 @@ TEST(BoundaryEmbedding, SelectsNodesBitByBit) {
 }
 
 TEST(BoundaryEmbedding, ComposesWithSubdivision) {
-    const TetMesh tets = tet_box(2, 2, 2, 3);
+    const TetMesh tets = test::box_mesh({2, 2, 2}, {3, 3, 3});
     const TriMesh surface = box(2, 2, 2, 3);
     const Embedding W = boundary_embedding(tets, surface.X);
     for (const SubdivisionScheme scheme : {SubdivisionScheme::midpoint, SubdivisionScheme::loop}) {

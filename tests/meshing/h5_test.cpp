@@ -13,6 +13,7 @@
 #include "meshing/h5/reader.hpp"
 #include "meshing/h5/writer.hpp"
 #include "tests/support/edit_file.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 
 namespace nbd::h5 {

@@ -5,6 +5,7 @@
 #include "meshing/h5/content_hash.hpp"
 #include "meshing/h5/writer.hpp"
 #include "tests/support/edit_file.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 
 namespace nbd::h5 {

@@ -8,7 +8,8 @@
 #include "meshing/read_surface.hpp"
 #include "meshing/tetrahedralize.hpp"
 #include "tests/meshing/shapes.hpp"
-#include "tests/meshing/temporary_folder.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace nbd {
 namespace {

@@ -11,7 +11,8 @@
 #include "meshing/write_surface.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
-#include "tests/meshing/temporary_folder.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 /// Under the address sanitizer: assimp loses memory where it gives a damaged file up.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libassimp"; }

@@ -8,8 +8,9 @@
 #include <utility>
 
 #include "meshing/tet_quality.hpp"
-#include "tests/meshing/temporary_folder.hpp"
 #include "tests/meshing/tet_file_writers.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace nbd {
 namespace {

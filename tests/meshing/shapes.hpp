@@ -119,31 +119,4 @@ inline TriMesh box(double x, double y, double z, int n) {
     return mesh;
 }
 
-/// A box with one corner at the origin, cut into n^3 cuboids of six tetrahedra each.
-inline TetMesh tet_box(double x, double y, double z, int n) {
-    const auto node = [&](int i, int j, int k) { return (i * (n + 1) + j) * (n + 1) + k; };
-    TetMesh mesh{Nodes((n + 1) * (n + 1) * (n + 1), 3), Tets(6 * n * n * n, 4)};
-    int t = 0;
-    for (int i = 0; i <= n; ++i)
-        for (int j = 0; j <= n; ++j)
-            for (int k = 0; k <= n; ++k) {
-                mesh.X.row(node(i, j, k)) << x * i / n, y * j / n, z * k / n;
-                if (i == n || j == n || k == n) continue;
-                // From one corner to the opposite one along three edges: one tetrahedron for each order.
-                std::array<int, 3> order = {0, 1, 2};
-                do {
-                    std::array<int, 3> at = {i, j, k};
-                    std::array<int, 4> path = {node(i, j, k)};
-                    for (int s = 0; s < 3; ++s) {
-                        ++at[static_cast<std::size_t>(order[static_cast<std::size_t>(s)])];
-                        path[static_cast<std::size_t>(s) + 1] = node(at[0], at[1], at[2]);
-                    }
-                    const bool is_odd = (order[0] > order[1]) ^ (order[0] > order[2]) ^ (order[1] > order[2]);
-                    if (is_odd) std::swap(path[1], path[2]);
-                    mesh.T.row(t++) << path[0], path[1], path[2], path[3];
-                } while (std::ranges::next_permutation(order).found);
-            }
-    return mesh;
-}
-
 }  // namespace nbd::test

@@ -14,7 +14,8 @@
 #include "meshing/self_intersections.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
-#include "tests/meshing/temporary_folder.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace nbd {
 namespace {

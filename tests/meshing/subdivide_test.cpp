@@ -9,7 +9,8 @@
 #include "meshing/read_surface.hpp"
 #include "meshing/solid_boundary.hpp"
 #include "tests/meshing/shapes.hpp"
-#include "tests/meshing/temporary_folder.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace nbd {
 namespace {

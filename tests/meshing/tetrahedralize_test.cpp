@@ -12,7 +12,8 @@
 #include "meshing/read_surface.hpp"
 #include "meshing/tet_quality.hpp"
 #include "tests/meshing/shapes.hpp"
-#include "tests/meshing/temporary_folder.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace nbd {
 namespace {
@@ -182,8 +183,7 @@ TEST_P(SharedMesh, IsFilledWithItsSurfaceKept) {
     EXPECT_GT(tet_quality(result.tets).radius_ratio_mean, 0.7);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, SharedMesh,
-                         testing::Values("spot", "scorpion", "gear", "ring"),
+INSTANTIATE_TEST_SUITE_P(All, SharedMesh, testing::Values("spot", "scorpion", "gear", "ring"),
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include "box_mesh.hpp"
+#include "tests/support/box_mesh.hpp"
 
 namespace nbd {
 namespace {

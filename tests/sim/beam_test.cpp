@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "box_mesh.hpp"
 #include "sim/backward_euler.hpp"
 #include "sim/modes.hpp"
+#include "tests/support/box_mesh.hpp"
 
 namespace nbd {
 namespace {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "meshing/body.hpp"
-#include "tests/sim/box_mesh.hpp"
+#include "tests/support/box_mesh.hpp"
 
 namespace nbd::test {
 

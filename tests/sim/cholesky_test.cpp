@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "box_mesh.hpp"
 #include "sim/blas.hpp"
 #include "sim/elastic_body.hpp"
+#include "tests/support/box_mesh.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -24,12 +25,7 @@ class CholeskyOfABar : public ::testing::Test {
 };
 
 std::string failure(Cholesky& cholesky, const SparseMatrix& A) {
-    try {
-        cholesky.factorize(A);
-    } catch (const std::exception& error) {
-        return error.what();
-    }
-    return "factorised";
+    return test::error_of([&] { cholesky.factorize(A); });
 }
 
 TEST_F(CholeskyOfABar, SolvesForManyValuesOfOnePattern) {
@@ -59,7 +55,7 @@ TEST_F(CholeskyOfABar, ReportsAMatrixThatIsNotPositiveDefiniteAndRecovers) {
     EXPECT_THROW(cholesky.solve(b, b), std::logic_error);
     bad.coeffRef(4, 4) = std::nan("");
     EXPECT_EQ(failure(cholesky, bad), "factorize: the matrix holds a NaN or an infinity");
-    EXPECT_EQ(failure(cholesky, A), "factorised");
+    EXPECT_EQ(failure(cholesky, A), "");
 }
 
 TEST_F(CholeskyOfABar, RefusesAnotherPattern) {

@@ -6,7 +6,8 @@
 #include <Eigen/Geometry>
 #include <limits>
 
-#include "box_mesh.hpp"
+#include "tests/support/box_mesh.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -182,25 +183,20 @@ TEST(ElasticBody, ReportsInvertedAndNonFiniteElements) {
 }
 
 std::string refusal(const TetMesh& mesh, const Material& material) {
-    try {
-        ElasticBody body(mesh, material);
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return "accepted";
+    return test::refusal([&] { ElasticBody(mesh, material); });
 }
 
 TEST(ElasticBody, RefusesBadMaterials) {
     const TetMesh box = test::box_mesh({1, 1, 1}, {1, 1, 1});
-    EXPECT_EQ(refusal(box, {.young = 0}), "material: young is 0, allowed: > 0 Pa");
+    EXPECT_EQ(refusal(box, {.young = 0}), "Young's modulus is 0; allowed: more than 0 Pa");
     EXPECT_EQ(refusal(box, {.young = std::numeric_limits<double>::infinity()}),
-              "material: young is inf, allowed: > 0 Pa");
-    EXPECT_EQ(refusal(box, {.poisson = 0.5}), "material: poisson is 0.5, allowed: above -1 and below 0.5");
-    EXPECT_EQ(refusal(box, {.poisson = -1}), "material: poisson is -1, allowed: above -1 and below 0.5");
-    EXPECT_EQ(refusal(box, {.density = -2}), "material: density is -2, allowed: > 0 kg/m3");
-    EXPECT_EQ(refusal(box, {.rayleigh_mass = -1}), "material: rayleigh_mass is -1, allowed: >= 0 1/s");
+              "Young's modulus is inf; allowed: more than 0 Pa");
+    EXPECT_EQ(refusal(box, {.poisson = 0.5}), "Poisson's ratio is 0.5; allowed: between -1 and 0.5");
+    EXPECT_EQ(refusal(box, {.poisson = -1}), "Poisson's ratio is -1; allowed: between -1 and 0.5");
+    EXPECT_EQ(refusal(box, {.density = -2}), "density is -2; allowed: more than 0 kg/m3");
+    EXPECT_EQ(refusal(box, {.rayleigh_mass = -1}), "Rayleigh mass damping is -1; allowed: at least 0 1/s");
     EXPECT_EQ(refusal(box, {.rayleigh_stiffness = std::nan("")}),
-              "material: rayleigh_stiffness is nan, allowed: >= 0 s");
+              "Rayleigh stiffness damping is nan; allowed: at least 0 s");
 }
 
 TEST(ElasticBody, RefusesBadMeshes) {

@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "sim/counter_random.hpp"
 #include "tests/sim/box_body.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -43,34 +43,6 @@ double strain(const ElasticBody& body, const Nodes& x) {
         largest = std::max(largest, (svd.singularValues().array() - 1).abs().maxCoeff());
     }
     return largest;
-}
-
-TEST(CounterRandom, GivesTheSameBitsForTheSameCountersAndOthersForOthers) {
-    CounterRandom a(1, 2), b(1, 2), other_stream(1, 3), other_seed(2, 2);
-    for (int i = 0; i < 100; ++i) {
-        const auto bits = a.bits();
-        EXPECT_EQ(bits, b.bits());
-        EXPECT_NE(bits, other_stream.bits());
-        EXPECT_NE(bits, other_seed.bits());
-    }
-}
-
-TEST(CounterRandom, FillsItsRangesEvenly) {
-    CounterRandom random(3, 0);
-    double sum = 0;
-    Eigen::Vector3d directions = Eigen::Vector3d::Zero();
-    std::vector<int> hits(5);
-    for (int i = 0; i < 20000; ++i) {
-        const double u = random.uniform(2, 4);
-        ASSERT_TRUE(u >= 2 && u < 4);
-        sum += u;
-        directions += random.direction();
-        ++hits.at(static_cast<std::size_t>(random.index(5)));
-        ASSERT_NEAR(random.orientation().norm(), 1, 1e-12);
-    }
-    EXPECT_NEAR(sum / 20000, 3, 0.02);
-    EXPECT_LT(directions.norm() / 20000, 0.02);
-    for (const int count : hits) EXPECT_NEAR(count, 4000, 300);
 }
 
 TEST(Recipe, KindsTakeTurnsAndNumbersDependOnTheIndex) {
@@ -163,13 +135,8 @@ TEST(Excitation, AnAbsurdOneIsMarkedFailedWithItsReason) {
 }
 
 TEST(Excitation, RefusesNumbersOutOfRange) {
-    const auto message = [](const ExcitationConfig& config) -> std::string {
-        try {
-            Excitation(bar(), config);
-        } catch (const std::invalid_argument& error) {
-            return error.what();
-        }
-        return {};
+    const auto message = [](const ExcitationConfig& config) {
+        return test::refusal([&] { Excitation(bar(), config); });
     };
     EXPECT_EQ(message({.frames = 0}), "excitation: frames is 0, but must be > 0");
     EXPECT_EQ(message({.frame_interval = -1}), "excitation: frame_interval is -1, but must be >= 0");

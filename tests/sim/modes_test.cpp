@@ -5,7 +5,8 @@
 #include <Eigen/Eigenvalues>
 #include <numbers>
 
-#include "box_mesh.hpp"
+#include "tests/support/box_mesh.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -73,12 +74,7 @@ TEST(Modes, DoNotDependOnUnitsOrPlace) {
 }
 
 std::string failure(const ElasticBody& body, int count) {
-    try {
-        vibration_modes(body, {.count = count});
-    } catch (const std::exception& error) {
-        return error.what();
-    }
-    return "found";
+    return test::error_of([&] { vibration_modes(body, {.count = count}); });
 }
 
 TetMesh two_boxes(bool hinged) {
@@ -111,7 +107,7 @@ TEST(Modes, RefuseACountTheBodyDoesNotHave) {
     const ElasticBody body(test::box_mesh({1, 1, 1}, {1, 1, 1}), Material{});
     EXPECT_EQ(failure(body, 0), "modes: count is 0, allowed: 1 to 17 for 8 nodes");
     EXPECT_EQ(failure(body, 18), "modes: count is 18, allowed: 1 to 17 for 8 nodes");
-    EXPECT_EQ(failure(body, 17), "found");
+    EXPECT_EQ(failure(body, 17), "");
 }
 
 }  // namespace

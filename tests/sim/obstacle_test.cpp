@@ -4,8 +4,9 @@
 
 #include <cmath>
 
-#include "sim/counter_random.hpp"
+#include "collision/counter_random.hpp"
 #include "tests/sim/box_body.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -53,14 +54,7 @@ TEST(Obstacle, MeshDistancesAreThoseOfTheBoxItIs) {
 }
 
 TEST(Obstacle, RefusesABrokenMesh) {
-    const auto message = [](const TriMesh& mesh) -> std::string {
-        try {
-            StaticSurface surface(mesh);
-        } catch (const std::invalid_argument& error) {
-            return error.what();
-        }
-        return {};
-    };
+    const auto message = [](const TriMesh& mesh) { return test::refusal([&] { StaticSurface{mesh}; }); };
     TriMesh mesh = test::box_body({1, 1, 1}, {1, 1, 1}).surface;
     EXPECT_EQ(message(mesh), "");
     EXPECT_EQ(message({}), "static surface: it has no faces");

@@ -6,18 +6,14 @@
 #include <string>
 
 #include "tests/sim/box_body.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
 
 /// What parse_scene says of a text; empty: nothing is wrong.
 std::string complaint(const std::string& text) {
-    try {
-        parse_scene(text, "folder");
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return {};
+    return test::refusal([&] { parse_scene(text, "folder"); });
 }
 
 /// A scene of one body with more keys in the body, and more beside it.
@@ -211,13 +207,8 @@ TEST(BuildWorld, PlacesBodiesPinsAndObstacles) {
 }
 
 TEST(BuildWorld, SaysWhichBodyDoesNotFit) {
-    const auto message = [](const std::string& text, std::span<const LoadedBody> bodies) -> std::string {
-        try {
-            build_world(parse_scene(text, ""), bodies);
-        } catch (const std::invalid_argument& error) {
-            return error.what();
-        }
-        return {};
+    const auto message = [](const std::string& text, std::span<const LoadedBody> bodies) {
+        return test::refusal([&] { build_world(parse_scene(text, ""), bodies); });
     };
     const LoadedBody loaded[] = {box()};
     EXPECT_EQ(message(with(""), {}), "scene: it has 1 bodies, but 0 were loaded");

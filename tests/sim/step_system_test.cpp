@@ -4,7 +4,8 @@
 
 #include <Eigen/Cholesky>
 
-#include "box_mesh.hpp"
+#include "tests/support/box_mesh.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -107,25 +108,17 @@ TEST_F(StepSystemOfABar, ExtraImpulsesAndBlocksActLikeAnImplicitSpring) {
     EXPECT_LT((solution() - v).norm(), 1e-10 * v.norm());
 }
 
-template <class Call>
-std::string refusal(Call&& call) {
-    try {
-        call();
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return "accepted";
-}
-
 TEST_F(StepSystemOfABar, RefusesBadArguments) {
     const BodyState bad{state.x.topRows(7), state.v};
-    EXPECT_EQ(refusal([&] { system.assemble(bad, dt, {}); }), "step: x has 7 rows, the body has 45 nodes");
-    EXPECT_EQ(refusal([&] { system.assemble(state, 0, {}); }), "step: dt is 0 s, allowed: finite and > 0");
-    EXPECT_EQ(refusal([&] { system.assemble(state, dt, {.forces = Nodes::Zero(3, 3)}); }),
+    EXPECT_EQ(test::refusal([&] { system.assemble(bad, dt, {}); }),
+              "step: x has 7 rows, the body has 45 nodes");
+    EXPECT_EQ(test::refusal([&] { system.assemble(state, 0, {}); }),
+              "step: dt is 0 s, allowed: finite and > 0");
+    EXPECT_EQ(test::refusal([&] { system.assemble(state, dt, {.forces = Nodes::Zero(3, 3)}); }),
               "step: forces has 3 rows, the body has 45 nodes");
     system.assemble(state, dt, {});
     const auto prescribe = [&](std::vector<int> nodes, const Nodes& v) {
-        return refusal([&] { system.prescribe({nodes, v}); });
+        return test::refusal([&] { system.prescribe({nodes, v}); });
     };
     EXPECT_EQ(prescribe({45}, Nodes::Zero(1, 3)), "step: prescribed node 45, but the body has 45 nodes");
     EXPECT_EQ(prescribe({4, 4}, Nodes::Zero(2, 3)), "step: node 4 is prescribed twice");

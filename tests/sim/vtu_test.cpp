@@ -10,7 +10,8 @@
 #include <regex>
 #include <string>
 
-#include "tests/sim/box_mesh.hpp"
+#include "tests/support/box_mesh.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace nbd {
 namespace {
@@ -37,14 +38,8 @@ std::vector<T> array(const std::string& text, const std::string& name) {
 
 class Vtu : public ::testing::Test {
  protected:
-    void SetUp() override {
-        folder_ = std::filesystem::path(::testing::TempDir()) /
-                  (std::string("nbd_vtu_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
-        std::filesystem::remove_all(folder_);
-    }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-
-    std::filesystem::path folder_;
+    test::TemporaryFolder own_;
+    const std::filesystem::path folder_ = own_.path() / "frames";
     TetMesh mesh_ = test::box_mesh({1, 1, 1}, {1, 1, 1});
 };
 

@@ -7,6 +7,7 @@
 
 #include "sim/backward_euler.hpp"
 #include "tests/sim/box_body.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -199,27 +200,19 @@ TEST(World, ASphereThatMovesPushesABodyAway) {
 
 TEST(World, SaysWhatDoesNotFit) {
     const Model box({0.4, 0.4, 0.4}, {1, 1, 1});
-    const auto message = [](auto&& call) -> std::string {
-        try {
-            call();
-        } catch (const std::invalid_argument& error) {
-            return error.what();
-        }
-        return {};
-    };
     World world(WorldConfig{});
-    EXPECT_EQ(message([&] { world.step(0); }), "world: dt is 0, but must be > 0");
+    EXPECT_EQ(test::refusal([&] { world.step(0); }), "world: dt is 0, but must be > 0");
     WorldBody entry = box.at({0, 0, 0});
     entry.grips = {{.nodes = {0, 1}}, {.nodes = {1}}};
-    EXPECT_EQ(message([&] { world.add_body(entry); }), "grip: node 1 is named twice");
+    EXPECT_EQ(test::refusal([&] { world.add_body(entry); }), "grip: node 1 is named twice");
     entry.grips = {{.nodes = {8}}};
-    EXPECT_EQ(message([&] { world.add_body(entry); }), "grip: node 8 is not in 0..7");
+    EXPECT_EQ(test::refusal([&] { world.add_body(entry); }), "grip: node 8 is not in 0..7");
     const Model other({0.4, 0.4, 0.4}, {2, 1, 1});
     entry = box.at({0, 0, 0});
     entry.tree = other.tree;
-    EXPECT_EQ(message([&] { world.add_body(entry); }),
+    EXPECT_EQ(test::refusal([&] { world.add_body(entry); }),
               "world: a collision tree belongs to another surface than the body's");
-    EXPECT_EQ(message([&] { world.add_obstacle({.shape = BallShape{.radius = -1}}); }),
+    EXPECT_EQ(test::refusal([&] { world.add_obstacle({.shape = BallShape{.radius = -1}}); }),
               "obstacle: a sphere needs a finite centre and a radius > 0, not -1");
     EXPECT_EQ(world.body_count(), 0);
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -12,27 +11,23 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/error_of.hpp"
+#include "tests/support/temporary_folder.hpp"
+
 // What tests of file formats do to files.
 namespace nbd::test {
 
-/// A folder of its own for each test, removed at the end.
+/// A folder of its own for each test.
 class FileTest : public ::testing::Test {
- protected:
-    void SetUp() override {
-        const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-        folder =
-            std::filesystem::temp_directory_path() / ("nbd_" + std::string(info->test_suite_name()) + "_" +
-                                                      info->name() + "_" + std::to_string(::getpid()));
-        std::filesystem::remove_all(folder);
-        std::filesystem::create_directories(folder);
-    }
-    void TearDown() override { std::filesystem::remove_all(folder); }
+ private:
+    TemporaryFolder own_;
 
+ protected:
     std::size_t files_in_folder() const {
         return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
     }
 
-    std::filesystem::path folder;
+    const std::filesystem::path folder = own_.path();
 };
 
 inline std::string read_bytes(const std::filesystem::path& path) {
@@ -42,16 +37,6 @@ inline std::string read_bytes(const std::filesystem::path& path) {
 
 inline void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
     std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-}
-
-/// The text of the std::exception that `action` throws; "" where it throws none.
-inline std::string error_of(const std::function<void()>& action) {
-    try {
-        action();
-    } catch (const std::exception& e) {
-        return e.what();
-    }
-    return "";
 }
 
 /// One line that names the file, what is wrong and what was allowed.

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "training/counter_random.hpp"
+#include "collision/counter_random.hpp"
 #include "training/recording.hpp"
 #include "training/surface_body.hpp"
 

@@ -4,6 +4,7 @@
 
 #include <sstream>
 
+#include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 
 namespace nbd {

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "collision/bounding_sphere.hpp"
 #include "collision/posed_tree.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/training/bar.hpp"
 #include "training/train_tree.hpp"
@@ -20,8 +22,8 @@ using test::error_of;
 class Evaluate : public testing::Test {
  protected:
     static void SetUpTestSuite() {
-        folder = std::filesystem::temp_directory_path() / ("nbd_evaluate_" + std::to_string(::getpid()));
-        std::filesystem::create_directories(folder);
+        own = std::make_unique<test::TemporaryFolder>();
+        folder = own->path();
         bar = new Bar(12, 3);
         bar->record(folder / "data.h5", 12, 80, 2);
         bar->record(folder / "other.h5", 3, 20, 77);
@@ -32,7 +34,7 @@ class Evaluate : public testing::Test {
                                         .mlp = {.batch = 32, .max_epochs = 80}}));
     }
     static void TearDownTestSuite() {
-        std::filesystem::remove_all(folder);
+        own.reset();
         delete tree;
         delete bar;
     }
@@ -48,6 +50,7 @@ class Evaluate : public testing::Test {
         return *row;
     }
 
+    static inline std::unique_ptr<test::TemporaryFolder> own;
     static inline std::filesystem::path folder;
     static inline Bar* bar = nullptr;
     static inline TreeFile* tree = nullptr;

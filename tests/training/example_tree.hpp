@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cmath>
-#include <numbers>
-
+#include "tests/support/shapes.hpp"
 #include "training/tree_file.hpp"
 
 namespace nbd::test {
@@ -16,19 +14,7 @@ struct ExampleTree {
 inline TreeFile example_tree(const ExampleTree& config) {
     std::srand(5);
     const int n = config.grid;
-    Vertices X(n * n, 3);
-    Faces F(2 * n * n, 3);
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) {
-            const float u = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / static_cast<float>(n);
-            const float v = 2 * std::numbers::pi_v<float> * static_cast<float>(j) / static_cast<float>(n);
-            const float r = 2 + std::cos(v);
-            X.row(i * n + j) << r * std::cos(u), r * std::sin(u), std::sin(v);
-            const int a = i * n + j, b = (i + 1) % n * n + j, c = (i + 1) % n * n + (j + 1) % n,
-                      d = i * n + (j + 1) % n;
-            F.row(2 * a) << a, b, c;
-            F.row(2 * a + 1) << a, c, d;
-        }
+    const auto [X, F] = shapes::torus(n, n, 2, 1);
     TreeFile file;
     file.X = X;
     file.W = SurfaceEmbedding(X.rows(), X.rows());

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "collision/bounding_sphere.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/training/bar.hpp"
 #include "training/cluster_modes.hpp"

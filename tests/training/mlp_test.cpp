@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-#include "training/counter_random.hpp"
+#include "collision/counter_random.hpp"
 
 namespace nbd {
 namespace {

@@ -4,7 +4,8 @@
 
 #include <string>
 
-#include "training/counter_random.hpp"
+#include "collision/counter_random.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -45,12 +46,7 @@ void expect_same(const std::vector<TrainedMlp>& a, const std::vector<TrainedMlp>
 
 /// Text of the error that training on `data` with `config` ends in.
 std::string error_of(const MlpConfig& config) {
-    try {
-        train(Problem(8, 2, 1, 1), config, 1);
-    } catch (const std::invalid_argument& e) {
-        return e.what();
-    }
-    return "no error";
+    return test::refusal([&] { train(Problem(8, 2, 1, 1), config, 1); });
 }
 
 TEST(MlpTrainer, LearnsAKnownFunctionAndCarriesItToNewPoses) {

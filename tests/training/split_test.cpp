@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/training/bar.hpp"
 

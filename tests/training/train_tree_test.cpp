@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "collision/modal_model.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/training/bar.hpp"
 

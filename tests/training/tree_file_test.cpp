@@ -8,6 +8,7 @@
 
 #include "meshing/h5/inspect.hpp"
 #include "tests/support/edit_file.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/training/example_tree.hpp"
 

@@ -25,6 +25,7 @@ class TemporaryFolder {
     TemporaryFolder(const TemporaryFolder&) = delete;
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
+    const std::filesystem::path& path() const noexcept { return path_; }
     std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
 
     /// Writes a file of the folder and returns its path.
@@ -36,16 +37,5 @@ class TemporaryFolder {
  private:
     std::filesystem::path path_;
 };
-
-/// The text of the std::exception that `f` throws, "" if it throws none.
-template <class F>
-std::string error_of(F&& f) {
-    try {
-        f();
-    } catch (const std::exception& error) {
-        return error.what();
-    }
-    return "";
-}
 
 }  // namespace nbd::test
