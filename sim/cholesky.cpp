@@ -3,6 +3,8 @@
 #include <cholmod.h>
 #include <fmt/format.h>
 
+#include <csignal>
+#include <mutex>
 #include <stdexcept>
 #include <vector>
 
@@ -30,6 +32,25 @@ cholmod_sparse lower_view(int n, const int* column, const int* row, const double
 cholmod_sparse lower_view(const SparseMatrix& A) {
     return lower_view(static_cast<int>(A.cols()), A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr());
 }
+
+/// METIS takes SIGTERM and SIGABRT while it orders and gives them back as handlers that work once. One
+/// ordering at a time, and the handlers are put back as they were.
+class KeepSignalHandlers {
+ public:
+    KeepSignalHandlers() : lock_(mutex_) {
+        sigaction(SIGTERM, nullptr, &term_);
+        sigaction(SIGABRT, nullptr, &abort_);
+    }
+    ~KeepSignalHandlers() {
+        sigaction(SIGTERM, &term_, nullptr);
+        sigaction(SIGABRT, &abort_, nullptr);
+    }
+
+ private:
+    static inline std::mutex mutex_;
+    std::lock_guard<std::mutex> lock_;
+    struct sigaction term_ = {}, abort_ = {};
+};
 
 }  // namespace
 
@@ -81,6 +102,7 @@ struct Cholesky::State {
         common.nmethods = 2;
         common.method[0].ordering = CHOLMOD_AMD;
         common.method[1].ordering = CHOLMOD_METIS;
+        const KeepSignalHandlers keep;
         cholmod_factor* symbolic = cholmod_analyze(&graph, &common);
         require(symbolic != nullptr, "ordering");
         const int* order = static_cast<const int*>(symbolic->Perm);
