@@ -13,10 +13,11 @@ namespace {
 using InterruptTest = SmallFiles;
 
 /// Presses Ctrl-C when the command has worked for a while.
-Ran run_and_interrupt(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {
+Ran run_and_interrupt(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
+                      std::chrono::milliseconds patience = std::chrono::milliseconds(700)) {
     Running running(folder, arguments);
     running.wait_until_at_work();
-    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    std::this_thread::sleep_for(patience);
     running.interrupt();
     return running.wait();
 }
@@ -56,7 +57,9 @@ TEST_F(InterruptTest, TrainingResumesToTheSameTree) {
     make(train("whole.h5"));
     auto expected = listing(folder());
     expected.insert("again.h5.checkpoint");
-    const Ran ran = run_and_interrupt(folder(), train("again.h5"));
+    auto on_one_thread = train("again.h5");  // so that it is still at work when Ctrl-C comes
+    on_one_thread.insert(on_one_thread.end(), {"--threads", "1"});
+    const Ran ran = run_and_interrupt(folder(), on_one_thread, std::chrono::milliseconds(300));
     EXPECT_EQ(ran.status, 130);
     EXPECT_EQ(ran.err, "nbdtree: error: interrupted: the same command continues from again.h5.checkpoint\n");
     EXPECT_EQ(listing(folder()), expected);
