@@ -7,9 +7,9 @@
 #include "tests/apps/command.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
-#include "tests/support/temporary_folder.hpp"
 #include "tests/support/edit_file.hpp"
 #include "tests/support/file_damage.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace nbd::test {
 namespace {
