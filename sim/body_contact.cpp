@@ -98,12 +98,15 @@ void BodyContactFinder::find_vertices(int body, const ContactSurface& points, in
     std::ranges::sort(vertex_faces_);
     const auto repeats = std::ranges::unique(vertex_faces_);
     vertex_faces_.erase(repeats.begin(), repeats.end());
-    Sides before(static_cast<std::size_t>(points.vertex_count()), Eigen::Vector3d::Zero());
+    Sides before;
     before.swap(sides);
-    before.resize(sides.size(), Eigen::Vector3d::Zero());
+    auto known = before.cbegin();
     for (std::size_t i = 0; i < vertex_faces_.size();) {
         const int vertex = vertex_faces_[i].vertex;
-        const Eigen::Vector3d p = points.x().row(vertex), side = before[static_cast<std::size_t>(vertex)];
+        known = std::find_if(known, before.cend(), [&](const Side& s) { return s.vertex >= vertex; });
+        const bool met = known != before.cend() && known->vertex == vertex;
+        const Eigen::Vector3d p = points.x().row(vertex),
+                              side = met ? known->normal : Eigen::Vector3d::Zero();
         NearestFace nearest, same_side;
         for (; i < vertex_faces_.size() && vertex_faces_[i].vertex == vertex; ++i) {
             const NearestFace candidate = measure(surface, vertex_faces_[i].face, p, reach);
@@ -114,7 +117,7 @@ void BodyContactFinder::find_vertices(int body, const ContactSurface& points, in
         }
         if (nearest.distance < 0 && same_side.face >= 0) nearest = same_side;
         if (!(std::abs(nearest.distance) <= reach)) continue;
-        sides[static_cast<std::size_t>(vertex)] = nearest.normal;
+        sides.push_back({vertex, nearest.normal});
         contacts.push_back({.a = vertex_point(body, vertex),
                             .b = face_point(other_body, surface, nearest.face, nearest.barycentric),
                             .normal = nearest.normal,
@@ -160,6 +163,29 @@ void BodyContactFinder::find_edges(const ContactSurface& a, const ContactSurface
                             .gap = sign * length,
                             .area = std::min(edge_area(a, pair.a), edge_area(b, pair.b))});
     }
+}
+
+void BodyContactFinder::save_sides(ContactSides& sides) const {
+    const auto save = [&](const Sides& from, int body, int other) {
+        for (const Side& side : from) {
+            sides.vertices.push_back({body, other, side.vertex});
+            sides.normals.push_back(side.normal);
+        }
+    };
+    save(sides_a_, body_a_, body_b_);
+    save(sides_b_, body_b_, body_a_);
+}
+
+void BodyContactFinder::restore_sides(const ContactSides& sides) {
+    const auto restore = [&](int body, int other, Sides& to) {
+        to.clear();
+        for (std::size_t i = 0; i < sides.vertices.size(); ++i)
+            if (sides.vertices[i][0] == body && sides.vertices[i][1] == other)
+                to.push_back({sides.vertices[i][2], sides.normals[i]});
+        std::ranges::sort(to, {}, &Side::vertex);
+    };
+    restore(body_a_, body_b_, sides_a_);
+    restore(body_b_, body_a_, sides_b_);
 }
 
 void find_obstacle_contacts(int body, const ContactSurface& surface, const Obstacle& obstacle, double time,

@@ -5,6 +5,7 @@
 
 #include "collision/geometry.hpp"
 #include "sim/contact.hpp"
+#include "sim/contact_sides.hpp"
 #include "sim/contact_surface.hpp"
 #include "sim/obstacle.hpp"
 
@@ -24,12 +25,23 @@ class BodyContactFinder {
     void find(const ContactSurface& a, const ContactSurface& b, std::span<const FacePair> pairs, double reach,
               std::vector<Contact>& contacts);
 
+    /// Appends what the next find() remembers.
+    void save_sides(ContactSides& sides) const;
+
+    /// Remembers what `sides` holds of these two bodies, and nothing else.
+    void restore_sides(const ContactSides& sides);
+
  private:
     struct VertexFace {
         int vertex = 0, face = 0;
         auto operator<=>(const VertexFace&) const = default;
     };
-    using Sides = std::vector<Eigen::Vector3d>;  // normal of each vertex's last contact; zero: none
+    /// The normal of a vertex's last contact.
+    struct Side {
+        int vertex = 0;
+        Eigen::Vector3d normal;
+    };
+    using Sides = std::vector<Side>;  // by ascending vertex
 
     void find_vertices(int body, const ContactSurface& points, int other_body, const ContactSurface& surface,
                        double reach, Sides& sides, std::vector<Contact>& contacts);

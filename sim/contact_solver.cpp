@@ -75,6 +75,17 @@ void ContactSolver::add_product(const LowRank& matrix, double sign, const Eigen:
         if (!t.held) out.segment<3>(t.unknown) += t.weight * impulse;
 }
 
+Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v) const {
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(v.size());
+    for (std::size_t c = 0; c < operators_.size(); ++c) {
+        const LowRank& contact = operators_[c];
+        if (contact.A.isZero(0)) continue;
+        const Eigen::Vector3d p = push_[c] - contact.A * velocity(contact.begin, contact.end, v);
+        for (const Term& t : terms(contact.begin, contact.end)) out.segment<3>(t.unknown) += t.weight * p;
+    }
+    return out;
+}
+
 void ContactSolver::linearise(const Eigen::VectorXd& v) {
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const Eigen::Vector3d u =

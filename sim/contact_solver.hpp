@@ -46,6 +46,10 @@ class ContactSolver {
     ContactSolveReport solve(std::span<StepSystem> systems, const std::function<void()>& rebuild,
                              Eigen::VectorXd& v);
 
+    /// Impulses of the contacts on the nodes over the step at these end velocities, as of the last solve():
+    /// newton seconds, stacked like v. Nodes whose velocity is prescribed included.
+    Eigen::VectorXd impulses(const Eigen::VectorXd& v) const;
+
  private:
     /// A node's share in the relative velocity of a contact.
     struct Term {

@@ -88,6 +88,7 @@ int World::add_body(WorldBody body) {
                        .tree = std::move(tree),
                        .state = std::move(body.state),
                        .forces = Nodes::Zero(nodes, 3),
+                       .contact_forces = Nodes::Zero(nodes, 3),
                        .grips = std::move(body.grips),
                        .grip_start = std::move(grip_start),
                        .pose = {}});
@@ -225,6 +226,7 @@ WorldReport World::step(double dt) {
 }
 
 void World::advance(double dt, const Eigen::VectorXd& v, WorldReport& report) {
+    const Eigen::VectorXd impulses = solver_.impulses(v);
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
         const auto first = first_unknown_[static_cast<std::size_t>(b)];
@@ -241,6 +243,7 @@ void World::advance(double dt, const Eigen::VectorXd& v, WorldReport& report) {
         }
         body.state.x = x;
         body.state.v = end;
+        body.contact_forces = Eigen::Map<const Nodes>(impulses.data() + first, body.state.v.rows(), 3) / dt;
     }
 }
 
@@ -265,18 +268,41 @@ std::vector<FacePair> World::intersecting(int a, int b) {
     return {pairs.begin(), pairs.end()};
 }
 
-void World::restore(double time, std::span<const BodyState> states) {
-    if (static_cast<int>(states.size()) != body_count())
+bool World::has_vertex(int body, int vertex) const {
+    return body >= 0 && body < body_count() && vertex >= 0 && vertex < at(body).surface.vertex_count();
+}
+
+WorldSnapshot World::snapshot() const {
+    WorldSnapshot snapshot{.time = time_, .overlap = deepest_, .bodies = {}, .sides = {}};
+    for (const Body& body : bodies_) snapshot.bodies.push_back(body.state);
+    for (const BodyPair& pair : pairs_) pair.finder.save_sides(snapshot.sides);
+    return snapshot;
+}
+
+void World::restore(const WorldSnapshot& snapshot) {
+    if (static_cast<int>(snapshot.bodies.size()) != body_count())
         throw std::invalid_argument(
-            fmt::format("world: {} states for {} bodies", states.size(), body_count()));
+            fmt::format("world: a snapshot of {} bodies for {}", snapshot.bodies.size(), body_count()));
     for (int b = 0; b < body_count(); ++b) {
-        const BodyState& state = states[static_cast<std::size_t>(b)];
+        const BodyState& state = snapshot.bodies[static_cast<std::size_t>(b)];
         if (state.x.rows() != elastic(b).node_count() || state.v.rows() != elastic(b).node_count() ||
             !state.x.allFinite() || !state.v.allFinite())
-            throw std::invalid_argument(fmt::format("world: the state of body {} does not fit it", b));
+            throw std::invalid_argument(fmt::format("world: the snapshot of body {} does not fit it", b));
     }
-    for (int b = 0; b < body_count(); ++b) at(b).state = states[static_cast<std::size_t>(b)];
-    time_ = time;
+    const ContactSides& sides = snapshot.sides;
+    for (std::size_t i = 0; i < std::max(sides.vertices.size(), sides.normals.size()); ++i)
+        if (i >= sides.vertices.size() || i >= sides.normals.size() ||
+            !has_vertex(sides.vertices[i][0], sides.vertices[i][2]) || !has_vertex(sides.vertices[i][1], 0) ||
+            !sides.normals[i].allFinite())
+            throw std::invalid_argument(
+                fmt::format("world: entry {} of the snapshot's contact sides does not fit the bodies", i));
+    for (BodyPair& pair : pairs_) pair.finder.restore_sides(snapshot.sides);
+    for (int b = 0; b < body_count(); ++b) {
+        at(b).state = snapshot.bodies[static_cast<std::size_t>(b)];
+        at(b).contact_forces.setZero();
+    }
+    time_ = snapshot.time;
+    deepest_ = snapshot.overlap;
 }
 
 }  // namespace nbd

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -11,6 +10,7 @@
 #include "sim/contact_solver.hpp"
 #include "sim/grip.hpp"
 #include "sim/step_system.hpp"
+#include "sim/world_snapshot.hpp"
 
 namespace nbd {
 
@@ -85,8 +85,16 @@ class World {
     /// Face pairs of two bodies that intersect now, by the bodies' own bounds. Both need a tree.
     std::vector<FacePair> intersecting(int a, int b);
 
-    /// Continues from a state that was saved: [N, 3] each, one per body.
-    void restore(double time, std::span<const BodyState> states);
+    /// Mean forces of all contacts, friction included, on the tet nodes of a body during the last step:
+    /// [N, 3] newtons. Those between bodies sum to zero over the bodies. Zero before the first step and
+    /// after restore().
+    const Nodes& contact_forces(int body) const { return at(body).contact_forces; }
+
+    WorldSnapshot snapshot() const;
+
+    /// Continues from a snapshot of a world with the same bodies. Throws std::invalid_argument where it does
+    /// not fit them; nothing is changed then.
+    void restore(const WorldSnapshot& snapshot);
 
  private:
     struct Body {
@@ -94,7 +102,7 @@ class World {
         ContactSurface surface;
         std::unique_ptr<PosedTree> tree;  // null: none
         BodyState state;
-        Nodes forces;
+        Nodes forces, contact_forces;
         std::vector<Grip> grips;
         std::vector<Nodes> grip_start;  // where each grip took its nodes
         ElementPose pose;
@@ -106,6 +114,7 @@ class World {
 
     Body& at(int body) { return bodies_.at(static_cast<std::size_t>(body)); }
     const Body& at(int body) const { return bodies_.at(static_cast<std::size_t>(body)); }
+    bool has_vertex(int body, int vertex) const;
     double fastest(const Body& body, const Eigen::Vector3d& frame) const;
     void find_contacts(double dt, WorldReport& report);
     void find_body_contacts(BodyPair& pair, double dt, WorldReport& report);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <memory>
 
 #include "sim/backward_euler.hpp"
 #include "tests/sim/box_body.hpp"
@@ -175,6 +176,55 @@ TEST(World, GivesTheSameBitsTwice) {
         return world.state(1).x;
     };
     EXPECT_TRUE(end() == end());
+}
+
+TEST(World, ContinuesFromASnapshotWithTheSameBits) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2}, 2e4);
+    const auto build = [&] {
+        auto world = std::make_unique<World>(WorldConfig{});
+        world->add_obstacle(floor_at(0));
+        world->add_body(box.at({0, 0, 0.16}));
+        world->add_body(box.at({0.1, 0.05, 0.5}, turned(0.3)));
+        return world;
+    };
+    const auto world = build(), resumed = build();
+    WorldSnapshot snapshot;
+    for (int i = 0; i < 80; ++i) {
+        if (i == 40) snapshot = world->snapshot();
+        world->step(5e-3);
+    }
+    ASSERT_GT(snapshot.sides.vertices.size(), 10u);
+    ASSERT_EQ(snapshot.sides.vertices.size(), snapshot.sides.normals.size());
+    resumed->restore(snapshot);
+    for (int i = 40; i < 80; ++i) resumed->step(5e-3);
+    for (int b : {0, 1}) {
+        EXPECT_TRUE(resumed->state(b).x == world->state(b).x);
+        EXPECT_TRUE(resumed->state(b).v == world->state(b).v);
+    }
+    EXPECT_EQ(resumed->time(), world->time());
+    const auto again = resumed->snapshot();
+    EXPECT_EQ(again.sides.vertices, world->snapshot().sides.vertices);
+
+    snapshot.sides.vertices[3][1] = 7;
+    EXPECT_EQ(test::refusal([&] { resumed->restore(snapshot); }),
+              "world: entry 3 of the snapshot's contact sides does not fit the bodies");
+    snapshot.bodies.pop_back();
+    EXPECT_EQ(test::refusal([&] { resumed->restore(snapshot); }), "world: a snapshot of 1 bodies for 2");
+}
+
+TEST(World, ContactForcesCarryTheWeightAndCancelBetweenBodies) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    World world(WorldConfig{});
+    world.add_obstacle(floor_at(0));
+    world.add_body(box.at({0, 0, 0.153}));
+    world.add_body(box.at({0, 0, 0.46}));
+    for (int i = 0; i < 400; ++i) ASSERT_EQ(world.step(5e-3).failure, "");
+    const double weight = 9.81 * box.elastic->mass();
+    const Eigen::Vector3d below = world.contact_forces(0).colwise().sum(),
+                          above = world.contact_forces(1).colwise().sum();
+    EXPECT_NEAR(above.z(), weight, 0.01 * weight);
+    EXPECT_NEAR(below.z(), weight, 0.01 * weight);  // carries two, loaded by one
+    EXPECT_LT(above.head(2).norm() + below.head(2).norm(), 0.01 * weight);
 }
 
 TEST(World, ReportsIntersectingPairs) {
