@@ -19,14 +19,21 @@ bool holds_tets(const std::filesystem::path& path) {
     return extension == ".msh" || extension == ".vtk" || extension == ".mesh";
 }
 
-Body from_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
+}  // namespace
+
+Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
     std::vector<std::string> notes;
     TetMesh tets = read_tets(path, &notes);
     for (const std::string& note : notes) out.text(note);
-    return make_body(path.stem().string(), std::move(tets), config.material, config.levels, config.scheme);
+    try {
+        return make_body(path.stem().string(), std::move(tets), config.material, config.levels,
+                         config.scheme);
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
+    }
 }
 
-Body from_surface(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
+Body body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
     TriMesh surface = read_surface(path);
     try {
         const SolidBoundary boundary = make_solid_boundary(std::move(surface));
@@ -40,10 +47,8 @@ Body from_surface(const std::filesystem::path& path, const MeshFileConfig& confi
     }
 }
 
-}  // namespace
-
 Body mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
-    return holds_tets(path) ? from_tets(path, config, out) : from_surface(path, config, out);
+    return holds_tets(path) ? body_of_tets(path, config, out) : body_of_surface(path, config, out);
 }
 
 }  // namespace nbd

@@ -21,4 +21,8 @@ struct MeshFileConfig {
 /// reading, checking and filling throw; messages of checks are led by the path.
 Body mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 
+/// The same where it is known which of both the file holds.
+Body body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
+Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
+
 }  // namespace nbd

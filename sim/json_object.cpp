@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -35,112 +36,179 @@ std::string shown(const nlohmann::json& value) {
     return text;
 }
 
+/// A path without the numbers of array elements.
+std::string without_indices(std::string_view path) {
+    std::string result;
+    bool inside = false;
+    for (const char c : path) {
+        if (c == ']') inside = false;
+        if (!inside) result += c;
+        if (c == '[') inside = true;
+    }
+    return result;
+}
+
+std::string joined(const std::vector<std::string>& words, std::string_view before_last) {
+    std::string result;
+    for (std::size_t i = 0; i < words.size(); ++i)
+        result += (i == 0 ? "" : i + 1 == words.size() ? std::string(before_last) : ", ") + words[i];
+    return result;
+}
+
 }  // namespace
 
-nlohmann::json parse_json(std::string_view text) {
-    try {
-        return nlohmann::json::parse(text);
-    } catch (const nlohmann::json::parse_error& error) {
-        const auto before = text.substr(0, std::min(text.size(), error.byte > 0 ? error.byte - 1 : 0));
-        const auto line = 1 + std::ranges::count(before, '\n');
-        const auto line_start = before.rfind('\n');
-        const std::size_t column =
-            before.size() - (line_start == std::string_view::npos ? 0 : line_start + 1) + 1;
-        std::string what = error.what();
-        if (const auto detail = what.rfind(": ");
-            detail != std::string::npos && what.find("syntax error") < detail)
-            what = what.substr(what.find("syntax error"));
-        std::ranges::replace(what, '\n', ' ');
-        throw std::invalid_argument(fmt::format("line {}, column {}: {}", line, column, what));
-    } catch (const nlohmann::json::out_of_range& error) {  // a number beyond double's range; has no position
-        const std::string_view what = error.what();
-        throw std::invalid_argument(std::string(what.substr(std::min(what.find("] "), what.size() - 2) + 2)));
-    }
+JsonObject::JsonObject(const nlohmann::json& value, std::string path, JsonReading* reading)
+    : value_(&value), path_(std::move(path)), reading_(reading) {
+    if (value.is_object()) return;
+    note(fmt::format("{}must be an object, not {}", path_.empty() ? "the scene " : path_ + ": ",
+                     shown(value)));
+    value_ = &empty_object;
 }
 
-JsonObject::JsonObject(const nlohmann::json& value, std::string path)
-    : value_(&value), path_(std::move(path)) {
-    if (!value.is_object())
-        throw std::invalid_argument(fmt::format("{}must be an object, not {}",
-                                                path_.empty() ? "the scene " : path_ + ": ", shown(value)));
+std::string JsonObject::path(const std::string& key) const {
+    return path_.empty() || key.empty() ? path_ + key : path_ + "." + key;
 }
 
-std::string JsonObject::path(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+void JsonObject::note(const std::string& problem) const {
+    if (!reading_) throw std::invalid_argument(problem);
+    reading_->problems.push_back(problem);
+}
 
-void JsonObject::fail(const std::string& key, const std::string& what) const {
-    throw std::invalid_argument(fmt::format("{}: {}", path(key), what));
+void JsonObject::problem(const std::string& key, const std::string& what) const {
+    note(fmt::format("{}: {}", path(key), what));
 }
 
 const nlohmann::json* JsonObject::find(const std::string& key) {
-    known_.push_back(key);
+    if (std::ranges::find(known_, key) == known_.end()) known_.push_back(key);
     const auto entry = value_->find(key);
     return entry == value_->end() ? nullptr : &*entry;
 }
 
+const nlohmann::json* JsonObject::find(JsonField field) {
+    const nlohmann::json* entry = find(field.key);
+    if (reading_) {
+        field.object = without_indices(path_);
+        reading_->fields.push_back(std::move(field));
+    }
+    return entry;
+}
+
 bool JsonObject::has(const std::string& key) { return find(key) != nullptr; }
 
+bool JsonObject::need(const std::string& key) {
+    if (has(key)) return true;
+    problem(key, "is missing");
+    return false;
+}
+
+std::string JsonObject::need_one(const std::vector<std::string>& keys) {
+    std::vector<std::string> there, quoted;
+    for (const std::string& key : keys) {
+        if (has(key)) there.push_back(key);
+        quoted.push_back('"' + key + '"');
+    }
+    if (there.size() == 1) return there.front();
+    problem("", fmt::format("needs exactly one of {}", joined(quoted, " and ")));
+    return {};
+}
+
 double JsonObject::number(const std::string& key, double fallback, const NumberRange& range) {
-    const nlohmann::json* entry = find(key);
+    const nlohmann::json* entry =
+        find({.object = {}, .key = key, .type = "number", .range = range, .fallback = fallback});
     if (!entry) return fallback;
-    if (!entry->is_number()) fail(key, fmt::format("must be a number, not {}", shown(*entry)));
+    if (!entry->is_number()) {
+        problem(key, fmt::format("must be a number, not {}", shown(*entry)));
+        return fallback;
+    }
     const double value = entry->get<double>();
-    if (!(value >= range.low && value <= range.high) || !std::isfinite(value))
-        fail(key, fmt::format("is {}, but must be {}", value, range.text));
-    return value;
+    if (value >= range.low && value <= range.high && std::isfinite(value)) return value;
+    problem(key, fmt::format("is {}, but must be {}", value, range.text));
+    return fallback;
+}
+
+std::optional<double> JsonObject::optional_number(const std::string& key, const NumberRange& range) {
+    const double none = std::numeric_limits<double>::infinity(), value = number(key, none, range);
+    return value == none ? std::nullopt : std::optional(value);
 }
 
 long long JsonObject::integer(const std::string& key, long long fallback, const NumberRange& range) {
-    const nlohmann::json* entry = find(key);
+    const nlohmann::json* entry =
+        find({.object = {}, .key = key, .type = "integer", .range = range, .fallback = fallback});
     if (!entry) return fallback;
-    if (!entry->is_number_integer()) fail(key, fmt::format("must be a whole number, not {}", shown(*entry)));
+    if (!entry->is_number_integer()) {
+        problem(key, fmt::format("must be a whole number, not {}", shown(*entry)));
+        return fallback;
+    }
     const double value = entry->get<double>();
-    if (!(value >= range.low && value <= range.high))
-        fail(key, fmt::format("is {}, but must be {}", shown(*entry), range.text));
-    return entry->get<long long>();
+    if (value >= range.low && value <= range.high) return entry->get<long long>();
+    problem(key, fmt::format("is {}, but must be {}", shown(*entry), range.text));
+    return fallback;
 }
 
 std::string JsonObject::text(const std::string& key, const std::string& fallback) {
-    const nlohmann::json* entry = find(key);
+    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "string", .fallback = fallback});
     if (!entry) return fallback;
-    if (!entry->is_string()) fail(key, fmt::format("must be a text, not {}", shown(*entry)));
-    return entry->get<std::string>();
+    if (entry->is_string()) return entry->get<std::string>();
+    problem(key, fmt::format("must be a text, not {}", shown(*entry)));
+    return fallback;
+}
+
+std::string JsonObject::choice(const std::string& key, const std::string& fallback,
+                               const std::vector<std::string>& choices) {
+    const nlohmann::json* entry =
+        find({.object = {}, .key = key, .type = "string", .fallback = fallback, .choices = choices});
+    if (!entry) return fallback;
+    if (entry->is_string() && std::ranges::find(choices, entry->get<std::string>()) != choices.end())
+        return entry->get<std::string>();
+    problem(key, fmt::format("is {}, but must be {}", shown(*entry), joined(choices, " or ")));
+    return fallback;
 }
 
 Eigen::Vector3d JsonObject::vector(const std::string& key, const Eigen::Vector3d& fallback) {
-    const nlohmann::json* entry = find(key);
+    const nlohmann::json* entry =
+        find({.object = {},
+              .key = key,
+              .type = "array",
+              .fallback = nlohmann::json::array({fallback.x(), fallback.y(), fallback.z()})});
     if (!entry) return fallback;
     const bool three = entry->is_array() && entry->size() == 3 &&
                        std::ranges::all_of(*entry, [](const auto& c) { return c.is_number(); });
-    if (!three) fail(key, fmt::format("must be three numbers, not {}", shown(*entry)));
+    if (!three) {
+        problem(key, fmt::format("must be three numbers, not {}", shown(*entry)));
+        return fallback;
+    }
     const Eigen::Vector3d value((*entry)[0].get<double>(), (*entry)[1].get<double>(),
                                 (*entry)[2].get<double>());
-    if (!value.allFinite()) fail(key, "must be finite");
-    return value;
+    if (value.allFinite()) return value;
+    problem(key, "must be finite");
+    return fallback;
 }
 
 JsonObject JsonObject::object(const std::string& key) {
-    const nlohmann::json* entry = find(key);
-    return {entry ? *entry : empty_object, path(key)};
+    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "object"});
+    return {entry ? *entry : empty_object, path(key), reading_};
 }
 
 std::vector<JsonObject> JsonObject::objects(const std::string& key) {
-    const nlohmann::json* entry = find(key);
+    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "array"});
     std::vector<JsonObject> result;
     if (!entry) return result;
-    if (!entry->is_array()) fail(key, fmt::format("must be an array, not {}", shown(*entry)));
+    if (!entry->is_array()) {
+        problem(key, fmt::format("must be an array, not {}", shown(*entry)));
+        return result;
+    }
     for (std::size_t i = 0; i < entry->size(); ++i)
-        result.emplace_back((*entry)[i], fmt::format("{}[{}]", path(key), i));
+        result.emplace_back((*entry)[i], fmt::format("{}[{}]", path(key), i), reading_);
     return result;
 }
 
-void JsonObject::finish() const {
+void JsonObject::finish() {
     for (const auto& [key, value] : value_->items()) {
         if (std::ranges::find(known_, key) != known_.end()) continue;
         const auto nearest = std::ranges::min_element(
             known_, {}, [&](const std::string& known) { return edit_distance(key, known); });
-        const std::string name = shown(nlohmann::json(key));
-        throw std::invalid_argument(fmt::format("{}unknown key {}; the nearest known one is \"{}\"",
-                                                path_.empty() ? "" : path_ + ": ", name, *nearest));
+        note(fmt::format("{}unknown key {}; the nearest known one is \"{}\"",
+                         path_.empty() ? "" : path_ + ": ", shown(nlohmann::json(key)), *nearest));
     }
 }
 

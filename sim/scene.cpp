@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <numbers>
 #include <stdexcept>
-
-#include "sim/json_object.hpp"
 
 namespace nbd {
 namespace {
@@ -21,8 +21,9 @@ constexpr NumberRange finite{-largest, largest, "finite"};
 
 Eigen::Vector3d direction(JsonObject& from, const std::string& key, const Eigen::Vector3d& fallback) {
     const Eigen::Vector3d value = from.vector(key, fallback);
-    if (!(value.norm() > 1e-12)) from.fail(key, "must not be zero");
-    return value.normalized();
+    if (value.norm() > 1e-12) return value.normalized();
+    from.problem(key, "must not be zero");
+    return fallback;
 }
 
 /// Radians times axis.
@@ -41,38 +42,42 @@ Placement read_placement(JsonObject from) {
     return placement;
 }
 
-/// Exactly one of two keys.
-void need_one(JsonObject& from, const std::string& path, const std::string& a, const std::string& b) {
-    if (from.has(a) == from.has(b))
-        throw std::invalid_argument(fmt::format("{}: needs either \"{}\" or \"{}\"", path, a, b));
+BallShape read_ball(JsonObject from) {
+    BallShape ball{.centre = from.vector("centre", Eigen::Vector3d::Zero()), .radius = 1};
+    if (from.need("radius")) ball.radius = from.optional_number("radius", positive).value_or(1);
+    from.finish();
+    return ball;
 }
 
-Region read_region(JsonObject from, const std::string& path) {
-    need_one(from, path, "box", "sphere");
+BoxRegion read_box(JsonObject from) {
+    BoxRegion box{from.vector("min", Eigen::Vector3d::Zero()), from.vector("max", Eigen::Vector3d::Zero())};
+    if (from.need("min") && from.need("max") && (box.min.array() > box.max.array()).any())
+        from.problem("max", "must not be below \"min\"");
+    from.finish();
+    return box;
+}
+
+Region read_region(JsonObject from) {
+    const std::string kind = from.need_one({"box", "sphere"});
     Region region;
-    if (from.has("box")) {
-        JsonObject box = from.object("box");
-        const BoxRegion read{box.vector("min", Eigen::Vector3d::Zero()),
-                             box.vector("max", Eigen::Vector3d::Zero())};
-        if (!box.has("min") || !box.has("max")) box.fail("min", "a box needs \"min\" and \"max\"");
-        if ((read.min.array() > read.max.array()).any()) box.fail("max", "must not be below \"min\"");
-        box.finish();
-        region = read;
-    } else {
-        JsonObject ball = from.object("sphere");
-        if (!ball.has("radius")) ball.fail("radius", "is missing");
-        region =
-            BallRegion{ball.vector("centre", Eigen::Vector3d::Zero()), ball.number("radius", 0, positive)};
-        ball.finish();
+    if (kind == "box") region = read_box(from.object("box"));
+    if (kind == "sphere") {
+        const BallShape ball = read_ball(from.object("sphere"));
+        region = BallRegion{ball.centre, ball.radius};
     }
     from.finish();
     return region;
 }
 
+/// The last part of an object's path: "pins[1]".
+std::string key_of(const JsonObject& object) {
+    const std::string path = object.path("");
+    return path.substr(path.rfind('.') + 1);
+}
+
 SceneGrip read_grip(JsonObject& from) {
-    SceneGrip grip;
-    if (!from.has("region")) from.fail("region", "is missing");
-    grip.region = read_region(from.object("region"), from.path("region"));
+    SceneGrip grip{.key = key_of(from), .region = {}, .motion = {}};
+    if (from.need("region")) grip.region = read_region(from.object("region"));
     grip.motion.centre = from.vector("centre", grip.motion.centre);
     grip.motion.translation = from.vector("translate", grip.motion.translation);
     Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
@@ -87,74 +92,94 @@ SceneGrip read_grip(JsonObject& from) {
 }
 
 MaterialOverride read_material(JsonObject from) {
-    const auto optional = [&](const char* key, const NumberRange& range) -> std::optional<double> {
-        if (!from.has(key)) return std::nullopt;
-        return from.number(key, 0, range);
-    };
     MaterialOverride material;
-    material.young = optional("young", positive);
-    material.poisson = optional("poisson", {-0.999, 0.499, "between -0.999 and 0.499"});
-    material.density = optional("density", positive);
-    material.rayleigh_mass = optional("rayleigh_mass", not_negative);
-    material.rayleigh_stiffness = optional("rayleigh_stiffness", not_negative);
+    material.young = from.optional_number("young", positive);
+    material.poisson = from.optional_number("poisson", {-0.999, 0.499, "between -0.999 and 0.499"});
+    material.density = from.optional_number("density", positive);
+    material.rayleigh_mass = from.optional_number("rayleigh_mass", not_negative);
+    material.rayleigh_stiffness = from.optional_number("rayleigh_stiffness", not_negative);
     from.finish();
     return material;
 }
 
+/// base joined with a text that must not be empty; empty where the key is missing or wrong.
 std::filesystem::path read_path(JsonObject& from, const std::string& key, const std::filesystem::path& base) {
     const std::string text = from.text(key, "");
-    if (text.empty()) from.fail(key, "must not be empty");
-    return base / text;
+    if (!text.empty()) return (base / text).lexically_normal();
+    if (from.has(key)) from.problem(key, "must not be empty");
+    return {};
 }
 
-SceneBody read_body(JsonObject& from, const std::string& path, const std::filesystem::path& base) {
-    SceneBody body;
-    need_one(from, path, "body", "surface");
-    body.is_surface = from.has("surface");
-    body.file = read_path(from, body.is_surface ? "surface" : "body", base);
-    body.name = from.text("name", body.file.stem().string());
-    if (from.has("tree")) body.tree = read_path(from, "tree", base);
-    const std::string bounds = from.text("bounds", "exact");
-    try {
-        body.bounds = bound_kind(bounds);
-    } catch (const std::invalid_argument& error) {
-        from.fail("bounds", error.what());
-    }
-    if (body.bounds != BoundKind::exact && body.tree.empty())
-        from.fail("tree",
-                  fmt::format("is missing: bounds \"{}\" are learned or precomputed and need a tree file",
-                              name(body.bounds)));
+SceneMeshing read_meshing(JsonObject from, BodySource source) {
+    SceneMeshing meshing;
+    meshing.tets.nodes = static_cast<int>(from.integer("nodes", 0, {0, 1e8, "between 0 and 100000000"}));
+    meshing.tets.grading = from.number("grading", meshing.tets.grading, {0, 2, "between 0 and 2"});
+    meshing.levels = static_cast<int>(from.integer("subdivide", 0, {0, 3, "between 0 and 3"}));
+    if (from.choice("subdivision", "midpoint", {"midpoint", "loop"}) == "loop")
+        meshing.scheme = SubdivisionScheme::loop;
+    if (source == BodySource::tets)
+        for (const char* key : {"nodes", "grading"})
+            if (from.has(key)) from.problem(key, "is for surfaces; tetrahedra are taken as they are");
+    from.finish();
+    return meshing;
+}
+
+void read_source(JsonObject& from, const std::filesystem::path& base, SceneBody& body) {
+    const std::string kind = from.need_one({"body", "surface", "tets"});
+    body.source = kind == "surface" ? BodySource::surface
+                  : kind == "tets"  ? BodySource::tets
+                                    : BodySource::body;
+    if (!kind.empty()) body.file = read_path(from, kind, base);
+    body.meshing = read_meshing(from.object("meshing"), body.source);
+    if (kind == "body" && from.has("meshing"))
+        from.problem("meshing", "is for surfaces and tetrahedra; a body file is taken as it is");
+}
+
+void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody& body) {
+    body.tree = read_path(from, "tree", base);
+    body.bounds = bound_kind(from.choice("bounds", "exact", {"exact", "bd", "modal"}));
     body.margin = from.number("margin", 0, {0, 10, "between 0 and 10"});
+    if (body.bounds == BoundKind::exact) return;
+    if (!from.has("tree"))
+        from.problem("tree",
+                     fmt::format("is missing: bounds \"{}\" are learned or precomputed and need a tree file",
+                                 name(body.bounds)));
+    if (body.placement.scale != 1) from.problem("transform.scale", "must be 1 unless bounds are \"exact\"");
+}
+
+SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {
+    SceneBody body;
+    read_source(from, base, body);
+    body.name = from.text("name", "");
+    if (body.name.empty()) body.name = body.file.stem().string();
     body.placement = read_placement(from.object("transform"));
-    if (body.placement.scale != 1 && body.bounds != BoundKind::exact)
-        from.fail("transform.scale", "must be 1 unless bounds are \"exact\"");
+    read_bounds(from, base, body);
     body.velocity = from.vector("velocity", body.velocity);
+    body.angular_velocity = from.vector("angular_velocity", body.angular_velocity);
     body.material = read_material(from.object("material"));
-    for (JsonObject& pin : from.objects("pins")) body.grips.push_back({read_region(pin, pin.path("")), {}});
+    for (JsonObject& pin : from.objects("pins")) {
+        SceneGrip held{.key = key_of(pin), .region = {}, .motion = {}};
+        held.region = read_region(std::move(pin));
+        body.grips.push_back(std::move(held));
+    }
     for (JsonObject& grip : from.objects("grips")) body.grips.push_back(read_grip(grip));
     from.finish();
     return body;
 }
 
-SceneObstacle read_obstacle(JsonObject& from, const std::string& path, const std::filesystem::path& base) {
+SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base) {
     SceneObstacle result;
-    if (from.has("plane") + from.has("sphere") + from.has("mesh") != 1)
-        throw std::invalid_argument(
-            fmt::format("{}: needs exactly one of \"plane\", \"sphere\" and \"mesh\"", path));
-    if (from.has("plane")) {
+    const std::string kind = from.need_one({"plane", "sphere", "mesh"});
+    if (kind == "plane") {
         JsonObject plane = from.object("plane");
         result.obstacle.shape = PlaneShape{.point = plane.vector("point", Eigen::Vector3d::Zero()),
                                            .normal = direction(plane, "normal", Eigen::Vector3d::UnitZ())};
         plane.finish();
-    } else if (from.has("sphere")) {
-        JsonObject ball = from.object("sphere");
-        if (!ball.has("radius")) ball.fail("radius", "is missing");
-        result.obstacle.shape = BallShape{.centre = ball.vector("centre", Eigen::Vector3d::Zero()),
-                                          .radius = ball.number("radius", 1, positive)};
-        ball.finish();
-    } else {
+    } else if (kind == "sphere") {
+        result.obstacle.shape = read_ball(from.object("sphere"));
+    } else if (kind == "mesh") {
         JsonObject mesh = from.object("mesh");
-        result.mesh = read_path(mesh, "file", base);
+        if (mesh.need("file")) result.mesh = read_path(mesh, "file", base);
         result.placement = read_placement(mesh.object("transform"));
         result.obstacle.shape = std::shared_ptr<const StaticSurface>();
         mesh.finish();
@@ -185,6 +210,17 @@ SceneTime read_time(JsonObject from) {
     return time;
 }
 
+SceneOutput read_output(JsonObject from) {
+    SceneOutput output;
+    output.recording = read_path(from, "recording", "");
+    output.csv = read_path(from, "csv", "");
+    output.vtu = read_path(from, "vtu", "");
+    output.obj = read_path(from, "obj", "");
+    output.picture = read_path(from, "picture", "");
+    from.finish();
+    return output;
+}
+
 }  // namespace
 
 Eigen::Matrix3d Placement::rotation() const {
@@ -199,32 +235,57 @@ void MaterialOverride::apply(Material& material) const {
     material.rayleigh_stiffness = rayleigh_stiffness.value_or(material.rayleigh_stiffness);
 }
 
-SceneSpec parse_scene(std::string_view text, const std::filesystem::path& base) {
+SceneReading read_scene(std::string_view text, const std::filesystem::path& base) {
     const nlohmann::json json = parse_json(text);
-    JsonObject from(json, "");
-    SceneSpec spec;
+    JsonReading reading;
+    JsonObject from(json, "", &reading);
+    SceneReading result;
+    SceneSpec& spec = result.spec;
     from.text("$schema", "");
-    if (!from.has("bodies")) from.fail("bodies", "is missing");
-    int index = 0;
-    for (JsonObject& body : from.objects("bodies"))
-        spec.bodies.push_back(read_body(body, fmt::format("bodies[{}]", index++), base));
-    if (spec.bodies.empty()) from.fail("bodies", "must hold at least one body");
-    index = 0;
-    for (JsonObject& obstacle : from.objects("obstacles"))
-        spec.obstacles.push_back(read_obstacle(obstacle, fmt::format("obstacles[{}]", index++), base));
+    if (from.need("bodies") && json["bodies"].is_array() && json["bodies"].empty())
+        from.problem("bodies", "must hold at least one body");
+    for (JsonObject& body : from.objects("bodies")) {
+        const std::size_t before = reading.problems.size();
+        spec.bodies.push_back(read_body(body, base));
+        result.body_is_good.push_back(reading.problems.size() == before);
+    }
+    for (JsonObject& obstacle : from.objects("obstacles")) {
+        const std::size_t before = reading.problems.size();
+        spec.obstacles.push_back(read_obstacle(obstacle, base));
+        result.obstacle_is_good.push_back(reading.problems.size() == before);
+    }
     spec.gravity = from.vector("gravity", spec.gravity);
     spec.contact = read_contact(from.object("contact"));
     spec.time = read_time(from.object("time"));
+    spec.output = read_output(from.object("output"));
     spec.seed = static_cast<std::uint64_t>(from.integer("seed", 0, {0, 9e15, "between 0 and 9e15"}));
     from.finish();
-    return spec;
+    result.problems = std::move(reading.problems);
+    result.fields = std::move(reading.fields);
+    return result;
+}
+
+SceneSpec parse_scene(std::string_view text, const std::filesystem::path& base) {
+    SceneReading reading = read_scene(text, base);
+    if (!reading.problems.empty()) throw std::invalid_argument(reading.problems.front());
+    return std::move(reading.spec);
+}
+
+std::string scene_text(const std::filesystem::path& path) {
+    const auto fail = [&](const char* why) {
+        throw std::runtime_error(fmt::format("{}: cannot read the scene: {}", path.string(), why));
+    };
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) fail("it is a folder");
+    std::ifstream file(path, std::ios::binary);
+    if (!file) fail(std::strerror(errno));
+    std::string text{std::istreambuf_iterator<char>(file), {}};
+    if (file.bad()) fail(std::strerror(errno));
+    return text;
 }
 
 SceneSpec load_scene(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file || std::filesystem::is_directory(path))
-        throw std::runtime_error(fmt::format("{}: cannot read the scene", path.string()));
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const std::string text = scene_text(path);
     try {
         return parse_scene(text, path.parent_path());
     } catch (const std::invalid_argument& error) {

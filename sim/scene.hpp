@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +12,9 @@
 
 #include "collision/collision_tree.hpp"
 #include "meshing/body.hpp"
+#include "meshing/subdivide.hpp"
+#include "meshing/tetrahedralize.hpp"
+#include "sim/json_object.hpp"
 #include "sim/world.hpp"
 
 namespace nbd {
@@ -38,6 +40,7 @@ struct BallRegion {
 using Region = std::variant<BoxRegion, BallRegion>;
 
 struct SceneGrip {
+    std::string key;  // "pins[1]", for messages
     Region region;
     Grip motion;  // without nodes
 };
@@ -48,15 +51,31 @@ struct MaterialOverride {
     void apply(Material& material) const;
 };
 
+/// What a body is made from.
+enum class BodySource {
+    body,     // a body file
+    surface,  // a closed surface, to be filled with tetrahedra
+    tets,     // tetrahedra made elsewhere
+};
+
+/// How a surface is filled, and how fine the collision surface is.
+struct SceneMeshing {
+    TetrahedralizeConfig tets;
+    int levels = 0;  // of subdivision
+    SubdivisionScheme scheme = SubdivisionScheme::midpoint;
+};
+
 struct SceneBody {
     std::string name;
-    std::filesystem::path file;  // a body file, or a surface to be meshed
-    bool is_surface = false;
+    BodySource source = BodySource::body;
+    std::filesystem::path file;
+    SceneMeshing meshing;
     std::filesystem::path tree;  // empty: none, exact bounds need no file
     BoundKind bounds = BoundKind::exact;
     double margin = 0;
     Placement placement;
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // m/s
+    Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s, about the centre of mass
     MaterialOverride material;
     std::vector<SceneGrip> grips;
 };
@@ -73,6 +92,12 @@ struct SceneTime {
     int steps_per_frame = 2;
 };
 
+/// What a run writes, as the scene says it; empty: not written. The recording is relative to the working
+/// directory, the others to the recording's folder.
+struct SceneOutput {
+    std::filesystem::path recording, csv, vtu, obj, picture;
+};
+
 /// A scene as its JSON text says it, paths made absolute or relative to the working directory; nothing is
 /// loaded yet.
 struct SceneSpec {
@@ -81,36 +106,33 @@ struct SceneSpec {
     Eigen::Vector3d gravity{0, 0, -9.81};
     ContactConfig contact;
     SceneTime time;
+    SceneOutput output;
     std::uint64_t seed = 0;  // carried into recordings
 };
 
-/// Reads a scene. All keys but `bodies` may be left out; assets/scenes/scene.schema.json lists them for
-/// editors, the defaults are those of the structs above:
-///
-///     {"bodies": [{"body": "ring.h5"              a body file, or "surface": "ring.obj" to be meshed
-///                  "name": "ring", "tree": "ring_tree.h5", "bounds": "exact" | "bd" | "modal",
-///                  "margin": 0.02,                relative, of the tree's spheres
-///                  "transform": {"translate": [x, y, z], "rotate": {"axis": [x, y, z], "degrees": d},
-///                                "scale": s},
-///                  "velocity": [x, y, z],
-///                  "material": {"young", "poisson", "density", "rayleigh_mass", "rayleigh_stiffness"},
-///                  "pins": [REGION, ...],
-///                  "grips": [{"region": REGION, "centre": [x, y, z], "translate": [x, y, z],
-///                             "rotate": {"axis", "degrees"}, "start", "duration", "release"}]}],
-///      "obstacles": [{"plane": {"point", "normal"}} | {"sphere": {"centre", "radius"}} |
-///                    {"mesh": {"file", "transform"}}, each with "velocity" and "friction"],
-///      "gravity": [x, y, z],
-///      "contact": {"stiffness_scale", "friction", "thickness", "damping"},
-///      "time": {"dt", "frames", "steps_per_frame"}, "seed": 0}
-///
-/// REGION is {"box": {"min", "max"}} or {"sphere": {"centre", "radius"}}, world coordinates at time 0.
+/// A scene with everything that is wrong in its text.
+struct SceneReading {
+    SceneSpec spec;  // defaults in place of what is wrong
+    std::vector<std::string> problems;
+    std::vector<bool> body_is_good, obstacle_is_good;  // nothing in them is wrong; one per spec.bodies, ...
+    std::vector<JsonField> fields;                     // every key that a scene may have, where it was met
+};
+
+/// Reads a scene. All keys but `bodies` may be left out; assets/scenes/README.md explains each of them,
+/// assets/scenes/scene.schema.json lists them for editors, the defaults are those of the structs above.
 /// base: folder that relative paths start from. Throws std::invalid_argument, one line: a syntax error with
-/// line and column; a wrong type, a number out of range or an unknown key with its JSON path, what was
-/// allowed, and the nearest known key.
+/// line and column; a key that is there twice, a wrong type, a number out of range or an unknown key with its
+/// JSON path, what was allowed, and the nearest known key. The first problem only.
 SceneSpec parse_scene(std::string_view text, const std::filesystem::path& base);
 
-/// Reads the file at `path`. As above; messages start with the path. Throws std::runtime_error where it
-/// cannot be read.
+/// As parse_scene(), but goes on after a problem. Throws only where the text is no JSON or has a key twice.
+SceneReading read_scene(std::string_view text, const std::filesystem::path& base);
+
+/// The text of the scene file at `path`. Throws std::runtime_error with path and reason where it cannot be
+/// read.
+std::string scene_text(const std::filesystem::path& path);
+
+/// Reads the file at `path`: scene_text() and parse_scene(); messages start with the path.
 SceneSpec load_scene(const std::filesystem::path& path);
 
 /// What a scene's body stands for.

@@ -13,6 +13,7 @@ void add_dataset(CLI::App& app, Output& out);
 void add_train(CLI::App& app, Output& out);
 void add_evaluate(CLI::App& app, Output& out);
 void add_simulate(CLI::App& app, Output& out);
+void add_validate(CLI::App& app, Output& out);
 void add_collide(CLI::App& app, Output& out);
 void add_inspect(CLI::App& app, Output& out);
 

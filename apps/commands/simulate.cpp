@@ -10,14 +10,13 @@
 #include "apps/film.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/load.hpp"
-#include "apps/mesh_file.hpp"
 #include "apps/option_checks.hpp"
+#include "apps/scene_files.hpp"
 #include "apps/step_table.hpp"
 #include "sim/blas.hpp"
 #include "sim/scene.hpp"
 #include "sim/vtu.hpp"
 #include "training/recording.hpp"
-#include "training/tree_file.hpp"
 
 namespace nbd {
 namespace {
@@ -40,21 +39,9 @@ void override(SceneSpec& spec, const SimulateArguments& arguments) {
 
 /// Every file that a run reads.
 std::vector<std::filesystem::path> inputs(const SimulateArguments& arguments, const SceneSpec& spec) {
-    std::vector<std::filesystem::path> files{arguments.scene};
-    for (const SceneBody& body : spec.bodies) files.insert(files.end(), {body.file, body.tree});
-    for (const SceneObstacle& obstacle : spec.obstacles) files.push_back(obstacle.mesh);
+    std::vector<std::filesystem::path> files = scene_inputs(spec);
+    files.push_back(arguments.scene);
     return files;
-}
-
-LoadedBody load(const SceneBody& spec, const Output& out) {
-    LoadedBody loaded{spec.is_surface ? mesh_file(spec.file, {}, out) : load_body(spec.file), nullptr};
-    if (spec.tree.empty()) return loaded;
-    TreeFile file = load_tree(spec.tree);
-    if (file.facts.body_hash != body_hash(loaded.body))
-        throw std::runtime_error(
-            fmt::format("{}: is the tree of another body than {}", spec.tree.string(), spec.file.string()));
-    loaded.tree = std::make_shared<const CollisionTree>(std::move(file.tree));
-    return loaded;
 }
 
 std::string read_text(const std::string& path) {
@@ -140,8 +127,9 @@ void run(const SimulateArguments& arguments, Output& out) {
     override(spec, arguments);
     for (const std::string& path : {arguments.output, arguments.csv, arguments.picture})
         if (!path.empty()) check_output(path, inputs(arguments, spec));
+    SceneFiles files;
     std::vector<LoadedBody> bodies;
-    for (const SceneBody& body : spec.bodies) bodies.push_back(load(body, out));
+    for (const SceneBody& body : spec.bodies) bodies.push_back(files.load(body, out));
     World world = build_world(spec, bodies);
     Audit audit(spec, bodies);
     Results results(arguments, spec, bodies);

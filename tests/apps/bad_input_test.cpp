@@ -66,7 +66,7 @@ const std::string ours = "allowed: a file that nbdtree wrote";
 
 TEST_F(BadInputTest, CommandLine) {
     const std::string known =
-        "; known commands: mesh, modes, dataset, train, evaluate, simulate, collide, inspect";
+        "; known commands: mesh, modes, dataset, train, evaluate, simulate, validate, collide, inspect";
     expect_refused({
         {{}, 2, "no command" + known},
         {{"frob"}, 2, "unknown command or option 'frob'" + known},
@@ -224,8 +224,10 @@ TEST_F(BadInputTest, Scenes) {
         {scene(R"({"body": "box.h5", "bounds": "foo"})"), 1, said(5, "bodies[0].bounds: ...")},
         {scene(""), 1, said(6, "bodies: must hold at least one body")},
         {scene("{"), 1, said(7, "line 1, column ...")},
-        {{"simulate", "none.json", "-o", "x.h5"}, 1, "none.json: cannot read the scene"},
-        {{"simulate", "dir", "-o", "x.h5"}, 1, "dir: cannot read the scene"},
+        {{"simulate", "none.json", "-o", "x.h5"},
+         1,
+         "none.json: cannot read the scene: No such file or directory"},
+        {{"simulate", "dir", "-o", "x.h5"}, 1, "dir: cannot read the scene: it is a folder"},
     });
     write("good.json", R"({"bodies": [{"body": "box.h5"}]})");
     const auto simulate = [](const char* output, const char* option, const char* value) {

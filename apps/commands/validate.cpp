@@ -1,0 +1,74 @@
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "apps/commands/commands.hpp"
+#include "apps/scene_files.hpp"
+#include "sim/scene_check.hpp"
+
+namespace nbd {
+namespace {
+
+/// Everything that is wrong with a scene, one line each.
+std::vector<std::string> problems_of(const std::filesystem::path& path) {
+    SceneReading reading;
+    try {
+        reading = read_scene(scene_text(path), path.parent_path());
+    } catch (const std::invalid_argument& error) {
+        return {fmt::format("{}: {}", path.string(), error.what())};
+    } catch (const std::runtime_error& error) {
+        return {error.what()};  // names the path itself
+    }
+    std::vector<std::string> problems = reading.problems;
+    Output silent;
+    silent.quiet = true;
+    SceneFiles files;
+    std::vector<std::optional<LoadedBody>> loaded(reading.spec.bodies.size());
+    for (std::size_t b = 0; b < loaded.size(); ++b) {
+        if (!reading.body_is_good[b]) continue;
+        try {
+            loaded[b] = files.load(reading.spec.bodies[b], silent);
+        } catch (const std::exception& error) {
+            problems.push_back(fmt::format("bodies[{}]: {}", b, error.what()));
+        }
+    }
+    std::vector<const LoadedBody*> bodies;
+    for (const auto& body : loaded) bodies.push_back(body ? &*body : nullptr);
+    for (std::string& problem : scene_problems(reading, bodies)) problems.push_back(std::move(problem));
+    for (std::string& problem : problems)
+        problem = fmt::format("{}: {}", path.string(), problem.substr(0, problem.find('\n')));
+    return problems;
+}
+
+void run(const std::vector<std::string>& scenes, Output& out) {
+    nlohmann::ordered_json result = nlohmann::ordered_json::array();
+    std::size_t count = 0, wrong = 0;
+    for (const std::string& scene : scenes) {
+        const std::vector<std::string> problems = problems_of(scene);
+        count += problems.size();
+        wrong += problems.empty() ? 0 : 1;
+        if (problems.empty()) out.text(scene + ": valid");
+        for (const std::string& problem : problems) out.text(problem);
+        result.push_back({{"scene", scene}, {"problems", problems}});
+    }
+    out.result({{"scenes", result}});
+    if (count > 0)
+        throw std::runtime_error(fmt::format("{} problem{} in {} of {} scene{}", count, count == 1 ? "" : "s",
+                                             wrong, scenes.size(), scenes.size() == 1 ? "" : "s"));
+}
+
+}  // namespace
+
+void add_validate(CLI::App& app, Output& out) {
+    auto scenes = std::make_shared<std::vector<std::string>>();
+    CLI::App* command = app.add_subcommand(
+        "validate", "Checks scenes without running them: all problems, a line each, on standard output");
+    command->add_option("SCENE", *scenes, "Scene files, JSON")->required();
+    command->final_callback([scenes, &out] { run(*scenes, out); });
+}
+
+}  // namespace nbd
