@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sim/parallel.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "meshing/body_check.hpp"
-#include "sim/parallel.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 #include "sim/polar.hpp"
 
 namespace nbd {

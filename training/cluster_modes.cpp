@@ -35,8 +35,7 @@ Eigen::VectorXf exact_code(const SurfaceBody& body, VerticesRef x) {
 }  // namespace
 
 ClusteredModesChoice cluster_modes(const SurfaceBody& body, const RecordingReader& recording,
-                                   std::span<const FrameId> frames, const ClusterModesConfig& config,
-                                   int threads) {
+                                   std::span<const FrameId> frames, const ClusterModesConfig& config) {
     if (config.initialisations < 1)
         throw std::invalid_argument(
             fmt::format("{} initialisations of k-means, at least 1 needed", config.initialisations));
@@ -48,14 +47,14 @@ ClusteredModesChoice cluster_modes(const SurfaceBody& body, const RecordingReade
     std::vector<ClusteredModes> candidates;
     for (int i = 0; i < config.initialisations; ++i)
         candidates.push_back(
-            select_rows(body, k_means(points, config.k_means, static_cast<std::uint64_t>(i), threads)));
+            select_rows(body, k_means(points, config.k_means, static_cast<std::uint64_t>(i))));
 
     const std::vector<FrameId> sample = spread(frames, config.poses);
     const auto poses = static_cast<Eigen::Index>(sample.size());
     Eigen::MatrixXd error(poses, config.initialisations);
     Eigen::VectorXd length(poses);
     std::vector<ModalCodeScratch> scratch(frame_slots);
-    for_each_frame(body, recording, sample, threads, [&](int slot, int index, VerticesRef x) {
+    for_each_frame(body, recording, sample, [&](int slot, int index, VerticesRef x) {
         const Eigen::VectorXf z = exact_code(body, x);
         length[index] = static_cast<double>(z.norm());
         Eigen::VectorXf zhat(m);

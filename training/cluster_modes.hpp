@@ -24,7 +24,6 @@ struct ClusteredModesChoice {
 /// alignment, all vertices. body.U: at least one mode. Same bits on any number of threads.
 /// Throws std::invalid_argument on a config out of range.
 ClusteredModesChoice cluster_modes(const SurfaceBody& body, const RecordingReader& recording,
-                                   std::span<const FrameId> frames, const ClusterModesConfig& config,
-                                   int threads = 0);
+                                   std::span<const FrameId> frames, const ClusterModesConfig& config);
 
 }  // namespace nbd

@@ -103,7 +103,7 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
         for (const BoundKind kind : config.bounds)
             if (has_bound(*tree, kind))
                 slot.push_back({PosedTree(tree, kind), Sums(margins, depths), Eigen::VectorXd()});
-    for_each_frame(body, recording, chosen, config.threads, [&](int slot, int, VerticesRef x) {
+    for_each_frame(body, recording, chosen, [&](int slot, int, VerticesRef x) {
         std::vector<Sphere>& truth = exact[static_cast<std::size_t>(slot)];
         truth.clear();
         for (int i = 0; i < static_cast<int>(spheres.nodes.size()); ++i)

@@ -14,7 +14,6 @@ struct EvaluateConfig {
     std::vector<BoundKind> bounds{BoundKind::exact, BoundKind::bd, BoundKind::modal};
     std::vector<double> margins{0, 0.01, 0.02, 0.05, 0.10};  // added to every radius, relative; >= 0
     int max_frames = 0;                                      // of each set, evenly spread; 0: all
-    int threads = 0;                                         // 0: all cores
 };
 
 /// How one bound did at one depth of the tree with one margin, over all frames of a set. Exact spheres are

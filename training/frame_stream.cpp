@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "training/parallel.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
 
@@ -25,7 +25,7 @@ int batch_size(std::span<const FrameId> frames) {
 }  // namespace
 
 void for_each_frame(const SurfaceBody& body, const RecordingReader& recording,
-                    std::span<const FrameId> frames, int threads, const FrameVisitor& visit) {
+                    std::span<const FrameId> frames, const FrameVisitor& visit) {
     std::vector<Vertices> surfaces(frame_slots);
     Vertices nodes;
     int index = 0;
@@ -34,13 +34,16 @@ void for_each_frame(const SurfaceBody& body, const RecordingReader& recording,
         const auto batch = frames.first(static_cast<std::size_t>(count));
         const int begin = batch.front().frame;
         recording.read(batch.front().trajectory, begin, batch.back().frame - begin + 1, nodes);
-        parallel_for(count, threads, [&](int slot) {
-            const Eigen::Index n = body.W.cols();
-            const Eigen::Index row = n * (batch[static_cast<std::size_t>(slot)].frame - begin);
-            Vertices& x = surfaces[static_cast<std::size_t>(slot)];
-            apply_embedding(body.W, nodes.middleRows(row, n), x);
-            visit(slot, index + slot, x);
-        });
+        parallel_for(
+            count,
+            [&](int slot) {
+                const Eigen::Index n = body.W.cols();
+                const Eigen::Index row = n * (batch[static_cast<std::size_t>(slot)].frame - begin);
+                Vertices& x = surfaces[static_cast<std::size_t>(slot)];
+                apply_embedding(body.W, nodes.middleRows(row, n), x);
+                visit(slot, index + slot, x);
+            },
+            1);
         frames = frames.subspan(static_cast<std::size_t>(count));
         index += count;
     }

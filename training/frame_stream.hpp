@@ -18,10 +18,10 @@ inline constexpr int frame_slots = 32;
 using FrameVisitor = std::function<void(int slot, int index, VerticesRef x)>;
 
 /// Visits recorded frames on the body's surface, in parallel within a batch, batch after batch. No more than
-/// frame_slots surfaces and 128 frames of nodes are in memory. frames: ascending. threads: 0 for all cores.
+/// frame_slots surfaces and 128 frames of nodes are in memory. frames: ascending.
 /// Throws what RecordingReader::read and `visit` throw.
 void for_each_frame(const SurfaceBody& body, const RecordingReader& recording,
-                    std::span<const FrameId> frames, int threads, const FrameVisitor& visit);
+                    std::span<const FrameId> frames, const FrameVisitor& visit);
 
 /// Throws std::runtime_error unless every trajectory was recorded from this very body.
 void check_recording(const SurfaceBody& body, const RecordingReader& recording);

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "collision/counter_random.hpp"
-#include "training/parallel.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
 
@@ -18,16 +18,19 @@ constexpr Eigen::Index block_rows = 256;  // points a task and a matrix product
 
 /// Calls body(first, count) for consecutive blocks of `n` rows, in parallel.
 template <class F>
-void for_blocks(Eigen::Index n, int threads, F&& body) {
-    parallel_for(static_cast<int>((n + block_rows - 1) / block_rows), threads, [&](int b) {
-        const Eigen::Index first = b * block_rows;
-        body(first, std::min(block_rows, n - first));
-    });
+void for_blocks(Eigen::Index n, F&& body) {
+    parallel_for(
+        static_cast<int>((n + block_rows - 1) / block_rows),
+        [&](int b) {
+            const Eigen::Index first = b * block_rows;
+            body(first, std::min(block_rows, n - first));
+        },
+        1);
 }
 
 /// Picks centroids among the points, each with a probability in proportion to its squared distance from
 /// those picked before.
-PointRows seed_centroids(PointRowsRef points, int k, std::uint64_t seed, std::uint64_t stream, int threads) {
+PointRows seed_centroids(PointRowsRef points, int k, std::uint64_t seed, std::uint64_t stream) {
     const Eigen::Index limit = Eigen::Index{32} * k;
     const Eigen::Index stride = std::max<Eigen::Index>(1, points.rows() / limit);
     const Eigen::Index candidates = (points.rows() + stride - 1) / stride;
@@ -37,7 +40,7 @@ PointRows seed_centroids(PointRowsRef points, int k, std::uint64_t seed, std::ui
     for (int c = 0;; ++c) {
         centroids.row(c) = points.row(pick * stride);
         if (c + 1 == k) return centroids;
-        for_blocks(candidates, threads, [&](Eigen::Index first, Eigen::Index count) {
+        for_blocks(candidates, [&](Eigen::Index first, Eigen::Index count) {
             for (Eigen::Index i = first; i < first + count; ++i)
                 distance[i] =
                     std::min(distance[i], (points.row(i * stride) - centroids.row(c)).squaredNorm());
@@ -54,10 +57,10 @@ PointRows seed_centroids(PointRowsRef points, int k, std::uint64_t seed, std::ui
 }
 
 /// Nearest centroid of every point, ties to the lowest number, and its squared distance.
-void assign(PointRowsRef points, const PointRows& centroids, int threads, std::vector<int>& label,
+void assign(PointRowsRef points, const PointRows& centroids, std::vector<int>& label,
             Eigen::VectorXf& distance) {
     const Eigen::RowVectorXf half = 0.5f * centroids.rowwise().squaredNorm().transpose();
-    for_blocks(points.rows(), threads, [&](Eigen::Index first, Eigen::Index count) {
+    for_blocks(points.rows(), [&](Eigen::Index first, Eigen::Index count) {
         // |p - c|^2 / 2 up to |p|^2 / 2, which is the same for all centroids.
         PointRows score = half.replicate(count, 1);
         score.noalias() -= points.middleRows(first, count) * centroids.transpose();
@@ -96,16 +99,19 @@ std::vector<std::vector<int>> members(const std::vector<int>& label, int k) {
 }
 
 /// Centroids of the clusters that have members; the others keep theirs.
-void move_centroids(PointRowsRef points, const std::vector<int>& label, int threads, PointRows& centroids) {
+void move_centroids(PointRowsRef points, const std::vector<int>& label, PointRows& centroids) {
     const int k = static_cast<int>(centroids.rows());
     const auto list = members(label, k);
-    parallel_for(k, threads, [&](int c) {
-        const std::vector<int>& own = list[static_cast<std::size_t>(c)];
-        if (own.empty()) return;
-        Eigen::RowVectorXf sum = Eigen::RowVectorXf::Zero(points.cols());
-        for (const int i : own) sum += points.row(i);
-        centroids.row(c) = sum / static_cast<float>(own.size());
-    });
+    parallel_for(
+        k,
+        [&](int c) {
+            const std::vector<int>& own = list[static_cast<std::size_t>(c)];
+            if (own.empty()) return;
+            Eigen::RowVectorXf sum = Eigen::RowVectorXf::Zero(points.cols());
+            for (const int i : own) sum += points.row(i);
+            centroids.row(c) = sum / static_cast<float>(own.size());
+        },
+        1);
 }
 
 /// Numbers the clusters that have members from 0 and finds their representatives.
@@ -130,8 +136,7 @@ void represent(PointRowsRef points, const PointRows& centroids, Clustering& resu
 
 }  // namespace
 
-Clustering k_means(PointRowsRef points, const KMeansConfig& config, std::uint64_t initialisation,
-                   int threads) {
+Clustering k_means(PointRowsRef points, const KMeansConfig& config, std::uint64_t initialisation) {
     const Eigen::Index n = points.rows();
     if (n < 1) throw std::invalid_argument("no points to cluster");
     if (config.clusters < 1)
@@ -143,17 +148,17 @@ Clustering k_means(PointRowsRef points, const KMeansConfig& config, std::uint64_
 
     Clustering result;
     result.label.resize(static_cast<std::size_t>(n));
-    PointRows centroids = seed_centroids(points, k, config.seed, initialisation, threads);
+    PointRows centroids = seed_centroids(points, k, config.seed, initialisation);
     Eigen::VectorXf distance(n);
     double last = std::numeric_limits<double>::infinity();
     while (result.iterations < config.max_iterations) {
         ++result.iterations;
-        assign(points, centroids, threads, result.label, distance);
+        assign(points, centroids, result.label, distance);
         refill(cluster_sizes(result.label, k), result.label, distance);
         result.inertia = std::accumulate(distance.begin(), distance.end(), 0.0);
         if (!(result.inertia < last * (1 - config.improvement))) break;
         last = result.inertia;
-        move_centroids(points, result.label, threads, centroids);
+        move_centroids(points, result.label, centroids);
     }
     represent(points, centroids, result);
     return result;

@@ -28,9 +28,8 @@ struct Clustering {
 /// Lloyd's k-means in the L2 metric, seeded by k-means++ (among an even subset of 32 points a cluster, where
 /// there are more). A cluster that runs empty moves to the point farthest from its centroid; where points
 /// coincide so that one stays empty it is dropped. points: [n, d], n >= 1. initialisation: the number of the
-/// run, tells its random numbers from those of other runs. Same bits on any number of threads (0: all cores).
+/// run, tells its random numbers from those of other runs. Same bits on any number of threads.
 /// Throws std::invalid_argument on an empty set or a config out of range.
-Clustering k_means(PointRowsRef points, const KMeansConfig& config, std::uint64_t initialisation,
-                   int threads = 0);
+Clustering k_means(PointRowsRef points, const KMeansConfig& config, std::uint64_t initialisation);
 
 }  // namespace nbd

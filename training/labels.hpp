@@ -30,8 +30,8 @@ struct PoseLabels {
 
 /// Streams the frames once; positions are never in memory all together. Same bits on any number of threads.
 PoseLabels compute_labels(const SurfaceBody& body, const SphereTree& tree, const ClusteredModes& modes,
-                          const RecordingReader& recording, std::span<const FrameId> frames, LabelFrame frame,
-                          int threads = 0);
+                          const RecordingReader& recording, std::span<const FrameId> frames,
+                          LabelFrame frame);
 
 /// Middle and half width of every column's range.
 struct ColumnRange {

@@ -9,8 +9,8 @@
 #include <numeric>
 
 #include "collision/counter_random.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 #include "training/adam.hpp"
-#include "training/parallel.hpp"
 
 namespace nbd {
 
@@ -109,7 +109,7 @@ std::optional<TrainedMlp> train_mlp(const PoseRows& inputs, const PoseRows& targ
     return result;
 }
 
-void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config, int threads,
+void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config,
                 const TrainingHooks& hooks, const std::function<void()>& node_done,
                 std::vector<TrainedMlp>& networks) {
     check_mlp_config(config);
@@ -140,22 +140,25 @@ void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig
     const auto start = Clock::now();
     const int resumed = progress.nodes_done;
     std::mutex report;
-    parallel_for(static_cast<int>(missing.size()), threads, [&](int task) {
-        const int node = missing[static_cast<std::size_t>(task)];
-        const PoseRows own = targets.middleCols(MlpShape::outputs * node, MlpShape::outputs);
-        auto network = train_mlp(inputs, own, config, static_cast<std::uint64_t>(node), hooks.cancel);
-        if (!network) return;
-        const std::lock_guard lock(report);
-        loss_sum += network->loss;
-        networks[static_cast<std::size_t>(node)] = std::move(*network);
-        ++progress.nodes_done;
-        progress.mean_loss = loss_sum / progress.nodes_done;
-        progress.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-        progress.seconds_left =
-            progress.seconds / (progress.nodes_done - resumed) * (nodes - progress.nodes_done);
-        if (node_done) node_done();
-        if (hooks.progress) hooks.progress(progress);
-    });
+    parallel_for(
+        static_cast<int>(missing.size()),
+        [&](int task) {
+            const int node = missing[static_cast<std::size_t>(task)];
+            const PoseRows own = targets.middleCols(MlpShape::outputs * node, MlpShape::outputs);
+            auto network = train_mlp(inputs, own, config, static_cast<std::uint64_t>(node), hooks.cancel);
+            if (!network) return;
+            const std::lock_guard lock(report);
+            loss_sum += network->loss;
+            networks[static_cast<std::size_t>(node)] = std::move(*network);
+            ++progress.nodes_done;
+            progress.mean_loss = loss_sum / progress.nodes_done;
+            progress.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+            progress.seconds_left =
+                progress.seconds / (progress.nodes_done - resumed) * (nodes - progress.nodes_done);
+            if (node_done) node_done();
+            if (hooks.progress) hooks.progress(progress);
+        },
+        1);
     if (progress.nodes_done < nodes)
         throw TrainingCancelled(
             fmt::format("training was stopped after {} of {} nodes", progress.nodes_done, nodes));

@@ -63,9 +63,9 @@ struct TrainingCancelled : std::runtime_error {
 /// number alone, so any number of threads and any interruption give the same bits.
 /// inputs: [poses, m]; targets: [poses, 4 nodes], four columns a node. networks: one a node; those that have
 /// weights are kept as they are, the others are trained. node_done: called after each node trained, one call
-/// at a time, with `networks` fit to be read: what a checkpoint needs; may be empty. threads: 0 for all
-/// cores. Throws std::invalid_argument on a bad config or shapes that do not fit, TrainingCancelled.
-void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config, int threads,
+/// at a time, with `networks` fit to be read: what a checkpoint needs; may be empty.
+/// Throws std::invalid_argument on a bad config or shapes that do not fit, TrainingCancelled.
+void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config,
                 const TrainingHooks& hooks, const std::function<void()>& node_done,
                 std::vector<TrainedMlp>& networks);
 

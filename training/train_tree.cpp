@@ -33,7 +33,7 @@ std::vector<TrainedMlp> train_networks(const PoseRows& inputs, const PoseRows& t
                                        const MlpConfig& config, const TrainRun& run) {
     std::vector<TrainedMlp> networks(static_cast<std::size_t>(targets.cols() / MlpShape::outputs));
     if (run.checkpoint.empty()) {
-        train_mlps(inputs, targets, config, run.threads, run.hooks, {}, networks);
+        train_mlps(inputs, targets, config, run.hooks, {}, networks);
         return networks;
     }
     const std::string key = training_key(inputs, targets, config);
@@ -45,7 +45,7 @@ std::vector<TrainedMlp> train_networks(const PoseRows& inputs, const PoseRows& t
         saved = Clock::now();
     };
     try {
-        train_mlps(inputs, targets, config, run.threads, run.hooks, node_done, networks);
+        train_mlps(inputs, targets, config, run.hooks, node_done, networks);
     } catch (const TrainingCancelled&) {
         save_checkpoint(run.checkpoint, key, networks);
         throw;
@@ -137,13 +137,13 @@ TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainCon
     file.tree.spheres = build_sphere_tree(body.X, body.F, config.tree);
 
     stage("clustering modes");
-    const ClusteredModesChoice choice = cluster_modes(body, recording, frames, config.clusters, run.threads);
+    const ClusteredModesChoice choice = cluster_modes(body, recording, frames, config.clusters);
     facts.code_error = choice.code_error;
     file.tree.bd = build_bd_model(file.tree.spheres, Eigen::MatrixXf(body.U), choice.modes);
 
     stage("computing labels");
-    PoseLabels labels = compute_labels(body, file.tree.spheres, choice.modes, recording, frames,
-                                       config.label_frame, run.threads);
+    PoseLabels labels =
+        compute_labels(body, file.tree.spheres, choice.modes, recording, frames, config.label_frame);
     stage("training networks");
     file.tree.modal = train_model(choice.modes, labels, config.mlp, run, facts.node_loss);
     facts.seconds = seconds_since(start);

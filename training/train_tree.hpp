@@ -31,7 +31,6 @@ std::string to_json(const TrainConfig& config);
 
 /// What a training needs beside its data and options, none of which changes its result.
 struct TrainRun {
-    int threads = 0;  // 0: all cores
     TrainingHooks hooks{};
     /// Called at the start of each stage with its name. `hooks.progress` covers the last one, the networks.
     std::function<void(std::string_view)> stage{};

@@ -1,12 +1,11 @@
 #include "sim/backward_euler.hpp"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <Eigen/Geometry>
 
 #include "tests/support/box_mesh.hpp"
+#include "tests/support/on_threads.hpp"
 
 namespace nbd {
 namespace {
@@ -180,17 +179,13 @@ TEST(BackwardEuler, PatchTest) {
 
 TEST(BackwardEuler, OneThreadAndManyGiveTheSameBits) {
     const ElasticBody body(test::box_mesh({1, 0.5, 0.5}, {12, 8, 8}, 0.2), undamped);
-    const auto run = [&](int threads) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        tbb::task_arena arena(threads);
+    const auto run = [&] {
         BodyState state = violent(body);
-        arena.execute([&] {
-            StepSystem system(body);
-            for (int s = 0; s < 3; ++s) backward_euler_step(system, state, 0.01);
-        });
+        StepSystem system(body);
+        for (int s = 0; s < 3; ++s) backward_euler_step(system, state, 0.01);
         return state;
     };
-    const BodyState one = run(1), four = run(4);
+    const BodyState one = test::on_threads(1, run), four = test::on_threads(4, run);
     EXPECT_TRUE(one.x == four.x);
     EXPECT_TRUE(one.v == four.v);
 }

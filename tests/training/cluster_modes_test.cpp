@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/file_damage.hpp"
+#include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
 
 namespace nbd {
@@ -16,11 +17,11 @@ class ClusterModes : public test::FileTest {
         FileTest::SetUp();
         bar.record(folder / "data.h5", 3, 40, 9);
     }
-    ClusteredModesChoice choose(int clusters, int initialisations, int threads = 0) {
+    ClusteredModesChoice choose(int clusters, int initialisations) {
         const RecordingReader data(folder / "data.h5");
         return cluster_modes(
             bar.body, data, complete_frames(data),
-            {.k_means = {.clusters = clusters}, .initialisations = initialisations, .poses = 60}, threads);
+            {.k_means = {.clusters = clusters}, .initialisations = initialisations, .poses = 60});
     }
     Bar bar{12, 3};
 };
@@ -49,7 +50,8 @@ TEST_F(ClusterModes, MoreClustersGiveABetterCode) {
 }
 
 TEST_F(ClusterModes, KeepTheBestOfSeveralInitialisationsOnAnyNumberOfThreads) {
-    const auto one = choose(20, 6, 1), two = choose(20, 6, 2);
+    const auto one = test::on_threads(1, [&] { return choose(20, 6); });
+    const auto two = test::on_threads(2, [&] { return choose(20, 6); });
     EXPECT_EQ(one.modes.representatives, two.modes.representatives);
     EXPECT_EQ(one.code_error, two.code_error);
     EXPECT_LE(one.code_error, 1.05 * choose(20, 1).code_error);

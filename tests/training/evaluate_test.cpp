@@ -9,6 +9,7 @@
 #include "collision/posed_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
+#include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
 #include "training/train_tree.hpp"
 
@@ -128,7 +129,8 @@ TEST_F(Evaluate, AgreesWithACountByHand) {
 }
 
 TEST_F(Evaluate, IsTheSameOnAnyNumberOfThreads) {
-    EXPECT_EQ(to_csv(rows_of("data.h5", {.threads = 1})), to_csv(rows_of("data.h5", {.threads = 2})));
+    const auto table = [] { return to_csv(rows_of("data.h5")); };
+    EXPECT_EQ(test::on_threads(1, table), test::on_threads(2, table));
 }
 
 TEST_F(Evaluate, WritesTables) {

@@ -28,7 +28,7 @@ TEST_F(FrameStream, VisitsEveryListedFrameOnceWithItsSurface) {
     std::vector<std::atomic<int>> visits(frames.size()), busy(frame_slots);
     std::set<const float*> buffers;
     std::mutex lock;
-    for_each_frame(bar.body, data, frames, 2, [&](int slot, int index, VerticesRef x) {
+    for_each_frame(bar.body, data, frames, [&](int slot, int index, VerticesRef x) {
         EXPECT_EQ(busy[static_cast<std::size_t>(slot)]++, 0);
         const FrameId id = frames[static_cast<std::size_t>(index)];
         Vertices expected;

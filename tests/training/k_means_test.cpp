@@ -6,6 +6,7 @@
 #include <set>
 
 #include "collision/counter_random.hpp"
+#include "tests/support/on_threads.hpp"
 
 namespace nbd {
 namespace {
@@ -65,12 +66,12 @@ TEST(KMeans, RepresentativeIsTheMemberNearestToTheMean) {
 
 TEST(KMeans, GivesTheSameBitsOnAnyNumberOfThreads) {
     const PointRows points = clouds(40, 50, 7);
-    const Clustering one = k_means(points, {.clusters = 33}, 5, 1),
-                     two = k_means(points, {.clusters = 33}, 5, 2);
+    const auto run = [&] { return k_means(points, {.clusters = 33}, 5); };
+    const Clustering one = test::on_threads(1, run), two = test::on_threads(2, run);
     EXPECT_EQ(one.label, two.label);
     EXPECT_EQ(one.representatives, two.representatives);
     EXPECT_EQ(one.inertia, two.inertia);
-    EXPECT_NE(one.representatives, k_means(points, {.clusters = 33}, 6, 1).representatives);
+    EXPECT_NE(one.representatives, k_means(points, {.clusters = 33}, 6).representatives);
 }
 
 TEST(KMeans, TakesEveryPointWhereThereAreFewerThanClusters) {

@@ -5,6 +5,7 @@
 #include "collision/bounding_sphere.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
+#include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
 #include "training/cluster_modes.hpp"
 #include "training/split.hpp"
@@ -56,11 +57,11 @@ TEST_F(Labels, ClusteredOnesGiveBackTheExactWorldSpheres) {
     const RecordingReader data(folder / "data.h5");
     const ClusteredModes chosen = modes(data);
     const auto frames = complete_frames(data);
-    const PoseLabels labels = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::clustered, 2);
+    const PoseLabels labels = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::clustered);
     ModalCodeScratch scratch;
     Eigen::VectorXf z(12);
     double largest = 0;
-    for_each_frame(bar.body, data, frames, 1, [&](int, int index, VerticesRef x) {
+    for_each_frame(bar.body, data, frames, [&](int, int index, VerticesRef x) {
         const RigidTransform align = modal_code(chosen, x, scratch, z);
         EXPECT_EQ(z, labels.codes.row(index).transpose());
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
@@ -84,7 +85,7 @@ TEST_F(Labels, FullFrameIsThatOfAllVertices) {
     const auto clustered = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::clustered);
     EXPECT_EQ(full.codes, clustered.codes);
     EXPECT_NE(full.spheres, clustered.spheres);
-    for_each_frame(bar.body, data, frames, 1, [&](int, int index, VerticesRef x) {
+    for_each_frame(bar.body, data, frames, [&](int, int index, VerticesRef x) {
         const auto align = match_shape(bar.body.X, x, Eigen::VectorXf::Ones(x.rows()));
         const Sphere exact = bounding_sphere(x, tree.node_vertices(0));
         EXPECT_LT(
@@ -99,8 +100,8 @@ TEST_F(Labels, AreTheSameBitsOnAnyNumberOfThreads) {
     const RecordingReader data(folder / "data.h5");
     const ClusteredModes chosen = modes(data);
     const auto frames = complete_frames(data);
-    const auto one = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::full, 1);
-    const auto two = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::full, 2);
+    const auto run = [&] { return compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::full); };
+    const auto one = test::on_threads(1, run), two = test::on_threads(2, run);
     EXPECT_EQ(one.codes, two.codes);
     EXPECT_EQ(one.spheres, two.spheres);
 }

@@ -6,6 +6,7 @@
 
 #include "collision/counter_random.hpp"
 #include "tests/support/error_of.hpp"
+#include "tests/support/on_threads.hpp"
 
 namespace nbd {
 namespace {
@@ -29,9 +30,9 @@ struct Problem {
 
 MlpConfig quick() { return {.batch = 32, .min_learning_rate = 2e-4, .patience = 3, .max_epochs = 60}; }
 
-std::vector<TrainedMlp> train(const Problem& data, const MlpConfig& config, int threads) {
+std::vector<TrainedMlp> train(const Problem& data, const MlpConfig& config) {
     std::vector<TrainedMlp> networks(static_cast<std::size_t>(data.targets.cols() / 4));
-    train_mlps(data.inputs, data.targets, config, threads, {}, {}, networks);
+    train_mlps(data.inputs, data.targets, config, {}, {}, networks);
     return networks;
 }
 
@@ -46,7 +47,7 @@ void expect_same(const std::vector<TrainedMlp>& a, const std::vector<TrainedMlp>
 
 /// Text of the error that training on `data` with `config` ends in.
 std::string error_of(const MlpConfig& config) {
-    return test::refusal([&] { train(Problem(8, 2, 1, 1), config, 1); });
+    return test::refusal([&] { train(Problem(8, 2, 1, 1), config); });
 }
 
 TEST(MlpTrainer, LearnsAKnownFunctionAndCarriesItToNewPoses) {
@@ -78,28 +79,31 @@ TEST(MlpTrainer, ConvergesBeforeTheEpochLimitWhenThereIsNothingToGain) {
 
 TEST(MlpTrainer, GivesTheSameBitsOnAnyNumberOfThreads) {
     const Problem data(150, 6, 7, 3);
-    const auto one = train(data, quick(), 1);
+    const auto run = [&] { return train(data, quick()); };
+    const auto one = test::on_threads(1, run);
     EXPECT_NE(one[0].weights, one[1].weights);
-    expect_same(one, train(data, quick(), 2));
+    expect_same(one, test::on_threads(2, run));
 }
 
 TEST(MlpTrainer, GivesTheSameBitsWhenStoppedAndResumed) {
     const Problem data(150, 6, 7, 3);
-    const auto expected = train(data, quick(), 2);
+    const auto expected = train(data, quick());
 
     std::vector<TrainedMlp> networks(7);
     std::atomic<bool> cancel = false;
     int calls = 0;
     const TrainingHooks hooks{.progress = [&](const TrainingProgress& p) { cancel = p.nodes_done >= 3; },
                               .cancel = &cancel};
-    EXPECT_THROW(train_mlps(
-                     data.inputs, data.targets, quick(), 2, hooks, [&] { ++calls; }, networks),
-                 TrainingCancelled);
+    const auto stopped = [&] {
+        train_mlps(
+            data.inputs, data.targets, quick(), hooks, [&] { ++calls; }, networks);
+    };
+    EXPECT_THROW(test::on_threads(2, stopped), TrainingCancelled);
     EXPECT_GE(calls, 3);
     EXPECT_LT(calls, 7);
 
     train_mlps(
-        data.inputs, data.targets, quick(), 2, {}, [&] { ++calls; }, networks);
+        data.inputs, data.targets, quick(), {}, [&] { ++calls; }, networks);
     EXPECT_EQ(calls, 7);
     expect_same(expected, networks);
 }
@@ -108,7 +112,7 @@ TEST(MlpTrainer, ReportsProgressUpToTheLastNode) {
     const Problem data(40, 2, 3, 3);
     std::vector<TrainedMlp> networks(3);
     std::vector<TrainingProgress> seen;
-    train_mlps(data.inputs, data.targets, quick(), 2,
+    train_mlps(data.inputs, data.targets, quick(),
                {.progress = [&](const TrainingProgress& p) { seen.push_back(p); }}, {}, networks);
     ASSERT_EQ(seen.size(), 3u);
     EXPECT_EQ(seen.front().nodes_done, 1);
@@ -131,11 +135,11 @@ TEST(MlpTrainer, NamesTheOptionThatIsOutOfRange) {
 
 TEST(MlpTrainer, RefusesDataThatDoNotFit) {
     std::vector<TrainedMlp> networks(2);
-    EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(4, 8), {}, 1, {}, {}, networks), std::invalid_argument);
-    EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(5, 4), {}, 1, {}, {}, networks), std::invalid_argument);
-    EXPECT_THROW(train_mlps(PoseRows(0, 3), PoseRows(0, 8), {}, 1, {}, {}, networks), std::invalid_argument);
+    EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(4, 8), {}, {}, {}, networks), std::invalid_argument);
+    EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(5, 4), {}, {}, {}, networks), std::invalid_argument);
+    EXPECT_THROW(train_mlps(PoseRows(0, 3), PoseRows(0, 8), {}, {}, {}, networks), std::invalid_argument);
     networks[1].weights.setZero(17);
-    EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(5, 8), {}, 1, {}, {}, networks), std::invalid_argument);
+    EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(5, 8), {}, {}, {}, networks), std::invalid_argument);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "collision/modal_model.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
+#include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
 
 namespace nbd {
@@ -60,8 +61,8 @@ TEST_F(TrainTree, GivesATreeWhoseModelsFitAndThatSaysWhatItWasTrainedOn) {
 
 TEST_F(TrainTree, GivesTheSameBitsOnAnyNumberOfThreads) {
     const auto data = recording();
-    expect_same(train_tree(bar.body, data, quick(), {.threads = 1}),
-                train_tree(bar.body, data, quick(), {.threads = 2}));
+    const auto run = [&] { return train_tree(bar.body, data, quick()); };
+    expect_same(test::on_threads(1, run), test::on_threads(2, run));
 }
 
 TEST_F(TrainTree, GivesTheSameBitsWhenInterruptedAndResumedFromItsCheckpoint) {

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace nbd {
+
+/// Calls body(i) once for each i in [0, count), in any order, on the threads that the caller's TBB arena has.
+/// Each call must write only its own slots, so that one thread and N give the same bits. Rethrows what a
+/// body throws. grain: calls that make a task together; 1 where each call is long, the default for loops
+/// over nodes or elements.
+template <class Body>
+void parallel_for(int count, Body&& body, int grain = 512) {
+    tbb::parallel_for(
+        tbb::blocked_range<int>(0, count, grain),
+        [&](const tbb::blocked_range<int>& range) {
+            for (int i = range.begin(); i != range.end(); ++i) body(i);
+        },
+        tbb::simple_partitioner{});
+}
+
+}  // namespace nbd

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+namespace nbd::test {
+
+/// What `work` returns when its parallel loops have `threads` threads, however many cores there are.
+template <class Work>
+auto on_threads(int threads, Work&& work) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(threads));
+    tbb::task_arena arena(threads);
+    return arena.execute(work);
+}
+
+}  // namespace nbd::test
