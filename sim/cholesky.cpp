@@ -3,7 +3,6 @@
 #include <cholmod.h>
 #include <fmt/format.h>
 
-#include <csignal>
 #include <mutex>
 #include <stdexcept>
 #include <vector>
@@ -33,24 +32,8 @@ cholmod_sparse lower_view(const SparseMatrix& A) {
     return lower_view(static_cast<int>(A.cols()), A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr());
 }
 
-/// METIS takes SIGTERM and SIGABRT while it orders and gives them back as handlers that work once. One
-/// ordering at a time, and the handlers are put back as they were.
-class KeepSignalHandlers {
- public:
-    KeepSignalHandlers() : lock_(mutex_) {
-        sigaction(SIGTERM, nullptr, &term_);
-        sigaction(SIGABRT, nullptr, &abort_);
-    }
-    ~KeepSignalHandlers() {
-        sigaction(SIGTERM, &term_, nullptr);
-        sigaction(SIGABRT, &abort_, nullptr);
-    }
-
- private:
-    static inline std::mutex mutex_;
-    std::lock_guard<std::mutex> lock_;
-    struct sigaction term_ = {}, abort_ = {};
-};
+/// METIS draws from the C library's one generator: one ordering at a time, for the same bits.
+std::mutex metis;
 
 }  // namespace
 
@@ -101,8 +84,10 @@ struct Cholesky::State {
         cholmod_sparse graph = lower_view(nodes, column.data(), row.data(), nullptr);
         common.nmethods = 2;
         common.method[0].ordering = CHOLMOD_AMD;
-        common.method[1].ordering = CHOLMOD_METIS;
-        const KeepSignalHandlers keep;
+        // CHOLMOD's nested dissection by METIS's separators; METIS's own takes SIGTERM and SIGABRT meanwhile
+        // and jumps out of whichever thread they reach.
+        common.method[1].ordering = CHOLMOD_NESDIS;
+        const std::lock_guard lock(metis);
         cholmod_factor* symbolic = cholmod_analyze(&graph, &common);
         require(symbolic != nullptr, "ordering");
         const int* order = static_cast<const int*>(symbolic->Perm);
