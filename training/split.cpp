@@ -35,8 +35,9 @@ TrainingSplit make_split(const RecordingReader& recording, double held_out_share
     std::ptrdiff_t held_out = std::lround(held_out_share * static_cast<double>(complete));
     if (held_out_share > 0) held_out = std::max<std::ptrdiff_t>(held_out, 1);
     if (held_out >= complete)
-        throw std::runtime_error(fmt::format("{}: {} complete trajectories, at least {} needed",
-                                             recording.path().string(), complete, held_out + 1));
+        throw std::runtime_error(fmt::format(
+            "{}: has {} complete trajectories, and holding out {} of them leaves none to train on",
+            recording.path().string(), complete, held_out));
 
     // The lowest draws are held out: a trajectory's draw does not depend on which others there are.
     std::ranges::sort(ids, {}, [seed](int id) {

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <memory>
+#include <stdexcept>
 
 #include "apps/commands/commands.hpp"
 #include "apps/load.hpp"
@@ -25,13 +26,21 @@ void write_frequencies(const std::string& path, const Eigen::VectorXd& hertz) {
     file.commit();
 }
 
+/// Its errors name the body's file.
+Modes modes_of(const Body& body, const ModesArguments& arguments) {
+    try {
+        return vibration_modes(ElasticBody(body.tets, body.material), ModeOptions{.count = arguments.count});
+    } catch (const std::exception& error) {
+        throw std::runtime_error(fmt::format("{}: {}", arguments.body, error.what()));
+    }
+}
+
 void run(const ModesArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body});
     Body body = load_body(arguments.body);
-    const auto [basis, report] =
-        vibration_modes(ElasticBody(body.tets, body.material), ModeOptions{.count = arguments.count});
+    const auto [basis, report] = modes_of(body, arguments);
     body.modes = basis;
     save_body(arguments.body, body);
     if (!arguments.csv.empty()) write_frequencies(arguments.csv, basis.frequencies);

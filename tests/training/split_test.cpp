@@ -58,16 +58,18 @@ TEST_F(Split, HoldsOutAtLeastOneAndKeepsAtLeastOne) {
     const auto data = recording(3, 4);
     EXPECT_EQ(make_split(data, 0.01, 0, 1).held_out_trajectories.size(), 1u);
     EXPECT_TRUE(make_split(data, 0, 0, 1).held_out_trajectories.empty());
-    EXPECT_NE(
-        error_of([&] { make_split(data, 0.99, 0, 1); }).find("3 complete trajectories, at least 4 needed"),
-        std::string::npos);
+    EXPECT_NE(error_of([&] {
+                  make_split(data, 0.99, 0, 1);
+              }).find("has 3 complete trajectories, and holding out 3 of them leaves none to train on"),
+              std::string::npos);
 }
 
 TEST_F(Split, RefusesARecordingWhereEverythingFailed) {
     const auto data = recording(2, 4, {0, 1});
-    EXPECT_NE(
-        error_of([&] { make_split(data, 0.5, 0, 1); }).find("0 complete trajectories, at least 2 needed"),
-        std::string::npos);
+    EXPECT_NE(error_of([&] {
+                  make_split(data, 0.5, 0, 1);
+              }).find("has 0 complete trajectories, and holding out 1 of them leaves none to train on"),
+              std::string::npos);
     EXPECT_TRUE(complete_frames(data).empty());
 }
 
