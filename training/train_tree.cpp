@@ -105,7 +105,6 @@ std::string to_json(const TrainConfig& c) {
 
 TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainConfig config,
                     const TrainRun& run) {
-    const auto start = Clock::now();
     const auto stage = [&](std::string_view name) {
         if (run.stage) run.stage(name);
     };
@@ -146,7 +145,6 @@ TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainCon
         compute_labels(body, file.tree.spheres, choice.modes, recording, frames, config.label_frame);
     stage("training networks");
     file.tree.modal = train_model(choice.modes, labels, config.mlp, run, facts.node_loss);
-    facts.seconds = seconds_since(start);
     return file;
 }
 

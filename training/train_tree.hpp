@@ -42,7 +42,7 @@ struct TrainRun {
 /// Builds and trains the whole tree of a body from a recording: sphere tree, clustered modes, BD-Tree and the
 /// networks of the paper. Streams the recording; what stays in memory is one code and one label a pose and
 /// node. The same arguments give the same bits, whatever the threads and however often it was interrupted,
-/// on one machine type; `facts.seconds` aside.
+/// on one machine type.
 /// Throws std::invalid_argument on a config out of range or a body without modes, std::runtime_error on a
 /// recording of another body or with fewer training poses than one batch, TrainingCancelled.
 TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainConfig config,

@@ -142,7 +142,6 @@ void write_facts(h5::Writer& file, const TrainingFacts& facts) {
     file.group("facts");
     file.attribute("facts", "recording_sha256", facts.recording_hash);
     file.attribute("facts", "poses", facts.poses);
-    file.attribute("facts", "seconds", facts.seconds);
     file.attribute("facts", "code_error", facts.code_error);
     file.attribute("facts", "frame_seed", facts.split.frame_seed);
     file.attribute("facts", "random_frame_share", facts.split.random_frame_share);
@@ -160,7 +159,6 @@ TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
     if (poses < 0 || poses > INT32_MAX)
         file.refuse(fmt::format("{} training poses", poses), fmt::format("0 to {}", INT32_MAX));
     facts.poses = static_cast<int>(poses);
-    facts.seconds = file.number_attribute("facts", "seconds");
     facts.code_error = file.number_attribute("facts", "code_error");
     facts.split.frame_seed = file.uint_attribute("facts", "frame_seed");
     facts.split.random_frame_share = static_cast<float>(file.number_attribute("facts", "random_frame_share"));

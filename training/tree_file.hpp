@@ -30,7 +30,6 @@ struct TrainingFacts {
     std::string config;          // JSON text of the options
     TrainingSplit split;
     int poses = 0;
-    double seconds = 0;
     Eigen::VectorXf node_loss;  // [nodes] final training loss (mean squared error of scaled outputs)
     double code_error = 0;      // mean |z - zhat| / |z| over the training poses
 };

@@ -45,7 +45,6 @@ inline TreeFile example_tree(const ExampleTree& config) {
     facts.config = "{\"depth\": 7,\n \"modes\": 128}";
     facts.split = {{0, 2, 5}, {1, 3}, ~std::uint64_t{0}, 0.1f};
     facts.poses = 1234;
-    facts.seconds = 1. / 3;
     facts.node_loss = Eigen::VectorXf::Random(nodes).cwiseAbs();
     facts.code_error = 0.07;
     return file;

@@ -52,7 +52,6 @@ void expect_same(const TrainingFacts& a, const TrainingFacts& b) {
     EXPECT_EQ(a.split.frame_seed, b.split.frame_seed);
     EXPECT_EQ(a.split.random_frame_share, b.split.random_frame_share);
     EXPECT_EQ(a.poses, b.poses);
-    EXPECT_EQ(a.seconds, b.seconds);
     EXPECT_EQ(a.node_loss, b.node_loss);
     EXPECT_EQ(a.code_error, b.code_error);
 }
