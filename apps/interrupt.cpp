@@ -3,19 +3,22 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <string_view>
 
 #include "meshing/h5/temporary_files.hpp"
 
 namespace nbd {
 namespace {
 
-std::atomic<bool> flag = false;
+std::atomic<bool> flag = false, finishes = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
 
 void on_signal(int signal) {
-    if (flag.exchange(true)) {
-        h5::remove_temporaries();
-        _exit(128 + signal);
-    }
+    if (finishes && !flag.exchange(true)) return;
+    h5::remove_temporaries();
+    constexpr std::string_view message = "nbdtree: error: interrupted\n";
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
+    _exit(128 + signal);
 }
 
 }  // namespace
@@ -26,6 +29,8 @@ void catch_interrupts() {
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
 }
+
+void finish_on_interrupt() noexcept { finishes = true; }
 
 const std::atomic<bool>& interrupt_flag() noexcept { return flag; }
 

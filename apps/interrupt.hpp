@@ -5,9 +5,13 @@
 
 namespace nbd {
 
-/// From now on Ctrl-C and SIGTERM set a flag alone, so that a command ends where its files are whole; a
-/// second one removes the temporary files and ends the program at once.
+/// From now on Ctrl-C and SIGTERM remove the temporary files and end the program at once, with exit status
+/// 128 plus the signal's number.
 void catch_interrupts();
+
+/// From now on the first of these signals sets a flag alone, so that the command, which watches it, ends
+/// where its files are whole.
+void finish_on_interrupt() noexcept;
 
 /// Becomes true when the user asks to stop.
 const std::atomic<bool>& interrupt_flag() noexcept;

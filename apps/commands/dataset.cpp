@@ -71,6 +71,7 @@ void write(RecordingWriter& writer, const Trajectory& trajectory, const Excitati
 }
 
 void run(const DatasetArguments& arguments, Output& out) {
+    finish_on_interrupt();
     const Shard shard = parse_shard(arguments.shard);
     check_output(arguments.output, {arguments.body});
     hold_blas_to_one_thread();

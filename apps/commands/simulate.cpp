@@ -121,6 +121,7 @@ void tell(const SimulateArguments& arguments, const StepTable& table, Output& ou
 }
 
 void run(const SimulateArguments& arguments, Output& out) {
+    finish_on_interrupt();
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     SceneSpec spec = load_scene(arguments.scene);

@@ -20,6 +20,7 @@ struct TrainArguments {
 };
 
 void run(const TrainArguments& arguments, Output& out) {
+    finish_on_interrupt();
     check_output(arguments.output, {arguments.body, arguments.recording});
     TrainConfig config = arguments.config;
     config.label_frame = label_frame(arguments.frame);

@@ -30,6 +30,16 @@ TEST_F(InterruptTest, LeavesNothingOfADataset) {
     EXPECT_EQ(listing(folder()), before);
 }
 
+TEST_F(InterruptTest, EndsACommandThatKeepsNothingHalfDoneAtOnce) {
+    write("fine.obj", obj_file(box(0.4, 0.1, 0.1, 60)));
+    const auto before = listing(folder());
+    const Ran ran = run_and_interrupt(folder(), {"mesh", "fine.obj", "-o", "fine.h5", "-q"},
+                                      std::chrono::milliseconds(0));
+    EXPECT_EQ(ran.status, 130);
+    EXPECT_EQ(ran.err, "nbdtree: error: interrupted\n");
+    EXPECT_EQ(listing(folder()), before);
+}
+
 TEST_F(InterruptTest, KeepsTheFramesOfASimulation) {
     write("scene.json", R"({"bodies": [{"body": "box.h5"}], "time": {"frames": 1000000}})");
     auto expected = listing(folder());
