@@ -3,29 +3,37 @@
 #include <filesystem>
 #include <vector>
 
-#include "apps/picture.hpp"
-#include "sim/world.hpp"
+#include "meshing/mesh.hpp"
+#include "sim/scene.hpp"
 
 namespace nbd {
 
-/// A scene in one picture: a few frames side by side, each body in a colour of its own.
+/// A scene in one picture: a few frames side by side, each body in a colour of its own, on the scene's floor.
 class Film {
  public:
-    /// Of `frames` frames, `stills` evenly spread ones are kept, first and last among them.
-    Film(int frames, int stills);
+    /// Of the scene's frames, the start among them, at most `stills` evenly spread ones are shown, the first
+    /// and the last too. stills: at least 2.
+    Film(const SceneSpec& spec, int stills);
 
-    /// Keeps the frame if its turn has come. Frames come in order.
-    void add_frame(int frame, const World& world);
-
-    /// Writes the stills kept so far as a PNG, `columns` in a row.
-    void write(const std::filesystem::path& path, int columns) const;
-
- private:
+    /// Whether the picture shows this frame; the start is 0.
     bool wants(int frame) const;
 
+    /// surfaces: [bodies]. Frames come in order, those that the picture wants alone.
+    void add_frame(double time, std::vector<TriMesh> surfaces);
+
+    /// Writes what it has as a PNG. Throws std::runtime_error with path and reason.
+    void write(const std::filesystem::path& path) const;
+
+ private:
+    struct Still {
+        double time;                    // seconds
+        std::vector<TriMesh> surfaces;  // [bodies]
+    };
+
     int frames_, stills_;
-    std::vector<Faces> faces_;                 // [bodies]
-    std::vector<std::vector<Vertices>> kept_;  // [stills][bodies]
+    Eigen::Vector3d gravity_;
+    std::vector<SceneObstacle> obstacles_;
+    std::vector<Still> kept_;
 };
 
 }  // namespace nbd

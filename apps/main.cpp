@@ -2,6 +2,8 @@
 #include <tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <exception>
@@ -30,6 +32,18 @@ std::string unknown_command(const CLI::App& app) {
         rest.empty() ? "no command" : fmt::format("unknown command or option '{}'", rest.front()), names);
 }
 
+/// An argument as a shell takes it.
+std::string quoted(std::string_view argument) {
+    const bool plain = !argument.empty() && std::ranges::all_of(argument, [](unsigned char c) {
+        return std::isalnum(c) ||
+               std::string_view("_-+=./,:@%").find(static_cast<char>(c)) != std::string_view::npos;
+    });
+    if (plain) return std::string(argument);
+    std::string text = "'";
+    for (const char c : argument) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return text + "'";
+}
+
 /// A result that a full disk swallowed is a failure.
 int flush_output() {
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
@@ -45,6 +59,7 @@ int main(int argc, char** argv) {
     app.fallthrough();  // --quiet and its like may stand after the command's own options
 
     nbd::Output out;
+    for (int i = 0; i < argc; ++i) out.command_line += (i == 0 ? "" : " ") + quoted(argv[i]);
     int threads = 0;
     app.add_flag("-q,--quiet", out.quiet, "No progress and no tables; errors and warnings alone");
     app.add_flag("--json", out.json, "The result as one JSON object on standard output");

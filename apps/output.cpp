@@ -23,14 +23,17 @@ void Output::progress(std::string_view what, double done, double total, std::str
     if (what != what_) {
         what_ = what;
         started_ = last_ = now;
+        done_before_ = done;
     }
     const bool last = done >= total;
     const std::chrono::duration<double> since = now - last_, elapsed = now - started_;
     if (!last && since.count() < (terminal ? 0.2 : 10.0)) return;
     last_ = now;
+    const double now_done = done - done_before_;
     const std::string left =
         last ? fmt::format("{} in all", minutes(elapsed.count()))
-             : fmt::format("{} left", done > 0 ? minutes(elapsed.count() * (total - done) / done) : "?");
+             : fmt::format("{} left",
+                           now_done > 0 ? minutes(elapsed.count() * (total - done) / now_done) : "?");
     fmt::print(stderr, "{}{}: {:.0f}/{:.0f}, {}{}{}{}", terminal ? "\r\033[K" : "", what, done, total, left,
                note.empty() ? "" : ", ", note, terminal && !last ? "" : "\n");
     std::fflush(stderr);

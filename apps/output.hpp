@@ -15,6 +15,7 @@ class Output {
  public:
     bool quiet = false;
     bool json = false;
+    std::string command_line;  // as typed, for a shell
 
     /// A line or a table for people; nothing with --quiet or --json.
     void text(std::string_view line) const;
@@ -25,13 +26,15 @@ class Output {
     /// The machine-readable result; printed with --json alone.
     void result(const nlohmann::ordered_json& value) const;
 
-    /// done of total steps of `what`, with an estimate of the time left. Call as often as you like.
+    /// done of total steps of `what`, with an estimate of the time left. Call as often as you like; the first
+    /// call says what was done before.
     void progress(std::string_view what, double done, double total, std::string_view note = {});
 
  private:
     using Clock = std::chrono::steady_clock;
     std::string what_;
     Clock::time_point started_, last_;
+    double done_before_ = 0;  // when the work on what_ began
 };
 
 /// 75 -> "1:15".

@@ -1,39 +1,38 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <vector>
 
+#include "apps/image.hpp"
 #include "collision/geometry.hpp"
 
 namespace nbd {
 
-/// An 8-bit RGB image, rows from the top.
-struct Image {
-    int width = 0, height = 0;
-    std::vector<std::uint8_t> rgb;  // [height * width * 3]
-};
-
-/// A camera that looks from `eye` at `target`, z up, without perspective: `extent` metres fit the height.
+/// A camera without perspective that looks along `forward`.
 struct Camera {
-    Eigen::Vector3f eye{1, -1.6f, 0.7f}, target{0, 0, 0};
-    float extent = 2;
+    Eigen::Vector3f target{0, 0, 0};  // in the middle of the picture
+    Eigen::Vector3f forward{0, 1, 0}, up{0, 0, 1};
+    float extent = 2;  // metres that fit the height
+
+    /// Where a point stands: metres to the right, up and forward of the target.
+    Eigen::Vector3f seen(const Eigen::Vector3f& p) const;
 };
 
 /// One surface of a picture.
 struct PictureSurface {
-    VerticesRef x;
-    FacesRef F;
+    Vertices x;
+    Faces F;
     Eigen::Vector3f colour;  // 0 to 1
 };
 
-/// Draws the surfaces with a z-buffer and one light, no display needed. Four samples a pixel.
-Image draw(const std::vector<PictureSurface>& surfaces, const Camera& camera, int width, int height);
+/// A floor below the surfaces; it fades away around them. Not seen from behind.
+struct PictureFloor {
+    Eigen::Vector3f point, normal;  // unit
+    float grid = 0.1f;              // metres between its lines
+};
 
-/// Images of one size side by side, row by row.
-Image contact_sheet(const std::vector<Image>& images, int columns);
-
-/// Writes atomically. Throws std::runtime_error with path and reason.
-void write_png(const std::filesystem::path& path, const Image& image);
+/// Draws surfaces and floors with smooth shading, creases kept, and the shadows of one light. No display
+/// needed. Nine samples a pixel.
+Image draw(const std::vector<PictureSurface>& surfaces, const std::vector<PictureFloor>& floors,
+           const Camera& camera, int width, int height);
 
 }  // namespace nbd

@@ -241,6 +241,7 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
     JsonObject from(json, "", &reading);
     SceneReading result;
     SceneSpec& spec = result.spec;
+    spec.text = text;
     from.text("$schema", "");
     if (from.need("bodies") && json["bodies"].is_array() && json["bodies"].empty())
         from.problem("bodies", "must hold at least one body");

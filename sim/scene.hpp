@@ -101,6 +101,7 @@ struct SceneOutput {
 /// A scene as its JSON text says it, paths made absolute or relative to the working directory; nothing is
 /// loaded yet.
 struct SceneSpec {
+    std::string text;  // as it was read
     std::vector<SceneBody> bodies;
     std::vector<SceneObstacle> obstacles;
     Eigen::Vector3d gravity{0, 0, -9.81};

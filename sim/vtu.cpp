@@ -33,10 +33,15 @@ class Appended {
 
 void check(std::span<const VtuBody> bodies) {
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-        const auto& [rest, x, v] = bodies[b];
-        if (!rest || !x || !v || x->rows() != rest->X.rows() || v->rows() != rest->X.rows())
+        const VtuBody& body = bodies[b];
+        bool fits = body.T && body.start && body.x && body.v && body.contact_force && body.von_mises &&
+                    body.von_mises->size() == body.T->rows();
+        if (fits)
+            for (const Nodes* field : {body.start, body.v, body.contact_force})
+                fits = fits && field->rows() == body.x->rows();
+        if (!fits)
             throw std::invalid_argument(
-                fmt::format("vtu: body {} needs as many positions and velocities as rest nodes", b));
+                fmt::format("vtu: body {} needs fields of one size for nodes and tetrahedra", b));
     }
 }
 
@@ -48,23 +53,25 @@ void append(std::vector<float>& out, NodesRef rows) {
 
 void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodies) {
     check(bodies);
-    std::vector<float> points, displacement, velocity;
+    std::vector<float> points, displacement, velocity, contact_force, von_mises;
     std::vector<std::int64_t> connectivity, offsets;
     std::vector<std::uint8_t> types;
     std::vector<std::int32_t> owner;
     std::int64_t first_node = 0;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-        const auto& [rest, x, v] = bodies[b];
-        append(points, *x);
-        append(displacement, Nodes(*x - rest->X));
-        append(velocity, *v);
-        for (Eigen::Index t = 0; t < rest->T.rows(); ++t) {
-            for (int k = 0; k < 4; ++k) connectivity.push_back(first_node + rest->T(t, k));
+        const VtuBody& body = bodies[b];
+        append(points, *body.x);
+        append(displacement, Nodes(*body.x - *body.start));
+        append(velocity, *body.v);
+        append(contact_force, *body.contact_force);
+        for (Eigen::Index t = 0; t < body.T->rows(); ++t) {
+            for (int k = 0; k < 4; ++k) connectivity.push_back(first_node + (*body.T)(t, k));
             offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
             types.push_back(10);  // VTK_TETRA
             owner.push_back(static_cast<std::int32_t>(b));
+            von_mises.push_back(static_cast<float>((*body.von_mises)[t]));
         }
-        first_node += rest->X.rows();
+        first_node += body.x->rows();
     }
     Appended data;
     const auto array = [](const char* type, const char* name, int components, std::size_t offset) {
@@ -85,8 +92,10 @@ void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodie
             "</Cells>\n";
     text += R"(<PointData Vectors="velocity">)" +
             array("Float32", "displacement", 3, data.add(displacement)) +
-            array("Float32", "velocity", 3, data.add(velocity)) + "</PointData>\n";
-    text += R"(<CellData Scalars="body">)" + array("Int32", "body", 1, data.add(owner)) + "</CellData>\n";
+            array("Float32", "velocity", 3, data.add(velocity)) +
+            array("Float32", "contact_force", 3, data.add(contact_force)) + "</PointData>\n";
+    text += R"(<CellData Scalars="von_mises">)" + array("Int32", "body", 1, data.add(owner)) +
+            array("Float32", "von_mises", 1, data.add(von_mises)) + "</CellData>\n";
     text += "</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
     text += data.bytes();
     text += "\n</AppendedData>\n</VTKFile>\n";
@@ -107,8 +116,6 @@ VtuSeries::VtuSeries(std::filesystem::path directory, std::string name)
 std::string VtuSeries::frame_name(std::size_t frame) const {
     return fmt::format("{}_{:06}.vtu", name_, frame);
 }
-
-void VtuSeries::keep_frame(double time) { times_.push_back(time); }
 
 void VtuSeries::add_frame(double time, std::span<const VtuBody> bodies) {
     write_vtu(directory_ / frame_name(times_.size()), bodies);

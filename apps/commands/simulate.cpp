@@ -1,31 +1,28 @@
 #include <fmt/core.h>
 
-#include <fstream>
 #include <memory>
 #include <optional>
-#include <sstream>
 
 #include "apps/audit.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/film.hpp"
 #include "apps/interrupt.hpp"
+#include "apps/journal.hpp"
 #include "apps/load.hpp"
 #include "apps/option_checks.hpp"
 #include "apps/scene_files.hpp"
-#include "apps/step_table.hpp"
+#include "apps/simulation_outputs.hpp"
 #include "sim/blas.hpp"
-#include "sim/scene.hpp"
-#include "sim/vtu.hpp"
-#include "training/recording.hpp"
 
 namespace nbd {
 namespace {
 
 struct SimulateArguments {
-    std::string scene, output, vtu, csv, picture, bounds;
+    std::string scene, bounds;
+    SceneOutput output;
     std::optional<double> margin;
     std::optional<int> frames;
     int audit = 0;
+    bool resume = false;
 };
 
 /// What the command line says instead of the scene file.
@@ -37,76 +34,71 @@ void override(SceneSpec& spec, const SimulateArguments& arguments) {
     if (arguments.frames) spec.time.frames = *arguments.frames;
 }
 
-/// Every file that a run reads.
-std::vector<std::filesystem::path> inputs(const SimulateArguments& arguments, const SceneSpec& spec) {
-    std::vector<std::filesystem::path> files = scene_inputs(spec);
-    files.push_back(arguments.scene);
-    return files;
+/// Where the run writes: the command line's words before the scene's.
+SceneOutput output_paths(const SceneOutput& typed, const SceneOutput& scene) {
+    SceneOutput paths = typed;
+    if (paths.recording.empty()) paths.recording = scene.recording;
+    if (paths.recording.empty()) throw CLI::RequiredError("--output");
+    for (const auto part : {&SceneOutput::csv, &SceneOutput::vtu, &SceneOutput::obj, &SceneOutput::picture})
+        if ((paths.*part).empty() && !(scene.*part).empty())
+            paths.*part = paths.recording.parent_path() / scene.*part;
+    return paths;
 }
 
-std::string read_text(const std::string& path) {
-    std::ostringstream text;
-    text << std::ifstream(path).rdbuf();
-    return text.str();
+std::filesystem::path journal_path(const SceneOutput& paths) { return paths.recording.string() + ".journal"; }
+
+void check_outputs(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs) {
+    check_distinct({{"recording", paths.recording},
+                    {"journal", journal_path(paths)},
+                    {"csv", paths.csv},
+                    {"picture", paths.picture},
+                    {"vtu", paths.vtu}});
+    check_distinct(
+        {{"recording", paths.recording}, {"csv", paths.csv}, {"picture", paths.picture}, {"obj", paths.obj}});
+    for (const auto& path : {paths.recording, paths.csv, paths.picture})
+        if (!path.empty()) check_output(path, inputs);
+    for (const auto& folder : {paths.vtu, paths.obj})
+        if (!folder.empty()) check_output_folder(folder);
 }
 
-/// Everything that a run writes, frame by frame.
-class Results {
- public:
-    Results(const SimulateArguments& arguments, const SceneSpec& spec, const std::vector<LoadedBody>& bodies)
-        : arguments_(arguments), recording_(arguments.output), film_(spec.time.frames + 1, 6) {
-        const std::string text = read_text(arguments.scene);
-        for (std::size_t i = 0; i < bodies.size(); ++i) {
-            TrajectoryInfo info;
-            info.id = static_cast<int>(i);
-            info.seed = spec.seed;
-            info.body_hash = body_hash(bodies[i].body);
-            info.recipe = text;
-            handles_.push_back(
-                recording_.begin_trajectory(info, static_cast<int>(bodies[i].body.tets.X.rows())));
-        }
-        if (!arguments.vtu.empty()) vtu_.emplace(arguments.vtu, "scene");
+/// All that decides what a run computes.
+Journal::Facts facts_of(const SimulateArguments& arguments, const SceneSpec& spec) {
+    Journal::Facts facts{
+        {"program version", NBD_VERSION},
+        {"scene", text_hash(spec.text)},
+        {"--bounds", arguments.bounds},
+        {"--margin", arguments.margin ? fmt::format("{}", *arguments.margin) : ""},
+        {"--frames", fmt::format("{}", spec.time.frames)},
+        {"--audit", fmt::format("{}", arguments.audit)},
+    };
+    for (const std::filesystem::path& input : scene_inputs(spec))
+        facts.emplace_back(input.filename().string(), file_hash(input));
+    return facts;
+}
+
+/// Gives the frames of an earlier run to the outputs and returns the last of them, if there is any.
+std::optional<SimulationFrame> replay(Journal& journal, SimulationOutputs& outputs) {
+    std::optional<SimulationFrame> last;
+    while (const auto record = journal.next()) {
+        last = frame_from(*record);
+        outputs.add_frame(*last);
     }
+    return last;
+}
 
-    void add_frame(int frame, World& world) {
-        std::vector<VtuBody> grids;
-        for (int i = 0; i < world.body_count(); ++i) {
-            const BodyState& state = world.state(i);
-            recording_.add_frame(handles_[static_cast<std::size_t>(i)], world.time(), state.x.cast<float>());
-            grids.push_back({&world.elastic(i).rest(), &state.x, &state.v});
-        }
-        if (vtu_) vtu_->add_frame(world.time(), grids);
-        if (!arguments_.picture.empty()) film_.add_frame(frame, world);
-    }
-
-    void finish(const StepTable& table, const std::string& failure) {
-        for (const int handle : handles_) recording_.end_trajectory(handle, failure);
-        recording_.finish();
-        if (!arguments_.csv.empty()) table.write(arguments_.csv);
-        if (!arguments_.picture.empty()) film_.write(arguments_.picture, 3);
-    }
-
- private:
-    const SimulateArguments& arguments_;
-    RecordingWriter recording_;
-    std::vector<int> handles_;
-    std::optional<VtuSeries> vtu_;
-    Film film_;
-};
-
-void tell(const SimulateArguments& arguments, const StepTable& table, Output& out) {
-    const StepTotals total = table.totals();
+void tell(const SceneOutput& paths, int frames, const StepTotals& total, Output& out) {
     out.text(fmt::format(
         "{}: {} frames, {:.3f} s simulated; contacts in {} frames, deepest penetration {:.3g} m",
-        arguments.output, table.frames(), total.time, total.frames_in_contact, total.deepest_penetration));
+        paths.recording.string(), frames, total.time, total.frames_in_contact, total.deepest_penetration));
     out.text(fmt::format("broad phase a step: {:.1f} us update, {:.1f} us queries, {:.1f} nodes bounded",
                          total.update_us, total.collision_us, total.nodes_bounded));
-    if (arguments.audit > 0)
+    if (total.audited_frames > 0)
         out.text(fmt::format(
             "audit of {} frames: {} of {} touching face pairs missed, {} of {} within contact distance",
             total.audited_frames, total.audit.intersecting_missed, total.audit.intersecting,
             total.audit.near_missed, total.audit.near));
-    out.result({{"frames", table.frames()},
+    out.result({{"frames", frames},
+                {"steps", total.steps},
                 {"time", total.time},
                 {"frames_in_contact", total.frames_in_contact},
                 {"deepest_penetration", total.deepest_penetration},
@@ -126,36 +118,68 @@ void run(const SimulateArguments& arguments, Output& out) {
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     SceneSpec spec = load_scene(arguments.scene);
     override(spec, arguments);
-    for (const std::string& path : {arguments.output, arguments.csv, arguments.picture})
-        if (!path.empty()) check_output(path, inputs(arguments, spec));
+    std::vector<std::filesystem::path> inputs = scene_inputs(spec);
+    inputs.push_back(arguments.scene);
+    const SceneOutput paths = output_paths(arguments.output, spec.output);
+    check_outputs(paths, inputs);
+    Journal journal(journal_path(paths), facts_of(arguments, spec), arguments.resume);
+
     SceneFiles files;
     std::vector<LoadedBody> bodies;
-    for (const SceneBody& body : spec.bodies) bodies.push_back(files.load(body, out));
+    std::vector<std::string> hashes;
+    for (const SceneBody& body : spec.bodies) {
+        bodies.push_back(files.load(body, out));
+        hashes.push_back(body_hash(bodies.back().body));
+    }
     World world = build_world(spec, bodies);
     Audit audit(spec, bodies);
-    Results results(arguments, spec, bodies);
-    StepTable table;
+    SimulationOutputs outputs(paths, spec, world, hashes);
 
-    results.add_frame(0, world);
+    SimulationFrame frame;
+    const auto keep = [&](SimulationFrame next) {
+        frame = std::move(next);
+        journal.append(to_bytes(frame));
+        outputs.add_frame(frame);
+    };
+    if (auto last = replay(journal, outputs)) {
+        frame = std::move(*last);
+        world.restore(frame.world);
+        out.text(fmt::format("{}: continues after frame {}", paths.recording.string(), frame.number));
+    } else {
+        keep(take_frame(0, world, {}));
+    }
     std::string failure;
-    for (int frame = 1; frame <= spec.time.frames && failure.empty() && !interrupted(); ++frame) {
+    out.progress("frames", frame.number, spec.time.frames);
+    while (frame.number < spec.time.frames && failure.empty() && !interrupted()) {
+        const int number = frame.number + 1;
+        std::vector<StepRow> steps;
         for (int step = 0; step < spec.time.steps_per_frame && failure.empty(); ++step) {
             const WorldReport report = world.step(spec.time.dt);
-            table.add_step(report);
+            steps.push_back(step_row(number, report));
             failure = report.failure;
         }
-        if (failure.empty()) results.add_frame(frame, world);
-        if (arguments.audit > 0 && frame % arguments.audit == 0) table.add_audit(audit.check(world));
-        table.end_frame();
-        out.progress("frames", frame, spec.time.frames);
+        if (!failure.empty()) {
+            outputs.add_steps(steps);
+            break;
+        }
+        if (arguments.audit > 0 && number % arguments.audit == 0) {
+            steps.back().audited = true;
+            steps.back().audit = audit.check(world);
+        }
+        keep(take_frame(number, world, std::move(steps)));
+        out.progress("frames", number, spec.time.frames);
     }
-    results.finish(table, failure);
-    tell(arguments, table, out);
+    outputs.finish(failure);
+    tell(paths, frame.number, outputs.table().totals(), out);
+    const bool stopped = failure.empty() && frame.number < spec.time.frames;
+    if (!stopped) journal.remove();
     if (!failure.empty())
         throw std::runtime_error(
             fmt::format("{}: stopped at {:.4g} s: {}", arguments.scene, world.time(), failure));
-    if (interrupted())
-        throw Interrupted(fmt::format("{} holds the {} frames done", arguments.output, table.frames()));
+    if (stopped)
+        throw Interrupted(fmt::format("{} holds the {} of {} frames done; continue with: {}{}",
+                                      paths.recording.string(), frame.number, spec.time.frames,
+                                      out.command_line, arguments.resume ? "" : " --resume"));
 }
 
 }  // namespace
@@ -163,9 +187,10 @@ void run(const SimulateArguments& arguments, Output& out) {
 void add_simulate(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<SimulateArguments>();
     CLI::App* command = app.add_subcommand("simulate", "Runs a scene of deformable bodies");
+    SceneOutput& output = arguments->output;
     command->add_option("SCENE", arguments->scene, "Scene file, JSON")->required();
-    command->add_option("-o,--output", arguments->output, "Recording to write, one trajectory a body")
-        ->required();
+    command->add_option("-o,--output", output.recording,
+                        "Recording to write, one trajectory a body; needed unless the scene names one");
     command->add_option("--bounds", arguments->bounds, "Bounds of all bodies, instead of the scene's")
         ->check(bounds_name());
     command
@@ -179,9 +204,12 @@ void add_simulate(CLI::App& app, Output& out) {
                      "Every N-th frame, count the face pairs that the scene's bounds miss; 0: never")
         ->capture_default_str()
         ->check(not_negative());
-    command->add_option("--csv", arguments->csv, "A line a frame: contacts, costs, energies");
-    command->add_option("--vtu", arguments->vtu, "Folder for frames that ParaView opens (scene.pvd)");
-    command->add_option("--picture", arguments->picture, "PNG with six frames");
+    command->add_option("--csv", output.csv, "A line a step: contacts, iterations, costs, energies");
+    command->add_option("--vtu", output.vtu, "Folder for frames that ParaView opens (scene.pvd)");
+    command->add_option("--obj", output.obj, "Folder for the bodies' surfaces, a file a frame and body");
+    command->add_option("--picture", output.picture, "PNG with six frames");
+    command->add_flag("--resume", arguments->resume,
+                      "Continue a run that was interrupted or killed; begin where there is none");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

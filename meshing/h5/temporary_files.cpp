@@ -8,6 +8,8 @@
 #include <atomic>
 #include <cerrno>
 #include <climits>
+#include <csignal>
+#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -47,11 +49,12 @@ void withdraw(int slot) noexcept {
     throw std::runtime_error(fmt::format("{}: {}: {}", path.string(), what, std::strerror(error)));
 }
 
+constexpr std::size_t longest_name = 200;  // of 255 bytes that a file name may have
+
 std::filesystem::path temporary_name(const std::filesystem::path& path) {
     static std::atomic<unsigned> counter = 0;
-    constexpr std::size_t longest = 200;  // of 255 bytes that a file name may have
-    return path.parent_path() /
-           fmt::format(".{}.{}-{}.tmp", path.filename().string().substr(0, longest), getpid(), counter++);
+    return path.parent_path() / fmt::format(".{}.{}-{}.tmp", path.filename().string().substr(0, longest_name),
+                                            getpid(), counter++);
 }
 
 /// Best effort: some file systems refuse to synchronise a folder, and the rename itself has succeeded.
@@ -98,6 +101,23 @@ void TemporaryFile::commit() {
     descriptor_ = -1;
     withdraw(slot_);
     synchronise_folder(temporary_.parent_path());
+}
+
+void remove_abandoned(const std::filesystem::path& path) noexcept {
+    if (path.empty()) return;
+    std::error_code error;
+    const std::string start = fmt::format(".{}", path.filename().string().substr(0, longest_name));
+    std::filesystem::directory_iterator entry(std::filesystem::absolute(path, error).parent_path(), error),
+        end;
+    for (; !error && entry != end; entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        if (!name.starts_with(start) || !name.ends_with(".tmp")) continue;
+        int process = 0;
+        const std::size_t number = name.rfind('.', name.size() - 5);
+        if (number == std::string::npos || std::sscanf(name.c_str() + number, ".%d-", &process) != 1)
+            continue;
+        if (process > 0 && kill(process, 0) != 0 && errno == ESRCH) unlink(entry->path().c_str());
+    }
 }
 
 void remove_temporaries() noexcept {

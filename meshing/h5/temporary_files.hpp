@@ -32,6 +32,10 @@ class TemporaryFile {
     int slot_ = -1;
 };
 
+/// Removes the temporary files that killed processes of this machine left of files whose names begin as that
+/// of `path`, in its folder. Nobody else may be writing such files.
+void remove_abandoned(const std::filesystem::path& path) noexcept;
+
 /// Removes the temporary files of all live TemporaryFile objects. Async-signal-safe, for a handler that
 /// then ends the process.
 void remove_temporaries() noexcept;

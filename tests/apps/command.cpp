@@ -45,7 +45,7 @@ Running::Running(const std::filesystem::path& folder, const std::vector<std::str
 
 Running::~Running() {
     if (process_ > 0) {
-        kill(process_, SIGKILL);
+        kill();
         waitpid(process_, nullptr, 0);
     }
     unlink(out_.c_str());
@@ -64,7 +64,14 @@ void Running::wait_until_at_work() const {
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
 }
 
-void Running::interrupt() const { kill(process_, SIGINT); }
+void Running::interrupt() const { ::kill(process_, SIGINT); }
+void Running::kill() const { ::kill(process_, SIGKILL); }
+
+bool Running::has_ended() const {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(process_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           info.si_pid == process_;
+}
 
 Ran Running::wait() {
     int status = 0;

@@ -23,7 +23,11 @@ class Running {
 
     /// Returns once the program catches Ctrl-C; from then on it is at work.
     void wait_until_at_work() const;
+    /// Ctrl-C.
     void interrupt() const;
+    /// At once, with no chance to clean up.
+    void kill() const;
+    bool has_ended() const;
     Ran wait();
 
  private:

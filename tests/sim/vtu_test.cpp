@@ -11,6 +11,7 @@
 #include <string>
 
 #include "tests/support/box_mesh.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace nbd {
@@ -40,12 +41,19 @@ class Vtu : public ::testing::Test {
  protected:
     test::TemporaryFolder own_;
     const std::filesystem::path folder_ = own_.path() / "frames";
-    TetMesh mesh_ = test::box_mesh({1, 1, 1}, {1, 1, 1});
+    const TetMesh mesh_ = test::box_mesh({1, 1, 1}, {1, 1, 1});
+    const Nodes zero_ = Nodes::Zero(8, 3);
+    const Eigen::VectorXd no_stress_ = Eigen::VectorXd::Zero(6);
+
+    /// The mesh at rest.
+    VtuBody still() const { return {&mesh_.T, &mesh_.X, &mesh_.X, &zero_, &zero_, &no_stress_}; }
 };
 
 TEST_F(Vtu, HoldsPositionsFieldsAndBodiesOfEveryMesh) {
-    const Nodes x = mesh_.X.array() + 0.25, v = Nodes::Constant(8, 3, -1.5);
-    const VtuBody bodies[] = {{&mesh_, &x, &v}, {&mesh_, &mesh_.X, &v}};
+    const Nodes x = mesh_.X.array() + 0.25, v = Nodes::Constant(8, 3, -1.5), force = Nodes::Constant(8, 3, 7);
+    const Eigen::VectorXd stress = Eigen::VectorXd::LinSpaced(6, 10, 15);
+    const VtuBody bodies[] = {{&mesh_.T, &mesh_.X, &x, &v, &force, &stress},
+                              {&mesh_.T, &mesh_.X, &mesh_.X, &v, &force, &stress}};
     std::filesystem::create_directories(folder_);
     write_vtu(folder_ / "frame.vtu", bodies);
     const std::string text = read(folder_ / "frame.vtu");
@@ -71,12 +79,16 @@ TEST_F(Vtu, HoldsPositionsFieldsAndBodiesOfEveryMesh) {
     ASSERT_EQ(owner.size(), 12u);
     EXPECT_EQ(owner[5], 0);
     EXPECT_EQ(owner[6], 1);
+    EXPECT_EQ(array<float>(text, "contact_force"), std::vector<float>(48, 7.f));
+    const auto von_mises = array<float>(text, "von_mises");
+    ASSERT_EQ(von_mises.size(), 12u);
+    EXPECT_FLOAT_EQ(von_mises[0], 10.f);
+    EXPECT_FLOAT_EQ(von_mises[11], 15.f);
     EXPECT_EQ(array<std::uint8_t>(text, "types"), std::vector<std::uint8_t>(12, 10));
 }
 
 TEST_F(Vtu, TheSeriesListsEveryFrameAfterEachOfThem) {
-    const Nodes v = Nodes::Zero(8, 3);
-    const VtuBody bodies[] = {{&mesh_, &mesh_.X, &v}};
+    const VtuBody bodies[] = {still()};
     VtuSeries series(folder_, "run");
     for (int f = 0; f < 3; ++f) {
         series.add_frame(0.1 * f, bodies);
@@ -93,16 +105,18 @@ TEST_F(Vtu, TheSeriesListsEveryFrameAfterEachOfThem) {
 }
 
 TEST_F(Vtu, SaysWhatIsWrong) {
-    const Nodes v = Nodes::Zero(7, 3);
-    const VtuBody bodies[] = {{&mesh_, &mesh_.X, &v}};
-    try {
-        write_vtu(folder_ / "frame.vtu", bodies);
-        FAIL();
-    } catch (const std::invalid_argument& error) {
-        EXPECT_STREQ(error.what(), "vtu: body 0 needs as many positions and velocities as rest nodes");
+    const std::string misfit = "vtu: body 1 needs fields of one size for nodes and tetrahedra";
+    const Nodes seven = Nodes::Zero(7, 3);
+    const Eigen::VectorXd one = Eigen::VectorXd::Zero(1);
+    for (auto field : {&VtuBody::start, &VtuBody::x, &VtuBody::v, &VtuBody::contact_force}) {
+        VtuBody bodies[] = {still(), still()};
+        bodies[1].*field = &seven;
+        EXPECT_EQ(test::refusal([&] { write_vtu(folder_ / "frame.vtu", bodies); }), misfit);
     }
-    const Nodes good = Nodes::Zero(8, 3);
-    const VtuBody fine[] = {{&mesh_, &mesh_.X, &good}};
+    VtuBody bodies[] = {still(), still()};
+    bodies[1].von_mises = &one;
+    EXPECT_EQ(test::refusal([&] { write_vtu(folder_ / "frame.vtu", bodies); }), misfit);
+    const VtuBody fine[] = {still()};
     EXPECT_THROW(write_vtu("/nowhere/at/all/frame.vtu", fine), std::runtime_error);
     EXPECT_THROW(VtuSeries("/dev/null/folder", "run"), std::runtime_error);
 }

@@ -1,0 +1,201 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include "tests/apps/small_files.hpp"
+#include "tests/support/file_damage.hpp"
+
+namespace nbd::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A table without the columns that measure time.
+std::string without_times(const std::string& csv) {
+    std::string result;
+    std::vector<bool> keep;
+    std::istringstream lines(csv);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream cells(line);
+        std::size_t column = 0;
+        for (std::string cell; std::getline(cells, cell, ','); ++column) {
+            if (keep.size() <= column) keep.push_back(!cell.ends_with("_us"));
+            if (keep[column]) result += cell + ',';
+        }
+        result += '\n';
+    }
+    return result;
+}
+
+class ResumeTest : public SmallFiles {
+ protected:
+    static void SetUpTestSuite() {
+        SmallFiles::SetUpTestSuite();
+        write("scene.json", R"({
+            "bodies": [
+                {"body": "box.h5", "name": "the lower", "transform": {"translate": [0, 0, 0.07]}},
+                {"surface": "box.obj", "transform": {"translate": [0.1, 0, 0.2]}, "velocity": [0, 0, -2],
+                 "angular_velocity": [0, 3, 0]}],
+            "obstacles": [{"plane": {}}],
+            "time": {"dt": 0.002, "frames": 12, "steps_per_frame": 5},
+            "output": {"csv": "run.csv", "vtu": "frames", "obj": "frames"}})");
+        simulate("whole", {});
+    }
+
+    static std::vector<std::string> command(const std::string& where, std::vector<std::string> more) {
+        more.insert(more.begin(), {"simulate", "scene.json", "-o", where + "/run.h5", "-q", "--audit", "3"});
+        return more;
+    }
+
+    static void simulate(const std::string& where, const std::vector<std::string>& more) {
+        fs::create_directories(folder() / where);
+        make(command(where, more));
+    }
+
+    /// The folder holds what the uninterrupted run wrote, to the bit but for the times it took.
+    static void expect_whole(const std::string& where) {
+        const fs::path whole = folder() / "whole", other = folder() / where;
+        ASSERT_EQ(listing(other), (std::set<std::string>{"run.h5", "run.csv", "frames"}));
+        ASSERT_EQ(listing(other / "frames"), listing(whole / "frames"));
+        ASSERT_EQ(listing(whole / "frames").size(), 3u * 13 + 1);
+        EXPECT_TRUE(read_bytes(other / "run.h5") == read_bytes(whole / "run.h5"));
+        EXPECT_EQ(without_times(read_bytes(other / "run.csv")), without_times(read_bytes(whole / "run.csv")));
+        for (const std::string& name : listing(whole / "frames"))
+            EXPECT_TRUE(read_bytes(other / "frames" / name) == read_bytes(whole / "frames" / name)) << name;
+    }
+
+    /// Runs until the journal has grown by so many bytes and the pause has passed, then kills. Returns
+    /// whether that came before the run's end.
+    static bool run_and_kill(const std::string& where, std::uintmax_t growth,
+                             std::chrono::microseconds pause) {
+        const fs::path journal = folder() / where / "run.h5.journal";
+        const auto size = [&] {
+            std::error_code none;
+            const std::uintmax_t bytes = fs::file_size(journal, none);
+            return none ? 0 : bytes;
+        };
+        const std::uintmax_t before = size();
+        Running running(folder(), command(where, {"--resume"}));
+        while (!running.has_ended() && size() < before + growth)
+            std::this_thread::sleep_for(std::chrono::microseconds(200));
+        std::this_thread::sleep_for(pause);
+        running.kill();
+        const Ran ran = running.wait();
+        if (ran.status != -9) {
+            EXPECT_EQ(ran.status, 0) << ran.err;
+        }
+        return ran.status == -9;
+    }
+
+    static std::string refused(const std::vector<std::string>& arguments) {
+        const Ran ran = run(folder(), arguments);
+        EXPECT_EQ(ran.status, 1);
+        return ran.err;
+    }
+};
+
+TEST_F(ResumeTest, KilledAtRandomMomentsARunEndsWithTheSameBits) {
+    std::mt19937 random(5);
+    const std::string where = "killed";
+    fs::create_directories(folder() / where);
+    int kills = 0;
+    for (int attempt = 0; attempt < 30; ++attempt) {
+        if (!run_and_kill(where, 1 + random() % 45'000, std::chrono::microseconds(random() % 20'000))) break;
+        ++kills;
+    }
+    EXPECT_GE(kills, 3);
+    simulate(where, {"--resume"});
+    expect_whole(where);
+}
+
+TEST_F(ResumeTest, AJournalThatWasCutOrDamagedAnywhereCountsUpToThere) {
+    const std::string where = "damaged";
+    fs::create_directories(folder() / where);
+    for (int i = 0; i < 5 && !run_and_kill(where, 60'000, std::chrono::microseconds(0)); ++i) {
+    }
+    const fs::path journal = folder() / where / "run.h5.journal";
+    ASSERT_TRUE(fs::exists(journal));
+    const std::string bytes = read_bytes(journal);
+    ASSERT_GT(bytes.size(), 60'000u);
+    std::mt19937 random(6);
+    for (int i = 0; i < 3; ++i) {
+        std::string content = bytes;
+        if (i % 2 == 0)
+            content.resize(random() % bytes.size());
+        else
+            content[2000 + random() % (bytes.size() - 2000)] ^= 0x10;
+        write_bytes(journal, content);
+        simulate(where, {"--resume"});
+        expect_whole(where);
+    }
+}
+
+TEST_F(ResumeTest, AJournalIsRefusedWhereItDoesNotBelong) {
+    const std::string where = "foreign", path = where + "/run.h5.journal";
+    fs::create_directories(folder() / where);
+    for (int i = 0; i < 5 && !run_and_kill(where, 60'000, std::chrono::microseconds(0)); ++i) {
+    }
+    const fs::path journal = folder() / path;
+    ASSERT_TRUE(fs::exists(journal));
+    const std::string bytes = read_bytes(journal), error = "nbdtree: error: " + path + ": ";
+    const auto begun_with = [&](const std::string& what) {
+        return error + "its run was begun with another " + what + "; remove the file to begin anew\n";
+    };
+    EXPECT_EQ(
+        refused(command(where, {})),
+        error + "holds an unfinished run; continue it with --resume, or remove the file to begin anew\n");
+    EXPECT_EQ(refused(command(where, {"--resume", "--frames", "13"})), begun_with("--frames"));
+    EXPECT_EQ(refused(command(where, {"--resume", "--margin", "0.1"})), begun_with("--margin"));
+
+    const std::string scene = read_bytes(folder() / "scene.json"), box = read_bytes(folder() / "box.obj");
+    write("scene.json", scene + " ");
+    EXPECT_EQ(refused(command(where, {"--resume"})), begun_with("scene"));
+    write("scene.json", scene);
+    write("box.obj", box + "# changed\n");
+    EXPECT_EQ(refused(command(where, {"--resume"})), begun_with("box.obj"));
+    write("box.obj", box);
+    write_bytes(journal, "hello");
+    EXPECT_EQ(refused(command(where, {"--resume"})),
+              error + "is not a journal of nbdtree; remove it or choose another output\n");
+    EXPECT_EQ(read_bytes(journal), "hello");
+    write_bytes(journal, bytes);
+    simulate(where, {"--resume"});
+    expect_whole(where);
+}
+
+TEST_F(ResumeTest, TwoRunsAtOnceOnOneOutputAreRefused) {
+    write("long.json", R"({"bodies": [{"body": "box.h5"}], "time": {"frames": 1000000}})");
+    const std::vector<std::string> arguments{"simulate", "long.json", "-o", "long.h5", "-q", "--resume"};
+    Running first(folder(), arguments);
+    first.wait_until_at_work();
+    while (!fs::exists(folder() / "long.h5.journal"))
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    EXPECT_EQ(refused(arguments), "nbdtree: error: long.h5.journal: another run is writing this output\n");
+    first.interrupt();
+    EXPECT_EQ(first.wait().status, 130);
+    fs::remove(folder() / "long.h5.journal");
+}
+
+TEST_F(ResumeTest, OutputsThatAreOneFileAreRefusedBeforeTheRun) {
+    const auto simulate = [](std::vector<std::string> more) {
+        more.insert(more.begin(), {"simulate", "scene.json", "-q", "-o", "x.h5"});
+        return more;
+    };
+    const std::string error = "nbdtree: error: ", same = " are the same file\n";
+    EXPECT_EQ(refused(simulate({"--csv", "whole/../x.h5"})),
+              error + "whole/../x.h5: cannot be written: recording and csv" + same);
+    EXPECT_EQ(refused(simulate({"--picture", "x.h5.journal"})),
+              error + "x.h5.journal: cannot be written: journal and picture" + same);
+    EXPECT_EQ(refused(simulate({"--obj", "x.csv", "--csv", "x.csv"})),
+              error + "x.csv: cannot be written: csv and obj" + same);
+    EXPECT_EQ(
+        refused(simulate({"--vtu", "box.h5/frames"})),
+        error + "box.h5/frames: cannot be written: " + (folder() / "box.h5").string() + " is no folder\n");
+    EXPECT_FALSE(fs::exists(folder() / "x.h5"));
+}
+
+}  // namespace
+}  // namespace nbd::test
