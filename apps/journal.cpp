@@ -83,14 +83,12 @@ void Journal::lock() {
     for (;;) {
         descriptor_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
         if (descriptor_ < 0) fail(fmt::format("cannot be opened: {}", std::strerror(errno)));
-        if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-            const int error = errno;
+        // A file system that knows no locks, as some clusters have, is no reason not to run.
+        if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
             close(std::exchange(descriptor_, -1));
-            fail(error == EWOULDBLOCK ? "another run is writing this output"
-                                      : fmt::format("cannot be locked: {}", std::strerror(error)));
+            fail("another run is writing this output");
         }
-        struct stat ours {
-        }, there{};
+        struct stat ours = {}, there = {};
         if (fstat(descriptor_, &ours) == 0 && stat(path_.c_str(), &there) == 0 &&
             ours.st_ino == there.st_ino && ours.st_dev == there.st_dev)
             return;

@@ -12,7 +12,8 @@ namespace nbd {
 
 /// An append-only file of records from which a run that was killed continues. Every record is checksummed and
 /// on the disk when append() returns; a record that is not whole, and what follows it, never counts. The file
-/// is locked while the object lives, so that one run at a time writes it; the lock ends with the process.
+/// is locked while the object lives, where the file system knows locks, so that one run at a time writes it;
+/// the lock ends with the process.
 class Journal {
  public:
     /// What a run was begun with: names and values, each without line breaks, in an order of their own.

@@ -152,7 +152,7 @@ class Drawing {
         const float sky = 0.5f + 0.5f * seen.normal.dot(camera_.up);
         const Eigen::Vector3f half = (to_light_ - camera_.forward).normalized();
         const float shine = light > 0 ? 0.12f * std::pow(std::max(0.f, seen.normal.dot(half)), 40.f) : 0;
-        return (0.28f + 0.22f * sky + 0.62f * light) * seen.colour + shine * Eigen::Vector3f::Ones();
+        return (0.36f + 0.22f * sky + 0.54f * light) * seen.colour + shine * Eigen::Vector3f::Ones();
     }
 
     /// Light grey with faint lines and the things' shadows, fading to white around them.
@@ -165,7 +165,7 @@ class Drawing {
             return std::abs(t - std::round(t)) * floor.grid;
         };
         const float line = std::min(to_line(u), to_line(v)) < 0.012f * floor.grid ? 0.93f : 1.f;
-        const float shade = line * (0.6f + 0.34f * shadow_.light_at(p + 3 * cell_ * floor.normal));
+        const float shade = line * (0.68f + 0.27f * shadow_.light_at(p + 3 * cell_ * floor.normal));
         const Eigen::Vector3f away = p - camera_.target;
         const float distance = (away - away.dot(floor.normal) * floor.normal).norm() / camera_.extent;
         const float t = std::clamp((distance - 0.5f) / 0.6f, 0.f, 1.f);

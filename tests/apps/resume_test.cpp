@@ -67,10 +67,10 @@ class ResumeTest : public SmallFiles {
             EXPECT_TRUE(read_bytes(other / "frames" / name) == read_bytes(whole / "frames" / name)) << name;
     }
 
-    /// Runs until the journal has grown by so many bytes and the pause has passed, then kills. Returns
-    /// whether that came before the run's end.
-    static bool run_and_kill(const std::string& where, std::uintmax_t growth,
-                             std::chrono::microseconds pause) {
+    /// Runs until the journal in `where` has grown by so many bytes and the pause has passed, then kills.
+    /// Returns whether that came before the run's end.
+    static bool run_and_kill(const std::string& where, const std::vector<std::string>& arguments,
+                             std::uintmax_t growth, std::chrono::microseconds pause = {}) {
         const fs::path journal = folder() / where / "run.h5.journal";
         const auto size = [&] {
             std::error_code none;
@@ -78,7 +78,7 @@ class ResumeTest : public SmallFiles {
             return none ? 0 : bytes;
         };
         const std::uintmax_t before = size();
-        Running running(folder(), command(where, {"--resume"}));
+        Running running(folder(), arguments);
         while (!running.has_ended() && size() < before + growth)
             std::this_thread::sleep_for(std::chrono::microseconds(200));
         std::this_thread::sleep_for(pause);
@@ -88,6 +88,15 @@ class ResumeTest : public SmallFiles {
             EXPECT_EQ(ran.status, 0) << ran.err;
         }
         return ran.status == -9;
+    }
+
+    /// Leaves a journal with some frames in `where`.
+    static void leave_journal(const std::string& where, const std::vector<std::string>& arguments) {
+        fs::create_directories(folder() / where);
+        for (int i = 0; i < 5 && !run_and_kill(where, arguments, 60'000); ++i) {
+        }
+        ASSERT_TRUE(fs::exists(folder() / where / "run.h5.journal"));
+        ASSERT_GT(fs::file_size(folder() / where / "run.h5.journal"), 60'000u);
     }
 
     static std::string refused(const std::vector<std::string>& arguments) {
@@ -103,7 +112,9 @@ TEST_F(ResumeTest, KilledAtRandomMomentsARunEndsWithTheSameBits) {
     fs::create_directories(folder() / where);
     int kills = 0;
     for (int attempt = 0; attempt < 30; ++attempt) {
-        if (!run_and_kill(where, 1 + random() % 45'000, std::chrono::microseconds(random() % 20'000))) break;
+        if (!run_and_kill(where, command(where, {"--resume"}), 1 + random() % 45'000,
+                          std::chrono::microseconds(random() % 20'000)))
+            break;
         ++kills;
     }
     EXPECT_GE(kills, 3);
@@ -113,13 +124,9 @@ TEST_F(ResumeTest, KilledAtRandomMomentsARunEndsWithTheSameBits) {
 
 TEST_F(ResumeTest, AJournalThatWasCutOrDamagedAnywhereCountsUpToThere) {
     const std::string where = "damaged";
-    fs::create_directories(folder() / where);
-    for (int i = 0; i < 5 && !run_and_kill(where, 60'000, std::chrono::microseconds(0)); ++i) {
-    }
+    leave_journal(where, command(where, {"--resume"}));
     const fs::path journal = folder() / where / "run.h5.journal";
-    ASSERT_TRUE(fs::exists(journal));
     const std::string bytes = read_bytes(journal);
-    ASSERT_GT(bytes.size(), 60'000u);
     std::mt19937 random(6);
     for (int i = 0; i < 3; ++i) {
         std::string content = bytes;
@@ -135,11 +142,8 @@ TEST_F(ResumeTest, AJournalThatWasCutOrDamagedAnywhereCountsUpToThere) {
 
 TEST_F(ResumeTest, AJournalIsRefusedWhereItDoesNotBelong) {
     const std::string where = "foreign", path = where + "/run.h5.journal";
-    fs::create_directories(folder() / where);
-    for (int i = 0; i < 5 && !run_and_kill(where, 60'000, std::chrono::microseconds(0)); ++i) {
-    }
+    leave_journal(where, command(where, {"--resume"}));
     const fs::path journal = folder() / path;
-    ASSERT_TRUE(fs::exists(journal));
     const std::string bytes = read_bytes(journal), error = "nbdtree: error: " + path + ": ";
     const auto begun_with = [&](const std::string& what) {
         return error + "its run was begun with another " + what + "; remove the file to begin anew\n";
@@ -164,6 +168,24 @@ TEST_F(ResumeTest, AJournalIsRefusedWhereItDoesNotBelong) {
     write_bytes(journal, bytes);
     simulate(where, {"--resume"});
     expect_whole(where);
+}
+
+TEST_F(ResumeTest, WhatWasNotWrittenAtFirstIsMadeFromTheJournal) {
+    const std::string where = "later";
+    const std::vector<std::string> bare{"simulate", "bare.json", "-o",      where + "/run.h5",
+                                        "-q",       "--resume",  "--audit", "3"};
+    std::string scene = read_bytes(folder() / "scene.json");
+    write("bare.json", scene.replace(scene.find(",\n            \"output\""), std::string::npos, "}"));
+    leave_journal(where, bare);
+    std::vector<std::string> more = bare;
+    for (const char* option : {"csv", "vtu", "obj"}) {
+        more.push_back(std::string("--") + option);
+        more.push_back(where + (option == std::string("csv") ? "/run.csv" : "/frames"));
+    }
+    make(more);
+    fs::copy_file(folder() / "whole/run.h5", folder() / where / "run.h5",
+                  fs::copy_options::overwrite_existing);
+    expect_whole(where);  // the recording holds another scene's text
 }
 
 TEST_F(ResumeTest, TwoRunsAtOnceOnOneOutputAreRefused) {
