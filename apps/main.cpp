@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "apps/commands/commands.hpp"
+#include "apps/dataset/rank.hpp"
 #include "apps/interrupt.hpp"
 
 namespace {
@@ -63,7 +64,8 @@ int main(int argc, char** argv) {
     int threads = 0;
     app.add_flag("-q,--quiet", out.quiet, "No progress and no tables; errors and warnings alone");
     app.add_flag("--json", out.json, "The result as one JSON object on standard output");
-    app.add_option("--threads", threads, "Threads to use; 0: all cores. The result does not depend on it")
+    app.add_option("--threads", threads,
+                   "Threads to use; 0: all cores, shared by mpirun's ranks. The result does not depend on it")
         ->check(CLI::Range(0, 1024));
 
     nbd::add_mesh(app, out);
@@ -79,8 +81,9 @@ int main(int argc, char** argv) {
     // The commands are final callbacks: they run once everything, --threads included, has been parsed.
     std::optional<tbb::global_control> limit;
     app.parse_complete_callback([&] {
+        const auto mates = static_cast<unsigned>(nbd::this_rank().on_this_machine);
         const std::size_t count = threads > 0 ? static_cast<std::size_t>(threads)
-                                              : std::max(1u, std::thread::hardware_concurrency());
+                                              : std::max(1u, std::thread::hardware_concurrency() / mates);
         limit.emplace(tbb::global_control::max_allowed_parallelism, count);
         nbd::catch_interrupts();
     });

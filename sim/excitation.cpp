@@ -1,7 +1,10 @@
 #include "sim/excitation.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <utility>
 
 #include "sim/exact_tree.hpp"
@@ -41,11 +44,11 @@ void set_forces(const std::vector<SpreadForce>& forces, double time, Nodes& out)
     }
 }
 
-World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<const ElasticBody>& elastic,
+World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& body,
+                 const std::shared_ptr<const ElasticBody>& elastic,
                  const std::shared_ptr<const CollisionTree>& tree) {
     WorldConfig config;
     config.gravity = recipe.gravity;
-    const NaturalScales scales = natural_scales(body);
     config.contact.damping = 0.02 * scales.time;
     config.contact.iterations = 2;  // poses want variety, not friction to the last digit
     config.contact.tolerance = 1e-4;
@@ -72,26 +75,28 @@ World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<c
 
 }  // namespace
 
-Excitation::Excitation(Body body, const ExcitationConfig& config) : body_(std::move(body)), config_(config) {
-    check_excitation_config(config);
-    elastic_ = std::make_shared<const ElasticBody>(body_.tets, body_.material);
-    tree_ = exact_tree(body_.surface);
-}
+Excitation::Excitation(Body body, const ExcitationConfig& config)
+    : body_(std::make_shared<const Body>(std::move(body))),
+      config_(config),
+      elastic_(std::make_shared<const ElasticBody>(body_->tets, body_->material)),
+      recipes_(body_, config),
+      tree_(exact_tree(body_->surface)) {}
 
-double Excitation::frame_interval() const {
-    return config_.frame_interval > 0 ? config_.frame_interval
-                                      : draw_recipe(body_, config_, 0).frame_interval;
-}
+double Excitation::frame_interval() const noexcept { return recipes_.frame_interval(); }
 
-TrajectoryResult Excitation::run(int index, const OnFrame& on_frame) const {
-    const Recipe recipe = draw_recipe(body_, config_, index);
+TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_per_frame) const {
+    if (steps_per_frame == 0) steps_per_frame = config_.steps_per_frame;
+    if (steps_per_frame < 0)
+        throw std::invalid_argument(
+            fmt::format("excitation: {} steps per frame, but must be > 0", steps_per_frame));
+    const Recipe recipe = recipes_.draw(index);
     TrajectoryResult result{.recipe = recipe_json(recipe)};
-    World world = make_world(recipe, body_, elastic_, tree_);
+    World world = make_world(recipe, recipes_.scales(), *body_, elastic_, tree_);
     std::vector<SpreadForce> forces;
     for (const PatchForce& patch : recipe.forces) forces.push_back(spread(patch, *elastic_));
-    const double dt = recipe.frame_interval / config_.steps_per_frame;
+    const double dt = recipe.frame_interval / steps_per_frame;
     const int warm_up = static_cast<int>(std::ceil(recipe.first_frame / dt));
-    const int steps = warm_up + (config_.frames - 1) * config_.steps_per_frame;
+    const int steps = warm_up + (config_.frames - 1) * steps_per_frame;
     for (int step = 1; step <= steps; ++step) {
         set_forces(forces, world.time() + dt / 2, world.forces(0));
         const WorldReport report = world.step(dt);
@@ -99,8 +104,8 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame) const {
             result.failure = report.failure;
             return result;
         }
-        if (step < warm_up || (step - warm_up) % config_.steps_per_frame != 0) continue;
-        on_frame(world.time(), world.state(0).x);
+        if (step < warm_up || (step - warm_up) % steps_per_frame != 0) continue;
+        on_frame({world.time(), world.state(0).x, report.contacts});
         ++result.frames;
     }
     return result;

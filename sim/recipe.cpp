@@ -4,17 +4,36 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "collision/counter_random.hpp"
 
 namespace nbd {
 namespace {
 
-constexpr int kind_count = 5;
-constexpr const char* kind_names[kind_count] = {"drop", "forces", "grips", "thrown", "free"};
+/// The thickness from which on a body counts as stocky, relative to its length, and the least sturdiness.
+constexpr double stocky = 0.095, least_sturdiness = 0.02;
+
+/// Kinds of consecutive trajectories: a sequence of lowest discrepancy, so that any run of them has the mix.
+RecipeKind kind_of(const std::array<double, 5>& mix, std::uint64_t seed, int index) {
+    const double turn = (std::numbers::phi - 1) * index + counter_uniform(seed, 0, 0);
+    double u = turn - std::floor(turn);
+    int last = 0;
+    for (int k = 0; k < static_cast<int>(mix.size()); ++k) {
+        const double share = mix[static_cast<std::size_t>(k)];
+        if (share <= 0) continue;
+        if (u < share) return static_cast<RecipeKind>(k);
+        u -= share;
+        last = k;
+    }
+    return static_cast<RecipeKind>(last);  // rounding
+}
+
+double draw(CounterRandom& random, const Range& range) { return random.uniform(range.from, range.to); }
 
 Eigen::Vector3d random_perpendicular(CounterRandom& random, const Eigen::Vector3d& axis) {
     const Eigen::Vector3d d = random.direction();
@@ -24,77 +43,71 @@ Eigen::Vector3d random_perpendicular(CounterRandom& random, const Eigen::Vector3
 /// Draws one recipe. Members are what every ingredient needs.
 class Draw {
  public:
-    Draw(const Body& body, const ExcitationConfig& config, int index)
+    Draw(const Body& body, const LocalThickness& thickness, const NaturalScales& scales,
+         const ExcitationConfig& config, double frame_interval, int index)
         : body_(body),
-          strength_(config.strength),
-          scales_(natural_scales(body)),
+          thickness_(thickness),
+          scales_(scales),
+          ranges_(config.ranges),
+          strength_(config.ranges.strength * scales.sturdiness),
           random_(config.seed, static_cast<std::uint64_t>(index)) {
-        recipe_.kind =
-            static_cast<RecipeKind>((index + static_cast<int>(config.seed % kind_count)) % kind_count);
-        recipe_.frame_interval = config.frame_interval > 0 ? config.frame_interval : scales_.time / 5;
+        recipe_.kind = kind_of(recipe_mix(ranges_), config.seed, index);
+        recipe_.frame_interval = frame_interval;
         recipe_.rotation = random_.orientation().toRotationMatrix();
-        recipe_.first_frame = random_.uniform(0.4, 0.8) * scales_.time;
+        recipe_.first_frame = draw(random_, ranges_.warm_up) * scales_.time;
         duration_ = recipe_.first_frame + recipe_.frame_interval * config.frames;
         const Eigen::RowVector3d centroid = body.tets.X.colwise().mean();
         x_ = (body.tets.X.rowwise() - centroid) * recipe_.rotation.transpose();
     }
 
     Recipe run() {
+        const KindRanges& kind = ranges_.kinds[static_cast<std::size_t>(recipe_.kind)];
+        add_gradient(kind.gradient);
         switch (recipe_.kind) {
             case RecipeKind::drop:
-                add_gradient(0.02, 0.08);
                 add_floor();
-                recipe_.velocity.z() = -random_.uniform(0.10, 0.25) * strength_ * scales_.speed;
-                add_forces(0.5);
-                break;
-            case RecipeKind::forces:
-                add_gradient(0.02, 0.10);
-                add_forces(1);
+                recipe_.velocity.z() = -draw(random_, ranges_.floor.fall_speed) * strength_ * scales_.speed;
                 break;
             case RecipeKind::grips:
-                add_gradient(0.01, 0.05);
-                add_grips();
-                add_forces(0.3);
+                add_hands();
                 break;
             case RecipeKind::thrown:
-                add_gradient(0.01, 0.05);
-                if (random_.unit() < 0.5) add_floor();
+                if (random_.unit() < ranges_.floor.under_thrown) add_floor();
                 add_thrown();
-                add_forces(0.2);
                 break;
+            case RecipeKind::forces:
             case RecipeKind::free:
-                add_gradient(0.2, 0.4);
-                add_forces(0.6);
                 break;
         }
+        add_forces(kind.forces);
         return recipe_;
     }
 
  private:
-    /// Stretching, shear and spin at once; strain: of the deformation that the motion runs into.
-    void add_gradient(double low, double high) {
-        const double rate = random_.uniform(low, high) * strength_ * std::numbers::pi / scales_.time;
+    /// Stretching, shear and spin at once.
+    void add_gradient(const Range& strain) {
+        const double rate = draw(random_, strain) * strength_ * std::numbers::pi / scales_.time;
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) recipe_.gradient(i, j) = random_.uniform(-1, 1);
         recipe_.gradient *= rate / recipe_.gradient.norm() * std::numbers::sqrt3;
     }
 
     void add_floor() {
-        recipe_.floor = x_.col(2).minCoeff() - random_.uniform(0.015, 0.04) * scales_.length;
-        const double sag = random_.uniform(0.02, 0.06) * strength_;
+        recipe_.floor = x_.col(2).minCoeff() - draw(random_, ranges_.floor.gap) * scales_.length;
+        const double sag = draw(random_, ranges_.floor.sag) * strength_;
         recipe_.gravity.z() = -sag * scales_.speed * scales_.speed / scales_.length;
     }
 
-    /// Pulls and pokes, half of them balanced by the opposite force elsewhere. share: of the usual number.
+    /// Pulls and pokes, some of them balanced by the opposite force elsewhere. share: of the usual number.
     void add_forces(double share) {
         const int most =
             static_cast<int>(std::lround(share * std::max(2.0, duration_ / (2.5 * scales_.time))));
         for (int i = 0; i < most; ++i) {
             const double start = random_.uniform(-0.5, 0.9) * duration_,
-                         length = random_.uniform(1.5, 4) * scales_.time;
+                         length = draw(random_, ranges_.force.duration) * scales_.time;
             PatchForce force = patch(std::max(0.0, start), length);
             recipe_.forces.push_back(force);
-            if (random_.unit() < 0.5) continue;
+            if (random_.unit() >= ranges_.force.balanced) continue;
             PatchForce other = patch(force.start, length);
             const double size = std::min(force.force.norm(), other.force.norm());
             recipe_.forces.back().force = size * force.force.stableNormalized();
@@ -104,20 +117,15 @@ class Draw {
     }
 
     /// Force = strain times modulus times the cross-section that the patch's volume stands for, so that a
-    /// limb gets less than a trunk.
+    /// limb gets less than a trunk; less again where the patch is thin, for there it bends.
     PatchForce patch(double start, double duration) {
         PatchForce force{
             .node = random_.index(static_cast<int>(x_.rows())), .start = start, .duration = duration};
-        force.radius = random_.uniform(0.12, 0.25) * scales_.length;
-        double volume = 0;
-        for (Eigen::Index t = 0; t < body_.tets.T.rows(); ++t) {
-            const Eigen::Vector3d p[4] = {x_.row(body_.tets.T(t, 0)), x_.row(body_.tets.T(t, 1)),
-                                          x_.row(body_.tets.T(t, 2)), x_.row(body_.tets.T(t, 3))};
-            const Eigen::Vector3d centre = (p[0] + p[1] + p[2] + p[3]) / 4;
-            if ((centre - x_.row(force.node).transpose()).norm() < force.radius)
-                volume += (p[1] - p[0]).cross(p[2] - p[0]).dot(p[3] - p[0]) / 6;
-        }
-        const double area = volume / (2 * force.radius), strain = random_.uniform(0.2, 0.6) * strength_;
+        force.radius = draw(random_, ranges_.force.radius) * scales_.length;
+        const Eigen::Vector3d centre = body_.tets.X.row(force.node);
+        const double area = thickness_.volume(centre, force.radius) / (2 * force.radius);
+        const double slender = std::min(1.0, thickness_.at(centre, force.radius) / (stocky * scales_.length));
+        const double strain = draw(random_, ranges_.force.strain) * ranges_.strength * slender;
         force.force = strain * body_.material.young * area * random_.direction();
         return force;
     }
@@ -134,17 +142,18 @@ class Draw {
         return longest.norm() > 0 ? longest.normalized() : random_.direction();
     }
 
-    void add_grips() {
+    void add_hands() {
+        const RecipeRanges::Hands& ranges = ranges_.hands;
         const Eigen::Vector3d axis = long_axis();
         const Eigen::VectorXd along = x_ * axis;
         const double low = along.minCoeff(), span = along.maxCoeff() - low,
-                     share = random_.uniform(0.10, 0.2);
-        const double twist = random_.uniform(-0.9, 0.9), bend = random_.uniform(-0.5, 0.5);
-        const double stretch = random_.uniform(-0.12, 0.15), shear = random_.uniform(-0.15, 0.15);
+                     share = draw(random_, ranges.share);
+        const double twist = draw(random_, ranges.twist), bend = draw(random_, ranges.bend);
+        const double stretch = draw(random_, ranges.stretch), shear = draw(random_, ranges.shear);
         const Eigen::Vector3d across = random_perpendicular(random_, axis);
-        const double start = random_.uniform(0, 0.1) * duration_,
-                     length = random_.uniform(2, 6) * scales_.time;
-        const double release = random_.uniform(0.5, 1.2) * duration_;
+        const double start = draw(random_, ranges.start) * duration_,
+                     length = draw(random_, ranges.duration) * scales_.time;
+        const double release = draw(random_, ranges.release) * duration_;
         for (const double end : {-1.0, 1.0}) {
             Grip grip{.start = start, .duration = length, .release = release};
             for (int i = 0; i < x_.rows(); ++i) {
@@ -167,9 +176,9 @@ class Draw {
         const Nodes other = x_ * recipe_.rotation * copy.rotation.transpose();
         const double clearance = (x_ * from).maxCoeff() - (other * from).minCoeff() + 0.03 * scales_.length;
         const Eigen::Vector3d aside =
-            random_.uniform(0, 0.2) * scales_.length * random_perpendicular(random_, from);
+            draw(random_, ranges_.thrown.aside) * scales_.length * random_perpendicular(random_, from);
         copy.centre = clearance * from + aside;
-        copy.velocity = -random_.uniform(0.15, 0.35) * strength_ * scales_.speed * from;
+        copy.velocity = -draw(random_, ranges_.thrown.speed) * strength_ * scales_.speed * from;
         if (recipe_.floor)  // never start below it
             copy.centre.z() =
                 std::max(copy.centre.z(), *recipe_.floor - other.col(2).minCoeff() + 0.02 * scales_.length);
@@ -177,8 +186,10 @@ class Draw {
     }
 
     const Body& body_;
-    double strength_;
-    NaturalScales scales_;
+    const LocalThickness& thickness_;
+    const NaturalScales& scales_;
+    const RecipeRanges& ranges_;
+    double strength_;  // of what moves the whole body
     CounterRandom random_;
     Recipe recipe_;
     double duration_ = 0;  // seconds, all frames included
@@ -194,11 +205,26 @@ nlohmann::ordered_json json(const Eigen::Matrix3d& m) {
 
 }  // namespace
 
-NaturalScales natural_scales(const Body& body) {
+NaturalScales natural_scales(const Body& body, const LocalThickness& thickness) {
     NaturalScales scales;
-    scales.length = (body.tets.X.colwise().maxCoeff() - body.tets.X.colwise().minCoeff()).norm();
+    const Nodes& X = body.tets.X;
+    scales.length = (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
     scales.speed = std::sqrt(body.material.young / body.material.density);
     scales.time = scales.length / scales.speed;
+
+    // Around some nodes, in balls that hold several elements and no more than a limb.
+    constexpr double everywhere = std::numeric_limits<double>::infinity();
+    const double element = std::cbrt(thickness.volume(Eigen::Vector3d::Zero(), everywhere) /
+                                     static_cast<double>(body.tets.T.rows()));  // half an edge
+    const double radius = std::max(0.06 * scales.length, 4 * element);
+    const Eigen::Index samples = std::min<Eigen::Index>(X.rows(), 200);
+    std::vector<double> thin;
+    for (Eigen::Index i = 0; i < samples; ++i)
+        if (const double d = thickness.at(X.row(i * X.rows() / samples), radius); d > 0) thin.push_back(d);
+    if (thin.empty()) return scales;
+    const auto quarter = thin.begin() + static_cast<std::ptrdiff_t>(thin.size() / 4);
+    std::ranges::nth_element(thin, quarter);
+    scales.sturdiness = std::clamp(*quarter / (stocky * scales.length), least_sturdiness, 1.0);
     return scales;
 }
 
@@ -211,18 +237,30 @@ void check_excitation_config(const ExcitationConfig& config) {
     check("frames", config.frames, config.frames > 0, "> 0");
     check("frame_interval", config.frame_interval, config.frame_interval >= 0, ">= 0");
     check("steps_per_frame", config.steps_per_frame, config.steps_per_frame > 0, "> 0");
-    check("strength", config.strength, config.strength > 0, "> 0");
+    check("strength", config.ranges.strength, config.ranges.strength > 0, "> 0");
+    recipe_mix(config.ranges);
 }
 
-Recipe draw_recipe(const Body& body, const ExcitationConfig& config, int index) {
+RecipeBook::RecipeBook(std::shared_ptr<const Body> body, const ExcitationConfig& config)
+    : body_(std::move(body)),
+      config_(config),
+      thickness_(body_->tets),
+      scales_(natural_scales(*body_, thickness_)) {
     check_excitation_config(config);
+}
+
+double RecipeBook::frame_interval() const noexcept {
+    return config_.frame_interval > 0 ? config_.frame_interval : scales_.time / 5;
+}
+
+Recipe RecipeBook::draw(int index) const {
     if (index < 0) throw std::invalid_argument(fmt::format("excitation: trajectory {} must be >= 0", index));
-    return Draw(body, config, index).run();
+    return Draw(*body_, thickness_, scales_, config_, frame_interval(), index).run();
 }
 
 std::string recipe_json(const Recipe& recipe) {
     nlohmann::ordered_json text;
-    text["kind"] = kind_names[static_cast<int>(recipe.kind)];
+    text["kind"] = recipe_kind_names[static_cast<std::size_t>(recipe.kind)];
     text["frame_interval"] = recipe.frame_interval;
     text["first_frame"] = recipe.first_frame;
     text["rotation"] = json(recipe.rotation);

@@ -2,12 +2,15 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "meshing/body.hpp"
 #include "sim/grip.hpp"
+#include "sim/recipe_ranges.hpp"
+#include "sim/thickness.hpp"
 
 namespace nbd {
 
@@ -16,7 +19,7 @@ struct ExcitationConfig {
     int frames = 50;            // a trajectory, > 0
     double frame_interval = 0;  // seconds; 0: a fifth of the time in which sound crosses the body
     int steps_per_frame = 2;    // > 0
-    double strength = 1;        // > 0; 1 gives local strains of 20 to 50 %
+    RecipeRanges ranges{};
     std::uint64_t seed = 1;
 };
 
@@ -26,8 +29,12 @@ struct NaturalScales {
     double length = 1;  // diagonal of the rest pose's box, metres
     double speed = 1;   // sqrt(young / density), m/s
     double time = 1;    // length / speed, seconds
+    /// In (0, 1]: how much weaker than a stocky body this one is to be shaken, so that thin limbs neither
+    /// fold nor tear. Proportional to the thickness that a quarter of the body stays below; 1 from a tenth
+    /// of the length on. A limb bends by an angle of about (speed / speed of sound) (length / thickness).
+    double sturdiness = 1;
 };
-NaturalScales natural_scales(const Body& body);
+NaturalScales natural_scales(const Body& body, const LocalThickness& thickness);
 
 /// A force on the nodes around one, strongest there and zero at `radius` (metres, in the rest pose), that
 /// swells and fades over its duration.
@@ -45,8 +52,6 @@ struct ThrownCopy {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
 };
 
-enum class RecipeKind { drop, forces, grips, thrown, free };
-
 /// All that happens in one training trajectory. World frame, SI units. The body starts with its centroid at
 /// the origin, turned by `rotation`, at velocity + gradient x.
 struct Recipe {
@@ -63,9 +68,25 @@ struct Recipe {
     double first_frame = 0;     // seconds: motion begins before it
 };
 
-/// Recipe of trajectory `index`, a pure function of its arguments. Kinds take turns with the index; what else
-/// happens, and all numbers, are drawn.
-Recipe draw_recipe(const Body& body, const ExcitationConfig& config, int index);
+/// Draws the recipes of a body's trajectories.
+class RecipeBook {
+ public:
+    /// Throws std::invalid_argument naming the first number that is out of range.
+    RecipeBook(std::shared_ptr<const Body> body, const ExcitationConfig& config);
+
+    /// Recipe of trajectory `index`, >= 0: a pure function of body, config and index. Any run of trajectories
+    /// has its kinds in the proportions of the mix; all numbers are drawn.
+    Recipe draw(int index) const;
+
+    const NaturalScales& scales() const noexcept { return scales_; }
+    double frame_interval() const noexcept;  // seconds
+
+ private:
+    std::shared_ptr<const Body> body_;
+    ExcitationConfig config_;
+    LocalThickness thickness_;
+    NaturalScales scales_;
+};
 
 /// As JSON text, for the record.
 std::string recipe_json(const Recipe& recipe);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,8 +38,12 @@ class RecordingWriter {
     /// x: [nodes, 3] float32, metres, world space. time: seconds, later than the last frame's. Throws
     /// std::invalid_argument on another shape or a number that is not finite.
     void add_frame(int handle, double time, VerticesRef x);
-    /// failure: empty when complete.
-    void end_trajectory(int handle, const std::string& failure = {});
+    /// failure: empty when complete. contacts: how many contacts pressed in each frame, where that is known.
+    /// Throws std::invalid_argument where there are some, but not one number a frame.
+    void end_trajectory(int handle, const std::string& failure = {},
+                        std::span<const std::int32_t> contacts = {});
+    /// An attribute of the whole file. Call once a name.
+    void label(const std::string& name, const std::string& value);
     /// Closes open trajectories, flushes, renames.
     void finish();
 
@@ -47,10 +52,11 @@ class RecordingWriter {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Reads frames on demand. Not thread-safe (HDF5 is not).
+/// Reads frames on demand, from a recording or from the merged view of one that lies in several files, its
+/// shards (see DatasetManifest). Not thread-safe (HDF5 is not).
 class RecordingReader {
  public:
-    /// Throws std::runtime_error on a missing, truncated, damaged or foreign file.
+    /// Throws std::runtime_error on a missing, truncated, damaged or foreign file, be it a shard.
     explicit RecordingReader(const std::filesystem::path& path);
     ~RecordingReader();
     RecordingReader(RecordingReader&&) noexcept;
@@ -64,6 +70,10 @@ class RecordingReader {
     /// non-finite positions.
     void read(int trajectory, int begin, int count, Vertices& x) const;
     std::vector<double> times(int trajectory) const;
+    /// How many contacts pressed in each frame; empty where the recording does not say.
+    std::vector<std::int32_t> contacts(int trajectory) const;
+    /// What RecordingWriter::label() wrote; "" without.
+    std::string label(const std::string& name) const;
 
  private:
     struct Impl;

@@ -23,6 +23,7 @@ struct OpenTrajectory {
     int id, nodes;
     int positions, times;  // handles of the growing datasets
     double last_time;
+    std::size_t frames = 0;
 };
 
 }  // namespace
@@ -95,14 +96,26 @@ void RecordingWriter::add_frame(int handle, double time, VerticesRef x) {
     }
     impl_->file.append<double>(t.times, std::span(&time, 1));
     t.last_time = time;
+    ++t.frames;
 }
 
-void RecordingWriter::end_trajectory(int handle, const std::string& failure) {
+void RecordingWriter::end_trajectory(int handle, const std::string& failure,
+                                     std::span<const std::int32_t> contacts) {
     const OpenTrajectory& t = impl_->at(handle);
+    if (!contacts.empty() && contacts.size() != t.frames)
+        impl_->refuse(
+            fmt::format("{} numbers of contacts for the {} frames of trajectory {}; allowed: one each",
+                        contacts.size(), t.frames, t.id));
+    if (!contacts.empty())
+        impl_->file.write(trajectory_group(t.id) + "/contacts", {contacts.size()}, contacts);
     impl_->file.end_growing(t.positions);
     impl_->file.end_growing(t.times);
     impl_->file.attribute(trajectory_group(t.id), "failure", failure);
     impl_->open.erase(handle);
+}
+
+void RecordingWriter::label(const std::string& name, const std::string& value) {
+    impl_->file.attribute("/", name, value);
 }
 
 void RecordingWriter::finish() {

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "collision/counter_random.hpp"
+#include "training/dataset_manifest.hpp"
 
 namespace nbd {
 
@@ -24,32 +26,45 @@ bool is_random_test_frame(const TrainingSplit& split, int trajectory, int frame)
                            static_cast<std::uint64_t>(frame)) < static_cast<double>(split.random_frame_share);
 }
 
-TrainingSplit make_split(const RecordingReader& recording, double held_out_share, double random_frame_share,
-                         std::uint64_t seed) {
-    check_share("held-out trajectories", held_out_share);
-    check_share("random test frames", random_frame_share);
-    std::vector<int> ids;
-    for (const TrajectoryInfo& t : recording.trajectories())
-        if (t.failure.empty() && t.frames > 0) ids.push_back(t.id);
-    const auto complete = static_cast<std::ptrdiff_t>(ids.size());
-    std::ptrdiff_t held_out = std::lround(held_out_share * static_cast<double>(complete));
-    if (held_out_share > 0) held_out = std::max<std::ptrdiff_t>(held_out, 1);
-    if (held_out >= complete)
-        throw std::runtime_error(fmt::format(
-            "{}: has {} complete trajectories, and holding out {} of them leaves none to train on",
-            recording.path().string(), complete, held_out));
-
+HeldOut draw_held_out(std::vector<int> ids, double share, std::uint64_t seed) {
+    check_share("held-out trajectories", share);
+    const auto count = static_cast<std::ptrdiff_t>(ids.size());
+    std::ptrdiff_t held_out = std::lround(share * static_cast<double>(count));
+    if (share > 0) held_out = std::min(count, std::max<std::ptrdiff_t>(held_out, 1));
     // The lowest draws are held out: a trajectory's draw does not depend on which others there are.
     std::ranges::sort(ids, {}, [seed](int id) {
         return std::pair(counter_random(seed, static_cast<std::uint64_t>(id), 0), id);
     });
-    TrainingSplit split{.train_trajectories = {ids.begin() + held_out, ids.end()},
-                        .held_out_trajectories = {ids.begin(), ids.begin() + held_out},
-                        .frame_seed = counter_random(seed, 0, 1),
-                        .random_frame_share = static_cast<float>(random_frame_share)};
-    std::ranges::sort(split.train_trajectories);
-    std::ranges::sort(split.held_out_trajectories);
+    HeldOut split{.train = {ids.begin() + held_out, ids.end()},
+                  .held_out = {ids.begin(), ids.begin() + held_out}};
+    std::ranges::sort(split.train);
+    std::ranges::sort(split.held_out);
     return split;
+}
+
+TrainingSplit make_split(const RecordingReader& recording, std::optional<double> held_out_share,
+                         double random_frame_share, std::uint64_t seed) {
+    check_share("random test frames", random_frame_share);
+    const double share = held_out_share.value_or(0.2);
+    HeldOut split;
+    if (!held_out_share && is_dataset_view(recording.path())) {
+        DatasetManifest manifest = read_dataset_manifest(recording.path());
+        split = {std::move(manifest.train_trajectories), std::move(manifest.held_out_trajectories)};
+    } else {
+        std::vector<int> ids;
+        for (const TrajectoryInfo& t : recording.trajectories())
+            if (t.failure.empty() && t.frames > 0) ids.push_back(t.id);
+        split = draw_held_out(std::move(ids), share, seed);
+    }
+    if (split.train.empty())
+        throw std::runtime_error(fmt::format(
+            "{}: has {} complete trajectories, and holding out {} of them leaves none to train on",
+            recording.path().string(), split.held_out.size(),
+            std::max<std::size_t>(split.held_out.size(), share > 0)));
+    return {.train_trajectories = std::move(split.train),
+            .held_out_trajectories = std::move(split.held_out),
+            .frame_seed = counter_random(seed, 0, 1),
+            .random_frame_share = static_cast<float>(random_frame_share)};
 }
 
 std::vector<FrameId> frames_of(const RecordingReader& recording, const TrainingSplit& split, FrameSet set) {

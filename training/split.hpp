@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,14 +10,24 @@
 
 namespace nbd {
 
+/// Trajectories by their ids, ascending.
+struct HeldOut {
+    std::vector<int> train, held_out;
+};
+
+/// Draws which trajectories training never sees. share: of them, in [0, 1); above 0 at least one is held out.
+/// Whether a trajectory is drawn early depends on the seed and its id alone. Throws std::invalid_argument on
+/// a share out of range.
+HeldOut draw_held_out(std::vector<int> ids, double share, std::uint64_t seed);
+
 /// Draws the trajectories that training never sees and fixes how frames are kept out of the others. Failed
-/// and empty trajectories are in neither list. With a share above 0 at least one trajectory is held out.
-/// held_out_share: of the complete trajectories, in [0, 1). random_frame_share: of the remaining frames, in
-/// [0, 1). Depends on the trajectories' ids, the shares and the seed alone.
-/// Throws std::invalid_argument on a share out of range, std::runtime_error where the recording has too few
-/// complete trajectories to leave one for training.
-TrainingSplit make_split(const RecordingReader& recording, double held_out_share, double random_frame_share,
-                         std::uint64_t seed);
+/// and empty trajectories are in neither list. held_out_share: of the complete trajectories, as in
+/// draw_held_out; without one, those that the manifest of a dataset names, and a fifth where there is none.
+/// random_frame_share: of the remaining frames, in [0, 1). Depends on the trajectories' ids, the shares and
+/// the seed, and on the manifest, alone. Throws std::invalid_argument on a share out of range,
+/// std::runtime_error where the recording has too few complete trajectories to leave one for training.
+TrainingSplit make_split(const RecordingReader& recording, std::optional<double> held_out_share,
+                         double random_frame_share, std::uint64_t seed);
 
 /// A frame of a recording.
 struct FrameId {

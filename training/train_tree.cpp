@@ -81,25 +81,27 @@ ModalModel train_model(const ClusteredModes& modes, PoseLabels& labels, const Ml
 }  // namespace
 
 std::string to_json(const TrainConfig& c) {
-    const nlohmann::ordered_json json = {{"depth", c.tree.depth},
-                                         {"min_leaf_faces", c.tree.min_leaf_faces},
-                                         {"modes", c.modes},
-                                         {"representatives", c.clusters.k_means.clusters},
-                                         {"k_means_iterations", c.clusters.k_means.max_iterations},
-                                         {"k_means_initialisations", c.clusters.initialisations},
-                                         {"k_means_poses", c.clusters.poses},
-                                         {"label_frame", name(c.label_frame)},
-                                         {"held_out_share", c.held_out_share},
-                                         {"random_frame_share", c.random_frame_share},
-                                         {"hidden", c.mlp.hidden},
-                                         {"batch", c.mlp.batch},
-                                         {"learning_rate", c.mlp.learning_rate},
-                                         {"min_learning_rate", c.mlp.min_learning_rate},
-                                         {"decay", c.mlp.decay},
-                                         {"patience", c.mlp.patience},
-                                         {"improvement", c.mlp.improvement},
-                                         {"max_epochs", c.mlp.max_epochs},
-                                         {"seed", c.seed}};
+    const nlohmann::ordered_json json = {
+        {"depth", c.tree.depth},
+        {"min_leaf_faces", c.tree.min_leaf_faces},
+        {"modes", c.modes},
+        {"representatives", c.clusters.k_means.clusters},
+        {"k_means_iterations", c.clusters.k_means.max_iterations},
+        {"k_means_initialisations", c.clusters.initialisations},
+        {"k_means_poses", c.clusters.poses},
+        {"label_frame", name(c.label_frame)},
+        {"held_out_share",
+         c.held_out_share ? nlohmann::ordered_json(*c.held_out_share) : nlohmann::ordered_json()},
+        {"random_frame_share", c.random_frame_share},
+        {"hidden", c.mlp.hidden},
+        {"batch", c.mlp.batch},
+        {"learning_rate", c.mlp.learning_rate},
+        {"min_learning_rate", c.mlp.min_learning_rate},
+        {"decay", c.mlp.decay},
+        {"patience", c.mlp.patience},
+        {"improvement", c.mlp.improvement},
+        {"max_epochs", c.mlp.max_epochs},
+        {"seed", c.seed}};
     return json.dump();
 }
 

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -20,7 +21,9 @@ struct TrainConfig {
     int modes = 128;        // the lowest ones; a body with fewer brings what it has
     ClusterModesConfig clusters;
     LabelFrame label_frame = LabelFrame::clustered;
-    double held_out_share = 0.2;      // of the trajectories, in [0, 1): never seen in training
+    /// Of the trajectories, in [0, 1): never seen in training. Without it as the recording says; see
+    /// make_split.
+    std::optional<double> held_out_share{};
     double random_frame_share = 0.1;  // of the other trajectories' frames, in [0, 1): likewise
     MlpConfig mlp;
     std::uint64_t seed = 1;  // of the split, the clustering and the networks; overrides theirs

@@ -1,35 +1,40 @@
 #include <fmt/core.h>
 #include <tbb/global_control.h>
-#include <tbb/parallel_pipeline.h>
 
+#include <fstream>
+#include <iterator>
 #include <memory>
-#include <vector>
 
 #include "apps/commands/commands.hpp"
+#include "apps/dataset/plan.hpp"
+#include "apps/dataset/producer.hpp"
+#include "apps/dataset/rank.hpp"
+#include "apps/dataset/variety.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/load.hpp"
 #include "apps/option_checks.hpp"
 #include "meshing/body.hpp"
+#include "meshing/h5/atomic_file.hpp"
 #include "sim/blas.hpp"
-#include "sim/excitation.hpp"
-#include "training/recording.hpp"
+#include "training/dataset_manifest.hpp"
 
 namespace nbd {
 namespace {
 
 struct DatasetArguments {
-    std::string body, output, shard = "0/1";
-    int trajectories = 40;
-    ExcitationConfig excitation;
+    std::string body, output, recipe, csv, shard;
+    std::optional<double> strength;
+    DatasetPlan plan;
 };
 
-/// This machine's part of the trajectories: those with index % count == number.
+/// This process's part of the trajectories: those with index % count == number.
 struct Shard {
     int number = 0, count = 1;
 };
 
 Shard parse_shard(const std::string& text) {
     Shard shard;
+    if (text.empty()) return shard;
     int used = 0;
     if (std::sscanf(text.c_str(), "%d/%d%n", &shard.number, &shard.count, &used) != 2 ||
         used != static_cast<int>(text.size()) || shard.count < 1 || shard.number < 0 ||
@@ -38,101 +43,152 @@ Shard parse_shard(const std::string& text) {
     return shard;
 }
 
-/// A trajectory that was simulated and waits for its turn to be written.
-struct Trajectory {
-    int index = 0;
-    TrajectoryResult result;
-    std::vector<double> times;
-    std::vector<Vertices> frames;
-};
-
-std::shared_ptr<Trajectory> simulate(const Excitation& excitation, int index) {
-    auto trajectory = std::make_shared<Trajectory>();
-    trajectory->index = index;
-    trajectory->result = excitation.run(index, [&](double time, const Nodes& x) {
-        if (interrupted()) throw Interrupted("no recording was written");
-        trajectory->times.push_back(time);
-        trajectory->frames.push_back(x.cast<float>());
-    });
-    return trajectory;
+std::string read_text(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    if (!in || std::filesystem::is_directory(path))
+        throw std::runtime_error(fmt::format("{}: cannot be read", path));
+    return text;
 }
 
-void write(RecordingWriter& writer, const Trajectory& trajectory, const ExcitationConfig& config,
-           const std::string& hash, int nodes) {
-    TrajectoryInfo info;
-    info.id = trajectory.index;
-    info.seed = config.seed;
-    info.body_hash = hash;
-    info.recipe = trajectory.result.recipe;
-    const int handle = writer.begin_trajectory(info, nodes);
-    for (std::size_t i = 0; i < trajectory.frames.size(); ++i)
-        writer.add_frame(handle, trajectory.times[i], trajectory.frames[i]);
-    writer.end_trajectory(handle, trajectory.result.failure);
+RecipeRanges load_ranges(const DatasetArguments& arguments) {
+    RecipeRanges ranges;
+    if (!arguments.recipe.empty()) try {
+            ranges = parse_recipe_ranges(read_text(arguments.recipe));
+        } catch (const std::invalid_argument& error) {
+            throw std::runtime_error(fmt::format("{}: {}", arguments.recipe, error.what()));
+        }
+    if (arguments.strength) ranges.strength = *arguments.strength;
+    return ranges;
+}
+
+/// Begins a dataset, or refuses to go on with one of other options or to replace what is none.
+void begin(const ShardFolder& folder, const std::string& plan) {
+    const auto refuse_other = [&](const std::string& there) {
+        const std::string difference = plan_difference(there, plan);
+        if (!difference.empty())
+            throw std::runtime_error(
+                fmt::format("{}: was begun with {}; allowed: the same options, or another name",
+                            folder.view().string(), difference));
+    };
+    if (std::filesystem::exists(folder.plan())) {
+        try {
+            refuse_other(read_text(folder.plan().string()));
+        } catch (const std::invalid_argument& error) {
+            throw std::runtime_error(fmt::format("{}: {}", folder.plan().string(), error.what()));
+        }
+        return;
+    }
+    if (is_dataset_view(folder.view()))
+        refuse_other(read_dataset_manifest(folder.view()).plan);
+    else if (std::filesystem::exists(folder.view()))
+        throw std::runtime_error(
+            fmt::format("{}: is there already and no dataset that could be continued; allowed: another name",
+                        folder.view().string()));
+    std::filesystem::create_directories(folder.path());
+    h5::AtomicFile file(folder.plan());
+    file.out() << plan;
+    file.commit();
+}
+
+ProducerHooks hooks_for(const ShardFolder& folder, Output& out) {
+    return {.warn = [&out](const std::string& line) { out.warning(line); },
+            .progress = [&](int there) { out.progress("trajectories", there, folder.trajectories()); },
+            .stop_if_asked =
+                [&folder] {
+                    if (interrupted())
+                        throw Interrupted(
+                            fmt::format("{} of {} trajectories are kept in {}; the same command "
+                                        "continues",
+                                        folder.count(), folder.trajectories(), folder.path().string()));
+                }};
+}
+
+void report(const DatasetArguments& arguments, const ShardFolder& folder, int nodes, const Output& out) {
+    const DatasetManifest manifest = read_dataset_manifest(folder.view());
+    const Variety variety = variety_from_json(manifest.variety);
+    if (!arguments.csv.empty()) {
+        h5::AtomicFile file(arguments.csv);
+        file.out() << to_csv(variety);
+        file.commit();
+    }
+    int failed = 0;
+    for (const auto& [name, kind] : variety.kinds) failed += kind.failed;
+    out.text(fmt::format("{}: {} trajectories in {} files, {} frames of {} nodes, {} failed",
+                         arguments.output, folder.trajectories(), folder.shards(), variety.frames, nodes,
+                         failed));
+    out.text(to_text(variety));
+    out.result({{"trajectories", folder.trajectories()},
+                {"shards", folder.shards()},
+                {"frames", variety.frames},
+                {"nodes", nodes},
+                {"failed", failed},
+                {"variety", nlohmann::ordered_json::parse(manifest.variety)}});
 }
 
 void run(const DatasetArguments& arguments, Output& out) {
     finish_on_interrupt();
     const Shard shard = parse_shard(arguments.shard);
+    const Rank rank = this_rank();
+    if (rank.number > 0) {  // one speaks for all
+        out.quiet = true;
+        out.json = false;
+    }
     check_output(arguments.output, {arguments.body});
+    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body, arguments.output});
+    DatasetPlan plan = arguments.plan;
+    plan.excitation.ranges = load_ranges(arguments);
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
-    const Body body = load_body(arguments.body);
-    const std::string hash = body_hash(body);
+    Body body = load_body(arguments.body);
     const int nodes = static_cast<int>(body.tets.X.rows());
-    const Excitation excitation(body, arguments.excitation);
 
-    std::vector<int> mine;
-    for (int i = shard.number; i < arguments.trajectories; i += shard.count) mine.push_back(i);
-    if (mine.empty())
+    const ShardFolder folder(arguments.output, plan.trajectories, plan.per_shard);
+    if (shard.number >= plan.trajectories)
         throw std::invalid_argument(
-            fmt::format("shard {} of {} trajectories has none", arguments.shard, arguments.trajectories));
+            fmt::format("shard {} of {} trajectories has none", arguments.shard, plan.trajectories));
+    begin(folder, plan_json(plan, body));
+    Producer producer(std::move(body), plan, folder, hooks_for(folder, out));
 
-    RecordingWriter writer(arguments.output);
-    std::size_t next = 0;
-    int written = 0, frames = 0, failed = 0;
-    // Simulated in parallel, written in order: the file is the same on any number of threads. Trajectories
-    // take unlike times, so some wait in memory for a slow one before them.
-    const std::size_t in_flight =
-        4 * tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-    tbb::parallel_pipeline(
-        in_flight,
-        tbb::make_filter<void, int>(tbb::filter_mode::serial_in_order,
-                                    [&](tbb::flow_control& control) {
-                                        if (next == mine.size()) {
-                                            control.stop();
-                                            return 0;
-                                        }
-                                        return mine[next++];
-                                    }) &
-            tbb::make_filter<int, std::shared_ptr<Trajectory>>(
-                tbb::filter_mode::parallel, [&](int index) { return simulate(excitation, index); }) &
-            tbb::make_filter<std::shared_ptr<Trajectory>, void>(
-                tbb::filter_mode::serial_in_order, [&](const std::shared_ptr<Trajectory>& trajectory) {
-                    write(writer, *trajectory, arguments.excitation, hash, nodes);
-                    frames += static_cast<int>(trajectory->frames.size());
-                    if (const std::string& failure = trajectory->result.failure; !failure.empty()) {
-                        ++failed;
-                        out.warning(fmt::format("trajectory {} is left out: {}", trajectory->index, failure));
-                    }
-                    out.progress("trajectories", ++written, static_cast<double>(mine.size()));
-                }));
-    writer.finish();
+    const bool alone = shard.count == 1 && rank.count == 1;
+    const int processes = shard.count * rank.count, process = shard.number * rank.count + rank.number;
+    producer.verify([&](int g) { return alone || g % processes == process; });
+    const auto mine = [&](int index) { return index % shard.count == shard.number; };
+    const int threads =
+        static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+    const int start = static_cast<int>(std::int64_t{plan.trajectories} * rank.number / rank.count);
+    do producer.produce(mine, threads, start);
+    while (arguments.shard.empty() && !producer.merge());
 
-    out.text(fmt::format("{}: {} trajectories, {} frames of {} nodes, {} failed", arguments.output,
-                         mine.size(), frames, nodes, failed));
-    out.result({{"trajectories", mine.size()}, {"frames", frames}, {"nodes", nodes}, {"failed", failed}});
+    if (arguments.shard.empty()) {
+        if (rank.number == 0) report(arguments, folder, nodes, out);
+        return;
+    }
+    out.text(
+        fmt::format("{}: shard {} is done, {} of {} trajectories are there; the command without --shard "
+                    "makes what is missing and merges",
+                    folder.path().string(), arguments.shard, folder.count(), plan.trajectories));
+    out.result({{"shard", arguments.shard}, {"there", folder.count()}, {"trajectories", plan.trajectories}});
 }
 
 }  // namespace
 
 void add_dataset(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<DatasetArguments>();
-    ExcitationConfig& excitation = arguments->excitation;
-    CLI::App* command =
-        app.add_subcommand("dataset", "Simulates trajectories that training poses are taken from");
+    DatasetPlan& plan = arguments->plan;
+    ExcitationConfig& excitation = plan.excitation;
+    CLI::App* command = app.add_subcommand("dataset",
+                                           "Simulates trajectories that training poses are taken from; "
+                                           "alone, under mpirun, or in job arrays. The "
+                                           "same command continues what was interrupted");
     command->add_option("BODY", arguments->body, "Body file")->required();
-    command->add_option("-o,--output", arguments->output, "Recording to write")->required();
-    command->add_option("--trajectories", arguments->trajectories, "How many")
+    command
+        ->add_option("-o,--output", arguments->output,
+                     "Dataset to write; the frames lie beside it in a folder of the same name with .shards")
+        ->required();
+    command->add_option("--recipe", arguments->recipe,
+                        "What happens in the trajectories: a JSON file, see assets/recipes");
+    command->add_option("--trajectories", plan.trajectories, "How many")
         ->capture_default_str()
         ->check(CLI::Range(1, 1'000'000));
     command->add_option("--frames", excitation.frames, "Frames a trajectory")
@@ -141,9 +197,10 @@ void add_dataset(CLI::App& app, Output& out) {
     command->add_option("--seed", excitation.seed, "Trajectory i depends on the seed and on i alone")
         ->capture_default_str()
         ->check(seed_check());
-    command->add_option("--strength", excitation.strength, "1: local strains of 20 to 50 %")
-        ->capture_default_str()
-        ->check(positive());
+    command
+        ->add_option("--strength", arguments->strength,
+                     "In place of the recipe's; 1: local strains of 20 to 50 %")
+        ->check(number_check("> 0 and at most 1000", [](double x) { return x > 0 && x <= 1000; }));
     command
         ->add_option("--frame-interval", excitation.frame_interval,
                      "Seconds between frames; 0: a fifth of the time in which sound crosses the body")
@@ -152,8 +209,23 @@ void add_dataset(CLI::App& app, Output& out) {
     command->add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps a frame")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
-    command->add_option("--shard", arguments->shard, "i/N: only trajectories i, i + N, i + 2 N, ...")
-        ->capture_default_str();
+    command
+        ->add_option("--attempts", plan.attempts,
+                     "At a trajectory that fails, each with steps half as long as the last")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 8));
+    command
+        ->add_option("--held-out", plan.held_out_share,
+                     "Share of the trajectories that training is to keep out")
+        ->capture_default_str()
+        ->check(number_check(">= 0 and < 1", [](double x) { return x >= 0 && x < 1; }));
+    command->add_option("--per-shard", plan.per_shard, "Trajectories a file")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1'000'000));
+    command->add_option(
+        "--shard", arguments->shard,
+        "i/N: only trajectories i, i + N, i + 2 N, ...; merge with the same command without it");
+    command->add_option("--csv", arguments->csv, "Spread of the modal coordinates, a line a mode");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -97,8 +97,7 @@ void add_train(CLI::App& app, Output& out) {
         ->check(CLI::IsMember({"clustered", "full"}));
     command
         ->add_option("--held-out", config.held_out_share,
-                     "Share of the trajectories that training never sees")
-        ->capture_default_str()
+                     "Share of the trajectories that training never sees; without it as the dataset says")
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
     command
         ->add_option("--random-frames", config.random_frame_share,

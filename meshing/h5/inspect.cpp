@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <iterator>
+#include <set>
 #include <sstream>
 #include <vector>
 
@@ -14,7 +15,8 @@ namespace {
 
 class Report {
  public:
-    explicit Report(const std::filesystem::path& path) : file_(path) {}
+    /// follow: whether it may hold virtual datasets.
+    Report(const std::filesystem::path& path, bool follow) : file_(path), follow_(follow) {}
 
     std::string text() {
         add("{}: {} version {}, {} bytes\n", file_.path().string(), file_.format().name,
@@ -22,6 +24,7 @@ class Report {
         add_attributes("/", "");
         add_children("/", "");
         check_body();
+        check_sources();
         add("whole: {} datasets, {} bytes of numbers and texts, every checksum verified\n", datasets_,
             bytes_);
         return text_;
@@ -64,8 +67,8 @@ class Report {
     }
 
     void add_dataset_line(const std::string& path, const std::string& label) {
-        ++datasets_;
         if (file_.is_text(path)) {
+            ++datasets_;
             const std::string text = file_.read_text(path);
             bytes_ += text.size();
             add("{}: \"{}\"\n", label, excerpt(text));
@@ -73,7 +76,15 @@ class Report {
         }
         const Shape shape = file_.shape(path);
         const Type type = file_.type(path);
+        if (const auto source = file_.virtual_source(path)) {
+            if (!follow_) file_.refuse(fmt::format("'{}' is virtual", path), "numbers: others refer to them");
+            add("{}: {} {} -> {}:{}\n", label, h5::name(type), h5::text(shape), source->file,
+                source->dataset);
+            sources_.insert(source->file);
+            return;
+        }
         content_hash(file_, std::vector{path});  // reads every chunk
+        ++datasets_;
         bytes_ += element_count(shape) * size_of(type);
         add("{}: {} {}\n", label, h5::name(type), h5::text(shape));
     }
@@ -89,13 +100,26 @@ class Report {
         add("body_sha256 is that of the content\n");
     }
 
+    /// The files that virtual datasets refer to.
+    void check_sources() {
+        for (const std::string& name : sources_) {
+            Report source(file_.path().parent_path() / name, false);
+            source.text();
+            datasets_ += source.datasets_;
+            bytes_ += source.bytes_;
+        }
+        if (!sources_.empty()) add("{} files that virtual datasets refer to are whole\n", sources_.size());
+    }
+
     Reader file_;
+    bool follow_;
     std::string text_;
+    std::set<std::string> sources_;
     std::size_t datasets_ = 0, bytes_ = 0;
 };
 
 }  // namespace
 
-std::string inspect(const std::filesystem::path& path) { return Report(path).text(); }
+std::string inspect(const std::filesystem::path& path) { return Report(path, true).text(); }
 
 }  // namespace nbd::h5

@@ -22,6 +22,11 @@ Shape shape_of(hid_t dataset) {
     return {d.begin(), d.end()};
 }
 
+bool is_virtual(hid_t dataset) {
+    const Handle creation(H5Dget_create_plist(dataset));
+    return H5Pget_layout(creation.get()) == H5D_VIRTUAL;
+}
+
 bool fits(const Shape& shape, const Shape& expected) {
     return std::ranges::equal(
         shape, expected, [](std::size_t has, std::size_t wanted) { return wanted == any || has == wanted; });
@@ -48,6 +53,12 @@ struct Reader::Impl {
     ~Impl() {
         const LibraryLock lock;
         kept = Handle();
+    }
+
+    void refuse_virtual(const std::string& dataset, const Handle& opened) const {
+        if (is_virtual(opened.get()))
+            file.refuse(fmt::format("the numbers of virtual dataset '{}' lie in another file", dataset),
+                        "to read them there");
     }
 };
 
@@ -117,6 +128,24 @@ std::vector<std::string> Reader::children(const std::string& group) const {
     return names;
 }
 
+std::optional<VirtualSource> Reader::virtual_source(const std::string& dataset) const {
+    const LibraryLock lock;
+    const Handle opened = impl_->file.open_dataset(dataset), creation(H5Dget_create_plist(opened.get()));
+    if (!is_virtual(opened.get())) return {};
+    std::size_t count = 0;
+    H5Pget_virtual_count(creation.get(), &count);
+    if (count != 1)
+        refuse(fmt::format("virtual dataset '{}' has {} sources", dataset, count), "one, as nbdtree writes");
+    const auto text = [&](auto get) {
+        const ssize_t length = get(creation.get(), 0, nullptr, 0);
+        if (length < 0) impl_->file.refuse_damaged(fmt::format("virtual dataset '{}'", dataset));
+        std::string value(static_cast<std::size_t>(length), '\0');
+        get(creation.get(), 0, value.data(), value.size() + 1);
+        return value;
+    };
+    return VirtualSource{text(H5Pget_virtual_filename), text(H5Pget_virtual_dsetname)};
+}
+
 Shape Reader::shape(const std::string& dataset) const {
     const LibraryLock lock;
     return shape_of(impl_->file.open_dataset(dataset).get());
@@ -141,7 +170,8 @@ Shape Reader::check(const std::string& dataset, Type type, const Shape& expected
     const Shape shape = this->shape(dataset);
     if (!fits(shape, expected))
         refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), text(expected));
-    if (!is_credible(shape, size_of(type), impl_->file.bytes()))
+    const bool elsewhere = is_virtual(impl_->file.open_dataset(dataset).get());
+    if (!elsewhere && !is_credible(shape, size_of(type), impl_->file.bytes()))
         refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), "no more than the file can hold");
     return shape;
 }
@@ -149,6 +179,7 @@ Shape Reader::check(const std::string& dataset, Type type, const Shape& expected
 void Reader::read_values(const std::string& dataset, Type type, void* values) const {
     const LibraryLock lock;
     const Handle opened = impl_->file.open_dataset(dataset);
+    impl_->refuse_virtual(dataset, opened);
     if (element_count(shape_of(opened.get())) == 0) return;
     if (H5Dread(opened.get(), memory_type(type), H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
         impl_->file.refuse_damaged(fmt::format("dataset '{}'", dataset));
@@ -158,7 +189,9 @@ void Reader::read_some(const std::string& dataset, Type type, std::size_t begin,
                        void* values) const {
     const LibraryLock lock;
     if (impl_->kept_name != dataset) {
+        impl_->kept_name.clear();
         impl_->kept = impl_->file.open_dataset(dataset);
+        impl_->refuse_virtual(dataset, impl_->kept);
         impl_->kept_name = dataset;
     }
     if (count == 0) return;

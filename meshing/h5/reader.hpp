@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,10 @@ class Reader {
     bool is_text(const std::string& dataset) const;
     /// Where a soft link points; "" where `name` is none.
     std::string link_target(const std::string& name) const;
+
+    /// Where the numbers of a virtual dataset lie; none for others. HDF5 reads zeros where a source is
+    /// missing, so the calls below refuse to read virtual datasets: read their sources.
+    std::optional<VirtualSource> virtual_source(const std::string& dataset) const;
 
     Shape shape(const std::string& dataset) const;
     /// Throws where the dataset holds anything but one of our number types.

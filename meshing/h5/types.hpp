@@ -47,6 +47,12 @@ std::string_view name(Type type) noexcept;
 /// "10 x 3"; `any` as "n"; "scalar" without dimensions.
 std::string text(const Shape& shape);
 
+/// Where the numbers of a virtual dataset lie: the whole of a dataset of the same type and shape in another
+/// file, named relative to the folder of the file that refers to it.
+struct VirtualSource {
+    std::string file, dataset;
+};
+
 /// Product of the dimensions.
 std::size_t element_count(const Shape& shape) noexcept;
 

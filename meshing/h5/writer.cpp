@@ -177,6 +177,16 @@ void Writer::write_text(const std::string& name, std::string_view text) {
                  name);
 }
 
+void Writer::write_virtual(const std::string& name, Type type, const Shape& shape,
+                           const VirtualSource& source) {
+    const LibraryLock lock;
+    const Handle creation = without_times(H5P_DATASET_CREATE), space = simple_space(shape);
+    impl_->check(H5Pset_virtual(creation.get(), space.get(), source.file.c_str(), source.dataset.c_str(),
+                                space.get()) >= 0,
+                 name);
+    impl_->make_dataset(name, file_type(type), space.get(), creation.get(), H5P_DEFAULT);
+}
+
 void Writer::link(const std::string& name, const std::string& target) {
     const LibraryLock lock;
     impl_->make_parent(name);

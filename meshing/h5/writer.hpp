@@ -59,6 +59,9 @@ class Writer {
     /// A text of any length, as a dataset with one string.
     void write_text(const std::string& name, std::string_view text);
 
+    /// A virtual dataset: h5py and other programs read it as if the numbers of `source` stood here.
+    void write_virtual(const std::string& name, Type type, const Shape& shape, const VirtualSource& source);
+
     /// A soft link: `name` then reads as `target` does.
     void link(const std::string& name, const std::string& target);
 

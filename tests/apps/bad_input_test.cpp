@@ -106,7 +106,7 @@ TEST_F(BadInputTest, Numbers) {
         {dataset("--frames", "many"), 2, "--frames: Value many not in range 1 to 1000000"},
         {dataset("--shard", "3/2"), 2, "--shard: '3/2' is not i/N with 0 <= i < N"},
         {dataset("--shard", "50/60"), 1, "shard 50/60 of 40 trajectories has none"},
-        {dataset("--strength", "0"), 2, "--strength: is '0'; allowed: a number > 0"},
+        {dataset("--strength", "0"), 2, "--strength: is '0'; allowed: a number > 0 and at most 1000"},
         {dataset("--seed", "-1"), 2, "--seed: is '-1'; allowed: a whole number from 0 to 2^64 - 1"},
         {train("--depth", "17"), 2, "--depth: Value 17 not in range 0 to 16"},
         {train("--clusters", "3"), 2, "--clusters: Value 3 not in range 4 to 100000"},

@@ -22,15 +22,6 @@ Ran run_and_interrupt(const std::filesystem::path& folder, const std::vector<std
     return running.wait();
 }
 
-TEST_F(InterruptTest, LeavesNothingOfADataset) {
-    const auto before = listing(folder());
-    const Ran ran =
-        run_and_interrupt(folder(), {"dataset", "box.h5", "-o", "long.h5", "--trajectories", "100000", "-q"});
-    EXPECT_EQ(ran.status, 130);
-    EXPECT_EQ(ran.err, "nbdtree: error: interrupted: no recording was written\n");
-    EXPECT_EQ(listing(folder()), before);
-}
-
 TEST_F(InterruptTest, EndsACommandThatKeepsNothingHalfDoneAtOnce) {
     write("fine.obj", obj_file(box(0.4, 0.1, 0.1, 60)));
     const auto before = listing(folder());

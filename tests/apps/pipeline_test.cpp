@@ -56,7 +56,7 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
     };
     json_of(dataset("one.h5", "1", "3", "3"));
     json_of(dataset("two.h5", "2", "3", "3"));
-    EXPECT_TRUE(bytes("one.h5") == bytes("two.h5"));
+    EXPECT_TRUE(bytes("one.shards/000000-000002.h5") == bytes("two.shards/000000-000002.h5"));
     const nlohmann::json data = json_of(dataset("data.h5", "2", "8", "20"));
     EXPECT_EQ(data["frames"], 160);
     EXPECT_EQ(data["failed"], 0);
@@ -103,10 +103,11 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
 
     for (const char* file : {"beam.h5", "data.h5", "tree.h5", "scene.h5"})
         EXPECT_EQ(json_of({"inspect", file})["whole"], true) << file;
-    EXPECT_EQ(listing(folder / ""),
-              (std::set<std::string>{"beam.h5", "modes.csv", "one.h5", "two.h5", "data.h5", "tree.h5",
-                                     "tree1.h5", "table.csv", "scene.json", "scene.h5", "scene.csv", "vtu",
-                                     "scene.png", "moved.obj", "pairs.csv"}));
+    EXPECT_EQ(
+        listing(folder / ""),
+        (std::set<std::string>{"beam.h5", "modes.csv", "one.h5", "one.shards", "two.h5", "two.shards",
+                               "data.h5", "data.shards", "tree.h5", "tree1.h5", "table.csv", "scene.json",
+                               "scene.h5", "scene.csv", "vtu", "scene.png", "moved.obj", "pairs.csv"}));
 }
 
 }  // namespace

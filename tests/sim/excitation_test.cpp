@@ -26,9 +26,9 @@ struct Watched {
 
 Watched run(const Excitation& excitation, int index) {
     Watched out;
-    out.result = excitation.run(index, [&](double time, const Nodes& x) {
-        out.times.push_back(time);
-        out.frames.push_back(x);
+    out.result = excitation.run(index, [&](const ExcitedFrame& frame) {
+        out.times.push_back(frame.time);
+        out.frames.push_back(frame.x);
     });
     return out;
 }
@@ -46,11 +46,11 @@ double strain(const ElasticBody& body, const Nodes& x) {
 }
 
 TEST(Recipe, KindsTakeTurnsAndNumbersDependOnTheIndex) {
-    const Body body = bar();
+    const RecipeBook recipes(std::make_shared<const Body>(bar()), short_run());
     std::set<RecipeKind> kinds;
     std::set<std::string> texts;
     for (int i = 0; i < 10; ++i) {
-        const Recipe recipe = draw_recipe(body, short_run(), i);
+        const Recipe recipe = recipes.draw(i);
         kinds.insert(recipe.kind);
         texts.insert(recipe_json(recipe));
     }
@@ -117,7 +117,7 @@ TEST(Excitation, SuitsAnySizeStiffnessAndDensity) {
 
 TEST(Excitation, AnAbsurdOneIsMarkedFailedWithItsReason) {
     ExcitationConfig config = short_run();
-    config.strength = 60;
+    config.ranges.strength = 60;
     const Excitation excitation(bar(), config);
     int failed = 0;
     for (int i = 0; i < 5; ++i) {
@@ -141,7 +141,7 @@ TEST(Excitation, RefusesNumbersOutOfRange) {
     EXPECT_EQ(message({.frames = 0}), "excitation: frames is 0, but must be > 0");
     EXPECT_EQ(message({.frame_interval = -1}), "excitation: frame_interval is -1, but must be >= 0");
     EXPECT_EQ(message({.steps_per_frame = 0}), "excitation: steps_per_frame is 0, but must be > 0");
-    EXPECT_EQ(message({.strength = -2}), "excitation: strength is -2, but must be > 0");
+    EXPECT_EQ(message({.ranges = {.strength = -2}}), "excitation: strength is -2, but must be > 0");
 }
 
 }  // namespace

@@ -1,0 +1,64 @@
+#include "apps/dataset/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "meshing/h5/sha256.hpp"
+#include "sim/json_object.hpp"
+
+namespace nbd {
+namespace {
+
+std::string shown(const nlohmann::json& flat, const std::string& key) {
+    if (!flat.contains(key)) return "none";
+    std::string text = flat[key].dump();
+    if (text.size() > 40) text = text.substr(0, 20) + "...";
+    return text;
+}
+
+}  // namespace
+
+std::string plan_json(const DatasetPlan& plan, const Body& body) {
+    const ExcitationConfig& excitation = plan.excitation;
+    const Material& material = body.material;
+    nlohmann::ordered_json json;
+    json["program"] = "nbdtree " NBD_VERSION;
+    json["body_sha256"] = body_hash(body);
+    json["material"] = {{"young", material.young},
+                        {"poisson", material.poisson},
+                        {"density", material.density},
+                        {"rayleigh_mass", material.rayleigh_mass},
+                        {"rayleigh_stiffness", material.rayleigh_stiffness}};
+    json["seed"] = excitation.seed;
+    json["trajectories"] = plan.trajectories;
+    json["frames"] = excitation.frames;
+    json["frame_interval"] = excitation.frame_interval;
+    json["steps_per_frame"] = excitation.steps_per_frame;
+    json["attempts"] = plan.attempts;
+    json["held_out"] = plan.held_out_share;
+    json["per_shard"] = plan.per_shard;
+    json["recipe"] = nlohmann::ordered_json::parse(to_json(excitation.ranges));
+    return json.dump(2) + "\n";
+}
+
+std::string plan_key(const std::string& plan) {
+    h5::Sha256 hash;
+    hash.add(std::as_bytes(std::span(plan)));
+    return hash.hex();
+}
+
+std::string plan_difference(const std::string& there, const std::string& wanted) {
+    const nlohmann::json a = parse_json(there).flatten(), b = parse_json(wanted).flatten();
+    for (const auto* keys : {&b, &a})
+        for (const auto& [key, value] : keys->items()) {
+            if (a.contains(key) && b.contains(key) && a[key] == b[key]) continue;
+            std::string name = key.substr(1);
+            for (char& c : name)
+                if (c == '/') c = '.';
+            return fmt::format("{} {}, not {}", name, shown(a, key), shown(b, key));
+        }
+    return {};
+}
+
+}  // namespace nbd

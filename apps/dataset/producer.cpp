@@ -1,0 +1,231 @@
+#include "apps/dataset/producer.hpp"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "apps/dataset/shard.hpp"
+#include "apps/dataset/variety.hpp"
+#include "training/dataset_manifest.hpp"
+#include "training/recording_format.hpp"
+#include "training/split.hpp"
+
+namespace nbd {
+namespace {
+
+// Bytes of the claims file: one a trajectory, one a shard, one for the view.
+constexpr long first_shard_claim = 1L << 32, view_claim = 1L << 33;
+
+/// Calls work(i) for all i in [0, count) from `workers` threads; after the first exception, which is thrown
+/// again, none begins another i.
+void run_workers(int count, int workers, const std::function<void(int)>& work) {
+    std::atomic<int> next = 0;
+    std::exception_ptr failure;
+    std::mutex mutex;
+    const auto loop = [&] {
+        for (int i; (i = next++) < count;) try {
+                work(i);
+            } catch (...) {
+                const std::scoped_lock lock(mutex);
+                if (!failure) failure = std::current_exception();
+                next = count;
+            }
+    };
+    std::vector<std::thread> threads;
+    for (int t = 0; t < workers; ++t) threads.emplace_back(loop);
+    for (std::thread& thread : threads) thread.join();
+    if (failure) std::rethrow_exception(failure);
+}
+
+/// A recipe with what was tried.
+std::string with_attempts(const std::string& recipe, int steps_per_frame,
+                          const nlohmann::ordered_json& failed) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::parse(recipe);
+    json["steps_per_frame"] = steps_per_frame;
+    if (!failed.empty()) json["failed_attempts"] = failed;
+    return json.dump();
+}
+
+}  // namespace
+
+Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, ProducerHooks hooks)
+    : plan_(plan),
+      plan_text_(plan_json(plan, body)),
+      key_(plan_key(plan_text_)),
+      body_hash_(body_hash(body)),
+      body_(std::move(body)),
+      excitation_(body_, plan.excitation),
+      folder_(std::move(folder)),
+      claims_(folder_.claims()),
+      hooks_(std::move(hooks)) {}
+
+void Producer::verify(const std::function<bool(int)>& mine) {
+    std::vector<DatasetShard> known;
+    if (is_dataset_view(folder_.view())) known = read_dataset_manifest(folder_.view()).shards;
+    for (int g = 0; g < folder_.shards(); ++g) {
+        if (!mine(g)) continue;
+        hooks_.stop_if_asked();
+        const auto remove_broken = [&](const std::filesystem::path& path, int first, int end) {
+            const std::string trouble = shard_trouble(path, key_, first, end);
+            if (trouble.empty()) return;
+            hooks_.warn(fmt::format("made anew: {}", trouble));
+            std::filesystem::remove(path);
+        };
+        if (const auto held = claims_.wait_for(first_shard_claim + g, hooks_.stop_if_asked)) {
+            const std::filesystem::path path = folder_.shard(g);
+            if (std::filesystem::exists(path)) {
+                const auto entry = std::ranges::find(known, folder_.relative(g), &DatasetShard::file);
+                if (entry == known.end()) {
+                    remove_broken(path, folder_.first(g), folder_.end(g));
+                } else if (file_sha256(path) != entry->sha256) {
+                    hooks_.warn(fmt::format("made anew: {}: its SHA-256 is not {:.12}... of the manifest",
+                                            path.string(), entry->sha256));
+                    std::filesystem::remove(path);
+                }
+                continue;
+            }
+        }
+        for (int i = folder_.first(g); i < folder_.end(g); ++i)
+            if (const auto held = claims_.try_claim(i); held && std::filesystem::exists(folder_.part(i)))
+                remove_broken(folder_.part(i), i, i + 1);
+    }
+}
+
+void Producer::simulate(int index) {
+    nlohmann::ordered_json failed = nlohmann::ordered_json::array();
+    const int nodes = static_cast<int>(body_.tets.X.rows());
+    int steps = plan_.excitation.steps_per_frame;
+    for (int attempt = 1;; ++attempt, steps *= 2) {
+        RecordingWriter writer(folder_.part(index));
+        writer.label(dataset_label, key_);
+        const TrajectoryInfo info{.id = index,
+                                  .seed = plan_.excitation.seed,
+                                  .body_hash = body_hash_,
+                                  .recipe = with_attempts(excitation_.recipe(index), steps, failed),
+                                  .failure = {},
+                                  .frames = 0};
+        const int handle = writer.begin_trajectory(info, nodes);
+        std::vector<std::int32_t> contacts;
+        const auto on_frame = [&](const ExcitedFrame& frame) {
+            hooks_.stop_if_asked();
+            writer.add_frame(handle, frame.time, frame.x.cast<float>());
+            contacts.push_back(frame.contacts);
+        };
+        const std::string failure = excitation_.run(index, on_frame, steps).failure;
+        if (!failure.empty() && attempt < plan_.attempts) {
+            failed.push_back({{"steps_per_frame", steps}, {"failure", failure}});
+            continue;
+        }
+        writer.end_trajectory(handle, failure, contacts);
+        writer.finish();
+        if (!failure.empty()) hooks_.warn(fmt::format("trajectory {} is left out: {}", index, failure));
+        return;
+    }
+}
+
+void Producer::make(int index, bool wait) {
+    hooks_.stop_if_asked();
+    if (folder_.has(index)) return;
+    {
+        const auto held = wait ? claims_.wait_for(index, hooks_.stop_if_asked) : claims_.try_claim(index);
+        if (!held || folder_.has(index)) return;
+        simulate(index);
+    }
+    finish_shard(folder_.shard_of(index));
+    hooks_.progress(folder_.count());
+}
+
+void Producer::finish_shard(int shard) {
+    const auto held = claims_.wait_for(first_shard_claim + shard, hooks_.stop_if_asked);
+    pack_shard(folder_, key_, shard, hooks_.warn);
+}
+
+void Producer::produce(const std::function<bool(int)>& mine, int threads, int start) {
+    std::vector<int> wanted;
+    for (int i = 0; i < folder_.trajectories(); ++i)
+        if (const int index = (start + i) % folder_.trajectories(); mine(index)) wanted.push_back(index);
+    // First what nobody works at; then, with none of our own in flight, what others began.
+    for (const bool wait : {false, true})
+        for (;;) {
+            std::vector<int> missing;
+            std::ranges::copy_if(wanted, std::back_inserter(missing),
+                                 [&](int index) { return !folder_.has(index); });
+            if (missing.empty()) return;
+            const int count = static_cast<int>(missing.size()), workers = std::min(threads, count);
+            run_workers(count, workers, [&](int i) {
+                tbb::task_arena arena(std::max(1, threads / workers));
+                arena.execute([&] { make(missing[static_cast<std::size_t>(i)], wait); });
+            });
+            if (!wait) break;
+        }
+}
+
+bool Producer::fits(int shard, const std::string& sha256, const std::string& wanted) {
+    if (sha256 == wanted) return true;
+    const std::string trouble =
+        shard_trouble(folder_.shard(shard), key_, folder_.first(shard), folder_.end(shard));
+    if (trouble.empty()) return true;
+    hooks_.warn(fmt::format("made anew: {}", trouble));
+    std::filesystem::remove(folder_.shard(shard));
+    return false;
+}
+
+bool Producer::merge() {
+    const auto held = claims_.wait_for(view_claim, hooks_.stop_if_asked);
+    DatasetManifest old;
+    if (is_dataset_view(folder_.view())) old = read_dataset_manifest(folder_.view());
+    old.shards.resize(static_cast<std::size_t>(folder_.shards()));
+
+    DatasetManifest manifest;
+    manifest.key = key_;
+    manifest.plan = plan_text_;
+    bool changed = old.key != key_;
+    for (int g = 0; g < folder_.shards(); ++g) {
+        hooks_.stop_if_asked();
+        finish_shard(g);
+        if (!std::filesystem::exists(folder_.shard(g))) return false;
+        DatasetShard shard{folder_.relative(g), file_sha256(folder_.shard(g))};
+        const std::string& before = old.shards[static_cast<std::size_t>(g)].sha256;
+        if (!fits(g, shard.sha256, before)) return false;
+        changed = changed || shard.sha256 != before;
+        manifest.shards.push_back(std::move(shard));
+    }
+    remove_leftovers();
+    if (!changed) return true;
+
+    VarietyMeter meter(body_, plan_.trajectories * plan_.excitation.frames);
+    std::vector<int> complete;
+    for (int g = 0; g < folder_.shards(); ++g) {
+        hooks_.stop_if_asked();
+        const RecordingReader recording(folder_.shard(g));
+        meter.add(recording);
+        for (const TrajectoryInfo& info : recording.trajectories())
+            if (info.failure.empty() && info.frames > 0) complete.push_back(info.id);
+    }
+    manifest.variety = to_json(meter.report());
+    const auto split = draw_held_out(complete, plan_.held_out_share, plan_.excitation.seed);
+    manifest.train_trajectories = split.train;
+    manifest.held_out_trajectories = split.held_out;
+    write_dataset_view(folder_.view(), manifest);
+    return true;
+}
+
+void Producer::remove_leftovers() const {
+    const auto clean = [](const std::filesystem::path& folder, const std::string& prefix) {
+        for (const auto& entry : std::filesystem::directory_iterator(folder))
+            if (const std::string name = entry.path().filename();
+                name.starts_with(prefix) && name.ends_with(".tmp"))
+                std::filesystem::remove(entry.path());
+    };
+    clean(folder_.path(), ".");
+    clean(std::filesystem::absolute(folder_.view()).parent_path(),
+          fmt::format(".{}.", folder_.view().filename().string()));
+}
+
+}  // namespace nbd

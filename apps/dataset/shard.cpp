@@ -1,0 +1,104 @@
+#include "apps/dataset/shard.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include "meshing/h5/sha256.hpp"
+#include "training/recording.hpp"
+#include "training/recording_format.hpp"
+#include "training/recording_hash.hpp"
+
+namespace nbd {
+namespace {
+
+void copy_trajectory(const RecordingReader& from, RecordingWriter& to) {
+    constexpr int frames_at_once = 16;
+    const TrajectoryInfo& info = from.trajectories().at(0);
+    const int nodes = from.nodes(0), handle = to.begin_trajectory(info, nodes);
+    const std::vector<double> times = from.times(0);
+    Vertices x;
+    for (int begin = 0; begin < info.frames; begin += frames_at_once) {
+        const int count = std::min(frames_at_once, info.frames - begin);
+        from.read(0, begin, count, x);
+        for (int i = 0; i < count; ++i)
+            to.add_frame(handle, times[static_cast<std::size_t>(begin + i)],
+                         x.middleRows(Eigen::Index{i} * nodes, nodes));
+    }
+    to.end_trajectory(handle, info.failure, from.contacts(0));
+}
+
+}  // namespace
+
+std::string shard_trouble(const std::filesystem::path& path, const std::string& key, int first, int end) {
+    try {
+        const RecordingReader recording(path);
+        if (recording.label(dataset_label) != key)
+            return fmt::format("{}: is a part of another dataset", path.string());
+        const auto& infos = recording.trajectories();
+        if (static_cast<int>(infos.size()) != end - first || infos.front().id != first ||
+            infos.back().id != end - 1)
+            return fmt::format("{}: has other trajectories than {} to {}", path.string(), first, end - 1);
+        recording_hash(recording);
+    } catch (const std::runtime_error& error) {
+        return error.what();
+    }
+    return {};
+}
+
+bool pack_shard(const ShardFolder& folder, const std::string& key, int shard,
+                const std::function<void(const std::string&)>& warn) {
+    const std::filesystem::path path = folder.shard(shard);
+    const auto there = [&] { return std::filesystem::exists(path); };
+    const int first = folder.first(shard), end = folder.end(shard);
+    if (!there()) {
+        for (int i = first; i < end; ++i)
+            if (!std::filesystem::exists(folder.part(i))) return false;
+        RecordingWriter whole(path);
+        whole.label(dataset_label, key);
+        for (int i = first; i < end; ++i) {
+            try {
+                if (const std::string trouble = shard_trouble(folder.part(i), key, i, i + 1);
+                    !trouble.empty())
+                    throw std::runtime_error(trouble);
+                copy_trajectory(RecordingReader(folder.part(i)), whole);
+            } catch (const std::runtime_error& error) {
+                if (there()) break;  // packed meanwhile by a process that our claims do not reach
+                warn(fmt::format("made anew: {}", error.what()));
+                std::filesystem::remove(folder.part(i));
+                return false;
+            }
+        }
+        if (!there()) whole.finish();
+    }
+    for (int i = first; i < end; ++i) std::filesystem::remove(folder.part(i));
+    return true;
+}
+
+std::string file_sha256(const std::filesystem::path& path) {
+    const auto fail = [&] {
+        throw std::runtime_error(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
+    };
+    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) fail();
+    const std::unique_ptr<const int, void (*)(const int*)> closed(&descriptor,
+                                                                  [](const int* d) { close(*d); });
+    h5::Sha256 hash;
+    std::vector<std::byte> bytes(std::size_t{1} << 20);
+    for (;;) {
+        const ssize_t n = read(descriptor, bytes.data(), bytes.size());
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) fail();
+        if (n == 0) return hash.hex();
+        hash.add(std::span(bytes).first(static_cast<std::size_t>(n)));
+    }
+}
+
+}  // namespace nbd

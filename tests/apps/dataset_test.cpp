@@ -1,0 +1,267 @@
+// Datasets as users make them: whatever happens on the way, the files are the same in the end.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <future>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/apps/small_files.hpp"
+#include "tests/support/file_damage.hpp"
+
+namespace nbd::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class DatasetTest : public SmallFiles {
+ protected:
+    static constexpr int trajectories = 9, per_shard = 4;
+
+    static void SetUpTestSuite() {
+        SmallFiles::SetUpTestSuite();
+        make(command("whole"));
+    }
+
+    /// Makes the dataset NAME/data.h5.
+    static std::vector<std::string> command(const std::string& name, std::vector<std::string> more = {}) {
+        fs::create_directory(folder() / name);
+        std::vector<std::string> arguments{"dataset",
+                                           "box.h5",
+                                           "-o",
+                                           name + "/data.h5",
+                                           "--trajectories",
+                                           std::to_string(trajectories),
+                                           "--per-shard",
+                                           std::to_string(per_shard),
+                                           "--frames",
+                                           "12",
+                                           "-q"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return arguments;
+    }
+
+    /// Content of a dataset's files by their names, but for that with the claims.
+    static std::map<std::string, std::string> files(const std::string& name) {
+        std::map<std::string, std::string> result;
+        for (const auto& entry : fs::recursive_directory_iterator(folder() / name))
+            if (entry.is_regular_file() && entry.path().filename() != ".claims")
+                result[fs::relative(entry.path(), folder() / name)] = read_bytes(entry.path());
+        return result;
+    }
+
+    static void expect_like_whole(const std::string& name) {
+        const auto expected = files("whole"), found = files(name);
+        ASSERT_EQ(expected.size(), 5u);  // view, plan, three shards
+        for (const auto& [file, bytes] : expected)
+            EXPECT_TRUE(found.contains(file) && found.at(file) == bytes) << file;
+        for (const auto& [file, bytes] : found) EXPECT_TRUE(expected.contains(file)) << file;
+    }
+
+    /// Trajectories of a dataset that are there.
+    static int there(const std::string& name) {
+        const Ran ran = run(folder(), command(name, {"--shard", "0/1000000", "--json"}));
+        return nlohmann::json::parse(ran.out, nullptr, false).value("there", -1);
+    }
+};
+
+TEST_F(DatasetTest, SaysWhatItHolds) {
+    const Ran ran = run(folder(), command("whole", {"--json", "--csv", "modes.csv"}));
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto result = nlohmann::json::parse(ran.out);
+    EXPECT_EQ(result["trajectories"], 9);
+    EXPECT_EQ(result["shards"], 3);
+    EXPECT_EQ(result["frames"].get<int>() + 12 * result["failed"].get<int>(), 9 * 12);
+    const auto& variety = result["variety"];
+    EXPECT_GT(variety["frames_in_contact"], 0);
+    EXPECT_LT(variety["frames_in_contact"], variety["frames"]);
+    EXPECT_TRUE(std::ranges::is_sorted(variety["stretch"]));
+    EXPECT_LT(variety["stretch"][0], 0.97);
+    EXPECT_GT(variety["stretch"][4], 1.03);
+    EXPECT_EQ(variety["mode_std"].size(), 8u);
+    EXPECT_GT(variety["mode_share"][7], 0.5);
+    EXPECT_LE(variety["mode_share"][7], 1.0);
+    EXPECT_EQ(std::ranges::count(read_bytes(folder() / "modes.csv"), '\n'), 9);
+}
+
+TEST_F(DatasetTest, RunAgainChangesNothing) {
+    const auto before = fs::last_write_time(folder() / "whole/data.h5");
+    make(command("whole"));
+    EXPECT_EQ(fs::last_write_time(folder() / "whole/data.h5"), before);
+}
+
+TEST_F(DatasetTest, ContinuesAfterBeingKilledAtAnyMoment) {
+    int killed = 0;
+    for (int milliseconds = 5;; milliseconds += milliseconds / 2 + 1) {
+        Running running(folder(), command("killed", {"--threads", "2"}));
+        running.wait_until_at_work();
+        std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+        running.kill();
+        const Ran ran = running.wait();
+        if (ran.status == 0) break;
+        ASSERT_EQ(ran.status, -SIGKILL) << ran.err;
+        ++killed;
+    }
+    EXPECT_GT(killed, 0);
+    expect_like_whole("killed");
+}
+
+TEST_F(DatasetTest, CtrlCKeepsWhatIsThereAndSaysSo) {
+    Running running(folder(), command("stopped", {"--threads", "1"}));
+    running.wait_until_at_work();
+    while (!fs::exists(folder() / "stopped/data.shards/000000.part.h5") &&
+           !fs::exists(folder() / "stopped/data.shards/000000-000003.h5"))
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    running.interrupt();
+    const Ran ran = running.wait();
+    ASSERT_EQ(ran.status, 130) << ran.err;
+    EXPECT_EQ(ran.err.rfind("nbdtree: error: interrupted: ", 0), 0u) << ran.err;
+    EXPECT_NE(
+        ran.err.find(" of 9 trajectories are kept in stopped/data.shards; the same command continues\n"),
+        std::string::npos)
+        << ran.err;
+    const int kept = there("stopped");
+    EXPECT_GE(kept, 1);
+    EXPECT_LT(kept, 9);
+    for (const auto& [file, bytes] : files("stopped")) EXPECT_FALSE(file.ends_with(".tmp")) << file;
+    make(command("stopped"));
+    expect_like_whole("stopped");
+}
+
+TEST_F(DatasetTest, DamagedAndMissingFilesAreMadeAnew) {
+    make(command("damaged"));
+    const fs::path shards = folder() / "damaged/data.shards";
+    std::string bytes = read_bytes(shards / "000000-000003.h5");
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+    write_bytes(shards / "000000-000003.h5", bytes);
+    fs::remove(shards / "000004-000007.h5");
+
+    const Ran broken = run(folder(), {"inspect", "damaged/data.h5"});
+    EXPECT_EQ(broken.status, 1);
+    EXPECT_EQ(std::ranges::count(broken.err, '\n'), 1) << broken.err;
+    const Ran trained = run(folder(), {"train", "box.h5", "damaged/data.h5", "-o", "x.h5"});
+    EXPECT_EQ(trained.status, 1);
+    EXPECT_EQ(trained.err,
+              "nbdtree: error: damaged/data.h5: a part of it cannot be read: "
+              "damaged/data.shards/000004-000007.h5: No such "
+              "file or directory; allowed: a file that nbdtree wrote\n");
+
+    const Ran again = run(folder(), command("damaged"));
+    EXPECT_EQ(again.status, 0);
+    EXPECT_NE(again.err.find("made anew: damaged/data.shards/000000-000003.h5"), std::string::npos)
+        << again.err;
+    expect_like_whole("damaged");
+}
+
+TEST_F(DatasetTest, OtherOptionsAreRefused) {
+    const auto refused = [](std::vector<std::string> more, const std::string& difference) {
+        const auto before = files("whole");
+        const Ran ran = run(folder(), command("whole", std::move(more)));
+        EXPECT_EQ(ran.status, 1);
+        EXPECT_EQ(ran.err, "nbdtree: error: whole/data.h5: was begun with " + difference +
+                               "; allowed: the same options, or another name\n");
+        EXPECT_TRUE(files("whole") == before);
+    };
+    refused({"--seed", "7"}, "seed 1, not 7");
+    refused({"--strength", "0.5"}, "recipe.strength 1.0, not 0.5");
+    refused({"--steps-per-frame", "3"}, "steps_per_frame 2, not 3");
+    const Ran ran = run(folder(), {"dataset", "box.h5", "-o", "tree.h5"});
+    EXPECT_EQ(ran.err,
+              "nbdtree: error: tree.h5: is there already and no dataset that could be continued; allowed: "
+              "another name\n");
+}
+
+TEST_F(DatasetTest, MayBeMovedWithItsFolder) {
+    make(command("moving"));
+    fs::create_directory(folder() / "elsewhere");
+    fs::rename(folder() / "moving/data.h5", folder() / "elsewhere/renamed.h5");
+    fs::rename(folder() / "moving/data.shards", folder() / "elsewhere/data.shards");
+    make({"evaluate", "tree.h5", "elsewhere/renamed.h5", "-q"});
+    EXPECT_EQ(run(folder(), {"inspect", "elsewhere/renamed.h5"}).status, 0);
+}
+
+TEST_F(DatasetTest, ShardsOfAJobArrayMergeToTheSameDataset) {
+    for (const char* shard : {"1/3", "0/3", "2/3"}) make(command("array", {"--shard", shard}));
+    EXPECT_FALSE(fs::exists(folder() / "array/data.h5"));
+    make(command("array"));
+    expect_like_whole("array");
+}
+
+TEST_F(DatasetTest, ProcessesShareTheWorkOfOneFolder) {
+    Running first(folder(), command("shared", {"--threads", "1"}));
+    Running second(folder(), command("shared", {"--threads", "1"}));
+    const Ran a = first.wait(), b = second.wait();
+    EXPECT_EQ(a.status, 0) << a.err;
+    EXPECT_EQ(b.status, 0) << b.err;
+    expect_like_whole("shared");
+}
+
+/// Runs the dataset command under mpirun. Status as of std::system.
+class MpiTest : public DatasetTest {
+ protected:
+    void SetUp() override {
+        if (std::system("mpirun --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no mpirun here";
+    }
+
+    static Ran mpirun(const std::string& options, const std::string& name) {
+        std::string line =
+            "cd '" + folder().string() +
+            "' && OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 ASAN_OPTIONS=detect_leaks=0 "
+            "mpirun --oversubscribe " +
+            options + " '" NBD_COMMAND "'";
+        for (const std::string& argument : command(name, {"--threads", "1"})) line += " '" + argument + "'";
+        line += " >mpi.out 2>mpi.err";
+        const int status = std::system(line.c_str());
+        return {status, read_bytes(folder() / "mpi.out"), read_bytes(folder() / "mpi.err")};
+    }
+};
+
+TEST_F(MpiTest, AnyNumberOfRanksGivesTheSameFiles) {
+    for (const char* ranks : {"1", "2", "3"}) {
+        const std::string name = std::string("ranks") + ranks;
+        const Ran ran = mpirun(std::string("-n ") + ranks, name);
+        ASSERT_EQ(ran.status, 0) << ran.err;
+        expect_like_whole(name);
+    }
+}
+
+/// Kills a rank that is simulating: its temporary file bears its process number.
+bool kill_a_rank(const fs::path& shards) {
+    constexpr std::string_view mark = ".part.h5.";
+    for (int i = 0; i < 20000; ++i) {
+        std::error_code none_there;
+        for (const auto& entry : fs::directory_iterator(shards, none_there)) {
+            const std::string name = entry.path().filename();
+            const std::size_t at = name.find(mark);
+            if (at == std::string::npos) continue;
+            const int process = std::atoi(name.c_str() + at + mark.size());
+            return process > 1 && ::kill(process, SIGKILL) == 0;
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+}
+
+TEST_F(MpiTest, ARankThatDiesIsMadeUpForByTheOthers) {
+    auto killed = std::async(std::launch::async, kill_a_rank, folder() / "dying/data.shards");
+    const Ran ran = mpirun("--enable-recovery -n 3", "dying");
+    ASSERT_TRUE(killed.get());
+    ASSERT_TRUE(fs::exists(folder() / "dying/data.h5")) << ran.err;
+    expect_like_whole("dying");
+}
+
+TEST_F(MpiTest, ARankThatDiesCostsNoMoreThanWhatIsInFlight) {
+    auto killed = std::async(std::launch::async, kill_a_rank, folder() / "dead/data.shards");
+    const Ran ran = mpirun("-n 2", "dead");  // mpirun then ends the other rank, too
+    ASSERT_TRUE(killed.get());
+    EXPECT_NE(ran.status, 0);
+    make(command("dead"));
+    expect_like_whole("dead");
+}
+
+}  // namespace
+}  // namespace nbd::test
