@@ -71,6 +71,10 @@ void begin(const ShardFolder& folder, const std::string& plan) {
                 fmt::format("{}: was begun with {}; allowed: the same options, or another name",
                             folder.view().string(), difference));
     };
+    if (folder.path() == folder.view())
+        throw std::runtime_error(
+            fmt::format("{}: is the name of the folder with the frames; allowed: another ending",
+                        folder.view().string()));
     if (std::filesystem::exists(folder.plan())) {
         try {
             refuse_other(read_text(folder.plan().string()));
@@ -92,16 +96,19 @@ void begin(const ShardFolder& folder, const std::string& plan) {
 }
 
 ProducerHooks hooks_for(const ShardFolder& folder, Output& out) {
+    const auto progress = [&, before = -1](int there) mutable {
+        if (before < 0) before = there;  // the time that is left is judged by what we see being made
+        out.progress("trajectories", there - before, folder.trajectories() - before,
+                     before > 0 ? fmt::format("{} were there", before) : "");
+    };
+    const auto stop_if_asked = [&folder] {
+        if (interrupted())
+            throw Interrupted(fmt::format("{} of {} trajectories are kept in {}; the same command continues",
+                                          folder.count(), folder.trajectories(), folder.path().string()));
+    };
     return {.warn = [&out](const std::string& line) { out.warning(line); },
-            .progress = [&](int there) { out.progress("trajectories", there, folder.trajectories()); },
-            .stop_if_asked =
-                [&folder] {
-                    if (interrupted())
-                        throw Interrupted(
-                            fmt::format("{} of {} trajectories are kept in {}; the same command "
-                                        "continues",
-                                        folder.count(), folder.trajectories(), folder.path().string()));
-                }};
+            .progress = progress,
+            .stop_if_asked = stop_if_asked};
 }
 
 void report(const DatasetArguments& arguments, const ShardFolder& folder, int nodes, const Output& out) {

@@ -1,17 +1,42 @@
 #include "meshing/h5/inspect.hpp"
 
+#include <fmt/format.h>
+
 #include <memory>
+#include <stdexcept>
 
 #include "apps/commands/commands.hpp"
+#include "apps/dataset/shard.hpp"
+#include "apps/dataset/variety.hpp"
+#include "training/dataset_manifest.hpp"
 
 namespace nbd {
+namespace {
+
+/// What a dataset's manifest says, after its checksums were found to be true.
+std::string inspect_dataset(const std::filesystem::path& path) {
+    const DatasetManifest manifest = read_dataset_manifest(path);
+    for (const DatasetShard& shard : manifest.shards) {
+        const std::filesystem::path file = path.parent_path() / shard.file;
+        if (const std::string is = file_sha256(file); is != shard.sha256)
+            throw std::runtime_error(fmt::format("{}: has SHA-256 {}; allowed: {}, as {} says", file.string(),
+                                                 is, shard.sha256, path.string()));
+    }
+    return fmt::format(
+        "{} files have the SHA-256 of the manifest; {} trajectories to train on, {} held out\n{}\n",
+        manifest.shards.size(), manifest.train_trajectories.size(), manifest.held_out_trajectories.size(),
+        to_text(variety_from_json(manifest.variety)));
+}
+
+}  // namespace
 
 void add_inspect(CLI::App& app, Output& out) {
     auto path = std::make_shared<std::string>();
     CLI::App* command = app.add_subcommand("inspect", "What a file of ours holds, and whether it is whole");
-    command->add_option("FILE", *path, "Body, recording or tree file")->required();
+    command->add_option("FILE", *path, "Body, recording, dataset or tree file")->required();
     command->final_callback([path, &out] {
-        const std::string report = h5::inspect(*path);
+        std::string report = h5::inspect(*path);
+        if (is_dataset_view(*path)) report += inspect_dataset(*path);
         out.text(report);
         out.result({{"file", *path}, {"whole", true}, {"report", report}});
     });

@@ -52,6 +52,15 @@ std::string with_attempts(const std::string& recipe, int steps_per_frame,
     return json.dump();
 }
 
+/// Of the view as it stands: none where it is missing or damaged, for then it is written anew.
+DatasetManifest standing_manifest(const std::filesystem::path& view) {
+    try {
+        return read_dataset_manifest(view);
+    } catch (const std::runtime_error&) {
+        return {};
+    }
+}
+
 }  // namespace
 
 Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, ProducerHooks hooks)
@@ -65,16 +74,20 @@ Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, Produ
       claims_(folder_.claims()),
       hooks_(std::move(hooks)) {}
 
+void Producer::warn(const std::string& line) {
+    const std::scoped_lock lock(speaking_);
+    hooks_.warn(line);
+}
+
 void Producer::verify(const std::function<bool(int)>& mine) {
-    std::vector<DatasetShard> known;
-    if (is_dataset_view(folder_.view())) known = read_dataset_manifest(folder_.view()).shards;
+    const std::vector<DatasetShard> known = standing_manifest(folder_.view()).shards;
     for (int g = 0; g < folder_.shards(); ++g) {
         if (!mine(g)) continue;
         hooks_.stop_if_asked();
         const auto remove_broken = [&](const std::filesystem::path& path, int first, int end) {
             const std::string trouble = shard_trouble(path, key_, first, end);
             if (trouble.empty()) return;
-            hooks_.warn(fmt::format("made anew: {}", trouble));
+            warn(fmt::format("made anew: {}", trouble));
             std::filesystem::remove(path);
         };
         if (const auto held = claims_.wait_for(first_shard_claim + g, hooks_.stop_if_asked)) {
@@ -84,8 +97,8 @@ void Producer::verify(const std::function<bool(int)>& mine) {
                 if (entry == known.end()) {
                     remove_broken(path, folder_.first(g), folder_.end(g));
                 } else if (file_sha256(path) != entry->sha256) {
-                    hooks_.warn(fmt::format("made anew: {}: its SHA-256 is not {:.12}... of the manifest",
-                                            path.string(), entry->sha256));
+                    warn(fmt::format("made anew: {}: its SHA-256 is not {:.12}... of the manifest",
+                                     path.string(), entry->sha256));
                     std::filesystem::remove(path);
                 }
                 continue;
@@ -124,7 +137,7 @@ void Producer::simulate(int index) {
         }
         writer.end_trajectory(handle, failure, contacts);
         writer.finish();
-        if (!failure.empty()) hooks_.warn(fmt::format("trajectory {} is left out: {}", index, failure));
+        if (!failure.empty()) warn(fmt::format("trajectory {} is left out: {}", index, failure));
         return;
     }
 }
@@ -138,12 +151,13 @@ void Producer::make(int index, bool wait) {
         simulate(index);
     }
     finish_shard(folder_.shard_of(index));
+    const std::scoped_lock lock(speaking_);
     hooks_.progress(folder_.count());
 }
 
 void Producer::finish_shard(int shard) {
     const auto held = claims_.wait_for(first_shard_claim + shard, hooks_.stop_if_asked);
-    pack_shard(folder_, key_, shard, hooks_.warn);
+    pack_shard(folder_, key_, shard, [this](const std::string& line) { warn(line); });
 }
 
 void Producer::produce(const std::function<bool(int)>& mine, int threads, int start) {
@@ -157,6 +171,7 @@ void Producer::produce(const std::function<bool(int)>& mine, int threads, int st
             std::ranges::copy_if(wanted, std::back_inserter(missing),
                                  [&](int index) { return !folder_.has(index); });
             if (missing.empty()) return;
+            if (!wait) hooks_.progress(folder_.count());
             const int count = static_cast<int>(missing.size()), workers = std::min(threads, count);
             run_workers(count, workers, [&](int i) {
                 tbb::task_arena arena(std::max(1, threads / workers));
@@ -171,15 +186,14 @@ bool Producer::fits(int shard, const std::string& sha256, const std::string& wan
     const std::string trouble =
         shard_trouble(folder_.shard(shard), key_, folder_.first(shard), folder_.end(shard));
     if (trouble.empty()) return true;
-    hooks_.warn(fmt::format("made anew: {}", trouble));
+    warn(fmt::format("made anew: {}", trouble));
     std::filesystem::remove(folder_.shard(shard));
     return false;
 }
 
 bool Producer::merge() {
     const auto held = claims_.wait_for(view_claim, hooks_.stop_if_asked);
-    DatasetManifest old;
-    if (is_dataset_view(folder_.view())) old = read_dataset_manifest(folder_.view());
+    DatasetManifest old = standing_manifest(folder_.view());
     old.shards.resize(static_cast<std::size_t>(folder_.shards()));
 
     DatasetManifest manifest;

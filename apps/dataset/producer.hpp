@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -14,9 +15,9 @@ namespace nbd {
 
 /// What a producer tells its user.
 struct ProducerHooks {
-    std::function<void(const std::string&)> warn;  // from any thread, one at a time
-    std::function<void(int there)> progress;       // trajectories of the dataset that are there; likewise
-    std::function<void()> stop_if_asked;           // throws where the user wants to stop; from any thread
+    std::function<void(const std::string&)> warn;  // one call at a time, from any thread; so is the next
+    std::function<void(int there)> progress;       // trajectories of the dataset that are there
+    std::function<void()> stop_if_asked;           // throws where the user wants to stop; several at a time
 };
 
 /// Makes the trajectories of a dataset, together with any number of other processes that work in the same
@@ -40,6 +41,7 @@ class Producer {
     const std::string& key() const noexcept { return key_; }
 
  private:
+    void warn(const std::string& line);
     void simulate(int index);
     void make(int index, bool wait);
     void finish_shard(int shard);
@@ -54,6 +56,7 @@ class Producer {
     ShardFolder folder_;
     Claims claims_;
     ProducerHooks hooks_;
+    std::mutex speaking_;
 };
 
 }  // namespace nbd

@@ -200,6 +200,53 @@ TEST_F(DatasetTest, ProcessesShareTheWorkOfOneFolder) {
     expect_like_whole("shared");
 }
 
+TEST_F(DatasetTest, TheSlurmScriptRunsAJobArrayAndMerges) {
+    const auto slurm = [](const std::string& environment) {
+        std::string line = "cd '" + folder().string() +
+                           "' && PATH=/usr/bin:/bin SLURM_CPUS_PER_TASK=1 NBDTREE='" NBD_COMMAND "' " +
+                           environment + " bash '" NBD_ASSETS "/slurm/dataset.sh'";
+        const auto arguments = command("slurm");
+        for (std::size_t i = 1; i < arguments.size(); ++i) line += " '" + arguments[i] + "'";
+        return std::system(line.c_str());
+    };
+    for (const char* task : {"5", "6"})
+        EXPECT_EQ(
+            slurm(std::string("SLURM_ARRAY_TASK_MIN=5 SLURM_ARRAY_TASK_COUNT=2 SLURM_ARRAY_TASK_ID=") + task),
+            0);
+    EXPECT_EQ(there("slurm"), 9);
+    make(command("slurm"));
+    expect_like_whole("slurm");
+}
+
+TEST_F(DatasetTest, RecipeFilesDecideWhatHappens) {
+    write("thrown.json",
+          R"({"kinds": {"drop": {"weight": 0}, "thrown": {"weight": 1}}, "contact_share": 1})");
+    const Ran ran = run(folder(), command("thrown", {"--recipe", "thrown.json", "--json"}));
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto kinds = nlohmann::json::parse(ran.out)["variety"]["kinds"];
+    EXPECT_EQ(kinds.size(), 1u);
+    EXPECT_EQ(kinds["thrown"]["trajectories"], 9);
+
+    write("wrong.json", R"({"kinds": {"dorp": {}}})");
+    EXPECT_EQ(run(folder(), command("wrong", {"--recipe", "wrong.json"})).err,
+              "nbdtree: error: wrong.json: recipe.kinds: unknown key \"dorp\"; the nearest known one is "
+              "\"drop\"\n");
+    EXPECT_EQ(run(folder(), command("wrong", {"--recipe", "none.json"})).err,
+              "nbdtree: error: none.json: cannot be read\n");
+    EXPECT_TRUE(files("wrong").empty());
+}
+
+TEST_F(DatasetTest, WhatFailsIsTriedAgainWithSmallerStepsAndThenRecorded) {
+    const Ran ran = run(folder(), command("wild", {"--strength", "300", "--attempts", "2", "--json"}));
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    EXPECT_NE(ran.err.find(" is left out: at "), std::string::npos) << ran.err;
+    EXPECT_GT(nlohmann::json::parse(ran.out)["failed"], 0);
+    const Ran inspected = run(folder(), {"inspect", "wild/data.h5"});
+    EXPECT_EQ(inspected.status, 0) << inspected.err;
+    EXPECT_NE(inspected.out.find("@failure = at "), std::string::npos);
+    EXPECT_EQ(run(folder(), command("wild", {"--strength", "300", "--attempts", "2"})).err, "");
+}
+
 /// Runs the dataset command under mpirun. Status as of std::system.
 class MpiTest : public DatasetTest {
  protected:

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "meshing/h5/content_hash.hpp"
+#include "meshing/h5/inspect.hpp"
 #include "meshing/h5/reader.hpp"
 #include "meshing/h5/writer.hpp"
 #include "tests/support/edit_file.hpp"
@@ -23,6 +24,39 @@ using test::error_of;
 using H5Test = test::FileTest;
 
 const Format format{"nbdtree test", 3};
+
+TEST_F(H5Test, VirtualDatasetsSayWhereTheirNumbersLie) {
+    const std::vector<float> numbers(600, 2.5f);
+    {
+        Writer source(folder / "source.h5", format), view(folder / "view.h5", format);
+        source.write("deep/numbers", {100, 6}, std::span<const float>(numbers));
+        source.commit();
+        view.write_virtual("numbers", Type::float32, {100, 6}, {"source.h5", "/deep/numbers"});
+        view.write("plain", std::vector<int>{1, 2});
+        view.commit();
+    }
+    const Reader view(folder / "view.h5", format);
+    EXPECT_FALSE(view.virtual_source("plain"));
+    const auto source = view.virtual_source("numbers");
+    ASSERT_TRUE(source);
+    EXPECT_EQ(source->file, "source.h5");
+    EXPECT_EQ(source->dataset, "/deep/numbers");
+    EXPECT_EQ(view.check("numbers", Type::float32, {any, 6}), (Shape{100, 6}));
+    EXPECT_EQ(Reader(folder / source->file).read<float>(source->dataset, {100, 6}), numbers);
+    EXPECT_EQ(
+        error_of([&] {
+            view.read<float>("numbers", {100, 6});
+        }),
+        (folder / "view.h5").string() +
+            ": the numbers of virtual dataset 'numbers' lie in another file; allowed: to read them there");
+    EXPECT_NE(inspect(folder / "view.h5").find("numbers: float32 100 x 6 -> source.h5:/deep/numbers"),
+              std::string::npos);
+
+    test::write_bytes(folder / "source.h5", test::read_bytes(folder / "source.h5").substr(0, 3000));
+    test::expect_clear(error_of([&] { inspect(folder / "view.h5"); }), folder / "source.h5");
+    std::filesystem::remove(folder / "source.h5");
+    test::expect_clear(error_of([&] { inspect(folder / "view.h5"); }), folder / "source.h5");
+}
 
 TEST_F(H5Test, GivesBackNumbersTextsAndAttributes) {
     const auto path = folder / "a.h5";

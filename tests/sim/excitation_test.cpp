@@ -134,6 +134,23 @@ TEST(Excitation, AnAbsurdOneIsMarkedFailedWithItsReason) {
     EXPECT_GE(failed, 3);
 }
 
+TEST(Excitation, ThinBodiesRunThroughAtTheDefaults) {
+    const Excitation excitation(test::box_body({1, 0.04, 0.04}, {30, 1, 1}), short_run());
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(run(excitation, i).result.failure, "") << i;
+}
+
+TEST(Excitation, SmallerStepsKeepRecipeAndFrameInterval) {
+    const Excitation excitation(bar(), short_run());
+    const Watched coarse = run(excitation, 1);
+    std::vector<double> times;
+    const TrajectoryResult fine = excitation.run(
+        1, [&](const ExcitedFrame& frame) { times.push_back(frame.time); }, 8);
+    EXPECT_EQ(fine.recipe, coarse.result.recipe);
+    ASSERT_EQ(times.size(), 12u);
+    for (std::size_t i = 1; i < times.size(); ++i)
+        EXPECT_NEAR(times[i] - times[i - 1], excitation.frame_interval(), 1e-12);
+}
+
 TEST(Excitation, RefusesNumbersOutOfRange) {
     const auto message = [](const ExcitationConfig& config) {
         return test::refusal([&] { Excitation(bar(), config); });

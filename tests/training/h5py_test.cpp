@@ -7,6 +7,7 @@
 #include "meshing/body.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/training/example_tree.hpp"
+#include "training/dataset_manifest.hpp"
 #include "training/recording.hpp"
 
 namespace nbd {
@@ -33,20 +34,28 @@ TEST_F(H5pyTest, ReadsBodyRecordingAndTree) {
     const Body body = one_tet();
     save_body(folder / "body.h5", body);
 
-    RecordingWriter recording(folder / "data.h5");
+    RecordingWriter recording(folder / "shard.h5");
+    recording.label("dataset", "the key");
     const int handle = recording.begin_trajectory({4, 9, body_hash(body), "{\"drop\": 1}", "", 0}, 4);
     for (int frame = 0; frame < 70; ++frame)
         recording.add_frame(handle, 0.5 * frame, body.tets.X.cast<float>() * static_cast<float>(frame));
-    recording.end_trajectory(handle, "exploded");
+    recording.end_trajectory(handle, "exploded", std::vector<std::int32_t>(70, 5));
     recording.finish();
+    write_dataset_view(folder / "data.h5", {.key = "the key",
+                                            .plan = "{\"frames\": 70}",
+                                            .shards = {{"shard.h5", std::string(64, 'e')}},
+                                            .train_trajectories = {4},
+                                            .held_out_trajectories = {},
+                                            .variety = "{}"});
 
     const TreeFile tree = test::example_tree({});
     save_tree(folder / "tree.h5", tree);
 
-    const std::string command = fmt::format(
-        "/usr/bin/python3 '{}' '{}' '{}' '{}' {} {:.9g} {:.9g}", NBD_READ_WITH_H5PY,
-        (folder / "body.h5").string(), (folder / "data.h5").string(), (folder / "tree.h5").string(),
-        body_hash(body), tree.tree.modal->modes.U(7, 2), tree.tree.bd->Ubar(1, 3));
+    const std::string command =
+        fmt::format("cd / && /usr/bin/python3 '{}' '{}' '{}' '{}' '{}' {} {:.9g} {:.9g}", NBD_READ_WITH_H5PY,
+                    (folder / "body.h5").string(), (folder / "shard.h5").string(),
+                    (folder / "data.h5").string(), (folder / "tree.h5").string(), body_hash(body),
+                    tree.tree.modal->modes.U(7, 2), tree.tree.bd->Ubar(1, 3));
     EXPECT_EQ(std::system(command.c_str()), 0) << command;
 }
 

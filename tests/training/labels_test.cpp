@@ -61,7 +61,7 @@ TEST_F(Labels, ClusteredOnesGiveBackTheExactWorldSpheres) {
     ModalCodeScratch scratch;
     Eigen::VectorXf z(12);
     double largest = 0;
-    for_each_frame(bar.body, data, frames, [&](int, int index, VerticesRef x) {
+    const auto compare = [&](int, int index, VerticesRef x) {
         const RigidTransform align = modal_code(chosen, x, scratch, z);
         EXPECT_EQ(z, labels.codes.row(index).transpose());
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
@@ -72,7 +72,8 @@ TEST_F(Labels, ClusteredOnesGiveBackTheExactWorldSpheres) {
             EXPECT_NEAR(rest.r + label[3], exact.r, 1e-5);
             largest = std::max(largest, static_cast<double>(label.norm()));
         }
-    });
+    };
+    test::on_threads(1, [&] { for_each_frame(bar.body, data, frames, compare); });
     EXPECT_GT(largest, 0.2);
 }
 

@@ -1,5 +1,5 @@
-"""Reads a body, a recording and a tree as a user would, and checks what they hold.
-Usage: read_with_h5py.py BODY RECORDING TREE BODY_SHA256 MODAL_U_7_2 BD_UBAR_1_3"""
+"""Reads a body, a recording, a dataset that it is a shard of, and a tree as a user would, and checks what they hold.
+Usage: read_with_h5py.py BODY RECORDING DATASET TREE BODY_SHA256 MODAL_U_7_2 BD_UBAR_1_3"""
 import hashlib
 import json
 import sys
@@ -7,8 +7,8 @@ import sys
 import h5py
 import numpy as np
 
-body_path, recording_path, tree_path, body_sha256 = sys.argv[1:5]
-modal_u, bd_ubar = map(np.float32, sys.argv[5:7])
+body_path, recording_path, dataset_path, tree_path, body_sha256 = sys.argv[1:6]
+modal_u, bd_ubar = map(np.float32, sys.argv[6:8])
 
 
 
@@ -35,18 +35,32 @@ with h5py.File(body_path) as body:
         digest.update(data[:].tobytes())
     assert digest.hexdigest() == body_sha256
 
-with h5py.File(recording_path) as recording:
+def check_trajectory(recording):
     assert text(recording, "format") == "nbdtree recording"
-    assert text(recording, "body_sha256") == body_sha256
     (trajectory,) = recording["trajectories"].values()
     assert trajectory.name == "/trajectories/000004"
     assert (trajectory.attrs["id"], trajectory.attrs["seed"]) == (4, 9)
+    assert text(trajectory, "body_sha256") == body_sha256
     assert text(trajectory, "failure") == "exploded"
     assert json.loads(trajectory["recipe"][0]) == {"drop": 1}
     positions = trajectory["positions"]
-    assert positions.shape == (70, 4, 3) and positions.dtype == np.float32 and positions.fletcher32
+    assert positions.shape == (70, 4, 3) and positions.dtype == np.float32
     assert positions[66, 3].tolist() == [0, 0, 66]
     assert trajectory["times"][:].tolist() == [0.5 * i for i in range(70)]
+    assert trajectory["contacts"][:].tolist() == [5] * 70
+    return positions
+
+
+with h5py.File(recording_path) as recording:
+    assert text(recording, "body_sha256") == body_sha256
+    assert check_trajectory(recording).fletcher32
+
+with h5py.File(dataset_path) as dataset:
+    positions = check_trajectory(dataset)
+    assert positions.is_virtual and positions.virtual_sources()[0].file_name == "shard.h5"
+    assert json.loads(dataset["dataset/plan"][0])["frames"] == 70
+    assert dataset["dataset/shards"][0].decode() == "e" * 64 + "  shard.h5\n"
+    assert dataset["dataset/split/train"][:].tolist() == [4]
 
 with h5py.File(tree_path) as tree:
     assert text(tree, "format") == "nbdtree tree"

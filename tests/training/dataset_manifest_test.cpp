@@ -1,0 +1,127 @@
+#include "training/dataset_manifest.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/edit_file.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/file_damage.hpp"
+#include "training/recording_hash.hpp"
+#include "training/split.hpp"
+
+namespace nbd {
+namespace {
+
+using test::error_of;
+
+Vertices frame_of(int id, int frame) {
+    return Vertices::Constant(5, 3, static_cast<float>(100 * id + frame));
+}
+
+/// Trajectories first .. end - 1 of 6 + id frames; trajectory 3 failed, trajectory 4 before its first frame.
+void write_recording(const std::filesystem::path& path, int first, int end, const std::string& key) {
+    RecordingWriter file(path);
+    file.label("dataset", key);
+    for (int id = first; id < end; ++id) {
+        const int frames = id == 4 ? 0 : 6 + id;
+        const int handle = file.begin_trajectory({id, 7, std::string(64, 'b'), "{}", "", 0}, 5);
+        for (int frame = 0; frame < frames; ++frame) file.add_frame(handle, frame, frame_of(id, frame));
+        file.end_trajectory(handle, id == 3 || id == 4 ? "it burst" : "",
+                            std::vector<std::int32_t>(static_cast<std::size_t>(frames), id));
+    }
+    file.finish();
+}
+
+class DatasetView : public test::FileTest {
+ protected:
+    void SetUp() override {
+        write_recording(folder / "a.h5", 0, 3, "key");
+        write_recording(folder / "b.h5", 3, 6, "key");
+        write_dataset_view(folder / "data.h5", manifest());
+    }
+
+    static DatasetManifest manifest() {
+        return {.key = "key",
+                .plan = "{\"seed\": 7}",
+                .shards = {{"a.h5", std::string(64, '1')}, {"b.h5", std::string(64, '2')}},
+                .train_trajectories = {0, 5},
+                .held_out_trajectories = {1, 2},
+                .variety = "{}"};
+    }
+};
+
+TEST_F(DatasetView, ReadsAsTheOneRecordingThatItStandsFor) {
+    write_recording(folder / "one.h5", 0, 6, "key");
+    const RecordingReader view(folder / "data.h5"), one(folder / "one.h5");
+    EXPECT_EQ(recording_hash(view), recording_hash(one));
+    ASSERT_EQ(view.trajectories().size(), 6u);
+    Vertices x;
+    for (const int id : {5, 0, 3, 5}) {  // across the files and back
+        view.read(id, 2, 3, x);
+        EXPECT_EQ(x.topRows(5), frame_of(id, 2));
+        EXPECT_EQ(x.bottomRows(5), frame_of(id, 4));
+        EXPECT_EQ(view.contacts(id), one.contacts(id));
+        EXPECT_EQ(view.times(id), one.times(id));
+    }
+    EXPECT_EQ(view.trajectories()[3].failure, "it burst");
+    EXPECT_EQ(view.trajectories()[4].frames, 0);
+}
+
+TEST_F(DatasetView, GivesBackItsManifest) {
+    EXPECT_TRUE(is_dataset_view(folder / "data.h5"));
+    EXPECT_FALSE(is_dataset_view(folder / "a.h5"));
+    EXPECT_FALSE(is_dataset_view(folder / "none.h5"));
+    const DatasetManifest read = read_dataset_manifest(folder / "data.h5"), written = manifest();
+    EXPECT_EQ(read.key, written.key);
+    EXPECT_EQ(read.plan, written.plan);
+    EXPECT_EQ(read.variety, written.variety);
+    EXPECT_EQ(read.train_trajectories, written.train_trajectories);
+    EXPECT_EQ(read.held_out_trajectories, written.held_out_trajectories);
+    ASSERT_EQ(read.shards.size(), 2u);
+    EXPECT_EQ(read.shards[1].file, "b.h5");
+    EXPECT_EQ(read.shards[1].sha256, written.shards[1].sha256);
+}
+
+TEST_F(DatasetView, ItsSplitIsThatOfTrainingUnlessAnotherShareIsAskedFor) {
+    const RecordingReader view(folder / "data.h5");
+    const TrainingSplit stored = make_split(view, std::nullopt, 0, 1);
+    EXPECT_EQ(stored.train_trajectories, (std::vector<int>{0, 5}));
+    EXPECT_EQ(stored.held_out_trajectories, (std::vector<int>{1, 2}));
+    EXPECT_EQ(make_split(view, 0.25, 0, 1).held_out_trajectories.size(), 1u);
+    const RecordingReader plain(folder / "a.h5");
+    EXPECT_EQ(make_split(plain, std::nullopt, 0, 1).held_out_trajectories.size(), 1u);
+}
+
+TEST_F(DatasetView, SaysWhichPartIsMissingDamagedOrForeign) {
+    const std::string view = (folder / "data.h5").string(), part = (folder / "b.h5").string();
+    const std::string whole = test::read_bytes(part);
+    const auto error = [&] { return error_of([&] { recording_hash(RecordingReader(folder / "data.h5")); }); };
+    EXPECT_EQ(error(), "");
+    std::filesystem::remove(part);
+    EXPECT_EQ(error(), view + ": a part of it cannot be read: " + part +
+                           ": No such file or directory; allowed: a file that nbdtree wrote");
+    test::write_bytes(part, whole.substr(0, whole.size() / 2));
+    EXPECT_EQ(error().rfind(view + ": a part of it cannot be read: " + part + ": is truncated or damaged", 0),
+              0u);
+    write_recording(part, 3, 6, "another key");
+    EXPECT_EQ(error(), part + ": is a part of another dataset; allowed: that of " + view);
+    write_recording(part, 3, 5, "key");
+    EXPECT_EQ(error(), part + ": has no '/trajectories/000005/positions'; allowed: a file that has it");
+    EXPECT_NE(error_of([&] {
+                  DatasetManifest other = manifest();
+                  other.key = "another key";
+                  write_dataset_view(folder / "other.h5", other);
+              }).find("is a part of another dataset"),
+              std::string::npos);
+    EXPECT_FALSE(std::filesystem::exists(folder / "other.h5"));
+}
+
+TEST_F(DatasetView, FindsRandomDamageOfTheViewItself) {
+    const auto read = [](const std::filesystem::path& path) {
+        const DatasetManifest m = read_dataset_manifest(path);
+        return m.key + m.plan + m.variety + recording_hash(RecordingReader(path));
+    };
+    test::expect_damage_is_found(folder / "data.h5", read, 30, 120);
+}
+
+}  // namespace
+}  // namespace nbd
