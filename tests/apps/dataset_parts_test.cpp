@@ -116,7 +116,8 @@ class VarietyTest : public test::FileTest {
         Nodes stretch = Nodes::Zero(X.rows(), 3), shear = stretch;
         stretch.col(0) = X.col(0);
         shear.col(1) = X.col(0);
-        body_.modes.frequencies = Eigen::Vector2d(3, 5);
+        body_.modes.frequencies.resize(2);
+        body_.modes.frequencies << 3, 5;
         body_.modes.U.resize(X.size(), 2);
         Eigen::VectorXd masses = Eigen::VectorXd::Zero(X.rows());
         for (Eigen::Index t = 0; t < body_.tets.T.rows(); ++t) {
