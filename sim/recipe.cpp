@@ -125,7 +125,9 @@ class Draw {
         const Eigen::Vector3d centre = body_.tets.X.row(force.node);
         const double area = thickness_.volume(centre, force.radius) / (2 * force.radius);
         const double slender = std::min(1.0, thickness_.at(centre, force.radius) / (stocky * scales_.length));
-        const double strain = draw(random_, ranges_.force.strain) * ranges_.strength * slender;
+        // What pulls at a body in two hands goes through its limbs.
+        const double held = recipe_.grips.empty() ? 1 : scales_.sturdiness * scales_.sturdiness;
+        const double strain = draw(random_, ranges_.force.strain) * ranges_.strength * slender * held;
         force.force = strain * body_.material.young * area * random_.direction();
         return force;
     }

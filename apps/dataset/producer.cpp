@@ -43,6 +43,13 @@ void run_workers(int count, int workers, const std::function<void(int)>& work) {
     if (failure) std::rethrow_exception(failure);
 }
 
+/// Trajectories that may be in memory at once, so that a process needs less than 2 GiB on bodies of up to
+/// 50,000 nodes whatever its threads, which otherwise share in fewer trajectories.
+int at_a_time(const Body& body) {
+    constexpr double budget = 1.5e9, a_node = 25e3;  // bytes; the second as measured, two bodies in contact
+    return std::max(1, static_cast<int>(budget / (a_node * static_cast<double>(body.tets.X.rows()))));
+}
+
 /// A recipe with what was tried.
 std::string with_attempts(const std::string& recipe, int steps_per_frame,
                           const nlohmann::ordered_json& failed) {
@@ -172,7 +179,8 @@ void Producer::produce(const std::function<bool(int)>& mine, int threads, int st
                                  [&](int index) { return !folder_.has(index); });
             if (missing.empty()) return;
             if (!wait) hooks_.progress(folder_.count());
-            const int count = static_cast<int>(missing.size()), workers = std::min(threads, count);
+            const int count = static_cast<int>(missing.size()),
+                      workers = std::min({threads, count, at_a_time(body_)});
             run_workers(count, workers, [&](int i) {
                 tbb::task_arena arena(std::max(1, threads / workers));
                 arena.execute([&] { make(missing[static_cast<std::size_t>(i)], wait); });
