@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <exception>
+#include <new>
 #include <optional>
 #include <thread>
 
@@ -45,6 +46,9 @@ std::string quoted(std::string_view argument) {
     return text + "'";
 }
 
+/// An argument that a script's unset variable left empty is a mistake, not the same as none.
+std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
+
 /// A result that a full disk swallowed is a failure.
 int flush_output() {
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
@@ -78,6 +82,10 @@ int main(int argc, char** argv) {
     nbd::add_collide(app, out);
     nbd::add_inspect(app, out);
 
+    for (CLI::App* command : app.get_subcommands(nullptr))
+        for (CLI::Option* option : command->get_options())
+            if (option->get_expected_max() > 0) option->check(not_empty);
+
     // The commands are final callbacks: they run once everything, --threads included, has been parsed.
     std::optional<tbb::global_control> limit;
     app.parse_complete_callback([&] {
@@ -98,6 +106,8 @@ int main(int argc, char** argv) {
         return fail(2, error.what());
     } catch (const nbd::Interrupted& stop) {
         return fail(130, fmt::format("interrupted: {}", stop.what()));
+    } catch (const std::bad_alloc&) {
+        return fail(1, "out of memory");
     } catch (const std::exception& error) {
         return fail(1, error.what());
     }

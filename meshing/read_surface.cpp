@@ -28,6 +28,7 @@ std::string check_file(const fs::path& path) {
     const fs::file_status status = fs::status(path, error);
     if (!fs::exists(status)) throw std::runtime_error("no such file");
     if (fs::is_directory(status)) throw std::runtime_error("is a directory, not a surface file");
+    if (!fs::is_regular_file(status)) throw std::runtime_error("is a device or the like, not a surface file");
     std::string extension = path.extension().string();
     std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
     static constexpr std::array<std::string_view, 5> known = {".obj", ".ply", ".stl", ".off", ".glb"};

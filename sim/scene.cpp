@@ -278,6 +278,8 @@ std::string scene_text(const std::filesystem::path& path) {
     };
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored)) fail("it is a folder");
+    if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
+        fail("it is a device or the like; allowed: a file");
     std::ifstream file(path, std::ios::binary);
     if (!file) fail(std::strerror(errno));
     std::string text{std::istreambuf_iterator<char>(file), {}};

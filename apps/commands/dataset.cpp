@@ -44,10 +44,11 @@ Shard parse_shard(const std::string& text) {
 }
 
 std::string read_text(const std::string& path) {
+    std::string text;
     std::ifstream in(path, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(in), {}};
-    if (!in || std::filesystem::is_directory(path))
-        throw std::runtime_error(fmt::format("{}: cannot be read", path));
+    const bool is_file = std::filesystem::is_regular_file(path);
+    if (is_file) text.assign(std::istreambuf_iterator<char>(in), {});
+    if (!is_file || !in) throw std::runtime_error(fmt::format("{}: cannot be read", path));
     return text;
 }
 
@@ -142,7 +143,8 @@ void run(const DatasetArguments& arguments, Output& out) {
         out.json = false;
     }
     check_output(arguments.output, {arguments.body});
-    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body, arguments.output});
+    check_distinct({{"dataset", arguments.output}, {"csv", arguments.csv}});
+    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body, arguments.recipe});
     DatasetPlan plan = arguments.plan;
     plan.excitation.ranges = load_ranges(arguments);
     hold_blas_to_one_thread();

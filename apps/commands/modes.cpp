@@ -40,6 +40,7 @@ void run(const ModesArguments& arguments, Output& out) {
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body});
     Body body = load_body(arguments.body);
+    check_output(arguments.body, {});
     const auto [basis, report] = modes_of(body, arguments);
     body.modes = basis;
     save_body(arguments.body, body);

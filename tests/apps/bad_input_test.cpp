@@ -77,6 +77,8 @@ TEST_F(BadInputTest, CommandLine) {
         {{"collide", "box.obj"}, 2, "B is required"},
         {{"inspect"}, 2, "FILE is required"},
         {{"inspect", "box.h5", "--threads", "-1"}, 2, "--threads: Value -1 not in range 0 to 1024"},
+        {{"inspect", ""}, 2, "FILE: must not be empty"},
+        {{"modes", "box.h5", "--csv", ""}, 2, "--csv: must not be empty"},
     });
 }
 
@@ -167,6 +169,9 @@ TEST_F(BadInputTest, Outputs) {
     expect_refused({
         {{"mesh", "box.obj", "-o", "none/x"}, 1, nowhere},
         {{"mesh", "box.obj", "-o", "dir"}, 1, "dir: cannot be written: it is a folder"},
+        {{"dataset", "box.h5", "-o", "x.h5", "--csv", "x.h5"},
+         1,
+         "x.h5: cannot be written: dataset and csv are the same file"},
         {{"mesh", "box.obj", "-q", "-o", "/proc/x"}, 1, "/proc/x: cannot ..."},
         {{"mesh", "box.obj", "-o", "/dev/full"},
          1,
@@ -229,6 +234,9 @@ TEST_F(BadInputTest, Scenes) {
          1,
          "none.json: cannot read the scene: No such file or directory"},
         {{"simulate", "dir", "-o", "x.h5"}, 1, "dir: cannot read the scene: it is a folder"},
+        {{"simulate", "/dev/zero", "-o", "x.h5"},
+         1,
+         "/dev/zero: cannot read the scene: it is a device or the like; allowed: a file"},
     });
     write("good.json", R"({"bodies": [{"body": "box.h5"}]})");
     const auto simulate = [](const char* output, const char* option, const char* value) {
