@@ -44,12 +44,11 @@ Shard parse_shard(const std::string& text) {
 }
 
 std::string read_text(const std::string& path) {
-    std::string text;
-    std::ifstream in(path, std::ios::binary);
-    const bool is_file = std::filesystem::is_regular_file(path);
-    if (is_file) text.assign(std::istreambuf_iterator<char>(in), {});
-    if (!is_file || !in) throw std::runtime_error(fmt::format("{}: cannot be read", path));
-    return text;
+    std::ifstream in;
+    if (std::filesystem::is_regular_file(path)) in.open(path, std::ios::binary);
+    if (!in.is_open())
+        throw std::runtime_error(fmt::format("{}: cannot be read; allowed: a JSON file", path));
+    return {std::istreambuf_iterator<char>(in), {}};
 }
 
 RecipeRanges load_ranges(const DatasetArguments& arguments) {
@@ -90,7 +89,11 @@ void begin(const ShardFolder& folder, const std::string& plan) {
         throw std::runtime_error(
             fmt::format("{}: is there already and no dataset that could be continued; allowed: another name",
                         folder.view().string()));
-    std::filesystem::create_directories(folder.path());
+    std::error_code error;
+    std::filesystem::create_directories(folder.path(), error);
+    if (error)
+        throw std::runtime_error(
+            fmt::format("{}: cannot make this folder: {}", folder.path().string(), error.message()));
     h5::AtomicFile file(folder.plan());
     file.out() << plan;
     file.commit();

@@ -64,17 +64,14 @@ bool pack_shard(const ShardFolder& folder, const std::string& key, int shard,
         RecordingWriter whole(path);
         whole.label(dataset_label, key);
         for (int i = first; i < end; ++i) {
-            try {
-                if (const std::string trouble = shard_trouble(folder.part(i), key, i, i + 1);
-                    !trouble.empty())
-                    throw std::runtime_error(trouble);
-                copy_trajectory(RecordingReader(folder.part(i)), whole);
-            } catch (const std::runtime_error& error) {
-                if (there()) break;  // packed meanwhile by a process that our claims do not reach
-                warn(fmt::format("made anew: {}", error.what()));
+            const std::string trouble = shard_trouble(folder.part(i), key, i, i + 1);
+            if (there()) break;  // packed meanwhile by a process that our claims do not reach
+            if (!trouble.empty()) {
+                warn(fmt::format("made anew: {}", trouble));
                 std::filesystem::remove(folder.part(i));
                 return false;
             }
+            copy_trajectory(RecordingReader(folder.part(i)), whole);
         }
         if (!there()) whole.finish();
     }

@@ -232,7 +232,7 @@ TEST_F(DatasetTest, RecipeFilesDecideWhatHappens) {
               "nbdtree: error: wrong.json: recipe.kinds: unknown key \"dorp\"; the nearest known one is "
               "\"drop\"\n");
     EXPECT_EQ(run(folder(), command("wrong", {"--recipe", "none.json"})).err,
-              "nbdtree: error: none.json: cannot be read\n");
+              "nbdtree: error: none.json: cannot be read; allowed: a JSON file\n");
     EXPECT_TRUE(files("wrong").empty());
 }
 
