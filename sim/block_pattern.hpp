@@ -13,12 +13,18 @@ namespace nbd {
 /// also a row.
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-/// Which 3x3 blocks (i, j) of a matrix over N nodes are stored: those of nodes that share a tetrahedron, the
-/// diagonal among them. Symmetric. Knows where each block lies in a SparseMatrix of this pattern.
+/// Which 3x3 blocks (i, j) of a matrix over N nodes are stored, the diagonal among them. Symmetric. Knows
+/// where each block lies in a SparseMatrix of this pattern.
 class BlockPattern {
  public:
-    /// tets: rows of four node indices in [0, node_count).
+    BlockPattern() : offset_{0} {}
+    /// Blocks of nodes that share a tetrahedron. tets: rows of four node indices in [0, node_count).
     BlockPattern(int node_count, const Tets& tets);
+    /// rows: the nodes j of each i, in any order and any number of times; i itself need not be there, (j, i)
+    /// must be.
+    explicit BlockPattern(std::vector<std::vector<int>> rows);
+
+    bool operator==(const BlockPattern&) const = default;
 
     int node_count() const noexcept { return static_cast<int>(offset_.size()) - 1; }
     int block_count() const noexcept { return static_cast<int>(neighbour_.size()); }
@@ -52,6 +58,9 @@ class BlockPattern {
     /// out = A v, in parallel. A must come from zero_matrix() and be symmetric; out must not overlap v.
     void multiply(const SparseMatrix& A, const Eigen::Ref<const Eigen::VectorXd>& v,
                   Eigen::Ref<Eigen::VectorXd> out) const;
+
+    /// Row i of A v.
+    Eigen::Vector3d multiply_row(const SparseMatrix& A, int i, const double* v) const noexcept;
 
  private:
     using Slot = Eigen::Map<Eigen::Matrix3d, 0, Eigen::OuterStride<>>;

@@ -73,7 +73,7 @@ struct Cholesky::State {
 
     // Orders the nodes rather than the unknowns: a graph of a third of the size, and the three unknowns of a
     // node stay together.
-    std::vector<int> ordering(const SparseMatrix& A) {
+    std::vector<int> permutation(const SparseMatrix& A, Ordering ordering) {
         const int nodes = size / 3;
         std::vector<int> column{0}, row;
         for (int j = 0; j < nodes; ++j) {
@@ -82,19 +82,20 @@ struct Cholesky::State {
             column.push_back(static_cast<int>(row.size()));
         }
         cholmod_sparse graph = lower_view(nodes, column.data(), row.data(), nullptr);
-        common.nmethods = 2;
+        common.nmethods = ordering == Ordering::quick ? 1 : 2;
         common.method[0].ordering = CHOLMOD_AMD;
         // CHOLMOD's nested dissection by METIS's separators; METIS's own takes SIGTERM and SIGABRT meanwhile
         // and jumps out of whichever thread they reach.
         common.method[1].ordering = CHOLMOD_NESDIS;
-        const std::lock_guard lock(metis);
+        std::unique_lock lock(metis, std::defer_lock);
+        if (ordering == Ordering::thorough) lock.lock();
         cholmod_factor* symbolic = cholmod_analyze(&graph, &common);
         require(symbolic != nullptr, "ordering");
         const int* order = static_cast<const int*>(symbolic->Perm);
-        std::vector<int> permutation(size);
-        for (int i = 0; i < size; ++i) permutation[i] = 3 * order[i / 3] + i % 3;
+        std::vector<int> unknowns(size);
+        for (int i = 0; i < size; ++i) unknowns[i] = 3 * order[i / 3] + i % 3;
         cholmod_free_factor(&symbolic, &common);
-        return permutation;
+        return unknowns;
     }
 };
 
@@ -103,13 +104,13 @@ Cholesky::~Cholesky() = default;
 Cholesky::Cholesky(Cholesky&&) noexcept = default;
 Cholesky& Cholesky::operator=(Cholesky&&) noexcept = default;
 
-void Cholesky::analyze(const SparseMatrix& A) {
+void Cholesky::analyze(const SparseMatrix& A, Ordering ordering) {
     State& s = *state_;
     s.factorized = false;
     s.size = static_cast<int>(A.cols());
     s.entries = A.nonZeros();
     cholmod_free_factor(&s.factor, &s.common);
-    std::vector<int> permutation = s.ordering(A);
+    std::vector<int> permutation = s.permutation(A, ordering);
 
     s.common.nmethods = 1;
     s.common.method[0].ordering = CHOLMOD_GIVEN;
@@ -156,6 +157,21 @@ void Cholesky::solve(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eige
     const int ok = cholmod_solve2(CHOLMOD_A, s.factor, &view, nullptr, &s.x, nullptr, &s.y, &s.e, &s.common);
     s.require(ok, "solve");
     x = Eigen::Map<const Eigen::VectorXd>(static_cast<const double*>(s.x->x), s.size);
+}
+
+SupernodalFactor Cholesky::factor() const {
+    const State& s = *state_;
+    if (!s.factorized) throw std::logic_error("factor: there is none");
+    const cholmod_factor& L = *s.factor;
+    const auto ints = [](const void* data, std::size_t count) {
+        return std::span(static_cast<const int*>(data), count);
+    };
+    return {.permutation = ints(L.Perm, L.n),
+            .first_column = ints(L.super, L.nsuper + 1),
+            .first_row = ints(L.pi, L.nsuper + 1),
+            .first_value = ints(L.px, L.nsuper + 1),
+            .rows = ints(L.s, L.ssize),
+            .values = std::span(static_cast<const double*>(L.x), L.xsize)};
 }
 
 std::int64_t Cholesky::factor_entries() const noexcept {

@@ -33,9 +33,8 @@ struct ContactConfig {
     double thickness = 0;        // metres at which contact begins; 0: 1 % of the smallest body's diagonal
     double damping = 2e-3;       // seconds: damping coefficient over stiffness
     double slip_velocity =
-        1e-3;                 // m/s below which friction grows linearly with speed instead of being constant
-    int iterations = 4;       // solves a step at most, to settle which contacts hold and which slip
-    double tolerance = 1e-6;  // of these solves, relative, in the preconditioner's norm
+        1e-3;            // m/s below which friction grows linearly with speed instead of being constant
+    int iterations = 4;  // solves a step at most, to settle which contacts hold and which slip
 };
 
 /// Throws std::invalid_argument naming the first number that is out of range.

@@ -20,7 +20,6 @@ void check_contact_config(const ContactConfig& config) {
     check("damping", config.damping, config.damping >= 0, ">= 0");
     check("slip_velocity", config.slip_velocity, config.slip_velocity > 0, "> 0");
     check("iterations", config.iterations, config.iterations >= 1, ">= 1");
-    check("tolerance", config.tolerance, config.tolerance > 0 && config.tolerance < 1, "> 0 and < 1");
 }
 
 ContactImpulse contact_impulse(const Contact& contact, const ContactConfig& config, double thickness,

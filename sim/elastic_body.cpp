@@ -61,18 +61,26 @@ ElasticBody::ElasticBody(TetMesh rest, const Material& material, MassKind mass)
 }
 
 void ElasticBody::measure_elements() {
+    const int padded = (element_count() + lanes - 1) / lanes * lanes;
     volume_.resize(element_count());
-    gradient_.resize(element_count());
-    for (int t = 0; t < element_count(); ++t) {
+    gradient_.resize(static_cast<std::size_t>(padded / lanes));
+    corner_weight_.resize(4 * static_cast<std::size_t>(element_count()));
+    for (int p = 0; p < padded; ++p) {
+        const int t = std::min(p, element_count() - 1);
         const Eigen::Matrix3d D = edges(rest_.X, rest_.T, t);
         volume_[t] = D.determinant() / 6;
         if (!(volume_[t] > 0))
             throw std::invalid_argument(
                 fmt::format("tetrahedron {} has volume {} m3, it must be > 0", t, volume_[t]));
-        gradient_[t].rightCols<3>() = D.inverse().transpose();
-        gradient_[t].col(0) = -gradient_[t].rightCols<3>().rowwise().sum();
-        if (!gradient_[t].allFinite())
+        const Eigen::Matrix3d gradient = D.inverse().transpose();
+        if (!gradient.allFinite())
             throw std::invalid_argument(fmt::format("tetrahedron {} is flat to rounding", t));
+        gradient_[static_cast<std::size_t>(p / lanes)].set_lane(p % lanes, gradient);
+        for (int a = 0; a < 4; ++a) {
+            const Eigen::Vector3d g =
+                a > 0 ? Eigen::Vector3d(gradient.col(a - 1)) : -gradient.rowwise().sum();
+            corner_weight_[static_cast<std::size_t>(4 * t + a)] = volume_[t] * g.squaredNorm();
+        }
     }
 }
 
@@ -116,39 +124,78 @@ void ElasticBody::build_mass(MassKind kind) {
         for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
             node_mass_[i] += material_.density * volume_[corner_[s] / 4] / 4;
     mass_ = pattern_.zero_matrix();
+    block_mass_.assign(static_cast<std::size_t>(pattern_.block_count()), 0);
     for (int i = 0; i < node_count(); ++i) {
         const auto row = pattern_.neighbours(i);
         for (int k = 0; k < static_cast<int>(row.size()); ++k) {
             const int j = row[k];
             if (kind == MassKind::lumped) {
-                if (j == i) pattern_.block(mass_, i, k).diagonal().setConstant(node_mass_[i]);
+                if (j == i) block_mass_[pattern_.first_block(i) + k] = node_mass_[i];
             } else if (j >= i) {
                 const int block = pattern_.first_block(i) + k;
                 double sum = 0;
                 for (int s = pair_offset_[block]; s < pair_offset_[block + 1]; ++s)
                     sum += material_.density * volume_[pair_[s] / 16] / (i == j ? 10 : 20);
-                pattern_.block(mass_, i, k).diagonal().setConstant(sum);
-                pattern_.block(mass_, j, mirror_[block]).diagonal().setConstant(sum);
+                block_mass_[block] = block_mass_[pattern_.first_block(j) + mirror_[block]] = sum;
             }
         }
     }
+    for (int i = 0; i < node_count(); ++i)
+        for (int k = 0; k < static_cast<int>(pattern_.neighbours(i).size()); ++k)
+            pattern_.block(mass_, i, k).diagonal().setConstant(block_mass_[pattern_.first_block(i) + k]);
 }
 
 void ElasticBody::pose(NodesRef x, ElementPose& pose) const {
-    pose.F.resize(element_count());
-    pose.R.resize(element_count());
-    pose.G.resize(element_count());
-    pose.f.resize(element_count());
-    parallel_for(element_count(), [&](int t) {
-        const Eigen::Matrix3d F = edges(x, rest_.T, t) * gradient_[t].rightCols<3>().transpose();
-        const Eigen::Matrix3d R = rotation_of(F);
-        const double trace = R.cwiseProduct(F).sum() - 3;
-        const Eigen::Matrix3d P = 2 * mu_ * (F - R) + lambda_ * trace * R;
-        pose.F[t] = F;
-        pose.R[t] = R;
-        pose.G[t].noalias() = R * gradient_[t];
-        pose.f[t].noalias() = -volume_[t] * P * gradient_[t];
-    });
+    const auto elements = static_cast<std::size_t>(element_count());
+    pose.F.resize(elements);
+    pose.R.resize(elements);
+    pose.S.resize(elements);
+    pose.f.resize(elements);
+    parallel_for(
+        static_cast<int>(gradient_.size()), [&](int batch) { pose_batch(x, batch, pose); }, 64);
+}
+
+void ElasticBody::pose_batch(NodesRef x, int batch, ElementPose& pose) const {
+    const int first = batch * lanes, count = std::min(lanes, element_count() - first);
+    LaneMatrix3 D;  // edge vectors from the first corner, as columns
+    Lanes volume;
+    for (int l = 0; l < lanes; ++l) {
+        const int t = first + std::min(l, count - 1);
+        D.set_lane(l, edges(x, rest_.T, t));
+        volume[l] = volume_[t];
+    }
+    const LaneMatrix3& g = gradient_[static_cast<std::size_t>(batch)];
+    LaneMatrix3 F, R, P;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) F(i, j) = D(i, 0) * g(j, 0) + D(i, 1) * g(j, 1) + D(i, 2) * g(j, 2);
+    rotations_of(F, R);
+    Lanes trace = Lanes::Constant(-3);
+    for (std::size_t k = 0; k < 9; ++k) trace += R.entries[k] * F.entries[k];
+    for (std::size_t k = 0; k < 9; ++k)
+        P.entries[k] = -volume * (2 * mu_ * (F.entries[k] - R.entries[k]) + lambda_ * trace * R.entries[k]);
+    const Lanes root = volume.sqrt();
+    for (int i = 0; i < 3; ++i) {
+        Lanes S[4], f[4];
+        S[0] = f[0] = Lanes::Zero();
+        for (int a = 0; a < 3; ++a) {
+            S[a + 1] = root * (R(i, 0) * g(0, a) + R(i, 1) * g(1, a) + R(i, 2) * g(2, a));
+            f[a + 1] = P(i, 0) * g(0, a) + P(i, 1) * g(1, a) + P(i, 2) * g(2, a);
+            S[0] -= S[a + 1];
+            f[0] -= f[a + 1];
+        }
+        for (int l = 0; l < count; ++l) {
+            const auto t = static_cast<std::size_t>(first + l);
+            for (int a = 0; a < 4; ++a) {
+                pose.S[t](i, a) = S[a][l];
+                pose.f[t](i, a) = f[a][l];
+            }
+            for (int j = 0; j < 3; ++j) {
+                pose.F[t](i, j) = F(i, j)[l];
+                pose.R[t](i, j) = R(i, j)[l];
+            }
+        }
+    }
+    for (int l = 0; l < count; ++l) pose.S[static_cast<std::size_t>(first + l)].row(3).setZero();
 }
 
 void ElasticBody::gather(const std::vector<Corners>& corners, Eigen::Ref<Nodes> out) const {
@@ -171,32 +218,45 @@ double ElasticBody::energy(const ElementPose& pose) const {
     return sum;
 }
 
-// With g the turned gradients, block (a, b) of R K_e R^T is
-// V (lambda g_a g_b^T + mu g_b g_a^T + mu g_a.g_b I).
+// With s the columns of S, the shape functions' gradients turned by R times the root of the volume, block
+// (a, b) of R K_e R^T is lambda s_a s_b^T + mu s_b s_a^T + mu s_a.s_b I.
 void ElasticBody::combine(double mass_scale, double stiffness_scale, const ElementPose& pose,
                           SparseMatrix& A) const {
-    parallel_for(node_count(), [&](int i) {
-        const auto row = pattern_.neighbours(i);
-        for (int k = 0; k < static_cast<int>(row.size()); ++k) {
-            const int j = row[k], block = pattern_.first_block(i) + k;
-            if (j < i) continue;
-            Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();  // sum of V g_a g_b^T
-            for (int s = pair_offset_[block]; s < pair_offset_[block + 1]; ++s) {
-                const int t = pair_[s] / 16, a = pair_[s] / 4 % 4, b = pair_[s] % 4;
-                outer += (volume_[t] * pose.G[t].col(a)) * pose.G[t].col(b).transpose();
+    const double lambda = stiffness_scale * lambda_, mu = stiffness_scale * mu_;
+    parallel_for(
+        node_count(),
+        [&](int i) {
+            const auto row = pattern_.neighbours(i);
+            for (int k = 0; k < static_cast<int>(row.size()); ++k) {
+                const int j = row[k], block = pattern_.first_block(i) + k;
+                if (j < i) continue;
+                Eigen::Vector4d outer[3] = {};  // sum of s_a s_b^T, by columns
+                for (Eigen::Vector4d& column : outer) column.setZero();
+                for (int s = pair_offset_[block]; s < pair_offset_[block + 1]; ++s) {
+                    const Eigen::Matrix4d& S = pose.S[static_cast<std::size_t>(pair_[s] / 16)];
+                    const int a = pair_[s] / 4 % 4, b = pair_[s] % 4;
+                    for (int c = 0; c < 3; ++c) outer[c] += S.col(a) * S(c, b);
+                }
+                const double diagonal =
+                    mu * (outer[0][0] + outer[1][1] + outer[2][2]) + mass_scale * block_mass_[block];
+                double value[3][3];  // [row][column] of block (i, j)
+                for (int r = 0; r < 3; ++r)
+                    for (int c = 0; c < 3; ++c)
+                        value[r][c] = lambda * outer[c][r] + mu * outer[r][c] + (r == c ? diagonal : 0);
+                // Rows of a stored block belong to j, columns to i.
+                auto own = pattern_.block(A, i, k);
+                if (j == i) {
+                    for (int r = 0; r < 3; ++r)
+                        for (int c = 0; c < 3; ++c)
+                            own(c, r) = 0.5 * (value[r][c] + value[c][r]);  // symmetric to the last bit
+                } else {
+                    auto mirrored = pattern_.block(A, j, mirror_[block]);
+                    for (int r = 0; r < 3; ++r)
+                        for (int c = 0; c < 3; ++c) own(c, r) = mirrored(r, c) = value[r][c];
+                }
             }
-            // Rows of a stored block belong to j, columns to i.
-            Eigen::Matrix3d K = lambda_ * outer.transpose() + mu_ * outer;
-            K.diagonal().array() += mu_ * outer.trace();
-            const Eigen::Matrix3d value = mass_scale * pattern_.block(mass_, i, k) + stiffness_scale * K;
-            if (j == i) {
-                pattern_.block(A, i, k) = 0.5 * (value + value.transpose());  // symmetric to the last bit
-            } else {
-                pattern_.block(A, i, k) = value;
-                pattern_.block(A, j, mirror_[block]) = value.transpose();
-            }
-        }
-    });
+        },
+        64);
 }
 
 SparseMatrix ElasticBody::stiffness(const ElementPose& pose) const {
@@ -212,12 +272,13 @@ void ElasticBody::stiffness_product(const ElementPose& pose, NodesRef u, Eigen::
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s) {
             const int t = corner_[s] / 4;
-            const Corners& g = pose.G[t];
-            Eigen::Matrix3d H = Eigen::Matrix3d::Zero();  // gradient of u in the element's turned frame
-            for (int b = 0; b < 4; ++b) H += u.row(rest_.T(t, b)).transpose() * g.col(b).transpose();
+            const Eigen::Matrix<double, 3, 4> S = pose.S[t].topRows<3>();
+            // Gradient of u in the element's turned frame, times the root of the volume.
+            Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+            for (int b = 0; b < 4; ++b) H += u.row(rest_.T(t, b)).transpose() * S.col(b).transpose();
             Eigen::Matrix3d stress = mu_ * (H + H.transpose());
             stress.diagonal().array() += lambda_ * H.trace();
-            sum += volume_[t] * stress * g.col(corner_[s] % 4);
+            sum += stress * S.col(corner_[s] % 4);
         }
         out.row(i) = sum.transpose();
     });
@@ -228,9 +289,38 @@ void ElasticBody::mass_product(NodesRef u, Eigen::Ref<Nodes> out) const {
         const auto row = pattern_.neighbours(i);
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (int k = 0; k < static_cast<int>(row.size()); ++k)
-            sum += pattern_.block(mass_, i, k)(0, 0) * u.row(row[k]).transpose();  // blocks are m I
+            sum += block_mass_[pattern_.first_block(i) + k] * u.row(row[k]).transpose();
         out.row(i) = sum.transpose();
     });
+}
+
+void ElasticBody::node_rotations(const ElementPose& pose, NodeRotations& rotations) const {
+    rotations.R.resize(static_cast<std::size_t>(node_count()));
+    rotations.spread.resize(static_cast<std::size_t>(node_count()));
+    const auto turn_batch = [&](int batch) {
+        const int first = batch * lanes, count = std::min(lanes, node_count() - first);
+        LaneMatrix3 sums, R;
+        for (int l = 0; l < lanes; ++l) {
+            const int i = first + std::min(l, count - 1);
+            Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+            for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
+                sum += corner_weight_[corner_[s]] * pose.R[corner_[s] / 4];
+            sums.set_lane(l, sum);
+        }
+        rotations_of(sums, R);
+        for (int l = 0; l < count; ++l) {
+            const int i = first + l;
+            const Eigen::Matrix3d turn = R.lane(l);
+            double spread = 0, total = 0;
+            for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s) {
+                spread += corner_weight_[corner_[s]] * (pose.R[corner_[s] / 4] - turn).norm();
+                total += corner_weight_[corner_[s]];
+            }
+            rotations.R[static_cast<std::size_t>(i)] = turn.cast<float>();
+            rotations.spread[static_cast<std::size_t>(i)] = static_cast<float>(spread / total);
+        }
+    };
+    parallel_for((node_count() + lanes - 1) / lanes, turn_batch, 64);
 }
 
 ElementReport ElasticBody::check(const ElementPose& pose) const {

@@ -6,6 +6,7 @@
 #include "meshing/body.hpp"
 #include "meshing/mesh.hpp"
 #include "sim/block_pattern.hpp"
+#include "sim/polar.hpp"
 
 namespace nbd {
 
@@ -28,8 +29,14 @@ struct ElementReport {
 struct ElementPose {
     std::vector<Eigen::Matrix3d> F;              // [T] deformation gradients
     std::vector<Eigen::Matrix3d> R;              // [T] their rotations, det = +1 also where F is inverted
-    std::vector<Eigen::Matrix<double, 3, 4>> G;  // [T] gradients of the shape functions turned by R, 1/m
+    std::vector<Eigen::Matrix4d> S;              // [T] see ElasticBody::combine; the fourth row is zero
     std::vector<Eigen::Matrix<double, 3, 4>> f;  // [T] elastic forces on the four nodes, N
+};
+
+/// How the elements around each node are turned.
+struct NodeRotations {
+    std::vector<Eigen::Matrix3f> R;  // [N] the rotation nearest to the mean of theirs, weighted by stiffness
+    std::vector<float> spread;       // [N] mean norm of theirs minus R, weighted likewise
 };
 
 /// Corotated linear elasticity on linear tetrahedra [MuellerGross04], in double precision.
@@ -60,7 +67,7 @@ class ElasticBody {
     const BlockPattern& pattern() const noexcept { return pattern_; }
     const SparseMatrix& mass_matrix() const noexcept { return mass_; }  // in pattern(), kg
 
-    /// Fills F, R, G and f for the positions x [N, 3], metres. Allocates on the first use of `pose` only.
+    /// Fills F, R, S and f for the positions x [N, 3], metres. Allocates on the first use of `pose` only.
     /// Non-finite elements get R = I and pass their NaN on to f.
     void pose(NodesRef x, ElementPose& pose) const;
 
@@ -82,6 +89,9 @@ class ElasticBody {
     /// out = M u. u, out: [N, 3]; out must not overlap u.
     void mass_product(NodesRef u, Eigen::Ref<Nodes> out) const;
 
+    /// Allocates on the first use of `rotations` only.
+    void node_rotations(const ElementPose& pose, NodeRotations& rotations) const;
+
     ElementReport check(const ElementPose& pose) const;
 
  private:
@@ -90,16 +100,21 @@ class ElasticBody {
     void measure_elements();
     void list_incidences();
     void build_mass(MassKind kind);
+    void pose_batch(NodesRef x, int batch, ElementPose& pose) const;
     void gather(const std::vector<Corners>& corners, Eigen::Ref<Nodes> out) const;
 
     TetMesh rest_;
     Material material_;
     double mu_ = 0, lambda_ = 0;  // Lame parameters, Pa
     BlockPattern pattern_;
-    Eigen::VectorXd volume_;         // [T]
-    std::vector<Corners> gradient_;  // [T] gradients of the four shape functions at rest, 1/m
-    Eigen::VectorXd node_mass_;      // [N]
+    Eigen::VectorXd volume_;  // [T]
+    // Columns of the inverse rest edges' transpose, the gradients of shape functions 1 to 3 at rest, in
+    // batches of `lanes` elements, the last filled up with its last element. 1/m
+    std::vector<LaneMatrix3> gradient_;
+    std::vector<double> corner_weight_;  // [4 T] volume times squared gradient of the shape function
+    Eigen::VectorXd node_mass_;          // [N]
     SparseMatrix mass_;
+    std::vector<double> block_mass_;  // [blocks] mass_'s blocks are these times the identity
 
     // Corners 4 t + a of each node, ascending: the fixed order of all sums.
     std::vector<int> corner_offset_;  // [N + 1]

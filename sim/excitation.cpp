@@ -46,13 +46,15 @@ void set_forces(const std::vector<SpreadForce>& forces, double time, Nodes& out)
 
 World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& body,
                  const std::shared_ptr<const ElasticBody>& elastic,
-                 const std::shared_ptr<const CollisionTree>& tree) {
+                 const std::shared_ptr<const CollisionTree>& tree, const LinearSolveConfig& linear,
+                 const std::shared_ptr<RestFactors>& factors) {
     WorldConfig config;
     config.gravity = recipe.gravity;
     config.contact.damping = 0.02 * scales.time;
     config.contact.iterations = 2;  // poses want variety, not friction to the last digit
-    config.contact.tolerance = 1e-4;
     config.contact.slip_velocity = 1e-3 * scales.speed;
+    config.linear = linear;
+    config.factors = factors;
     World world(config);
     if (recipe.floor)
         world.add_obstacle(
@@ -80,7 +82,8 @@ Excitation::Excitation(Body body, const ExcitationConfig& config)
       config_(config),
       elastic_(std::make_shared<const ElasticBody>(body_->tets, body_->material)),
       recipes_(body_, config),
-      tree_(exact_tree(body_->surface)) {}
+      tree_(exact_tree(body_->surface)),
+      factors_(std::make_shared<RestFactors>()) {}
 
 double Excitation::frame_interval() const noexcept { return recipes_.frame_interval(); }
 
@@ -91,7 +94,7 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_p
             fmt::format("excitation: {} steps per frame, but must be > 0", steps_per_frame));
     const Recipe recipe = recipes_.draw(index);
     TrajectoryResult result{.recipe = recipe_json(recipe)};
-    World world = make_world(recipe, recipes_.scales(), *body_, elastic_, tree_);
+    World world = make_world(recipe, recipes_.scales(), *body_, elastic_, tree_, config_.linear, factors_);
     std::vector<SpreadForce> forces;
     for (const PatchForce& patch : recipe.forces) forces.push_back(spread(patch, *elastic_));
     const double dt = recipe.frame_interval / steps_per_frame;

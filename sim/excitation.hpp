@@ -7,6 +7,7 @@
 #include "collision/collision_tree.hpp"
 #include "sim/elastic_body.hpp"
 #include "sim/recipe.hpp"
+#include "sim/rest_factor.hpp"
 
 namespace nbd {
 
@@ -49,6 +50,7 @@ class Excitation {
     std::shared_ptr<const ElasticBody> elastic_;
     RecipeBook recipes_;
     std::shared_ptr<const CollisionTree> tree_;
+    std::shared_ptr<RestFactors> factors_;
 };
 
 }  // namespace nbd

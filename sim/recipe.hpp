@@ -9,6 +9,7 @@
 
 #include "meshing/body.hpp"
 #include "sim/grip.hpp"
+#include "sim/linear_solve_config.hpp"
 #include "sim/recipe_ranges.hpp"
 #include "sim/thickness.hpp"
 
@@ -19,6 +20,7 @@ struct ExcitationConfig {
     int frames = 50;            // a trajectory, > 0
     double frame_interval = 0;  // seconds; 0: a fifth of the time in which sound crosses the body
     int steps_per_frame = 2;    // > 0
+    LinearSolveConfig linear{};
     RecipeRanges ranges{};
     std::uint64_t seed = 1;
 };

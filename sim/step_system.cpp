@@ -16,8 +16,12 @@ StepSystem::StepSystem(const ElasticBody& body)
       shifted_(body.unknown_count()),
       x_(body.node_count(), 3),
       force_(body.node_count(), 3),
-      product_(body.node_count(), 3) {
-    cholesky_.analyze(A_);
+      product_(body.node_count(), 3) {}
+
+void StepSystem::factorize() {
+    if (!analyzed_) cholesky_.analyze(A_);
+    analyzed_ = true;
+    cholesky_.factorize(A_);
 }
 
 void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads, const Nodes& w) {
@@ -36,15 +40,15 @@ void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads,
     const Nodes& iterate = w.rows() > 0 ? w : start.v;
     x_ = start.x + dt * iterate;
     body_.pose(x_, elements_);
-    const double mass_scale = 1 + dt * body_.material().rayleigh_mass;
-    const double stiffness_scale = dt * dt + dt * body_.material().rayleigh_stiffness;
-    body_.combine(mass_scale, stiffness_scale, elements_, A_);
+    mass_scale_ = 1 + dt * body_.material().rayleigh_mass;
+    stiffness_scale_ = dt * dt + dt * body_.material().rayleigh_stiffness;
+    body_.combine(mass_scale_, stiffness_scale_, elements_, A_);
 
     // K w = (A w - mass_scale M w) / stiffness_scale, so that M is applied once to all that it acts on.
-    const double share = dt * dt / stiffness_scale;
+    const double share = dt * dt / stiffness_scale_;
     body_.pattern().multiply(A_, Eigen::Map<const Eigen::VectorXd>(iterate.data(), b_.size()), b_);
     b_ *= share;
-    body_.mass_product((start.v - share * mass_scale * iterate).rowwise() + dt * loads.gravity.transpose(),
+    body_.mass_product((start.v - share * mass_scale_ * iterate).rowwise() + dt * loads.gravity.transpose(),
                        product_);
     body_.forces(elements_, force_);
     if (loads.forces.rows() > 0) force_ += loads.forces;

@@ -50,6 +50,10 @@ class StepSystem {
     /// for start.v. Throws std::invalid_argument on wrong shapes or dt.
     void assemble(const BodyState& start, double dt, const Loads& loads, const Nodes& w = {});
 
+    /// A = mass_scale M + stiffness_scale K as of the last assemble, before anything was added.
+    double mass_scale() const noexcept { return mass_scale_; }
+    double stiffness_scale() const noexcept { return stiffness_scale_; }
+
     /// Elements at the pose x = x0 + dt w of the last assemble.
     const ElementPose& elements() const noexcept { return elements_; }
 
@@ -71,7 +75,7 @@ class StepSystem {
     bool is_prescribed(int node) const noexcept { return prescribed_[node] != 0; }
 
     /// Throws std::runtime_error when A is not positive definite or not finite.
-    void factorize() { cholesky_.factorize(A_); }
+    void factorize();
 
     /// v = A^-1 rhs with the last factor. v may be rhs.
     void solve(const Eigen::Ref<const Eigen::VectorXd>& rhs, Eigen::Ref<Eigen::VectorXd> v) const {
@@ -89,9 +93,11 @@ class StepSystem {
  private:
     const ElasticBody& body_;
     ElementPose elements_;
+    double mass_scale_ = 0, stiffness_scale_ = 0;
     SparseMatrix A_;
     Eigen::VectorXd b_;
     Cholesky cholesky_;
+    bool analyzed_ = false;
     std::vector<char> prescribed_;     // [N]
     Eigen::VectorXd shift_, shifted_;  // [3 N] scratch of prescribe
     Nodes x_, force_, product_;        // [N, 3] scratch of assemble

@@ -47,11 +47,14 @@ std::string pose_failure(int body, const ElementReport& elements, const ElementP
 
 }  // namespace
 
-World::World(const WorldConfig& config) : config_(config) {
+World::World(const WorldConfig& config) : config_(config), solver_(config.linear, config.factors) {
     check_contact_config(config.contact);
     if (!config.gravity.allFinite()) throw std::invalid_argument("world: gravity is not finite");
     if (!(config.limits.inverted_share >= 0) || !(config.limits.stretch > 1))
         throw std::invalid_argument("world: failure limits need inverted_share >= 0 and stretch > 1");
+    if (!(config.linear.tolerance > 0 && config.linear.tolerance < 1) || config.linear.most_iterations < 1)
+        throw std::invalid_argument(
+            "world: the linear solver needs 0 < tolerance < 1 and at least one iteration");
 }
 
 int World::add_body(WorldBody body) {
@@ -191,11 +194,7 @@ Eigen::VectorXd World::stacked_velocities() const {
 void World::build_systems(double dt) {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
         systems_[b].assemble(bodies_[b].state, dt, {.gravity = config_.gravity, .forces = bodies_[b].forces});
-    solver_.add_to_matrices(systems_);
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-        systems_[b].prescribe(prescribed(bodies_[b], dt));
-        systems_[b].factorize();
-    }
+    for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(prescribed(bodies_[b], dt));
 }
 
 WorldReport World::step(double dt) {
@@ -207,10 +206,9 @@ WorldReport World::step(double dt) {
     for (const Body& body : bodies_) surfaces.push_back(&body.surface);
     Eigen::VectorXd v = stacked_velocities();
     solver_.begin(contacts_, surfaces, first_unknown_, config_.contact, thickness(), dt, v);
-    const auto build = [&] { build_systems(dt); };
     try {
-        build();
-        const ContactSolveReport solved = solver_.solve(systems_, build, v);
+        build_systems(dt);
+        const ContactSolveReport solved = solver_.solve(systems_, v);
         report.contacts = solved.active;
         report.solver_iterations = solved.linear_iterations;
         report.solver_converged = solved.converged;

@@ -24,6 +24,8 @@ struct WorldConfig {
     Eigen::Vector3d gravity{0, 0, -9.81};  // m/s2
     ContactConfig contact{};
     FailureLimits limits{};
+    LinearSolveConfig linear{};
+    std::shared_ptr<RestFactors> factors{};  // shared with other worlds of the same bodies; null: own
 };
 
 /// A body as it enters a world.

@@ -31,6 +31,20 @@ TEST(Polar, RecoversTheRotationOfAStretchedFrame) {
     }
 }
 
+TEST(Polar, LanesDoNotDisturbEachOther) {
+    LaneMatrix3 F, R;
+    const double broken = std::numeric_limits<double>::quiet_NaN();
+    for (int l = 0; l < lanes; ++l) {
+        const Eigen::Vector3d stretch(1.2, 0.8, l % 3 == 0 ? -0.4 : 1.0);
+        F.set_lane(l, some_rotation(l) * stretch.asDiagonal());
+    }
+    F.set_lane(3, Eigen::Matrix3d::Constant(broken));
+    F.set_lane(5, Eigen::Matrix3d::Zero());
+    rotations_of(F, R);
+    for (int l = 0; l < lanes; ++l)
+        EXPECT_LT((R.lane(l) - rotation_of(F.lane(l))).norm(), 1e-13) << "lane " << l;
+}
+
 TEST(Polar, TakesTheLeastStretchedDirectionAsTheMirroredOneOfAnInvertedFrame) {
     for (int k = 0; k < 200; ++k) {
         const Eigen::Matrix3d R = some_rotation(k), Q = some_rotation(k + 31);
