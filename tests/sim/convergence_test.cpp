@@ -137,19 +137,19 @@ Nodes shaken(const ElasticBody& body, int steps) {
     for (int s = 0; s < steps; ++s) {
         grip.v.setZero();
         grip.v.col(2).setConstant((height((s + 1) * dt) - height(s * dt)) / dt);
-        backward_euler_step(system, state, dt, {.gravity = {0, 0, -9.81}, .forces = {}}, grip, 30, 1e-12);
+        backward_euler_step(system, state, dt, {.gravity = {0, 0, -9.81}, .forces = {}}, grip, 30, 1e-9);
     }
     return state.x;
 }
 
 TEST(Convergence, BackwardEulerIsOfOrderOneInTheTimeStep) {
     const ElasticBody body(test::box_mesh({1, 0.4, 0.4}, {4, 2, 2}, 0.2), damped);
-    const int finest = 640;
+    const int finest = 320;
     // Two fine runs with the error of first order taken out.
     const Nodes reference = 2 * shaken(body, 2 * finest) - shaken(body, finest);
     ASSERT_GT((reference - body.rest().X).rowwise().norm().maxCoeff(), 0.05);
     std::vector<double> dt, error;
-    for (const int steps : {40, 80, 160, 320}) {
+    for (const int steps : {20, 40, 80, 160}) {
         dt.push_back(shaking_time / steps);
         error.push_back((shaken(body, steps) - reference).norm());
     }
