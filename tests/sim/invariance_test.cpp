@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "sim/backward_euler.hpp"
+#include "sim/stress.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd {
@@ -49,6 +50,12 @@ TEST_P(Invariance, OfForcesEnergyAndTheStateOfElements) {
     EXPECT_NEAR(body.energy(there), body.energy(here), rounding * body.energy(here));
     const Nodes f = forces_at(x);
     EXPECT_LT((forces_at(moved(x)) - turned(f)).norm(), rounding * f.norm());
+}
+
+TEST_P(Invariance, OfStress) {
+    const Eigen::VectorXd here = von_mises_stress(body, x), there = von_mises_stress(body, moved(x));
+    ASSERT_GT(here.minCoeff(), 0);
+    EXPECT_LT((there - here).cwiseAbs().maxCoeff(), rounding * here.maxCoeff());
 }
 
 TEST_P(Invariance, OfARestingBody) {
