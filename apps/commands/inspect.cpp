@@ -22,10 +22,13 @@ std::string inspect_dataset(const std::filesystem::path& path) {
             throw std::runtime_error(fmt::format("{}: has SHA-256 {}; allowed: {}, as {} says", file.string(),
                                                  is, shard.sha256, path.string()));
     }
-    return fmt::format(
-        "{} files have the SHA-256 of the manifest; {} trajectories to train on, {} held out\n{}\n",
-        manifest.shards.size(), manifest.train_trajectories.size(), manifest.held_out_trajectories.size(),
-        to_text(variety_from_json(manifest.variety)));
+    std::string text = fmt::format(
+        "{} files have the SHA-256 of the manifest; {} trajectories to train on, {} held out\n",
+        manifest.shards.size(), manifest.train_trajectories.size(), manifest.held_out_trajectories.size());
+    const RecordingReader recording(path);
+    for (const TrajectoryInfo& info : recording.trajectories())
+        if (!info.failure.empty()) text += fmt::format("trajectory {} failed: {}\n", info.id, info.failure);
+    return text + to_text(variety_from_json(manifest.variety)) + '\n';
 }
 
 }  // namespace

@@ -11,18 +11,14 @@
 
 namespace nbd::test {
 
-/// A folder with box.obj (108 faces), box.h5 with 8 modes, data.h5 (3 trajectories of 50 frames) and tree.h5,
-/// as the command makes them.
-class SmallFiles : public ::testing::Test {
+/// A folder with box.obj (108 faces) and box.h5 with 8 modes, as the command makes it.
+class BoxFolder : public ::testing::Test {
  protected:
     static void SetUpTestSuite() {
         folder_ = std::make_unique<TemporaryFolder>();
         folder_->write("box.obj", obj_file(box(0.4, 0.1, 0.1, 3)));
         make({"mesh", "box.obj", "-o", "box.h5", "-q"});
         make({"modes", "box.h5", "-m", "8", "-q"});
-        make({"dataset", "box.h5", "-o", "data.h5", "--trajectories", "3", "--steps-per-frame", "1", "-q"});
-        make({"train", "box.h5", "data.h5", "-o", "tree.h5", "--depth", "2", "-m", "8", "-k", "16",
-              "--epochs", "5", "--held-out", "0", "-q"});
     }
     static void TearDownTestSuite() { folder_.reset(); }
 
@@ -39,6 +35,17 @@ class SmallFiles : public ::testing::Test {
 
  private:
     static inline std::unique_ptr<TemporaryFolder> folder_;
+};
+
+/// With data.h5 (3 trajectories of 50 frames) and tree.h5 besides.
+class SmallFiles : public BoxFolder {
+ protected:
+    static void SetUpTestSuite() {
+        BoxFolder::SetUpTestSuite();
+        make({"dataset", "box.h5", "-o", "data.h5", "--trajectories", "3", "--steps-per-frame", "1", "-q"});
+        make({"train", "box.h5", "data.h5", "-o", "tree.h5", "--depth", "2", "-m", "8", "-k", "16",
+              "--epochs", "5", "--held-out", "0", "-q"});
+    }
 };
 
 }  // namespace nbd::test
