@@ -144,6 +144,11 @@ std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float di
     return face_pairs_;
 }
 
+std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept {
+    find_face_pairs(a, b, distance, [](const Triangle&, const Triangle&) { return true; });
+    return face_pairs_;
+}
+
 std::span<const LeafPair> PairQuery::leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {
     find_leaf_pairs(a, b, distance);
     std::ranges::sort(leaf_pairs_);

@@ -41,6 +41,10 @@ class PairQuery {
     /// Face pairs whose distance is at most `distance` (metres, finite, >= 0), likewise.
     std::span<const FacePair> within(PosedTree& a, PosedTree& b, float distance) noexcept;
 
+    /// Face pairs whose boxes come within `distance`, likewise: all of within(), found much faster, and some
+    /// more.
+    std::span<const FacePair> boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept;
+
     /// The broad phase alone: leaf pairs whose spheres come within `distance`, sorted.
     std::span<const LeafPair> leaf_pairs(PosedTree& a, PosedTree& b, float distance = 0) noexcept;
 

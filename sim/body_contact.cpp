@@ -1,20 +1,14 @@
 #include "sim/body_contact.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "collision/closest_points.hpp"
+#include "collision/separation.hpp"
+#include "sim/edge_contact.hpp"
 
 namespace nbd {
 namespace {
-
-/// Below this share of `reach` the line between two points is too short to give a direction.
-constexpr double direction_share = 1e-3;
-
-/// Edges with a smaller sine between them count as parallel: their vertices make the contact.
-constexpr double parallel = 1e-3;
 
 struct NearestFace {
     double distance = std::numeric_limits<double>::infinity();  // signed
@@ -23,10 +17,12 @@ struct NearestFace {
 };
 
 NearestFace measure(const ContactSurface& surface, int face, const Eigen::Vector3d& p, double reach) {
+    /// Below this share of `reach` the line between two points is too short to give a direction.
+    constexpr double direction_share = 1e-3;
     const Faces& F = surface.F();
     const Nodes& x = surface.x();
-    const Eigen::Vector3d a = x.row(F(face, 0)), b = x.row(F(face, 1)), c = x.row(F(face, 2));
-    const ClosestPoints closest = closest_point_triangle(p, a, b, c);
+    const ClosestPoints closest =
+        closest_point_triangle(p, x.row(F(face, 0)), x.row(F(face, 1)), x.row(F(face, 2)));
     const Eigen::Vector3d outward = feature_normal(surface.topology(), F, x, face, closest.weights_b);
     const double sign = closest.gap.dot(outward) < 0 ? -1 : 1;
     const bool far = closest.distance > direction_share * reach;
@@ -36,13 +32,32 @@ NearestFace measure(const ContactSurface& surface, int face, const Eigen::Vector
             .normal = far ? Eigen::Vector3d(sign * closest.gap / closest.distance) : outward};
 }
 
-SurfacePoint vertex_point(int body, int vertex) {
-    return {.body = body, .count = 1, .vertices = {vertex}, .weights = {1}};
+NearestFace nearest_of(const ContactSurface& surface, std::span<const int> faces, const Eigen::Vector3d& p,
+                       double reach) {
+    const Faces& F = surface.F();
+    const Nodes& x = surface.x();
+    double least = std::numeric_limits<double>::infinity();
+    int nearest = -1;
+    for (const int f : faces) {
+        const double distance =
+            closest_point_triangle(p, x.row(F(f, 0)), x.row(F(f, 1)), x.row(F(f, 2))).distance;
+        if (!(distance < least)) continue;
+        least = distance;
+        nearest = f;
+    }
+    return least <= reach ? measure(surface, nearest, p, reach) : NearestFace{};
 }
 
-SurfacePoint edge_point(int body, const ContactSurface& surface, int edge, double t) {
-    const auto& edges = surface.topology().edges;
-    return {.body = body, .count = 2, .vertices = {edges(edge, 0), edges(edge, 1)}, .weights = {1 - t, t}};
+/// The nearest of the faces whose normal at the nearest point is on the same side as `side`.
+NearestFace nearest_on_side(const ContactSurface& surface, std::span<const int> faces,
+                            const Eigen::Vector3d& p, const Eigen::Vector3d& side, double reach) {
+    NearestFace nearest;
+    for (const int f : faces) {
+        const NearestFace candidate = measure(surface, f, p, reach);
+        if (candidate.normal.dot(side) > 0 && std::abs(candidate.distance) < std::abs(nearest.distance))
+            nearest = candidate;
+    }
+    return nearest;
 }
 
 SurfacePoint face_point(int body, const ContactSurface& surface, int face, const Eigen::Vector3d& w) {
@@ -53,116 +68,62 @@ SurfacePoint face_point(int body, const ContactSurface& surface, int face, const
             .weights = {w[0], w[1], w[2]}};
 }
 
-/// Whether segment p q crosses the inside of a face, up to rounding.
-bool crosses_face(const ContactSurface& surface, int face, const Eigen::Vector3d& p,
-                  const Eigen::Vector3d& q) {
-    const auto corners = surface.F().row(face);
-    const Eigen::Vector3d a = surface.x().row(corners[0]), b = surface.x().row(corners[1]),
-                          c = surface.x().row(corners[2]);
-    const Eigen::Vector3d normal = (b - a).cross(c - a), d = q - p;
-    if (normal.dot(p - a) * normal.dot(q - a) >= 0) return false;
-    const double u = d.dot((a - p).cross(b - p)), v = d.dot((b - p).cross(c - p)),
-                 w = d.dot((c - p).cross(a - p));
-    return (u > 0 && v > 0 && w > 0) || (u < 0 && v < 0 && w < 0);
-}
-
-bool crosses_faces_at(const ContactSurface& surface, int edge, const Eigen::Vector3d& p,
-                      const Eigen::Vector3d& q) {
-    const auto faces = surface.topology().edge_faces.row(edge);
-    return crosses_face(surface, faces[0], p, q) || (faces[1] >= 0 && crosses_face(surface, faces[1], p, q));
-}
-
-double edge_area(const ContactSurface& surface, int edge) {
-    const auto& edges = surface.topology().edges;
-    return (surface.rest_areas()[edges(edge, 0)] + surface.rest_areas()[edges(edge, 1)]) / 6;
+Box point_box(const ContactSurface& surface, int vertex) {
+    const Eigen::Vector3f p = surface.x_float().row(vertex);
+    return bounding_box({p, p, p});
 }
 
 }  // namespace
 
 void BodyContactFinder::find(const ContactSurface& a, const ContactSurface& b,
-                             std::span<const FacePair> pairs, double reach, std::vector<Contact>& contacts) {
-    vertex_faces_.clear();
-    for (const FacePair& pair : pairs)
-        for (int k = 0; k < 3; ++k) vertex_faces_.push_back({a.F()(pair.a, k), pair.b});
-    find_vertices(body_a_, a, body_b_, b, reach, sides_a_, contacts);
-    vertex_faces_.clear();
-    for (const FacePair& pair : pairs)
-        for (int k = 0; k < 3; ++k) vertex_faces_.push_back({b.F()(pair.b, k), pair.a});
-    find_vertices(body_b_, b, body_a_, a, reach, sides_b_, contacts);
-    find_edges(a, b, pairs, reach, contacts);
+                             std::span<const FacePair> pairs, const ContactReach& reach,
+                             std::vector<Contact>& contacts) {
+    find_vertices(body_a_, a, body_b_, b, pairs, reach, sides_a_, contacts);
+    flipped_.clear();
+    for (const FacePair& pair : pairs) flipped_.push_back({pair.b, pair.a});
+    std::ranges::sort(flipped_);
+    find_vertices(body_b_, b, body_a_, a, flipped_, reach, sides_b_, contacts);
+    find_edge_contacts({body_a_, a}, {body_b_, b}, pairs, reach, contacts);
 }
 
+/// pairs: sorted, faces of `points` first.
 void BodyContactFinder::find_vertices(int body, const ContactSurface& points, int other_body,
-                                      const ContactSurface& surface, double reach, Sides& sides,
+                                      const ContactSurface& surface, std::span<const FacePair> pairs,
+                                      const ContactReach& reach, Sides& sides,
                                       std::vector<Contact>& contacts) {
-    std::ranges::sort(vertex_faces_);
-    const auto repeats = std::ranges::unique(vertex_faces_);
-    vertex_faces_.erase(repeats.begin(), repeats.end());
-    Sides before;
-    before.swap(sides);
-    auto known = before.cbegin();
-    for (std::size_t i = 0; i < vertex_faces_.size();) {
-        const int vertex = vertex_faces_[i].vertex;
-        known = std::find_if(known, before.cend(), [&](const Side& s) { return s.vertex >= vertex; });
-        const bool met = known != before.cend() && known->vertex == vertex;
-        const Eigen::Vector3d p = points.x().row(vertex),
-                              side = met ? known->normal : Eigen::Vector3d::Zero();
-        NearestFace nearest, same_side;
-        for (; i < vertex_faces_.size() && vertex_faces_[i].vertex == vertex; ++i) {
-            const NearestFace candidate = measure(surface, vertex_faces_[i].face, p, reach);
-            const double distance = std::abs(candidate.distance);
-            if (distance < std::abs(nearest.distance)) nearest = candidate;
-            if (candidate.normal.dot(side) > 0 && distance < std::abs(same_side.distance))
-                same_side = candidate;
+    const auto most = static_cast<float>(reach.most());
+    Sides now;
+    for (std::size_t begin = 0, end = 0; begin < pairs.size(); begin = end) {
+        const int own = pairs[begin].a;
+        while (end < pairs.size() && pairs[end].a == own) ++end;
+        for (int k = 0; k < 3; ++k) {
+            const int vertex = points.F()(own, k);
+            if (!points.topology().owns_vertex(own, vertex)) continue;
+            const Box box = point_box(points, vertex);
+            near_faces_.clear();
+            for (const FacePair& pair : pairs.subspan(begin, end - begin))
+                if (!apart(box, surface.face_box(pair.b), most)) near_faces_.push_back(pair.b);
+            const Eigen::Vector3d p = points.x().row(vertex);
+            NearestFace nearest = nearest_of(surface, near_faces_, p, reach.most());
+            if (nearest.distance < 0) {
+                const auto known = std::ranges::lower_bound(sides, vertex, {}, &Side::vertex);
+                if (known != sides.end() && known->vertex == vertex && nearest.normal.dot(known->normal) <= 0)
+                    if (const NearestFace other =
+                            nearest_on_side(surface, near_faces_, p, known->normal, reach.most());
+                        other.face >= 0)
+                        nearest = other;
+            }
+            if (!(nearest.distance <= reach.apart && -nearest.distance <= reach.inside)) continue;
+            now.push_back({vertex, nearest.normal});
+            contacts.push_back({.a = {.body = body, .count = 1, .vertices = {vertex}, .weights = {1}},
+                                .b = face_point(other_body, surface, nearest.face, nearest.barycentric),
+                                .normal = nearest.normal,
+                                .gap = nearest.distance,
+                                .area = points.rest_areas()[vertex]});
         }
-        if (nearest.distance < 0 && same_side.face >= 0) nearest = same_side;
-        if (!(std::abs(nearest.distance) <= reach)) continue;
-        sides.push_back({vertex, nearest.normal});
-        contacts.push_back({.a = vertex_point(body, vertex),
-                            .b = face_point(other_body, surface, nearest.face, nearest.barycentric),
-                            .normal = nearest.normal,
-                            .gap = nearest.distance,
-                            .area = points.rest_areas()[vertex]});
     }
-}
-
-void BodyContactFinder::find_edges(const ContactSurface& a, const ContactSurface& b,
-                                   std::span<const FacePair> pairs, double reach,
-                                   std::vector<Contact>& contacts) {
-    edge_pairs_.clear();
-    for (const FacePair& pair : pairs)
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j)
-                edge_pairs_.push_back(
-                    {a.topology().face_edges(pair.a, i), b.topology().face_edges(pair.b, j)});
-    std::ranges::sort(edge_pairs_);
-    const auto repeats = std::ranges::unique(edge_pairs_);
-    edge_pairs_.erase(repeats.begin(), repeats.end());
-    for (const FacePair& pair : edge_pairs_) {
-        const auto ends_a = a.topology().edges.row(pair.a), ends_b = b.topology().edges.row(pair.b);
-        const Eigen::Vector3d a0 = a.x().row(ends_a[0]), a1 = a.x().row(ends_a[1]);
-        const Eigen::Vector3d b0 = b.x().row(ends_b[0]), b1 = b.x().row(ends_b[1]);
-        if ((a1 - a0).cross(b1 - b0).norm() < parallel * (a1 - a0).norm() * (b1 - b0).norm()) continue;
-        const ClosestPoints closest = closest_edge_edge(a0, a1, b0, b1);
-        const double s = closest.weights_a[1], t = closest.weights_b[1], length = closest.distance;
-        if (length > reach || s <= 0 || s >= 1 || t <= 0 || t >= 1) continue;
-        // Apart: each edge lies on the outer side of the other. Overlapping: behind it, and one really passes
-        // through the other's faces. Anything else is no contact of these two edges.
-        const double above_b = closest.gap.dot(edge_normal(b.topology(), b.F(), b.x(), pair.b));
-        const double below_a = -closest.gap.dot(edge_normal(a.topology(), a.F(), a.x(), pair.a));
-        const double least = direction_share * length;
-        const bool apart = above_b > least && below_a > least;
-        const bool overlapping = above_b < -least && below_a < -least &&
-                                 (crosses_faces_at(b, pair.b, a0, a1) || crosses_faces_at(a, pair.a, b0, b1));
-        if (!apart && !overlapping) continue;
-        const double sign = apart ? 1 : -1;
-        contacts.push_back({.a = edge_point(body_a_, a, pair.a, s),
-                            .b = edge_point(body_b_, b, pair.b, t),
-
-                            .normal = sign * closest.gap / length,
-                            .gap = sign * length,
-                            .area = std::min(edge_area(a, pair.a), edge_area(b, pair.b))});
-    }
+    std::ranges::sort(now, {}, &Side::vertex);
+    sides.swap(now);
 }
 
 void BodyContactFinder::save_sides(ContactSides& sides) const {
@@ -186,20 +147,6 @@ void BodyContactFinder::restore_sides(const ContactSides& sides) {
     };
     restore(body_a_, body_b_, sides_a_);
     restore(body_b_, body_a_, sides_b_);
-}
-
-void find_obstacle_contacts(int body, const ContactSurface& surface, const Obstacle& obstacle, double time,
-                            double reach, std::vector<Contact>& contacts) {
-    for (int v = 0; v < surface.vertex_count(); ++v) {
-        const auto hit = signed_distance(obstacle, surface.x().row(v).transpose(), time, reach);
-        if (!hit || hit->distance > reach) continue;
-        contacts.push_back({.a = vertex_point(body, v),
-                            .normal = hit->normal,
-                            .wall_velocity = obstacle.velocity,
-                            .gap = hit->distance,
-                            .area = surface.rest_areas()[v],
-                            .friction = obstacle.friction});
-    }
 }
 
 }  // namespace nbd

@@ -26,6 +26,12 @@ struct Contact {
     double friction = 0;   // Coulomb's coefficient
 };
 
+/// How far apart, and how deep in each other, points may be to make a contact. Metres, >= 0.
+struct ContactReach {
+    double apart = 0, inside = 0;
+    double most() const noexcept { return apart > inside ? apart : inside; }
+};
+
 /// How contacts answer. The defaults suit soft solids of any size.
 struct ContactConfig {
     double stiffness_scale = 1;  // a layer of thickness `thickness` is this many times as stiff as the body
@@ -33,8 +39,9 @@ struct ContactConfig {
     double thickness = 0;        // metres at which contact begins; 0: 1 % of the smallest body's diagonal
     double damping = 2e-3;       // seconds: damping coefficient over stiffness
     double slip_velocity =
-        1e-3;            // m/s below which friction grows linearly with speed instead of being constant
-    int iterations = 4;  // solves a step at most, to settle which contacts hold and which slip
+        1e-3;                 // m/s below which friction grows linearly with speed instead of being constant
+    int iterations = 8;       // solves a step at most, to settle which contacts hold and which slip
+    double tolerance = 1e-4;  // residual of the whole, contacts included, relative, at which they are settled
 };
 
 /// Throws std::invalid_argument naming the first number that is out of range.

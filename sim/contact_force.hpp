@@ -22,4 +22,13 @@ struct ContactImpulse {
 ContactImpulse contact_impulse(const Contact& contact, const ContactConfig& config, double thickness,
                                double dt, const Eigen::Vector3d& u) noexcept;
 
+/// Its potential: minus the gradient by u is that impulse, friction taken with the normal impulse
+/// `friction_normal` (N s). Joules.
+double contact_potential(const Contact& contact, const ContactConfig& config, double thickness, double dt,
+                         double friction_normal, const Eigen::Vector3d& u) noexcept;
+
+/// Normal impulse at u, N s: 0 where the contact does not press.
+double normal_impulse(const Contact& contact, const ContactConfig& config, double thickness, double dt,
+                      const Eigen::Vector3d& u) noexcept;
+
 }  // namespace nbd

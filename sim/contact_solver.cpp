@@ -4,6 +4,11 @@
 #include <cmath>
 
 namespace nbd {
+namespace {
+
+constexpr double pass_share = 0.1;  // of the residual, left by a pass after which contacts are settled anew
+
+}  // namespace
 
 std::span<const CouplingTerm> ContactSolver::terms(int begin, int end) const {
     return std::span(terms_).subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin));
@@ -56,26 +61,45 @@ Eigen::Vector3d ContactSolver::velocity(int begin, int end, const Eigen::VectorX
     return u;
 }
 
-void ContactSolver::linearise(const Eigen::VectorXd& v) {
+/// Of the contact's points, the wall's motion taken off.
+Eigen::Vector3d ContactSolver::relative_velocity(std::size_t contact, const Eigen::VectorXd& v) const {
+    const Coupling& range = operators_[contact];
+    return velocity(range.begin, range.end, v) - contacts_[contact].wall_velocity;
+}
+
+double ContactSolver::potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const {
+    double sum = 0;
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
-        const Eigen::Vector3d u =
-            velocity(operators_[c].begin, operators_[c].end, v) - contacts_[c].wall_velocity;
-        const ContactImpulse impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
-        operators_[c].A = impulse.A;
-        push_[c] = impulse.b + impulse.A * contacts_[c].wall_velocity;
+        const double normal =
+            normal_impulse(contacts_[c], *config_, thickness_, dt_, relative_velocity(c, friction_at));
+        sum += contact_potential(contacts_[c], *config_, thickness_, dt_, normal, relative_velocity(c, v));
     }
+    return sum;
 }
 
 Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v) const {
     Eigen::VectorXd out = Eigen::VectorXd::Zero(v.size());
     for (std::size_t c = 0; c < operators_.size(); ++c) {
+        if (!presses(c)) continue;
         const Coupling& contact = operators_[c];
-        if (contact.A.isZero(0)) continue;
         const Eigen::Vector3d p = push_[c] - contact.A * velocity(contact.begin, contact.end, v);
         for (const CouplingTerm& t : terms(contact.begin, contact.end))
             out.segment<3>(t.unknown) += t.weight * p;
     }
     return out;
+}
+
+void ContactSolver::linearise(const Eigen::VectorXd& v) { linearise(v, false); }
+
+/// keep_drag: contacts that press already keep their operator, and with it the drag of their friction.
+void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep_drag) {
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        const Eigen::Vector3d u = relative_velocity(c, v);
+        const ContactImpulse impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
+        if (keep_drag && impulse.active() && presses(c)) continue;
+        operators_[c].A = impulse.A;
+        push_[c] = impulse.b + impulse.A * contacts_[c].wall_velocity;
+    }
 }
 
 void ContactSolver::set_rhs(std::span<const StepSystem> systems) {
@@ -87,10 +111,14 @@ void ContactSolver::set_rhs(std::span<const StepSystem> systems) {
             if (!t.held) rhs_.segment<3>(t.unknown) += t.weight * push_[c];
 }
 
-std::vector<bool> ContactSolver::pressing() const {
-    std::vector<bool> set;
-    for (const Coupling& contact : operators_) set.push_back(!contact.A.isZero(0));
-    return set;
+/// Norm of the right-hand side of nodes that are not prescribed; that of the others is in other units.
+double ContactSolver::free_norm(std::span<const StepSystem> systems) const {
+    double squared = 0;
+    for (std::size_t b = 0; b < systems.size(); ++b)
+        for (int i = 0; i < systems[b].body().node_count(); ++i)
+            if (!systems[b].is_prescribed(i))
+                squared += rhs_.segment<3>(first_unknown_[b] + 3 * i).squaredNorm();
+    return std::sqrt(squared);
 }
 
 ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eigen::VectorXd& v) {
@@ -98,24 +126,27 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     for (CouplingTerm& t : terms_) t.held = systems[static_cast<std::size_t>(t.body)].is_prescribed(t.node);
     const CoupledSystem system{systems, first_unknown_, terms_, operators_};
     linear_.begin_matrices(system);
-    std::vector<bool> pressed = pressing();
-    for (bool settled = false; !settled && report.passes < config_->iterations;) {
-        const bool first = report.passes == 0;
-        set_rhs(systems);
-        const LinearSolveReport solved = linear_.solve(system, rhs_, v);
+    set_rhs(systems);
+    const double scale = free_norm(systems), exact = tolerance_ * scale;
+    double goal = exact;
+    for (; report.passes < config_->iterations; ++report.passes) {
+        const LinearSolveReport solved = linear_.solve(system, rhs_, goal, v);
         report.linear_iterations += solved.iterations;
         report.patch_nodes = std::max(report.patch_nodes, solved.patch_nodes);
         report.converged = report.converged && solved.converged;
         if (!solved.fallback.empty()) report.fallback = solved.fallback;
-        ++report.passes;
-        linearise(v);
-        std::vector<bool> pressing_now = pressing();
-        // Friction is first guessed from the velocities before the step, so one repetition is due in any
-        // case.
-        settled = contacts_.empty() || (!first && pressing_now == pressed);
-        pressed.swap(pressing_now);
+        if (contacts_.empty()) break;
+        // Friction is guessed from the velocities before the step, taken anew from those after it, and then
+        // left alone: its fixed point is near, but to reach it takes many passes.
+        linearise(v, report.passes > 0);
+        set_rhs(systems);
+        product_.resize(v.size());
+        system.multiply(v, product_);
+        const double left = (rhs_ - product_).norm();
+        if (left <= config_->tolerance * scale) break;
+        goal = std::max(exact, pass_share * left);
     }
-    report.active = static_cast<int>(std::ranges::count(pressed, true));
+    for (std::size_t c = 0; c < contacts_.size(); ++c) report.active += presses(c);
     return report;
 }
 

@@ -28,11 +28,13 @@ struct ContactSolveReport {
 ///   A_i v_i + sum over contacts J_i^T (A_c J v - b_c) = b_i
 ///
 /// J takes velocities to the relative velocity of a contact's points, so forces are equal and opposite.
-/// Which contacts press and slip is settled by repeating the linear solve (see CoupledSolver).
+/// Which contacts press and slip is settled by repeating the linear solve (see CoupledSolver) from where the
+/// last one ended, each as accurate as that is worth, until the residual with the contacts as they then are
+/// is small enough.
 class ContactSolver {
  public:
     explicit ContactSolver(const LinearSolveConfig& config, std::shared_ptr<RestFactors> factors = nullptr)
-        : linear_(config, std::move(factors)) {}
+        : tolerance_(config.tolerance), linear_(config, std::move(factors)) {}
 
     /// Takes the contacts of a step and how they are expected to press and slip from velocities v (stacked).
     /// surfaces: one a body; first_unknown: where each body's velocities begin in the stacked vector, and its
@@ -44,17 +46,26 @@ class ContactSolver {
     /// systems: assembled and prescribed. v: in, a guess; out, the velocities at the end of the step.
     ContactSolveReport solve(std::span<const StepSystem> systems, Eigen::VectorXd& v);
 
-    /// Impulses of the contacts on the nodes over the step at these end velocities, as of the last solve():
-    /// newton seconds, stacked like v. Nodes whose velocity is prescribed included.
+    /// Takes the contacts as they press and slip at velocities v.
+    void linearise(const Eigen::VectorXd& v);
+
+    /// Impulses of the contacts on the nodes over the step at these end velocities, as of the last
+    /// linearise() or solve(): newton seconds, stacked like v. Nodes whose velocity is prescribed included.
     Eigen::VectorXd impulses(const Eigen::VectorXd& v) const;
+
+    /// Potential of all contacts at velocities v, friction as strong as at `friction_at`; see
+    /// contact_potential(). Joules.
+    double potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const;
 
  private:
     int add_terms(const SurfacePoint& point, double sign, std::span<const ContactSurface* const> surfaces);
     std::span<const CouplingTerm> terms(int begin, int end) const;
     Eigen::Vector3d velocity(int begin, int end, const Eigen::VectorXd& v) const;
-    void linearise(const Eigen::VectorXd& v);
+    Eigen::Vector3d relative_velocity(std::size_t contact, const Eigen::VectorXd& v) const;
+    void linearise(const Eigen::VectorXd& v, bool keep_drag);
     void set_rhs(std::span<const StepSystem> systems);
-    std::vector<bool> pressing() const;
+    double free_norm(std::span<const StepSystem> systems) const;
+    bool presses(std::size_t contact) const { return !operators_[contact].A.isZero(0); }
 
     std::span<const Contact> contacts_;
     std::span<const int> first_unknown_;
@@ -63,8 +74,9 @@ class ContactSolver {
     std::vector<CouplingTerm> terms_;
     std::vector<Coupling> operators_;    // [contacts] as of the last linearise()
     std::vector<Eigen::Vector3d> push_;  // [contacts] b of the contacts' impulses, likewise
+    double tolerance_;                   // of the linear solves
     CoupledSolver linear_;
-    Eigen::VectorXd rhs_;
+    Eigen::VectorXd rhs_, product_;
 };
 
 }  // namespace nbd

@@ -23,6 +23,14 @@ void ContactSurface::update(NodesRef nodes) {
     x_.resize(W_.rows(), 3);
     x_.noalias() = W_ * nodes;
     x_float_ = x_.cast<float>();
+    face_boxes_.resize(static_cast<std::size_t>(F_.rows()));
+    box_ = empty_box();
+    for (Eigen::Index f = 0; f < F_.rows(); ++f) {
+        const Box box =
+            bounding_box({x_float_.row(F_(f, 0)), x_float_.row(F_(f, 1)), x_float_.row(F_(f, 2))});
+        face_boxes_[static_cast<std::size_t>(f)] = box;
+        box_ = joined(box_, box);
+    }
 }
 
 }  // namespace nbd

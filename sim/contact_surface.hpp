@@ -1,6 +1,8 @@
 #pragma once
 
-#include "collision/geometry.hpp"
+#include <vector>
+
+#include "collision/box.hpp"
 #include "meshing/mesh.hpp"
 #include "sim/surface_normals.hpp"
 
@@ -24,6 +26,8 @@ class ContactSurface {
     double rest_diagonal() const noexcept { return rest_diagonal_; }            // of its box, metres
     const Nodes& x() const noexcept { return x_; }                 // [n, 3] as of the last update
     const Vertices& x_float() const noexcept { return x_float_; }  // the same, rounded
+    const Box& face_box(int face) const noexcept { return face_boxes_[static_cast<std::size_t>(face)]; }
+    const Box& box() const noexcept { return box_; }  // of all faces
 
  private:
     Embedding W_;
@@ -33,6 +37,8 @@ class ContactSurface {
     double rest_diagonal_ = 0;
     Nodes x_;
     Vertices x_float_;
+    std::vector<Box> face_boxes_;  // [m], of x_float()
+    Box box_;
 };
 
 }  // namespace nbd

@@ -98,9 +98,8 @@ bool CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, 
 
 /// Solves with the factors as they are. The residual that the iteration carries along may drift from the true
 /// one, hence the second round.
-bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b, int most,
+bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, int most,
                            Eigen::VectorXd& v, LinearSolveReport& report) {
-    const double goal = config_.tolerance * b.norm();
     for (int round = 0; round < 2; ++round) {
         (whole_ ? direct_ : patch_).correct(system, b, v);
         system.multiply(v, Ap_);
@@ -128,23 +127,23 @@ void CoupledSolver::factorize_patch(const CoupledSystem& system, LinearSolveRepo
     whole_ = true;
 }
 
-LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen::VectorXd& b,
+LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen::VectorXd& b, double goal,
                                        Eigen::VectorXd& v) {
     LinearSolveReport report;
     for (Eigen::VectorXd* scratch : {&r_, &z_, &p_, &Ap_, &zero_}) scratch->setZero(system.size());
     if (!whole_) {
         factorize_patch(system, report);
-        if (!whole_ && refine(system, b, config_.most_iterations, v, report)) return report;
+        if (!whole_ && refine(system, b, goal, config_.most_iterations, v, report)) return report;
         if (!whole_)
             report.fallback = fmt::format("{} iterations left a relative residual of {:.2g}",
                                           report.iterations, report.residual);
         whole_ = true;
     }
     // The factor of an earlier solve with other couplings is worth a few iterations.
-    if (factorized_ && refine(system, b, stale_iterations, v, report)) return report;
+    if (factorized_ && refine(system, b, goal, stale_iterations, v, report)) return report;
     direct_.factorize(system, std::vector<char>(static_cast<std::size_t>(system.node_count()), 1));
     factorized_ = true;
-    refine(system, b, stale_iterations, v, report);
+    refine(system, b, goal, stale_iterations, v, report);
     return report;
 }
 

@@ -35,17 +35,18 @@ class CoupledSolver {
     /// couplings.
     void begin_matrices(const CoupledSystem& system);
 
-    /// Solves A v = b. v: in, a guess; out, the solution. Throws std::runtime_error where a factorisation
-    /// fails.
-    LinearSolveReport solve(const CoupledSystem& system, const Eigen::VectorXd& b, Eigen::VectorXd& v);
+    /// Solves A v = b until |b - A v| <= goal; the config's tolerance has no say here. v: in, a guess; out,
+    /// the solution. Throws std::runtime_error where a factorisation fails.
+    LinearSolveReport solve(const CoupledSystem& system, const Eigen::VectorXd& b, double goal,
+                            Eigen::VectorXd& v);
 
  private:
     std::vector<char> choose_patch(const CoupledSystem& system) const;
     void precondition(const CoupledSystem& system, const Eigen::VectorXd& r, Eigen::VectorXd& z);
     bool iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
                  LinearSolveReport& report);
-    bool refine(const CoupledSystem& system, const Eigen::VectorXd& b, int most, Eigen::VectorXd& v,
-                LinearSolveReport& report);
+    bool refine(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, int most,
+                Eigen::VectorXd& v, LinearSolveReport& report);
     void factorize_patch(const CoupledSystem& system, LinearSolveReport& report);
 
     LinearSolveConfig config_;

@@ -51,7 +51,9 @@ World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& 
     WorldConfig config;
     config.gravity = recipe.gravity;
     config.contact.damping = 0.02 * scales.time;
-    config.contact.iterations = 2;  // poses want variety, not friction to the last digit
+    config.contact.iterations = 4;  // poses want variety, not friction to the last digit
+    config.contact.tolerance = 1e-3;
+    config.limits.inverted_share = 0.02;
     config.contact.slip_velocity = 1e-3 * scales.speed;
     config.linear = linear;
     config.factors = factors;

@@ -10,7 +10,7 @@ enum class LinearSolver {
 /// How the linear systems of a step are solved.
 struct LinearSolveConfig {
     LinearSolver solver = LinearSolver::iterative;
-    double tolerance = 1e-6;   // |b - A v| over |b|, > 0 and < 1
+    double tolerance = 1e-6;   // |b - A v| over |b|, of nodes that are not prescribed; > 0 and < 1
     int most_iterations = 80;  // > 0; the system is factorised after them
 };
 

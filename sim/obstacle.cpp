@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -49,11 +50,23 @@ void check_obstacle(const Obstacle& obstacle) {
     if (!(obstacle.friction >= 0) || !std::isfinite(obstacle.friction))
         throw std::invalid_argument(
             fmt::format("obstacle: friction is {}, but must be >= 0", obstacle.friction));
+    if (!std::isfinite(obstacle.start) || !(obstacle.stop >= obstacle.start))
+        throw std::invalid_argument(
+            fmt::format("obstacle: it starts at {} s and stops at {} s, but must not stop before it starts",
+                        obstacle.start, obstacle.stop));
+}
+
+Eigen::Vector3d displacement_at(const Obstacle& obstacle, double time) noexcept {
+    return std::max(std::min(time, obstacle.stop) - obstacle.start, 0.0) * obstacle.velocity;
+}
+
+Eigen::Vector3d mean_velocity(const Obstacle& obstacle, double time, double dt) noexcept {
+    return (displacement_at(obstacle, time + dt) - displacement_at(obstacle, time)) / dt;
 }
 
 std::optional<SurfaceDistance> signed_distance(const Obstacle& obstacle, const Eigen::Vector3d& p,
                                                double time, double reach) noexcept {
-    const Eigen::Vector3d local = p - time * obstacle.velocity;
+    const Eigen::Vector3d local = p - displacement_at(obstacle, time);
     return std::visit([&](const auto& shape) { return distance_to(shape, local, reach); }, obstacle.shape);
 }
 

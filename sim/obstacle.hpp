@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <variant>
@@ -20,17 +21,25 @@ struct BallShape {
     double radius = 1;  // metres, > 0
 };
 
-/// A rigid thing that bodies collide with and that nothing moves: it stands still or travels at a constant
-/// velocity.
+/// A rigid thing that bodies collide with and that nothing moves: it stands still, or travels at a constant
+/// velocity for some time.
 struct Obstacle {
-    std::variant<PlaneShape, BallShape, std::shared_ptr<const StaticSurface>> shape;
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s; shapes are given at time 0
-    double friction = 0.5;                               // Coulomb's coefficient, >= 0
+    std::variant<PlaneShape, BallShape, std::shared_ptr<const StaticSurface>> shape;  // as before `start`
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();     // m/s between start and stop
+    double friction = 0.5;                                  // Coulomb's coefficient, >= 0
+    double start = 0;                                       // seconds
+    double stop = std::numeric_limits<double>::infinity();  // seconds, >= start
 };
 
 /// Throws std::invalid_argument unless the shape and its numbers are usable: finite, a unit normal to 1e-6,
 /// a positive radius, a mesh that is there.
 void check_obstacle(const Obstacle& obstacle);
+
+/// How far it has travelled at `time`, metres.
+Eigen::Vector3d displacement_at(const Obstacle& obstacle, double time) noexcept;
+
+/// Its mean velocity between `time` and dt seconds later.
+Eigen::Vector3d mean_velocity(const Obstacle& obstacle, double time, double dt) noexcept;
 
 /// Signed distance of p at `time` (seconds); nothing where p is surely further than `reach` metres outside.
 /// In the centre of a ball the normal is +z.

@@ -15,6 +15,13 @@ struct SurfaceTopology {
     Pairs edge_faces;               // [e, 2] adjacent faces; second -1: the surface is open there
     std::vector<int> vertex_begin;  // [n + 1] range of vertex_faces
     std::vector<int> vertex_faces;  // faces at each vertex, ascending
+
+    /// Whether `face` is the one, of all that meet in its vertex or edge, that answers for it: a loop over
+    /// faces meets each vertex and each edge once in this way.
+    bool owns_vertex(int face, int vertex) const noexcept {
+        return vertex_faces[static_cast<std::size_t>(vertex_begin[static_cast<std::size_t>(vertex)])] == face;
+    }
+    bool owns_edge(int face, int edge) const noexcept { return edge_faces(edge, 0) == face; }
 };
 
 /// Throws std::invalid_argument on an index outside 0 .. vertex_count - 1, or where an edge has more than

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -10,22 +11,13 @@
 #include <utility>
 
 #include "sim/backward_euler.hpp"
+#include "sim/step_potential.hpp"
 
 namespace nbd {
 namespace {
 
 double microseconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
-}
-
-Eigen::Vector3d mean_velocity(const ElasticBody& elastic, const BodyState& state) {
-    return state.v.transpose() * elastic.node_masses() / elastic.mass();
-}
-
-/// Of a contact layer between two materials, or of one against something rigid, Pa.
-double layer_modulus(const ElasticBody& a) { return a.material().young; }
-double layer_modulus(const ElasticBody& a, const ElasticBody& b) {
-    return 2 / (1 / a.material().young + 1 / b.material().young);
 }
 
 /// Why a pose is unusable; empty where it is not.
@@ -55,6 +47,12 @@ World::World(const WorldConfig& config) : config_(config), solver_(config.linear
     if (!(config.linear.tolerance > 0 && config.linear.tolerance < 1) || config.linear.most_iterations < 1)
         throw std::invalid_argument(
             "world: the linear solver needs 0 < tolerance < 1 and at least one iteration");
+    const StepConfig& step = config.step;
+    if (step.newton_iterations < 1 || !(step.newton_tolerance > 0) || step.most_substeps < 1 ||
+        !std::has_single_bit(static_cast<unsigned>(step.most_substeps)))
+        throw std::invalid_argument(
+            "world: steps need newton_iterations >= 1, newton_tolerance > 0 and most_substeps a power of "
+            "two");
 }
 
 int World::add_body(WorldBody body) {
@@ -83,8 +81,6 @@ int World::add_body(WorldBody body) {
         tree = std::make_unique<PosedTree>(body.tree, body.bounds, body.margin);
     }
     const int index = body_count();
-    for (int other = 0; tree && other < index; ++other)
-        if (at(other).tree) pairs_.push_back({other, index, BodyContactFinder(other, index)});
     systems_.emplace_back(elastic);
     bodies_.push_back({.elastic = std::move(body.elastic),
                        .surface = std::move(surface),
@@ -96,12 +92,14 @@ int World::add_body(WorldBody body) {
                        .grip_start = std::move(grip_start),
                        .pose = {}});
     first_unknown_.push_back(first_unknown_.back() + 3 * nodes);
+    forget_contacts();
     return index;
 }
 
 void World::add_obstacle(Obstacle obstacle) {
     check_obstacle(obstacle);
     obstacles_.push_back(std::move(obstacle));
+    forget_contacts();
 }
 
 double World::thickness() const noexcept {
@@ -111,58 +109,33 @@ double World::thickness() const noexcept {
     return 0.01 * smallest;
 }
 
-/// Largest speed of a node relative to a frame that moves uniformly.
-double World::fastest(const Body& body, const Eigen::Vector3d& frame) const {
-    return (body.state.v.rowwise() - frame.transpose()).rowwise().norm().maxCoeff();
-}
-
-void World::find_body_contacts(BodyPair& pair, double dt, WorldReport& report) {
-    const Body &a = at(pair.a), &b = at(pair.b);
-    const Eigen::Vector3d frame =
-        (mean_velocity(*a.elastic, a.state) + mean_velocity(*b.elastic, b.state)) / 2;
-    // As far as points can come within this step, but not so far that a tip which swings somewhere fills the
-    // list with pairs that never meet; and all that overlapped before. What is fast enough to pass that is
-    // found inside the other body a step later.
-    const double approach = std::min(dt * (fastest(a, frame) + fastest(b, frame)), 2 * thickness());
-    const double overlap =
-        std::min(deepest_, 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
-    const double reach = thickness() + approach + overlap;
-    const auto start = std::chrono::steady_clock::now();
-    const auto face_pairs = query_.within(*a.tree, *b.tree, static_cast<float>(reach));
-    report.collision_us += microseconds_since(start);
-    report.nodes_bounded += query_.counters().nodes_bounded;
-    report.face_pairs += static_cast<long>(face_pairs.size());
-    const std::size_t first = contacts_.size();
-    pair.finder.find(a.surface, b.surface, face_pairs, reach, contacts_);
-    const double modulus = layer_modulus(*a.elastic, *b.elastic);
-    for (Contact& contact : std::span(contacts_).subspan(first)) {
-        contact.friction = config_.contact.friction;
-        contact.stiffness = config_.contact.stiffness_scale * modulus * contact.area / thickness();
-    }
-}
-
-void World::find_contacts(double dt, WorldReport& report) {
-    contacts_.clear();
+/// Makes contacts those of a step of dt from the present state.
+void World::detect(double dt, WorldReport& report) {
+    if (detected_dt_ == dt) return;
+    forget_contacts();
+    sides_before_ = {};
+    detection_.save(sides_before_, overlap_before_);
+    std::vector<ContactParty> parties;
     for (Body& body : bodies_) {
         body.surface.update(body.state.x);
         const auto start = std::chrono::steady_clock::now();
         if (body.tree) body.tree->begin_pose(body.surface.x_float());
         report.update_us += microseconds_since(start);
+        parties.push_back({*body.elastic, body.state, body.surface, body.tree.get()});
     }
-    for (int b = 0; b < body_count(); ++b) {
-        const Body& body = at(b);
-        const double modulus = config_.contact.stiffness_scale * layer_modulus(*body.elastic);
-        const std::size_t first = contacts_.size();
-        for (const Obstacle& obstacle : obstacles_)
-            find_obstacle_contacts(b, body.surface, obstacle, time_,
-                                   thickness() + dt * fastest(body, obstacle.velocity), contacts_);
-        for (Contact& contact : std::span(contacts_).subspan(first))
-            contact.stiffness = modulus * contact.area / thickness();
-    }
-    for (BodyPair& pair : pairs_) find_body_contacts(pair, dt, report);
-    deepest_ = 0;
-    for (const Contact& contact : contacts_) deepest_ = std::max(deepest_, -contact.gap);
-    report.deepest_penetration = deepest_;
+    DetectionReport found;
+    detection_.find(parties, obstacles_, config_.contact, thickness(), time_, dt, found);
+    report.face_pairs += found.face_pairs;
+    report.nodes_bounded += found.nodes_bounded;
+    report.collision_us += found.collision_us;
+    approach_ = found.approach;
+    detected_dt_ = dt;
+}
+
+/// Contacts found ahead for the next step are found anew, from the same memory.
+void World::forget_contacts() {
+    if (detected_dt_ > 0) detection_.restore(sides_before_, overlap_before_);
+    detected_dt_ = 0;
 }
 
 PrescribedNodes World::prescribed(const Body& body, double dt) const {
@@ -183,66 +156,176 @@ PrescribedNodes World::prescribed(const Body& body, double dt) const {
     return result;
 }
 
-Eigen::VectorXd World::stacked_velocities() const {
+/// Those before the step, but for nodes whose velocity over the step is given.
+Eigen::VectorXd World::start_velocities(double dt) const {
     Eigen::VectorXd v(first_unknown_.back());
-    for (std::size_t b = 0; b < bodies_.size(); ++b)
-        v.segment(first_unknown_[b], bodies_[b].state.v.size()) =
-            bodies_[b].state.v.reshaped<Eigen::RowMajor>();
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        Eigen::Map<Nodes> part(v.data() + first_unknown_[b], bodies_[b].state.v.rows(), 3);
+        part = bodies_[b].state.v;
+        const PrescribedNodes given = prescribed(bodies_[b], dt);
+        part(given.nodes, Eigen::all) = given.v;
+    }
     return v;
 }
 
-void World::build_systems(double dt) {
-    for (std::size_t b = 0; b < bodies_.size(); ++b)
-        systems_[b].assemble(bodies_[b].state, dt, {.gravity = config_.gravity, .forces = bodies_[b].forces});
+Nodes World::body_part(int body, const Eigen::VectorXd& stacked) const {
+    return Eigen::Map<const Nodes>(stacked.data() + first_unknown_[static_cast<std::size_t>(body)],
+                                   at(body).state.v.rows(), 3);
+}
+
+/// iterate: velocities to linearise at; null: those before the step.
+void World::build_systems(double dt, const Eigen::VectorXd* iterate) {
+    for (int b = 0; b < body_count(); ++b)
+        systems_[static_cast<std::size_t>(b)].assemble(at(b).state, dt, loads(at(b)),
+                                                       iterate ? body_part(b, *iterate) : Nodes());
     for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(prescribed(bodies_[b], dt));
+}
+
+/// v: out, the velocities at the end of the step.
+World::Trouble World::solve(double dt, Eigen::VectorXd& v, WorldReport& report) {
+    std::vector<const ContactSurface*> surfaces;
+    for (const Body& body : bodies_) surfaces.push_back(&body.surface);
+    v = start_velocities(dt);
+    solver_.begin(detection_.contacts(), surfaces, first_unknown_, config_.contact, thickness(), dt, v);
+    const int most = config_.step.newton_iterations;
+    double left = 0;
+    for (int k = 0; k < most; ++k) {
+        const Eigen::VectorXd from = v;
+        build_systems(dt, most > 1 ? &from : nullptr);
+        const ContactSolveReport solved = solver_.solve(systems_, v);
+        ++report.newton_iterations;
+        report.contacts = solved.active;
+        report.solver_iterations += solved.linear_iterations;
+        report.solver_converged = report.solver_converged && solved.converged;
+        if (!solved.converged) return {.reason = "the linear system was not solved to its tolerance"};
+        if (most == 1) return {};
+        search_line(dt, from, v);
+        left = residual(dt, v);
+        if (left <= config_.step.newton_tolerance) return {};
+    }
+    return {.reason = fmt::format("Newton's iteration left {:.2g} of the loads unbalanced", left)};
+}
+
+/// Moves `to` towards `from`, by halves, until the potential of the step is no higher than there.
+void World::search_line(double dt, const Eigen::VectorXd& from, Eigen::VectorXd& to) {
+    constexpr int most_halvings = 6;
+    const Eigen::VectorXd friction_at = to;
+    const auto potential = [&](const Eigen::VectorXd& v) {
+        double sum = solver_.potential(v, friction_at);
+        for (int b = 0; b < body_count(); ++b) {
+            const Loads outer = loads(at(b));
+            sum += StepPotential(*at(b).elastic, at(b).state, dt, outer,
+                                 systems_[static_cast<std::size_t>(b)].elements())
+                       .value(body_part(b, v));
+        }
+        return sum;
+    };
+    const double before = potential(from);
+    for (int k = 0; k < most_halvings && !(potential(to) <= before); ++k) to = (from + to) / 2;
+}
+
+/// Impulse by which the free nodes' equations are off at v, over that of the right-hand side.
+double World::residual(double dt, const Eigen::VectorXd& v) {
+    solver_.linearise(v);
+    const Eigen::VectorXd contact = solver_.impulses(v);
+    double squared = 0, scale = 0;
+    for (int b = 0; b < body_count(); ++b) {
+        const StepSystem& system = systems_[static_cast<std::size_t>(b)];
+        const Loads outer = loads(at(b));
+        Nodes off = StepPotential(*at(b).elastic, at(b).state, dt, outer, system.elements())
+                        .gradient(body_part(b, v)) -
+                    body_part(b, contact);
+        for (int i = 0; i < off.rows(); ++i) {
+            if (system.is_prescribed(i)) continue;
+            squared += off.row(i).squaredNorm();
+            scale += system.rhs().segment<3>(3 * i).squaredNorm();
+        }
+    }
+    return scale > 0 ? std::sqrt(squared / scale) : std::sqrt(squared);
+}
+
+/// Moves the bodies over the step. share: of the whole step whose mean contact forces are kept. Returns why
+/// that cannot be, and does nothing then; else an empty text.
+std::string World::move(double dt, const Eigen::VectorXd& v, double share, WorldReport& report) {
+    int inverted = 0;
+    for (int b = 0; b < body_count(); ++b) {
+        Body& body = at(b);
+        body.elastic->pose(body.state.x + dt * body_part(b, v), body.pose);
+        const ElementReport elements = body.elastic->check(body.pose);
+        inverted += elements.inverted;
+        std::string failure = pose_failure(b, elements, body.pose, config_.limits);
+        if (!failure.empty()) return failure;
+    }
+    const Eigen::VectorXd impulses = solver_.impulses(v);
+    for (int b = 0; b < body_count(); ++b) {
+        Body& body = at(b);
+        body.state.v = body_part(b, v);
+        body.state.x += dt * body.state.v;
+        body.contact_forces += share / dt * body_part(b, impulses);
+    }
+    report.inverted_elements = inverted;
+    return {};
+}
+
+/// Goes from the present state to that at time `end`, dt later. last: goes there in spite of trouble that is
+/// no failure.
+World::Trouble World::try_part(double dt, double end, double share, bool last, WorldReport& report) {
+    detect(dt, report);
+    const double depth = detection_.deepest(), most_approach = 4 * thickness();
+    Trouble trouble;
+    if (approach_ > most_approach)
+        trouble.reason =
+            fmt::format("bodies close in by {:.2g} m in a step, more than {:.2g}", approach_, most_approach);
+    if (!trouble.reason.empty() && !last) return trouble;
+    try {
+        Eigen::VectorXd v;
+        if (Trouble solving = solve(dt, v, report); !solving.reason.empty()) trouble = solving;
+        if (!trouble.reason.empty() && !last) return trouble;
+        if (std::string failure = move(dt, v, share, report); !failure.empty())
+            return {.reason = failure, .failure = true};
+    } catch (const std::runtime_error& error) {
+        return {.reason = error.what(), .failure = true};
+    }
+    time_ = end;
+    detected_dt_ = 0;
+    detect(dt, report);
+    if (detection_.deepest() > depth + thickness() / 2)
+        trouble.reason = fmt::format("contacts came to overlap by {:.2g} m in a step", detection_.deepest());
+    return trouble;
 }
 
 WorldReport World::step(double dt) {
     if (!(dt > 0) || !std::isfinite(dt))
         throw std::invalid_argument(fmt::format("world: dt is {}, but must be > 0", dt));
     WorldReport report;
-    find_contacts(dt, report);
-    std::vector<const ContactSurface*> surfaces;
-    for (const Body& body : bodies_) surfaces.push_back(&body.surface);
-    Eigen::VectorXd v = stacked_velocities();
-    solver_.begin(contacts_, surfaces, first_unknown_, config_.contact, thickness(), dt, v);
-    try {
-        build_systems(dt);
-        const ContactSolveReport solved = solver_.solve(systems_, v);
-        report.contacts = solved.active;
-        report.solver_iterations = solved.linear_iterations;
-        report.solver_converged = solved.converged;
-        advance(dt, v, report);
-    } catch (const std::runtime_error& error) {
-        report.failure = error.what();
-    }
-    if (!report.failure.empty()) report.failure = fmt::format("at {:.6g} s: {}", time_ + dt, report.failure);
-    time_ += dt;
-    report.time = time_;
-    measure(report);
-    return report;
-}
-
-void World::advance(double dt, const Eigen::VectorXd& v, WorldReport& report) {
-    const Eigen::VectorXd impulses = solver_.impulses(v);
-    for (int b = 0; b < body_count(); ++b) {
-        Body& body = at(b);
-        const auto first = first_unknown_[static_cast<std::size_t>(b)];
-        const Eigen::Map<const Nodes> end(v.data() + first, body.state.v.rows(), 3);
-        const Nodes x = body.state.x + dt * end;
-        body.elastic->pose(x, body.pose);
-        const ElementReport elements = body.elastic->check(body.pose);
-        report.inverted_elements += elements.inverted;
-        const std::string failure = pose_failure(b, elements, body.pose, config_.limits);
-        if (!failure.empty()) {
-            report.failure = failure;
-            body.elastic->pose(body.state.x, body.pose);
+    const double start = time_;
+    for (Body& body : bodies_) body.contact_forces.setZero();
+    report.substeps = 1;
+    for (int done = 0; done < report.substeps;) {
+        const bool last = report.substeps >= config_.step.most_substeps;
+        const double share = 1.0 / report.substeps, end = start + dt * ((done + 1) * share);
+        const WorldSnapshot before = snapshot();
+        std::vector<Nodes> forces;
+        for (const Body& body : bodies_) forces.push_back(body.contact_forces);
+        const Trouble trouble = try_part(dt * share, end, share, last, report);
+        if (!trouble.reason.empty()) report.trouble = fmt::format("at {:.6g} s: {}", end, trouble.reason);
+        if (trouble.reason.empty() || (last && !trouble.failure)) {
+            ++done;
             continue;
         }
-        body.state.x = x;
-        body.state.v = end;
-        body.contact_forces = Eigen::Map<const Nodes>(impulses.data() + first, body.state.v.rows(), 3) / dt;
+        reset(before);
+        for (int b = 0; b < body_count(); ++b) at(b).contact_forces = forces[static_cast<std::size_t>(b)];
+        if (last) {
+            report.failure = report.trouble;
+            break;
+        }
+        report.substeps *= 2;
+        done *= 2;
     }
+    report.time = time_;
+    report.deepest_penetration = detection_.deepest();
+    measure(report);
+    return report;
 }
 
 void World::measure(WorldReport& report) const {
@@ -271,9 +354,12 @@ bool World::has_vertex(int body, int vertex) const {
 }
 
 WorldSnapshot World::snapshot() const {
-    WorldSnapshot snapshot{.time = time_, .overlap = deepest_, .bodies = {}, .sides = {}};
+    WorldSnapshot snapshot{.time = time_, .overlap = overlap_before_, .bodies = {}, .sides = sides_before_};
     for (const Body& body : bodies_) snapshot.bodies.push_back(body.state);
-    for (const BodyPair& pair : pairs_) pair.finder.save_sides(snapshot.sides);
+    if (detected_dt_ == 0) {
+        snapshot.sides = {};
+        detection_.save(snapshot.sides, snapshot.overlap);
+    }
     return snapshot;
 }
 
@@ -294,13 +380,15 @@ void World::restore(const WorldSnapshot& snapshot) {
             !sides.normals[i].allFinite())
             throw std::invalid_argument(
                 fmt::format("world: entry {} of the snapshot's contact sides does not fit the bodies", i));
-    for (BodyPair& pair : pairs_) pair.finder.restore_sides(snapshot.sides);
-    for (int b = 0; b < body_count(); ++b) {
-        at(b).state = snapshot.bodies[static_cast<std::size_t>(b)];
-        at(b).contact_forces.setZero();
-    }
+    reset(snapshot);
+    for (Body& body : bodies_) body.contact_forces.setZero();
+}
+
+void World::reset(const WorldSnapshot& snapshot) {
+    for (int b = 0; b < body_count(); ++b) at(b).state = snapshot.bodies[static_cast<std::size_t>(b)];
     time_ = snapshot.time;
-    deepest_ = snapshot.overlap;
+    detection_.restore(snapshot.sides, snapshot.overlap);
+    detected_dt_ = 0;
 }
 
 }  // namespace nbd

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "collision/pair_query.hpp"
-#include "sim/body_contact.hpp"
+#include "sim/contact_detection.hpp"
 #include "sim/contact_solver.hpp"
 #include "sim/grip.hpp"
 #include "sim/step_system.hpp"
@@ -16,8 +16,15 @@ namespace nbd {
 
 /// When a simulation has gone wrong for good.
 struct FailureLimits {
-    double inverted_share = 0.02;  // of the tetrahedra
-    double stretch = 10;           // Frobenius norm of a deformation gradient
+    double inverted_share = 1;  // of the tetrahedra; what is crushed recovers, so none is too many by default
+    double stretch = 10;        // Frobenius norm of a deformation gradient
+};
+
+/// How hard a step works at its equations.
+struct StepConfig {
+    int newton_iterations = 1;       // linearisations of elasticity at most; more than 1: with line search
+    double newton_tolerance = 1e-3;  // residual impulse over that of the loads at which Newton stops
+    int most_substeps = 8;           // a power of two: parts that a step in trouble is cut into; 1: never
 };
 
 struct WorldConfig {
@@ -26,6 +33,7 @@ struct WorldConfig {
     FailureLimits limits{};
     LinearSolveConfig linear{};
     std::shared_ptr<RestFactors> factors{};  // shared with other worlds of the same bodies; null: own
+    StepConfig step{};
 };
 
 /// A body as it enters a world.
@@ -40,7 +48,8 @@ struct WorldBody {
     std::vector<Grip> grips{};
 };
 
-/// What a step did. Contact figures belong to the start of the step, energies and elements to its end.
+/// What a step did. Counts and costs are sums over its sub-steps and those that were given up; contacts are
+/// those of the last sub-step; energies, elements and penetration those at the end.
 struct WorldReport {
     double time = 0;            // seconds, end of the step
     int contacts = 0;           // pressing
@@ -48,18 +57,24 @@ struct WorldReport {
     long nodes_bounded = 0;     // spheres of collision trees computed
     double update_us = 0;       // microseconds to start the trees' poses
     double collision_us = 0;    // microseconds of the queries for face pairs
+    int substeps = 0;           // equal parts that the step was cut into
+    int newton_iterations = 0;  // linearisations of elasticity
     int solver_iterations = 0;  // of conjugate gradients
     bool solver_converged = true;
     double kinetic_energy = 0, elastic_energy = 0,
            gravity_energy = 0;       // joules; gravity's is 0 at the origin
     double deepest_penetration = 0;  // metres, >= 0
     int inverted_elements = 0;
+    std::string trouble{};  // empty, or one line: why the step was cut, and if that did not help, so it says
     std::string failure{};  // empty: all is well; else one line, and the world must not be stepped again
 };
 
 /// Deformable bodies among obstacles under gravity, in contact with all of them and with each other. A step
-/// is backward Euler, linearised at its start, with implicit contact forces (see ContactSolver). The same
-/// calls give the same bits, on any number of threads.
+/// is backward Euler with implicit contact forces (see ContactSolver), linearised at its start or, on
+/// request, iterated. A step in trouble is taken back and done in 2, 4, 8 ... equal parts: where the linear
+/// system or Newton's iteration does not converge, bodies close in on each other faster than contact can see,
+/// or get deeper into each other or an obstacle than contact should let them. The same calls give the same
+/// bits, on any number of threads.
 class World {
  public:
     /// Throws std::invalid_argument on a number out of range.
@@ -70,8 +85,8 @@ class World {
     /// Throws std::invalid_argument on an unusable obstacle.
     void add_obstacle(Obstacle obstacle);
 
-    /// Advances by dt seconds, > 0. Where the report names a failure, states that became unusable are kept as
-    /// they were before the step. Throws std::invalid_argument on a bad dt.
+    /// Advances by dt seconds, > 0. Where the report names a failure, the bodies are left as they were before
+    /// the part that failed. Throws std::invalid_argument on a bad dt.
     WorldReport step(double dt);
 
     int body_count() const noexcept { return static_cast<int>(bodies_.size()); }
@@ -109,21 +124,28 @@ class World {
         std::vector<Nodes> grip_start;  // where each grip took its nodes
         ElementPose pose;
     };
-    struct BodyPair {
-        int a, b;
-        BodyContactFinder finder;
+    /// What hinders a step. Its end may be kept all the same unless it is a failure.
+    struct Trouble {
+        std::string reason{};  // empty: none
+        bool failure = false;
     };
 
     Body& at(int body) { return bodies_.at(static_cast<std::size_t>(body)); }
     const Body& at(int body) const { return bodies_.at(static_cast<std::size_t>(body)); }
     bool has_vertex(int body, int vertex) const;
-    double fastest(const Body& body, const Eigen::Vector3d& frame) const;
-    void find_contacts(double dt, WorldReport& report);
-    void find_body_contacts(BodyPair& pair, double dt, WorldReport& report);
+    void detect(double dt, WorldReport& report);
+    void forget_contacts();
     PrescribedNodes prescribed(const Body& body, double dt) const;
-    Eigen::VectorXd stacked_velocities() const;
-    void build_systems(double dt);
-    void advance(double dt, const Eigen::VectorXd& v, WorldReport& report);
+    Eigen::VectorXd start_velocities(double dt) const;
+    Nodes body_part(int body, const Eigen::VectorXd& stacked) const;
+    Loads loads(const Body& body) const { return {.gravity = config_.gravity, .forces = body.forces}; }
+    void build_systems(double dt, const Eigen::VectorXd* iterate);
+    Trouble solve(double dt, Eigen::VectorXd& v, WorldReport& report);
+    void search_line(double dt, const Eigen::VectorXd& from, Eigen::VectorXd& to);
+    double residual(double dt, const Eigen::VectorXd& v);
+    std::string move(double dt, const Eigen::VectorXd& v, double share, WorldReport& report);
+    Trouble try_part(double dt, double end, double share, bool last, WorldReport& report);
+    void reset(const WorldSnapshot& snapshot);
     void measure(WorldReport& report) const;
 
     WorldConfig config_;
@@ -131,11 +153,14 @@ class World {
     std::vector<StepSystem> systems_;
     std::vector<int> first_unknown_{0};
     std::vector<Obstacle> obstacles_;
-    std::vector<BodyPair> pairs_;
     PairQuery query_;
+    ContactDetection detection_;
     ContactSolver solver_;
-    std::vector<Contact> contacts_;
-    double time_ = 0, deepest_ = 0;
+    double time_ = 0;
+    double detected_dt_ = 0;     // the step for which contacts are known at the present state; 0: none
+    double approach_ = 0;        // metres, found then
+    ContactSides sides_before_;  // what that detection went by
+    double overlap_before_ = 0;  // likewise, metres
 };
 
 }  // namespace nbd

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -95,7 +96,7 @@ TEST(PairQuery, FindsTheFacesWithinADistanceThatBruteForceFinds) {
     PairQuery query;
     const Surface s = shapes::torus(14, 8), t = shapes::bar(9, 7);
     PosedTree a = exact_tree(s, {.depth = 5}), b = exact_tree(t, {.depth = 3});
-    std::size_t pairs = 0, intersecting = 0;
+    std::size_t pairs = 0, intersecting = 0, boxes_within = 0;
     for (int pose = 0; pose < 6; ++pose) {
         const Vertices x =
             shapes::moved(shapes::wobbled(s.X, random, 0.05f), shapes::random_motion(random, 0.4f));
@@ -111,11 +112,15 @@ TEST(PairQuery, FindsTheFacesWithinADistanceThatBruteForceFinds) {
             EXPECT_EQ(copied(query.within(a, b, distance)), expected)
                 << "pose " << pose << ", " << distance << " m";
             pairs += expected.size();
+            const auto boxes = copied(query.boxes_within(a, b, distance));
+            EXPECT_TRUE(std::ranges::includes(boxes, expected));
+            boxes_within += boxes.size();
         }
         EXPECT_EQ(copied(query.within(a, b, 0)), copied(query.intersecting(a, b)));
     }
     EXPECT_GT(intersecting, 50u);
     EXPECT_GT(pairs, 10 * intersecting);
+    EXPECT_LT(boxes_within, 5 * pairs);
 }
 
 TEST(PairQuery, ADistanceThatIsJustReachedCounts) {

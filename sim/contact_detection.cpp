@@ -1,0 +1,136 @@
+#include "sim/contact_detection.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "sim/obstacle_contact.hpp"
+
+namespace nbd {
+namespace {
+
+double microseconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Of a contact layer between two materials, or of one against something rigid, Pa.
+double layer_modulus(const ElasticBody& a) { return a.material().young; }
+double layer_modulus(const ElasticBody& a, const ElasticBody& b) {
+    return 2 / (1 / a.material().young + 1 / b.material().young);
+}
+
+Eigen::Vector3d mean_velocity(const ContactParty& body) {
+    return body.state.v.transpose() * body.elastic.node_masses() / body.elastic.mass();
+}
+
+/// Largest speed of a node relative to a frame that moves uniformly.
+double fastest(const ContactParty& body, const Eigen::Vector3d& frame) {
+    return (body.state.v.rowwise() - frame.transpose()).rowwise().norm().maxCoeff();
+}
+
+/// The same, of the nodes inside a region; 0 where there are none.
+double fastest_within(const Box& region, const ContactParty& body, const Eigen::Vector3d& frame) {
+    const Eigen::Vector3d lo = region.lo.head<3>().cast<double>(), hi = region.hi.head<3>().cast<double>();
+    double squared = 0;
+    for (Eigen::Index i = 0; i < body.state.x.rows(); ++i) {
+        const Eigen::Vector3d x = body.state.x.row(i);
+        if ((x.array() >= lo.array()).all() && (x.array() <= hi.array()).all())
+            squared = std::max(squared, (body.state.v.row(i).transpose() - frame).squaredNorm());
+    }
+    return std::sqrt(squared);
+}
+
+Box grown(const Box& box, double by) {
+    const Eigen::Array4f step(static_cast<float>(by), static_cast<float>(by), static_cast<float>(by), 0);
+    return {box.lo - step, box.hi + step};
+}
+
+Box common(const Box& s, const Box& t) { return {s.lo.max(t.lo), s.hi.min(t.hi)}; }
+
+}  // namespace
+
+double ContactDetection::deepest() const noexcept {
+    double deepest = 0;
+    for (const Contact& contact : contacts_) deepest = std::max(deepest, -contact.gap);
+    return deepest;
+}
+
+void ContactDetection::save(ContactSides& sides, double& overlap) const {
+    for (const auto& [pair, finder] : finders_) finder.save_sides(sides);
+    overlap = overlap_;
+}
+
+void ContactDetection::restore(const ContactSides& sides, double overlap) {
+    finders_.clear();
+    for (const auto& [body, other, vertex] : sides.vertices) {
+        const BodyIndices pair{std::min(body, other), std::max(body, other)};
+        finders_.try_emplace(pair, pair.a, pair.b);
+    }
+    for (auto& [pair, finder] : finders_) finder.restore_sides(sides);
+    overlap_ = overlap;
+}
+
+void ContactDetection::find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
+                            const ContactConfig& config, double thickness, double time, double dt,
+                            DetectionReport& report) {
+    contacts_.clear();
+    find_obstacles(bodies, obstacles, config, thickness, time, dt);
+    const std::size_t first = contacts_.size();
+    std::vector<Box> boxes;
+    for (const ContactParty& body : bodies)
+        boxes.push_back(
+            body.tree ? grown(body.surface.box(), thickness + dt * fastest(body, Eigen::Vector3d::Zero()))
+                      : empty_box());
+    const std::vector<BodyIndices> pairs = touching_boxes(boxes);
+    std::erase_if(finders_, [&](const auto& f) { return !std::ranges::binary_search(pairs, f.first); });
+    for (const BodyIndices pair : pairs) find_bodies(pair, bodies, config, thickness, dt, report);
+    overlap_ = 0;
+    for (std::size_t c = first; c < contacts_.size(); ++c) overlap_ = std::max(overlap_, -contacts_[c].gap);
+}
+
+void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
+                                      std::span<const Obstacle> obstacles, const ContactConfig& config,
+                                      double thickness, double time, double dt) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const double stiffness = config.stiffness_scale * layer_modulus(bodies[b].elastic) / thickness;
+        const std::size_t first = contacts_.size();
+        for (const Obstacle& obstacle : obstacles)
+            find_obstacle_contacts(static_cast<int>(b), bodies[b].surface, obstacle, time, dt,
+                                   thickness + dt * fastest(bodies[b], mean_velocity(obstacle, time, dt)),
+                                   contacts_);
+        for (std::size_t c = first; c < contacts_.size(); ++c)
+            contacts_[c].stiffness = stiffness * contacts_[c].area;
+    }
+}
+
+void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactParty> bodies,
+                                   const ContactConfig& config, double thickness, double dt,
+                                   DetectionReport& report) {
+    const ContactParty &a = bodies[static_cast<std::size_t>(pair.a)],
+                       &b = bodies[static_cast<std::size_t>(pair.b)];
+    const Eigen::Vector3d frame = (mean_velocity(a) + mean_velocity(b)) / 2;
+    const double most = thickness + dt * (fastest(a, frame) + fastest(b, frame));
+    const Box region = common(grown(a.surface.box(), most), grown(b.surface.box(), most));
+    const double approach = dt * (fastest_within(region, a, frame) + fastest_within(region, b, frame));
+    report.approach = std::max(report.approach, approach);
+    // No further than this, so that a tip which swings somewhere does not fill the list with pairs that never
+    // meet; what is fast enough to pass it calls for a shorter step.
+    const double near = std::min(approach, 2 * thickness);
+    const double overlap =
+        std::min(overlap_, 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
+    const ContactReach reach{.apart = thickness + near, .inside = std::max(thickness, overlap) + near};
+    const auto start = std::chrono::steady_clock::now();
+    const auto face_pairs = query_.boxes_within(*a.tree, *b.tree, static_cast<float>(reach.most()));
+    report.collision_us += microseconds_since(start);
+    report.nodes_bounded += query_.counters().nodes_bounded;
+    report.face_pairs += static_cast<long>(face_pairs.size());
+    const std::size_t first = contacts_.size();
+    finders_.try_emplace(pair, pair.a, pair.b)
+        .first->second.find(a.surface, b.surface, face_pairs, reach, contacts_);
+    const double stiffness = config.stiffness_scale * layer_modulus(a.elastic, b.elastic) / thickness;
+    for (std::size_t c = first; c < contacts_.size(); ++c) {
+        contacts_[c].friction = config.friction;
+        contacts_[c].stiffness = stiffness * contacts_[c].area;
+    }
+}
+
+}  // namespace nbd

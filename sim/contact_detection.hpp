@@ -1,0 +1,62 @@
+#pragma once
+
+#include <map>
+#include <span>
+#include <vector>
+
+#include "collision/pair_query.hpp"
+#include "sim/body_contact.hpp"
+#include "sim/elastic_body.hpp"
+#include "sim/obstacle.hpp"
+#include "sim/step_system.hpp"
+#include "sim/sweep.hpp"
+
+namespace nbd {
+
+/// A body as others may touch it: its surface and tree are those of the state.
+struct ContactParty {
+    const ElasticBody& elastic;
+    const BodyState& state;
+    const ContactSurface& surface;
+    PosedTree* tree = nullptr;  // null: meets obstacles only, never bodies
+};
+
+/// What detection met. Counts and times add up over calls.
+struct DetectionReport {
+    long face_pairs = 0;      // of two bodies, close enough to be looked at
+    long nodes_bounded = 0;   // spheres of collision trees computed
+    double collision_us = 0;  // microseconds of the queries for face pairs
+    double approach = 0;      // metres by which two bodies near each other may come closer within the step
+};
+
+/// Finds all contacts of a step: of bodies with obstacles, by signed distance, and of bodies with each other:
+/// a sweep over their boxes, their trees down to face pairs, then vertices with faces and edges with edges.
+/// A body's contact with itself would be one more finder, on the pair (b, b), fed by a query of its tree with
+/// itself that leaves out faces which share a vertex.
+class ContactDetection {
+ public:
+    /// Fills contacts(). time: of the bodies' states, seconds; dt: of the step from there. thickness: metres.
+    void find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
+              const ContactConfig& config, double thickness, double time, double dt, DetectionReport& report);
+
+    /// Of the last find(), in an order that the bodies and their states determine.
+    std::span<const Contact> contacts() const noexcept { return contacts_; }
+    double deepest() const noexcept;  // metres of overlap among contacts(), >= 0
+
+    /// What the next find() depends on besides its arguments.
+    void save(ContactSides& sides, double& overlap) const;
+    void restore(const ContactSides& sides, double overlap);
+
+ private:
+    void find_obstacles(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
+                        const ContactConfig& config, double thickness, double time, double dt);
+    void find_bodies(BodyIndices pair, std::span<const ContactParty> bodies, const ContactConfig& config,
+                     double thickness, double dt, DetectionReport& report);
+
+    std::map<BodyIndices, BodyContactFinder> finders_;  // pairs whose boxes touched in the last find()
+    PairQuery query_;
+    std::vector<Contact> contacts_;
+    double overlap_ = 0;  // of bodies, metres
+};
+
+}  // namespace nbd

@@ -1,0 +1,44 @@
+#include "sim/sweep.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace nbd {
+namespace {
+
+TEST(Sweep, FindsTheTouchingBoxesThatBruteForceFinds) {
+    std::mt19937 random(3);
+    const auto draw = [&](float least, float most) {
+        return least + (most - least) * static_cast<float>(random() % 4096) / 4096;
+    };
+    std::size_t touching = 0, apart = 0;
+    for (int round = 0; round < 20; ++round) {
+        std::vector<Box> boxes;
+        for (int i = 0; i < 40; ++i) {
+            const Eigen::Array4f lo(draw(0, 4), draw(0, 1), draw(0, 2), 0);
+            const Eigen::Array4f size(draw(0, 1), draw(0, 1), draw(0, 1), 0);
+            boxes.push_back(i % 9 == 4 ? empty_box() : Box{lo, lo + size});
+        }
+        std::vector<BodyIndices> expected;
+        for (int a = 0; a < 40; ++a)
+            for (int b = a + 1; b < 40; ++b) {
+                const Box &s = boxes[static_cast<std::size_t>(a)], &t = boxes[static_cast<std::size_t>(b)];
+                const bool touch = a % 9 != 4 && b % 9 != 4 && (s.lo <= t.hi).all() && (t.lo <= s.hi).all();
+                if (touch) expected.push_back({a, b});
+                ++(touch ? touching : apart);
+            }
+        EXPECT_EQ(touching_boxes(boxes), expected);
+    }
+    EXPECT_GT(touching, 500u);
+    EXPECT_GT(apart, 500u);
+}
+
+TEST(Sweep, BoxesThatShareAFaceTouch) {
+    const Box left{{0, 0, 0, 0}, {1, 1, 1, 0}}, right{{1, 0, 0, 0}, {2, 1, 1, 0}};
+    EXPECT_EQ(touching_boxes(std::vector{right, left}), (std::vector<BodyIndices>{{0, 1}}));
+    EXPECT_TRUE(touching_boxes({}).empty());
+}
+
+}  // namespace
+}  // namespace nbd
