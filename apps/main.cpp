@@ -105,10 +105,12 @@ int main(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
         return fail(2, error.what());
     } catch (const nbd::Interrupted& stop) {
+        out.end_progress();
         return fail(130, fmt::format("interrupted: {}", stop.what()));
     } catch (const std::bad_alloc&) {
         return fail(1, "out of memory");
     } catch (const std::exception& error) {
+        out.end_progress();
         return fail(1, error.what());
     }
     return flush_output();

@@ -3,14 +3,20 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <utility>
 
 namespace nbd {
 
 void Output::text(std::string_view line) const {
-    if (!quiet && !json) fmt::print("{}\n", line);
+    if (quiet || json) return;
+    end_progress();
+    fmt::print("{}\n", line);
 }
 
-void Output::warning(std::string_view line) const { fmt::print(stderr, "nbdtree: warning: {}\n", line); }
+void Output::warning(std::string_view line) const {
+    end_progress();
+    fmt::print(stderr, "nbdtree: warning: {}\n", line);
+}
 
 void Output::result(const nlohmann::ordered_json& value) const {
     if (json) fmt::print("{}\n", value.dump(2));
@@ -37,6 +43,11 @@ void Output::progress(std::string_view what, double done, double total, std::str
     fmt::print(stderr, "{}{}: {:.0f}/{:.0f}, {}{}{}{}", terminal ? "\r\033[K" : "", what, done, total, left,
                note.empty() ? "" : ", ", note, terminal && !last ? "" : "\n");
     std::fflush(stderr);
+    bar_is_open_ = terminal && !last;
+}
+
+void Output::end_progress() const {
+    if (std::exchange(bar_is_open_, false)) fmt::print(stderr, "\n");
 }
 
 std::string minutes(double seconds) {

@@ -30,11 +30,15 @@ class Output {
     /// call says what was done before.
     void progress(std::string_view what, double done, double total, std::string_view note = {});
 
+    /// Leaves a bar that has not reached its end, so that what follows stands on a line of its own.
+    void end_progress() const;
+
  private:
     using Clock = std::chrono::steady_clock;
     std::string what_;
     Clock::time_point started_, last_;
-    double done_before_ = 0;  // when the work on what_ began
+    double done_before_ = 0;            // when the work on what_ began
+    mutable bool bar_is_open_ = false;  // the terminal's line is not at its end
 };
 
 /// 75 -> "1:15".

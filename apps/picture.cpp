@@ -142,7 +142,7 @@ class Drawing {
             floor = &candidate;
         }
         const Eigen::Vector3f p = start + depth * camera_.forward;
-        if (floor) return floor_colour(*floor, p, seen);
+        if (floor) return floor_colour(*floor, p);
         return std::isfinite(depth) ? surface_colour(seen, p) : Eigen::Vector3f::Ones();
     }
 
@@ -156,8 +156,7 @@ class Drawing {
     }
 
     /// Light grey with faint lines and the things' shadows, fading to white around them.
-    Eigen::Vector3f floor_colour(const PictureFloor& floor, const Eigen::Vector3f& p,
-                                 const Seen& behind) const {
+    Eigen::Vector3f floor_colour(const PictureFloor& floor, const Eigen::Vector3f& p) const {
         const Eigen::Vector3f u = floor.normal.unitOrthogonal(), v = floor.normal.cross(u),
                               d = p - floor.point;
         const auto to_line = [&](const Eigen::Vector3f& axis) {
@@ -170,8 +169,7 @@ class Drawing {
         const float distance = (away - away.dot(floor.normal) * floor.normal).norm() / camera_.extent;
         const float t = std::clamp((distance - 0.5f) / 0.6f, 0.f, 1.f);
         const float fade = t * t * (3 - 2 * t);
-        const Eigen::Vector3f far = std::isfinite(behind.depth) ? behind.colour : Eigen::Vector3f(1, 1, 1);
-        return (1 - fade) * shade * Eigen::Vector3f(0.97f, 0.98f, 1) + fade * far;
+        return (1 - fade) * shade * Eigen::Vector3f(0.97f, 0.98f, 1) + fade * Eigen::Vector3f::Ones();
     }
 
     const std::vector<PictureFloor>& floors_;
