@@ -22,7 +22,7 @@ namespace nbd {
 namespace {
 
 struct DatasetArguments {
-    std::string body, output, recipe, csv, shard;
+    std::string body, output, recipe, csv, shard, solver = "iterative";
     std::optional<double> strength;
     DatasetPlan plan;
 };
@@ -150,6 +150,8 @@ void run(const DatasetArguments& arguments, Output& out) {
     if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body, arguments.recipe});
     DatasetPlan plan = arguments.plan;
     plan.excitation.ranges = load_ranges(arguments);
+    plan.excitation.linear.solver =
+        arguments.solver == "direct" ? LinearSolver::direct : LinearSolver::iterative;
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     Body body = load_body(arguments.body);
@@ -221,6 +223,11 @@ void add_dataset(CLI::App& app, Output& out) {
     command->add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps a frame")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
+    command
+        ->add_option("--solver", arguments->solver,
+                     "Of the steps' linear systems; direct: a factorisation a step, many times slower")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"iterative", "direct"}));
     command
         ->add_option("--attempts", plan.attempts,
                      "At a trajectory that fails, each with steps half as long as the last")
