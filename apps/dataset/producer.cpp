@@ -29,13 +29,13 @@ void run_workers(int count, int workers, const std::function<void(int)>& work) {
     std::exception_ptr failure;
     std::mutex mutex;
     const auto loop = [&] {
-        for (int i; (i = next++) < count;) try {
-                work(i);
-            } catch (...) {
-                const std::scoped_lock lock(mutex);
-                if (!failure) failure = std::current_exception();
-                next = count;
-            }
+        try {
+            for (int i = next++; i < count; i = next++) work(i);
+        } catch (...) {
+            const std::scoped_lock lock(mutex);
+            if (!failure) failure = std::current_exception();
+            next = count;
+        }
     };
     std::vector<std::thread> threads;
     for (int t = 0; t < workers; ++t) threads.emplace_back(loop);
@@ -163,6 +163,7 @@ void Producer::make(int index, bool wait) {
 }
 
 void Producer::finish_shard(int shard) {
+    const std::scoped_lock lock(packing_);  // among our threads; the claim is among processes
     const auto held = claims_.wait_for(first_shard_claim + shard, hooks_.stop_if_asked);
     pack_shard(folder_, key_, shard, [this](const std::string& line) { warn(line); });
 }
@@ -221,7 +222,7 @@ bool Producer::merge() {
     remove_leftovers();
     if (!changed) return true;
 
-    VarietyMeter meter(body_, plan_.trajectories * plan_.excitation.frames);
+    VarietyMeter meter(body_, static_cast<long>(plan_.trajectories) * plan_.excitation.frames);
     std::vector<int> complete;
     for (int g = 0; g < folder_.shards(); ++g) {
         hooks_.stop_if_asked();

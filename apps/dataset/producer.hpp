@@ -56,7 +56,7 @@ class Producer {
     ShardFolder folder_;
     Claims claims_;
     ProducerHooks hooks_;
-    std::mutex speaking_;
+    std::mutex speaking_, packing_;
 };
 
 }  // namespace nbd
