@@ -12,6 +12,8 @@ StepRow step_row(int frame, const WorldReport& report) {
     return {.frame = frame,
             .time = report.time,
             .contacts = report.contacts,
+            .substeps = report.substeps,
+            .newton_iterations = report.newton_iterations,
             .solver_iterations = report.solver_iterations,
             .inverted_elements = report.inverted_elements,
             .solver_converged = report.solver_converged,
@@ -48,16 +50,18 @@ StepTotals StepTable::totals() const {
 
 void StepTable::write(const std::filesystem::path& path) const {
     h5::AtomicFile file(path);
-    file.out() << "frame,time,contacts,face_pairs,nodes_bounded,update_us,collision_us,solver_iterations,"
+    file.out() << "frame,time,contacts,face_pairs,nodes_bounded,update_us,collision_us,substeps,"
+                  "newton_iterations,solver_iterations,"
                   "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
                   "inverted_elements,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
                   "near_pairs_missed\n";
     for (const StepRow& row : rows_) {
-        file.out() << fmt::format("{},{:.9g},{},{},{},{:.6g},{:.6g},{},{},{:.9g},{:.9g},{:.9g},{:.6g},{}",
-                                  row.frame, row.time, row.contacts, row.face_pairs, row.nodes_bounded,
-                                  row.update_us, row.collision_us, row.solver_iterations,
-                                  row.solver_converged ? 1 : 0, row.kinetic_energy, row.elastic_energy,
-                                  row.gravity_energy, row.deepest_penetration, row.inverted_elements);
+        file.out() << fmt::format(
+            "{},{:.9g},{},{},{},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.6g},{}", row.frame,
+            row.time, row.contacts, row.face_pairs, row.nodes_bounded, row.update_us, row.collision_us,
+            row.substeps, row.newton_iterations, row.solver_iterations, row.solver_converged ? 1 : 0,
+            row.kinetic_energy, row.elastic_energy, row.gravity_energy, row.deepest_penetration,
+            row.inverted_elements);
         if (row.audited)
             file.out() << fmt::format(",{},{},{},{}\n", row.audit.intersecting, row.audit.intersecting_missed,
                                       row.audit.near, row.audit.near_missed);

@@ -12,7 +12,7 @@ namespace nbd {
 struct StepRow {
     int frame = 0;  // that the step leads to
     double time = 0;
-    int contacts = 0, solver_iterations = 0, inverted_elements = 0;
+    int contacts = 0, substeps = 0, newton_iterations = 0, solver_iterations = 0, inverted_elements = 0;
     bool solver_converged = true, audited = false;
     long face_pairs = 0, nodes_bounded = 0;
     double kinetic_energy = 0, elastic_energy = 0, gravity_energy = 0, deepest_penetration = 0;

@@ -21,10 +21,11 @@ struct ContactParty {
     PosedTree* tree = nullptr;  // null: meets obstacles only, never bodies
 };
 
-/// What detection met. Counts and times add up over calls.
+/// What a search for contacts met and cost.
 struct DetectionReport {
     long face_pairs = 0;      // of two bodies, close enough to be looked at
     long nodes_bounded = 0;   // spheres of collision trees computed
+    double update_us = 0;     // microseconds to start the trees' poses
     double collision_us = 0;  // microseconds of the queries for face pairs
     double approach = 0;      // metres by which two bodies near each other may come closer within the step
 };

@@ -186,8 +186,25 @@ SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base)
     }
     result.obstacle.velocity = from.vector("velocity", result.obstacle.velocity);
     result.obstacle.friction = from.number("friction", result.obstacle.friction, {0, 10, "between 0 and 10"});
+    result.obstacle.start = from.number("start", result.obstacle.start, finite);
+    result.obstacle.stop = from.number("stop", result.obstacle.stop, finite);
+    if (result.obstacle.stop < result.obstacle.start) from.problem("stop", "must not be before \"start\"");
     from.finish();
     return result;
+}
+
+StepConfig read_solver(JsonObject from) {
+    StepConfig step;
+    step.newton_iterations = static_cast<int>(
+        from.integer("newton_iterations", step.newton_iterations, {1, 100, "between 1 and 100"}));
+    step.newton_tolerance =
+        from.number("newton_tolerance", step.newton_tolerance, {1e-12, 1, "between 1e-12 and 1"});
+    step.most_substeps =
+        static_cast<int>(from.integer("most_substeps", step.most_substeps, {1, 1024, "between 1 and 1024"}));
+    if ((step.most_substeps & (step.most_substeps - 1)) != 0)
+        from.problem("most_substeps", "must be a power of two");
+    from.finish();
+    return step;
 }
 
 ContactConfig read_contact(JsonObject from) {
@@ -257,6 +274,7 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
     }
     spec.gravity = from.vector("gravity", spec.gravity);
     spec.contact = read_contact(from.object("contact"));
+    spec.step = read_solver(from.object("solver"));
     spec.time = read_time(from.object("time"));
     spec.output = read_output(from.object("output"));
     spec.seed = static_cast<std::uint64_t>(from.integer("seed", 0, {0, 9e15, "between 0 and 9e15"}));

@@ -106,6 +106,7 @@ struct SceneSpec {
     std::vector<SceneObstacle> obstacles;
     Eigen::Vector3d gravity{0, 0, -9.81};
     ContactConfig contact;
+    StepConfig step;
     SceneTime time;
     SceneOutput output;
     std::uint64_t seed = 0;  // carried into recordings

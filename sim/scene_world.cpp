@@ -10,7 +10,7 @@ World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies) {
     if (bodies.size() != spec.bodies.size())
         throw std::invalid_argument(
             fmt::format("scene: it has {} bodies, but {} were loaded", spec.bodies.size(), bodies.size()));
-    World world({.gravity = spec.gravity, .contact = spec.contact});
+    World world({.gravity = spec.gravity, .contact = spec.contact, .step = spec.step});
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         try {
             world.add_body(make_world_body(spec.bodies[b], bodies[b]));

@@ -110,25 +110,21 @@ double World::thickness() const noexcept {
 }
 
 /// Makes contacts those of a step of dt from the present state.
-void World::detect(double dt, WorldReport& report) {
+void World::detect(double dt) {
     if (detected_dt_ == dt) return;
     forget_contacts();
     sides_before_ = {};
     detection_.save(sides_before_, overlap_before_);
+    detected_ = {};
     std::vector<ContactParty> parties;
     for (Body& body : bodies_) {
         body.surface.update(body.state.x);
         const auto start = std::chrono::steady_clock::now();
         if (body.tree) body.tree->begin_pose(body.surface.x_float());
-        report.update_us += microseconds_since(start);
+        detected_.update_us += microseconds_since(start);
         parties.push_back({*body.elastic, body.state, body.surface, body.tree.get()});
     }
-    DetectionReport found;
-    detection_.find(parties, obstacles_, config_.contact, thickness(), time_, dt, found);
-    report.face_pairs += found.face_pairs;
-    report.nodes_bounded += found.nodes_bounded;
-    report.collision_us += found.collision_us;
-    approach_ = found.approach;
+    detection_.find(parties, obstacles_, config_.contact, thickness(), time_, dt, detected_);
     detected_dt_ = dt;
 }
 
@@ -270,12 +266,16 @@ std::string World::move(double dt, const Eigen::VectorXd& v, double share, World
 /// Goes from the present state to that at time `end`, dt later. last: goes there in spite of trouble that is
 /// no failure.
 World::Trouble World::try_part(double dt, double end, double share, bool last, WorldReport& report) {
-    detect(dt, report);
+    detect(dt);
+    report.face_pairs += detected_.face_pairs;
+    report.nodes_bounded += detected_.nodes_bounded;
+    report.update_us += detected_.update_us;
+    report.collision_us += detected_.collision_us;
     const double depth = detection_.deepest(), most_approach = 4 * thickness();
     Trouble trouble;
-    if (approach_ > most_approach)
-        trouble.reason =
-            fmt::format("bodies close in by {:.2g} m in a step, more than {:.2g}", approach_, most_approach);
+    if (detected_.approach > most_approach)
+        trouble.reason = fmt::format("bodies close in by {:.2g} m in a step, more than {:.2g}",
+                                     detected_.approach, most_approach);
     if (!trouble.reason.empty() && !last) return trouble;
     try {
         Eigen::VectorXd v;
@@ -288,12 +288,14 @@ World::Trouble World::try_part(double dt, double end, double share, bool last, W
     }
     time_ = end;
     detected_dt_ = 0;
-    detect(dt, report);
+    detect(dt);
     if (detection_.deepest() > depth + thickness() / 2)
         trouble.reason = fmt::format("contacts came to overlap by {:.2g} m in a step", detection_.deepest());
     return trouble;
 }
 
+// Contacts at the end of a part tell whether it went well, and are those that the next part begins with; what
+// they cost is reported where they are used, so that a run that continues from a snapshot reports the same.
 WorldReport World::step(double dt) {
     if (!(dt > 0) || !std::isfinite(dt))
         throw std::invalid_argument(fmt::format("world: dt is {}, but must be > 0", dt));

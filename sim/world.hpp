@@ -133,7 +133,7 @@ class World {
     Body& at(int body) { return bodies_.at(static_cast<std::size_t>(body)); }
     const Body& at(int body) const { return bodies_.at(static_cast<std::size_t>(body)); }
     bool has_vertex(int body, int vertex) const;
-    void detect(double dt, WorldReport& report);
+    void detect(double dt);
     void forget_contacts();
     PrescribedNodes prescribed(const Body& body, double dt) const;
     Eigen::VectorXd start_velocities(double dt) const;
@@ -158,7 +158,7 @@ class World {
     ContactSolver solver_;
     double time_ = 0;
     double detected_dt_ = 0;     // the step for which contacts are known at the present state; 0: none
-    double approach_ = 0;        // metres, found then
+    DetectionReport detected_;   // of that search
     ContactSides sides_before_;  // what that detection went by
     double overlap_before_ = 0;  // likewise, metres
 };

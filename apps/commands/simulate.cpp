@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -86,10 +87,20 @@ std::optional<SimulationFrame> replay(Journal& journal, SimulationOutputs& outpu
     return last;
 }
 
-void tell(const SceneOutput& paths, int frames, const StepTotals& total, Output& out) {
-    out.text(fmt::format(
-        "{}: {} frames, {:.3f} s simulated; contacts in {} frames, deepest penetration {:.3g} m",
-        paths.recording.string(), frames, total.time, total.frames_in_contact, total.deepest_penetration));
+/// Diagonal of the smallest body's box at rest, metres.
+double smallest_size(const World& world) {
+    double size = world.surface(0).rest_diagonal();
+    for (int b = 1; b < world.body_count(); ++b) size = std::min(size, world.surface(b).rest_diagonal());
+    return size;
+}
+
+/// size: metres, that penetration is compared with.
+void tell(const SceneOutput& paths, int frames, const StepTotals& total, double size, Output& out) {
+    out.text(
+        fmt::format("{}: {} frames, {:.3f} s simulated; contacts in {} frames, deepest penetration {:.3g} m, "
+                    "{:.2g} % of the smallest body",
+                    paths.recording.string(), frames, total.time, total.frames_in_contact,
+                    total.deepest_penetration, 100 * total.deepest_penetration / size));
     out.text(fmt::format("broad phase a step: {:.1f} us update, {:.1f} us queries, {:.1f} nodes bounded",
                          total.update_us, total.collision_us, total.nodes_bounded));
     if (total.audited_frames > 0)
@@ -102,6 +113,7 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, Output&
                 {"time", total.time},
                 {"frames_in_contact", total.frames_in_contact},
                 {"deepest_penetration", total.deepest_penetration},
+                {"smallest_body", size},
                 {"update_us", total.update_us},
                 {"collision_us", total.collision_us},
                 {"nodes_bounded", total.nodes_bounded},
@@ -170,7 +182,7 @@ void run(const SimulateArguments& arguments, Output& out) {
         out.progress("frames", number, spec.time.frames);
     }
     outputs.finish(failure);
-    tell(paths, frame.number, outputs.table().totals(), out);
+    tell(paths, frame.number, outputs.table().totals(), smallest_size(world), out);
     const bool stopped = failure.empty() && frame.number < spec.time.frames;
     if (!stopped) journal.remove();
     if (!failure.empty())
