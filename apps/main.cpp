@@ -81,6 +81,7 @@ int main(int argc, char** argv) {
     nbd::add_validate(app, out);
     nbd::add_collide(app, out);
     nbd::add_inspect(app, out);
+    nbd::add_bench(app, out);
 
     for (CLI::App* command : app.get_subcommands(nullptr))
         for (CLI::Option* option : command->get_options())

@@ -187,8 +187,15 @@ World::Trouble World::solve(double dt, Eigen::VectorXd& v, WorldReport& report) 
     double left = 0;
     for (int k = 0; k < most; ++k) {
         const Eigen::VectorXd from = v;
+        auto start = std::chrono::steady_clock::now();
         build_systems(dt, most > 1 ? &from : nullptr);
+        report.assemble_us += microseconds_since(start);
+        start = std::chrono::steady_clock::now();
         const ContactSolveReport solved = solver_.solve(systems_, v);
+        report.solve_us += microseconds_since(start);
+        report.patch_nodes = std::max(report.patch_nodes, solved.patch_nodes);
+        if (!solved.fallback.empty())
+            report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);
         ++report.newton_iterations;
         report.contacts = solved.active;
         report.solver_iterations += solved.linear_iterations;

@@ -59,14 +59,18 @@ struct WorldReport {
     double collision_us = 0;    // microseconds of the queries for face pairs
     int substeps = 0;           // equal parts that the step was cut into
     int newton_iterations = 0;  // linearisations of elasticity
+    double assemble_us = 0;     // microseconds to assemble the linear systems
+    double solve_us = 0;        // microseconds of the linear solves, contacts settled
+    int patch_nodes = 0;        // most nodes that a linear solve took exactly; see CoupledSolver
     int solver_iterations = 0;  // of conjugate gradients
     bool solver_converged = true;
     double kinetic_energy = 0, elastic_energy = 0,
            gravity_energy = 0;       // joules; gravity's is 0 at the origin
     double deepest_penetration = 0;  // metres, >= 0
     int inverted_elements = 0;
-    std::string trouble{};  // empty, or one line: why the step was cut, and if that did not help, so it says
-    std::string failure{};  // empty: all is well; else one line, and the world must not be stepped again
+    std::string fallback{};  // empty, or one line: why a linear system was factorised after all
+    std::string trouble{};   // empty, or one line: why the step was cut, and if that did not help, so it says
+    std::string failure{};   // empty: all is well; else one line, and the world must not be stepped again
 };
 
 /// Deformable bodies among obstacles under gravity, in contact with all of them and with each other. A step

@@ -16,5 +16,6 @@ void add_simulate(CLI::App& app, Output& out);
 void add_validate(CLI::App& app, Output& out);
 void add_collide(CLI::App& app, Output& out);
 void add_inspect(CLI::App& app, Output& out);
+void add_bench(CLI::App& app, Output& out);
 
 }  // namespace nbd
