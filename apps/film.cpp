@@ -103,7 +103,7 @@ void Film::write(const std::filesystem::path& path) const {
             surfaces.push_back(
                 as_surface(still.surfaces[b], Eigen::Vector3d::Zero(), colours[b % colours.size()]));
         for (const Obstacle& obstacle : obstacles) {
-            const Eigen::Vector3d shift = still.time * obstacle.velocity;
+            const Eigen::Vector3d shift = displacement_at(obstacle, still.time);
             if (const auto* plane = std::get_if<PlaneShape>(&obstacle.shape))
                 floors.push_back({(plane->point + shift).cast<float>(), plane->normal.cast<float>(),
                                   round_length(camera.extent / 8)});
