@@ -114,7 +114,7 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     report.approach = std::max(report.approach, approach);
     // No further than this, so that a tip which swings somewhere does not fill the list with pairs that never
     // meet; what is fast enough to pass it calls for a shorter step.
-    const double near = std::min(approach, 2 * thickness);
+    const double near = std::min(approach, thickness);
     const double overlap =
         std::min(overlap_, 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
     const ContactReach reach{.apart = thickness + near, .inside = std::max(thickness, overlap) + near};
