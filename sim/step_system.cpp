@@ -57,16 +57,6 @@ void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads,
     std::fill(prescribed_.begin(), prescribed_.end(), 0);
 }
 
-bool StepSystem::add_block(int i, int j, const Eigen::Matrix3d& B) noexcept {
-    const BlockPattern& pattern = body_.pattern();
-    const int ij = pattern.find(i, j);
-    if (ij < 0) return false;
-    // Rows of a stored block belong to the neighbour, columns to the node that lists it.
-    pattern.block(A_, i, ij - pattern.first_block(i)) += B.transpose();
-    if (i != j) pattern.block(A_, j, pattern.find(j, i) - pattern.first_block(j)) += B;
-    return true;
-}
-
 void StepSystem::prescribe(const PrescribedNodes& prescribed) {
     const int count = static_cast<int>(prescribed.nodes.size());
     if (prescribed.v.rows() != count)

@@ -34,47 +34,38 @@ struct PrescribedNodes {
 /// linearised at the iterate w, where x = x0 + dt w; alpha and beta are the Rayleigh coefficients. The first
 /// w is v0, which takes the body's turning over the step into account: linearised at x0 instead, a spinning
 /// body gains energy. w = v of the last solve is a Newton iteration, whose only approximation is K's (see
-/// ElasticBody). One symbolic analysis serves all steps.
+/// ElasticBody).
 ///
-/// The order of calls: assemble, then add_block / add_rhs for whatever else acts on the body, then
-/// prescribe, then factorize, then any number of solve and multiply. x1 = x0 + dt v.
+/// The order of calls: assemble, then prescribe, then any number of multiply and, once factorize was called,
+/// of solve; CoupledSolver solves several of these together without it. x1 = x0 + dt v.
 class StepSystem {
  public:
-    /// Analyses the body's pattern. The body must outlive the system.
+    /// The body must outlive the system.
     explicit StepSystem(const ElasticBody& body);
     explicit StepSystem(const ElasticBody&&) = delete;
 
     const ElasticBody& body() const noexcept { return body_; }
 
-    /// Sets A and b, forgetting all that was added or prescribed. dt: seconds, > 0. w: [N, 3] m/s, or empty
+    /// Sets A and b, forgetting all that was prescribed. dt: seconds, > 0. w: [N, 3] m/s, or empty
     /// for start.v. Throws std::invalid_argument on wrong shapes or dt.
     void assemble(const BodyState& start, double dt, const Loads& loads, const Nodes& w = {});
 
-    /// A = mass_scale M + stiffness_scale K as of the last assemble, before anything was added.
+    /// A = mass_scale M + stiffness_scale K as of the last assemble, before anything was prescribed.
     double mass_scale() const noexcept { return mass_scale_; }
     double stiffness_scale() const noexcept { return stiffness_scale_; }
 
     /// Elements at the pose x = x0 + dt w of the last assemble.
     const ElementPose& elements() const noexcept { return elements_; }
 
-    /// True where add_block(i, j) is possible.
-    bool has_block(int i, int j) const noexcept { return body_.pattern().has_block(i, j); }
-
-    /// A(i, j) += B and, for i != j, A(j, i) += B^T; for i == j, B must be symmetric. False, and nothing
-    /// done, where the pattern has no such block.
-    bool add_block(int i, int j, const Eigen::Matrix3d& B) noexcept;
-
-    /// b(i) += impulse, newton seconds.
-    void add_rhs(int i, const Eigen::Vector3d& impulse) noexcept { b_.segment<3>(3 * i) += impulse; }
-
     /// Eliminates nodes exactly: b of the others loses A v of these, their rows and columns become the
-    /// identity's, and their b becomes v. Call once, after all additions. Throws std::invalid_argument on a
+    /// identity's, and their b becomes v. Call once. Throws std::invalid_argument on a
     /// node out of range or named twice, or v of another shape or not finite.
     void prescribe(const PrescribedNodes& prescribed);
 
     bool is_prescribed(int node) const noexcept { return prescribed_[node] != 0; }
 
-    /// Throws std::runtime_error when A is not positive definite or not finite.
+    /// For solve(); the symbolic analysis is made once. Throws std::runtime_error when A is not positive
+    /// definite or not finite.
     void factorize();
 
     /// v = A^-1 rhs with the last factor. v may be rhs.

@@ -28,29 +28,6 @@ class StepSystemOfABar : public ::testing::Test {
     const double dt = 0.01;
 };
 
-TEST_F(StepSystemOfABar, HasBlocksForNodesOfOneTetrahedronOnly) {
-    const Tets& T = body.rest().T;
-    EXPECT_TRUE(system.has_block(T(3, 0), T(3, 2)));
-    EXPECT_TRUE(system.has_block(5, 5));
-    EXPECT_FALSE(system.has_block(0, body.node_count() - 1));
-    EXPECT_FALSE(system.add_block(0, body.node_count() - 1, Eigen::Matrix3d::Identity()));
-}
-
-TEST_F(StepSystemOfABar, AddedBlocksLandWhereTheySay) {
-    system.assemble(state, dt, {});
-    const Eigen::MatrixXd before = system.matrix();
-    const int i = body.rest().T(7, 1), j = body.rest().T(7, 3);
-    Eigen::Matrix3d B, D = Eigen::Vector3d(1, 2, 3).asDiagonal();
-    B << 1, 2, 3, 4, 5, 6, 7, 8, 9;
-    ASSERT_TRUE(system.add_block(i, j, B));
-    ASSERT_TRUE(system.add_block(i, i, D));
-    Eigen::MatrixXd expected = before;
-    expected.block<3, 3>(3 * i, 3 * j) += B;
-    expected.block<3, 3>(3 * j, 3 * i) += B.transpose();
-    expected.block<3, 3>(3 * i, 3 * i) += D;
-    EXPECT_TRUE(Eigen::MatrixXd(system.matrix()) == expected);
-}
-
 TEST_F(StepSystemOfABar, EliminationGivesTheReducedSystemsSolution) {
     system.assemble(state, dt, {.gravity = {0, -9.81, 0}, .forces = {}});
     const Eigen::MatrixXd A = system.matrix();
@@ -78,34 +55,16 @@ TEST_F(StepSystemOfABar, EliminationGivesTheReducedSystemsSolution) {
     EXPECT_LT((Av - system.rhs()).norm(), 1e-12 * system.rhs().norm());
 }
 
-TEST_F(StepSystemOfABar, AssembleForgetsWhatWasAddedAndPrescribed) {
+TEST_F(StepSystemOfABar, AssembleForgetsWhatWasPrescribed) {
     system.assemble(state, dt, {});
     const Eigen::MatrixXd A = system.matrix();
     const Eigen::VectorXd b = system.rhs();
-    system.add_block(1, 1, Eigen::Matrix3d::Identity());
-    system.add_rhs(1, {1, 1, 1});
     system.prescribe({{3}, Nodes::Zero(1, 3)});
     EXPECT_TRUE(system.is_prescribed(3));
     system.assemble(state, dt, {});
     EXPECT_TRUE(Eigen::MatrixXd(system.matrix()) == A);
     EXPECT_TRUE(system.rhs() == b);
     EXPECT_FALSE(system.is_prescribed(3));
-}
-
-// A force that pulls as a spring does, given as load plus blocks, is the same as the spring's implicit step.
-TEST_F(StepSystemOfABar, ExtraImpulsesAndBlocksActLikeAnImplicitSpring) {
-    const double stiffness = 1e4;
-    const int node = 20;
-    system.assemble(state, dt, {});
-    system.add_block(node, node, dt * dt * stiffness * Eigen::Matrix3d::Identity());
-    const Eigen::Vector3d stretch = state.x.row(node) - body.rest().X.row(node);
-    system.add_rhs(node, -dt * stiffness * stretch);
-    const Eigen::VectorXd v = solution();
-    const Eigen::Vector3d end = stretch + dt * v.segment<3>(3 * node);
-    Loads loads{.forces = Nodes::Zero(body.node_count(), 3)};
-    loads.forces.row(node) = -stiffness * end.transpose();
-    system.assemble(state, dt, loads);
-    EXPECT_LT((solution() - v).norm(), 1e-10 * v.norm());
 }
 
 TEST_F(StepSystemOfABar, RefusesBadArguments) {
