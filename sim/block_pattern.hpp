@@ -55,6 +55,9 @@ class BlockPattern {
         return ConstSlot(A.valuePtr() + value_index(i, k), Eigen::OuterStride<>(column_height(i)));
     }
 
+    /// Makes row and column i of A the identity's.
+    void isolate(SparseMatrix& A, int i) const;
+
     /// out = A v, in parallel. A must come from zero_matrix() and be symmetric; out must not overlap v.
     void multiply(const SparseMatrix& A, const Eigen::Ref<const Eigen::VectorXd>& v,
                   Eigen::Ref<Eigen::VectorXd> out) const;

@@ -38,7 +38,7 @@ void CoupledSolver::begin_matrices(const CoupledSystem& system) {
     rotations_.resize(system.systems.size());
     for (std::size_t b = 0; b < system.systems.size(); ++b) {
         const StepSystem& s = system.systems[b];
-        rest_[b] = factors_->get(s.body(), s.mass_scale(), s.stiffness_scale());
+        rest_[b] = factors_->get(s.body(), s.mass_scale(), s.stiffness_scale(), s.prescribed());
         s.body().node_rotations(s.elements(), rotations_[b]);
     }
 }
@@ -49,7 +49,6 @@ std::vector<char> CoupledSolver::choose_patch(const CoupledSystem& system) const
         const int first = system.first_unknown[b] / 3;
         for (int i = 0; i < system.systems[b].body().node_count(); ++i)
             inside[static_cast<std::size_t>(first + i)] =
-                system.systems[b].is_prescribed(i) ||
                 rotations_[b].spread[static_cast<std::size_t>(i)] > unlike;
     }
     for (const Coupling& coupling : system.couplings)
@@ -121,9 +120,8 @@ void CoupledSolver::factorize_patch(const CoupledSystem& system, LinearSolveRepo
         patch_.factorize(system, inside);
         return;
     }
-    report.fallback = fmt::format(
-        "contacts, prescribed nodes and elements turned unlike their neighbours take {} of {} nodes",
-        report.patch_nodes, system.node_count());
+    report.fallback = fmt::format("contacts and elements turned unlike their neighbours take {} of {} nodes",
+                                  report.patch_nodes, system.node_count());
     whole_ = true;
 }
 

@@ -22,8 +22,8 @@ struct LinearSolveReport {
 
 /// Solves coupled systems by conjugate gradients. The preconditioner stands on two legs: each body's rest
 /// factor, turned with its nodes (RestFactor), and an exact solve on the patch of nodes where that is a poor
-/// stand-in: those with a contact or a prescribed velocity, those whose elements are turned in unlike ways,
-/// and two layers of nodes around them. Both are combined so that the residual on the patch stays zero
+/// stand-in: those with a contact, those whose elements are turned in unlike ways, and two layers of nodes
+/// around them. Both are combined so that the residual on the patch stays zero
 /// (multiplicative Schwarz). Where the patch would be most of the system, or the iteration does not converge,
 /// the patch becomes the whole system, which is the direct solve.
 class CoupledSolver {

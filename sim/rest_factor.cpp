@@ -5,11 +5,16 @@
 namespace nbd {
 namespace {
 
-PackedFactor factorize_rest(const ElasticBody& body, double mass_scale, double stiffness_scale) {
+constexpr std::size_t most_entries = 32;  // beyond these the oldest goes
+
+PackedFactor factorize_rest(const ElasticBody& body, double mass_scale, double stiffness_scale,
+                            const std::vector<char>& prescribed) {
     ElementPose pose;
     body.pose(body.rest().X, pose);
     SparseMatrix A = body.pattern().zero_matrix();
     body.combine(mass_scale, stiffness_scale, pose, A);
+    for (int i = 0; i < body.node_count(); ++i)
+        if (prescribed[static_cast<std::size_t>(i)]) body.pattern().isolate(A, i);
     Cholesky cholesky;
     cholesky.analyze(A);
     cholesky.factorize(A);
@@ -18,8 +23,9 @@ PackedFactor factorize_rest(const ElasticBody& body, double mass_scale, double s
 
 }  // namespace
 
-RestFactor::RestFactor(const ElasticBody& body, double mass_scale, double stiffness_scale)
-    : factor_(factorize_rest(body, mass_scale, stiffness_scale)) {}
+RestFactor::RestFactor(const ElasticBody& body, double mass_scale, double stiffness_scale,
+                       const std::vector<char>& prescribed)
+    : factor_(factorize_rest(body, mass_scale, stiffness_scale, prescribed)) {}
 
 void RestFactor::apply(const NodeRotations& rotations, const double* r, double* z, std::vector<float>& y,
                        std::vector<float>& work) const {
@@ -43,14 +49,17 @@ void RestFactor::apply(const NodeRotations& rotations, const double* r, double* 
 }
 
 std::shared_ptr<const RestFactor> RestFactors::get(const ElasticBody& body, double mass_scale,
-                                                   double stiffness_scale) {
+                                                   double stiffness_scale,
+                                                   const std::vector<char>& prescribed) {
     const std::lock_guard lock(mutex_);
     const auto known = std::ranges::find_if(entries_, [&](const Entry& e) {
-        return e.body == &body && e.mass_scale == mass_scale && e.stiffness_scale == stiffness_scale;
+        return e.body == &body && e.mass_scale == mass_scale && e.stiffness_scale == stiffness_scale &&
+               e.prescribed == prescribed;
     });
     if (known != entries_.end()) return known->factor;
-    entries_.push_back({&body, mass_scale, stiffness_scale,
-                        std::make_shared<const RestFactor>(body, mass_scale, stiffness_scale)});
+    if (entries_.size() == most_entries) entries_.erase(entries_.begin());
+    entries_.push_back({&body, mass_scale, stiffness_scale, prescribed,
+                        std::make_shared<const RestFactor>(body, mass_scale, stiffness_scale, prescribed)});
     return entries_.back().factor;
 }
 

@@ -16,8 +16,10 @@ namespace nbd {
 /// are turned otherwise than the nodes at their corners.
 class RestFactor {
  public:
-    /// Of mass_scale M + stiffness_scale K(rest).
-    RestFactor(const ElasticBody& body, double mass_scale, double stiffness_scale);
+    /// Of mass_scale M + stiffness_scale K(rest), rows and columns of prescribed nodes being the identity's.
+    /// prescribed: [N], not 0 for these.
+    RestFactor(const ElasticBody& body, double mass_scale, double stiffness_scale,
+               const std::vector<char>& prescribed);
 
     /// z = T A_rest^-1 T^T r, T the nodes' rotations. r, z: [3 N]; may be the same. work: scratch.
     void apply(const NodeRotations& rotations, const double* r, double* z, std::vector<float>& y,
@@ -29,17 +31,19 @@ class RestFactor {
     PackedFactor factor_;
 };
 
-/// The rest factors of all bodies and time steps that a program needs, each made once. Any number of threads
-/// may ask at once. Bodies must outlive it.
+/// The rest factors of all bodies, time steps and sets of prescribed nodes that a program needs, each made
+/// once. Any number of threads may ask at once. Bodies must outlive it.
 class RestFactors {
  public:
     /// Throws std::runtime_error where the factorisation fails.
-    std::shared_ptr<const RestFactor> get(const ElasticBody& body, double mass_scale, double stiffness_scale);
+    std::shared_ptr<const RestFactor> get(const ElasticBody& body, double mass_scale, double stiffness_scale,
+                                          const std::vector<char>& prescribed);
 
  private:
     struct Entry {
         const ElasticBody* body;
         double mass_scale, stiffness_scale;
+        std::vector<char> prescribed;
         std::shared_ptr<const RestFactor> factor;
     };
     std::mutex mutex_;

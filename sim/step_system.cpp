@@ -79,15 +79,8 @@ void StepSystem::prescribe(const PrescribedNodes& prescribed) {
     }
     multiply(shift_, shifted_);
     b_ -= shifted_;
-    const BlockPattern& pattern = body_.pattern();
-    for (int node : prescribed.nodes) {
-        const auto row = pattern.neighbours(node);
-        for (int k = 0; k < static_cast<int>(row.size()); ++k) {
-            const int j = row[k];
-            pattern.block(A_, node, k).setZero();
-            pattern.block(A_, j, pattern.find(j, node) - pattern.first_block(j)).setZero();
-            if (j == node) pattern.block(A_, node, k).setIdentity();
-        }
+    for (const int node : prescribed.nodes) {
+        body_.pattern().isolate(A_, node);
         b_.segment<3>(3 * node) = shift_.segment<3>(3 * node);
     }
 }

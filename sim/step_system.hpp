@@ -63,6 +63,7 @@ class StepSystem {
     void prescribe(const PrescribedNodes& prescribed);
 
     bool is_prescribed(int node) const noexcept { return prescribed_[node] != 0; }
+    const std::vector<char>& prescribed() const noexcept { return prescribed_; }  // [N]
 
     /// For solve(); the symbolic analysis is made once. Throws std::runtime_error when A is not positive
     /// definite or not finite.

@@ -135,6 +135,11 @@ void report(const DatasetArguments& arguments, const ShardFolder& folder, int no
                 {"nodes", nodes},
                 {"failed", failed},
                 {"variety", nlohmann::ordered_json::parse(manifest.variety)}});
+    if (failed == folder.trajectories())
+        throw std::runtime_error(
+            fmt::format("{}: every trajectory failed, nothing can be trained on; nbdtree inspect says why, "
+                        "weaker forces (--strength) may help",
+                        arguments.output));
 }
 
 void run(const DatasetArguments& arguments, Output& out) {

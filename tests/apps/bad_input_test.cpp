@@ -66,7 +66,8 @@ const std::string ours = "allowed: a file that nbdtree wrote";
 
 TEST_F(BadInputTest, CommandLine) {
     const std::string known =
-        "; known commands: mesh, modes, dataset, train, evaluate, simulate, validate, collide, inspect";
+        "; known commands: mesh, modes, dataset, train, evaluate, simulate, validate, collide, inspect, "
+        "bench";
     expect_refused({
         {{}, 2, "no command" + known},
         {{"frob"}, 2, "unknown command or option 'frob'" + known},

@@ -8,8 +8,8 @@ namespace {
 using BenchSimulate = test::BoxFolder;
 
 TEST_F(BenchSimulate, FindsBothSolversInAgreement) {
-    const test::Ran ran = test::run(
-        folder(), {"bench", "simulate", "box.h5", "--steps", "4", "-o", "table.csv", "--json"});
+    const test::Ran ran =
+        test::run(folder(), {"bench", "simulate", "box.h5", "--steps", "4", "-o", "table.csv", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto rows = nlohmann::json::parse(ran.out);
     ASSERT_EQ(rows.size(), 3U);
