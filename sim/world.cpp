@@ -37,9 +37,17 @@ std::string pose_failure(int body, const ElementReport& elements, const ElementP
     return {};
 }
 
+/// Newton's iteration gets no further than the linear solves that it is made of.
+LinearSolveConfig linear_config(const WorldConfig& config) {
+    LinearSolveConfig linear = config.linear;
+    if (config.step.newton_iterations > 1)
+        linear.tolerance = std::min(linear.tolerance, 0.1 * config.step.newton_tolerance);
+    return linear;
+}
+
 }  // namespace
 
-World::World(const WorldConfig& config) : config_(config), solver_(config.linear, config.factors) {
+World::World(const WorldConfig& config) : config_(config), solver_(linear_config(config), config.factors) {
     check_contact_config(config.contact);
     if (!config.gravity.allFinite()) throw std::invalid_argument("world: gravity is not finite");
     if (!(config.limits.inverted_share >= 0) || !(config.limits.stretch > 1))

@@ -239,13 +239,15 @@ TEST_F(DatasetTest, RecipeFilesDecideWhatHappens) {
 
 TEST_F(DatasetTest, WhatFailsIsTriedAgainWithSmallerStepsAndThenRecorded) {
     const Ran ran = run(folder(), command("wild", {"--strength", "300", "--attempts", "2", "--json"}));
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    ASSERT_EQ(ran.status, 1) << ran.err;
     EXPECT_NE(ran.err.find(" is left out: at "), std::string::npos) << ran.err;
+    EXPECT_NE(ran.err.find("data.h5: every trajectory failed"), std::string::npos) << ran.err;
     EXPECT_GT(nlohmann::json::parse(ran.out)["failed"], 0);
     const Ran inspected = run(folder(), {"inspect", "wild/data.h5"});
     EXPECT_EQ(inspected.status, 0) << inspected.err;
     EXPECT_NE(inspected.out.find(" failed: at "), std::string::npos);
-    EXPECT_EQ(run(folder(), command("wild", {"--strength", "300", "--attempts", "2"})).err, "");
+    const Ran again = run(folder(), command("wild", {"--strength", "300", "--attempts", "2"}));
+    EXPECT_EQ(again.err.find(" is left out: at "), std::string::npos) << again.err;
 }
 
 /// Runs the dataset command under mpirun. Status as of std::system.

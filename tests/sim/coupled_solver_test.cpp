@@ -113,11 +113,16 @@ TEST(CoupledSolver, FactorisesTheSystemWithAReasonWhereTheIterationDoesNotConver
 
 TEST(CoupledSolver, FactorisesTheSystemWithAReasonWhereThePatchWouldBeMostOfIt) {
     Scene scene(0.5);
-    PrescribedNodes half;
-    for (int i = 0; i < scene.body.node_count(); i += 3) half.nodes.push_back(i);
-    half.v = Nodes::Zero(static_cast<Eigen::Index>(half.nodes.size()), 3);
-    scene.systems[1].prescribe(half);
-    scene.b.tail(scene.body.unknown_count()) = scene.systems[1].rhs();
+    for (int k = 0; k < scene.body.node_count(); k += 3) {
+        scene.terms.push_back({1, k, scene.first_unknown[1] + 3 * k, 1, false});
+        const int end = static_cast<int>(scene.terms.size());
+        scene.couplings.push_back({end - 1, end, Eigen::Matrix3d::Identity()});
+    }
+    for (int k = 100; k < scene.body.node_count(); k += 3) {
+        scene.terms.push_back({0, k, 3 * k, 1, false});
+        const int end = static_cast<int>(scene.terms.size());
+        scene.couplings.push_back({end - 1, end, Eigen::Matrix3d::Identity()});
+    }
     LinearSolveReport report;
     const Eigen::VectorXd v = scene.solve({}, report);
     EXPECT_NE(report.fallback.find("nodes"), std::string::npos) << report.fallback;
