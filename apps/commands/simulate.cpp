@@ -162,6 +162,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     }
     std::string failure;
     out.progress("frames", frame.number, spec.time.frames);
+    int factorised = 0;  // steps
     while (frame.number < spec.time.frames && failure.empty() && !interrupted()) {
         const int number = frame.number + 1;
         std::vector<StepRow> steps;
@@ -169,6 +170,8 @@ void run(const SimulateArguments& arguments, Output& out) {
             const WorldReport report = world.step(spec.time.dt);
             steps.push_back(step_row(number, report));
             failure = report.failure;
+            if (!report.fallback.empty() && factorised++ == 0)
+                out.warning(fmt::format("a linear system was factorised, {}", report.fallback));
         }
         if (!failure.empty()) {
             outputs.add_steps(steps);
@@ -181,6 +184,7 @@ void run(const SimulateArguments& arguments, Output& out) {
         keep(take_frame(number, world, std::move(steps)));
         out.progress("frames", number, spec.time.frames);
     }
+    if (factorised > 1) out.warning(fmt::format("linear systems were factorised in {} steps", factorised));
     outputs.finish(failure);
     tell(paths, frame.number, outputs.table().totals(), smallest_size(world), out);
     const bool stopped = failure.empty() && frame.number < spec.time.frames;
