@@ -5,24 +5,16 @@
 #include <Eigen/Geometry>
 #include <stdexcept>
 
+#include "sim/step_potential.hpp"
+
 namespace nbd {
 namespace {
 
-// Impulse balance M (v - v0) + dt (alpha M v + beta K v - f(x) - M g - f_outer) of the nodes that are free,
-// at x = x0 + dt v, whose elements are given.
+// Impulse by which the equations of the free nodes are off, the elements being those at the end of the step.
 double residual_norm(const StepSystem& system, const ElementPose& elements, const BodyState& start, double dt,
                      const Loads& loads, const Nodes& v) {
-    const ElasticBody& body = system.body();
-    const Material& material = body.material();
-    Nodes inertia(v.rows(), 3), damping(v.rows(), 3), force(v.rows(), 3);
-    body.mass_product((1 + dt * material.rayleigh_mass) * v - start.v -
-                          (dt * loads.gravity.transpose()).replicate(v.rows(), 1),
-                      inertia);
-    body.stiffness_product(elements, v, damping);
-    body.forces(elements, force);
-    if (loads.forces.rows() > 0) force += loads.forces;
-    Nodes r = inertia + dt * (material.rayleigh_stiffness * damping - force);
-    for (int i = 0; i < body.node_count(); ++i)
+    Nodes r = StepPotential(system.body(), start, dt, loads, elements).gradient(v);
+    for (int i = 0; i < r.rows(); ++i)
         if (system.is_prescribed(i)) r.row(i).setZero();
     return r.norm();
 }

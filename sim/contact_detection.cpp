@@ -1,16 +1,12 @@
 #include "sim/contact_detection.hpp"
 
 #include <algorithm>
-#include <chrono>
 
 #include "sim/obstacle_contact.hpp"
+#include "sim/stopwatch.hpp"
 
 namespace nbd {
 namespace {
-
-double microseconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// Of a contact layer between two materials, or of one against something rigid, Pa.
 double layer_modulus(const ElasticBody& a) { return a.material().young; }
@@ -118,9 +114,9 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     const double overlap =
         std::min(overlap_, 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
     const ContactReach reach{.apart = thickness + near, .inside = std::max(thickness, overlap) + near};
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const auto face_pairs = query_.boxes_within(*a.tree, *b.tree, static_cast<float>(reach.most()));
-    report.collision_us += microseconds_since(start);
+    report.collision_us += watch.microseconds();
     report.nodes_bounded += query_.counters().nodes_bounded;
     report.face_pairs += static_cast<long>(face_pairs.size());
     const std::size_t first = contacts_.size();

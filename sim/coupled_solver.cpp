@@ -96,19 +96,24 @@ bool CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, 
 }
 
 /// Solves with the factors as they are. The residual that the iteration carries along may drift from the true
-/// one, hence the second round.
+/// one, hence a second round where that is so.
 bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, int most,
                            Eigen::VectorXd& v, LinearSolveReport& report) {
-    for (int round = 0; round < 2; ++round) {
-        (whole_ ? direct_ : patch_).correct(system, b, v);
+    const auto take_residual = [&] {
         system.multiply(v, Ap_);
         r_ = b - Ap_;
-        if (!iterate(system, goal, most, v, report)) break;
+        return r_.norm();
+    };
+    bool going = true;
+    for (int round = 0; round < 2 && going; ++round) {
+        (whole_ ? direct_ : patch_).correct(system, b, v);
+        take_residual();
+        const bool iterated = iterate(system, goal, most, v, report);
+        report.residual = take_residual();
+        report.converged = report.residual <= goal;
+        going = iterated && !report.converged;
     }
-    system.multiply(v, Ap_);
-    r_ = b - Ap_;
-    report.residual = b.isZero(0) ? r_.norm() : r_.norm() / b.norm();
-    report.converged = r_.norm() <= goal;
+    if (!b.isZero(0)) report.residual /= b.norm();
     return report.converged;
 }
 

@@ -23,6 +23,21 @@ class BodyOf {
     std::size_t body_ = 0;
 };
 
+/// Calls visit(i, j, coupling, s, t) for the terms s and t of each coupling that does something, where both
+/// are of the patch, at its nodes i and j.
+template <class Visit>
+void for_each_coupled_pair(const CoupledSystem& system, const std::vector<int>& slot, Visit&& visit) {
+    for (const Coupling& coupling : system.couplings) {
+        if (coupling.A.isZero(0)) continue;
+        for (const CouplingTerm& s : system.terms_of(coupling))
+            for (const CouplingTerm& t : system.terms_of(coupling)) {
+                const int i = slot[static_cast<std::size_t>(s.unknown / 3)],
+                          j = slot[static_cast<std::size_t>(t.unknown / 3)];
+                if (i >= 0 && j >= 0) visit(i, j, coupling, s, t);
+            }
+    }
+}
+
 }  // namespace
 
 std::vector<std::vector<int>> PatchFactor::adjacency(const CoupledSystem& system) const {
@@ -35,15 +50,8 @@ std::vector<std::vector<int>> PatchFactor::adjacency(const CoupledSystem& system
             if (const int slot = slot_[static_cast<std::size_t>(first + j)]; slot >= 0)
                 rows[s].push_back(slot);
     }
-    for (const Coupling& coupling : system.couplings) {
-        if (coupling.A.isZero(0)) continue;
-        for (const CouplingTerm& s : system.terms_of(coupling))
-            for (const CouplingTerm& t : system.terms_of(coupling)) {
-                const int i = slot_[static_cast<std::size_t>(s.unknown / 3)],
-                          j = slot_[static_cast<std::size_t>(t.unknown / 3)];
-                if (i >= 0 && j >= 0) rows[static_cast<std::size_t>(i)].push_back(j);
-            }
-    }
+    for_each_coupled_pair(
+        system, slot_, [&](int i, int j, const auto&...) { rows[static_cast<std::size_t>(i)].push_back(j); });
     return rows;
 }
 
@@ -63,17 +71,13 @@ void PatchFactor::fill(const CoupledSystem& system) {
                     pattern.block(A, node, k);
         }
     }
-    for (const Coupling& coupling : system.couplings) {
-        if (coupling.A.isZero(0)) continue;
-        for (const CouplingTerm& s : system.terms_of(coupling))
-            for (const CouplingTerm& t : system.terms_of(coupling)) {
-                const int i = slot_[static_cast<std::size_t>(s.unknown / 3)],
-                          j = slot_[static_cast<std::size_t>(t.unknown / 3)];
-                if (i >= 0 && j >= 0 && !s.held && !t.held)
-                    pattern_.block(A_, i, pattern_.find(i, j) - pattern_.first_block(i)) +=
-                        s.weight * t.weight * coupling.A;
-            }
-    }
+    for_each_coupled_pair(
+        system, slot_,
+        [&](int i, int j, const Coupling& coupling, const CouplingTerm& s, const CouplingTerm& t) {
+            if (!s.held && !t.held)
+                pattern_.block(A_, i, pattern_.find(i, j) - pattern_.first_block(i)) +=
+                    s.weight * t.weight * coupling.A;
+        });
 }
 
 void PatchFactor::factorize(const CoupledSystem& system, const std::vector<char>& inside) {
