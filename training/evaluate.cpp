@@ -143,26 +143,32 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
     return rows;
 }
 
+std::vector<TestFrames> test_frames(const TreeFile& file, const RecordingReader& recording) {
+    check_recording(surface_body(file), recording);
+    std::vector<TestFrames> sets;
+    if (recording_hash(recording) == file.facts.recording_hash) {
+        const TrainingSplit& split = file.facts.split;
+        sets.push_back({"random frames", frames_of(recording, split, FrameSet::random_test)});
+        sets.push_back({"held-out trajectories", frames_of(recording, split, FrameSet::held_out)});
+    } else {
+        sets.push_back({"other recording", complete_frames(recording)});
+    }
+    std::erase_if(sets, [](const TestFrames& set) { return set.frames.empty(); });
+    if (sets.empty())
+        throw std::runtime_error(
+            fmt::format("{}: no frame that the tree was not trained on", recording.path().string()));
+    return sets;
+}
+
 std::vector<EvaluationRow> evaluate(const TreeFile& file, const RecordingReader& recording,
                                     const EvaluateConfig& config) {
     const SurfaceBody body = surface_body(file);
-    check_recording(body, recording);
     const auto tree = std::make_shared<const CollisionTree>(file.tree);
     std::vector<EvaluationRow> rows;
-    const auto add = [&](const std::string& name, const std::vector<FrameId>& frames) {
-        if (frames.empty()) return;
-        const auto more = evaluate_frames(body, tree, recording, frames, name, config);
+    for (const TestFrames& set : test_frames(file, recording)) {
+        const auto more = evaluate_frames(body, tree, recording, set.frames, set.name, config);
         rows.insert(rows.end(), more.begin(), more.end());
-    };
-    if (recording_hash(recording) == file.facts.recording_hash) {
-        add("random frames", frames_of(recording, file.facts.split, FrameSet::random_test));
-        add("held-out trajectories", frames_of(recording, file.facts.split, FrameSet::held_out));
-    } else {
-        add("other recording", complete_frames(recording));
     }
-    if (rows.empty())
-        throw std::runtime_error(
-            fmt::format("{}: no frame that the tree was not trained on", recording.path().string()));
     return rows;
 }
 

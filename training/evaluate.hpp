@@ -39,10 +39,20 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
                                            const RecordingReader& recording, std::span<const FrameId> frames,
                                            const std::string& name, const EvaluateConfig& config = {});
 
-/// Evaluates a trained tree on what its training did not see: on the recording that it was trained on, the
-/// random test frames and the held-out trajectories; on any other recording of the body, all of it.
-/// Throws std::runtime_error where tree and recording are not of one body or nothing is left to test
-/// on, and what evaluate_frames() throws.
+/// Frames that a tree's training did not see, under the name that rows give them.
+struct TestFrames {
+    std::string name;
+    std::vector<FrameId> frames;
+};
+
+/// What training did not see: of the recording that the tree was trained on, the random test frames and the
+/// held-out trajectories; of any other recording of the body, all of it. Empty sets are left out. Reads the
+/// recording once. Throws std::runtime_error where tree and recording are not of one body or nothing is left
+/// to test on.
+std::vector<TestFrames> test_frames(const TreeFile& tree, const RecordingReader& recording);
+
+/// Evaluates a trained tree on all of its test_frames(), set by set. Throws what test_frames() and
+/// evaluate_frames() throw.
 std::vector<EvaluationRow> evaluate(const TreeFile& tree, const RecordingReader& recording,
                                     const EvaluateConfig& config = {});
 
