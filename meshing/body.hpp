@@ -8,10 +8,14 @@
 
 namespace nbd {
 
+/// Poisson's ratios that a body may have: at -1 and 0.5 a linear material is infinitely stiff, and close to
+/// them eigensolvers and tetrahedra of four nodes lock.
+constexpr double least_poisson = -0.999, most_poisson = 0.499;
+
 /// Linear elastic material.
 struct Material {
     double young = 1e5;                // Pa, > 0
-    double poisson = 0.40;             // in (-1, 0.5)
+    double poisson = 0.40;             // least_poisson to most_poisson
     double density = 1000;             // kg/m3, > 0
     double rayleigh_mass = 0.1;        // 1/s, >= 0
     double rayleigh_stiffness = 1e-3;  // s, >= 0

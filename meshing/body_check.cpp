@@ -92,7 +92,8 @@ void check_material(const Material& m) {
             throw std::invalid_argument(fmt::format("{} is {}; allowed: {}", what, value, allowed));
     };
     require(m.young > 0, "Young's modulus", m.young, "more than 0 Pa");
-    require(m.poisson > -1 && m.poisson < 0.5, "Poisson's ratio", m.poisson, "between -1 and 0.5");
+    require(m.poisson >= least_poisson && m.poisson <= most_poisson, "Poisson's ratio", m.poisson,
+            "between -0.999 and 0.499");
     require(m.density > 0, "density", m.density, "more than 0 kg/m3");
     require(m.rayleigh_mass >= 0, "Rayleigh mass damping", m.rayleigh_mass, "at least 0 1/s");
     require(m.rayleigh_stiffness >= 0, "Rayleigh stiffness damping", m.rayleigh_stiffness, "at least 0 s");

@@ -94,7 +94,8 @@ SceneGrip read_grip(JsonObject& from) {
 MaterialOverride read_material(JsonObject from) {
     MaterialOverride material;
     material.young = from.optional_number("young", positive);
-    material.poisson = from.optional_number("poisson", {-0.999, 0.499, "between -0.999 and 0.499"});
+    material.poisson =
+        from.optional_number("poisson", {least_poisson, most_poisson, "between -0.999 and 0.499"});
     material.density = from.optional_number("density", positive);
     material.rayleigh_mass = from.optional_number("rayleigh_mass", not_negative);
     material.rayleigh_stiffness = from.optional_number("rayleigh_stiffness", not_negative);

@@ -140,10 +140,10 @@ class World {
     void detect(double dt);
     void forget_contacts();
     PrescribedNodes prescribed(const Body& body, double dt) const;
-    Eigen::VectorXd start_velocities(double dt) const;
+    Eigen::VectorXd start_velocities(const std::vector<PrescribedNodes>& given) const;
     Nodes body_part(int body, const Eigen::VectorXd& stacked) const;
     Loads loads(const Body& body) const { return {.gravity = config_.gravity, .forces = body.forces}; }
-    void build_systems(double dt, const Eigen::VectorXd* iterate);
+    void build_systems(double dt, const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate);
     Trouble solve(double dt, Eigen::VectorXd& v, WorldReport& report);
     void search_line(double dt, const Eigen::VectorXd& from, Eigen::VectorXd& to);
     double residual(double dt, const Eigen::VectorXd& v);

@@ -70,13 +70,12 @@ PrescribedNodes World::prescribed(const Body& body, double dt) const {
 }
 
 /// Those before the step, but for nodes whose velocity over the step is given.
-Eigen::VectorXd World::start_velocities(double dt) const {
+Eigen::VectorXd World::start_velocities(const std::vector<PrescribedNodes>& given) const {
     Eigen::VectorXd v(first_unknown_.back());
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         Eigen::Map<Nodes> part(v.data() + first_unknown_[b], bodies_[b].state.v.rows(), 3);
         part = bodies_[b].state.v;
-        const PrescribedNodes given = prescribed(bodies_[b], dt);
-        part(given.nodes, Eigen::all) = given.v;
+        part(given[b].nodes, Eigen::all) = given[b].v;
     }
     return v;
 }
@@ -87,25 +86,30 @@ Nodes World::body_part(int body, const Eigen::VectorXd& stacked) const {
 }
 
 /// iterate: velocities to linearise at; null: those before the step.
-void World::build_systems(double dt, const Eigen::VectorXd* iterate) {
+void World::build_systems(double dt, const std::vector<PrescribedNodes>& given,
+                          const Eigen::VectorXd* iterate) {
     for (int b = 0; b < body_count(); ++b)
         systems_[static_cast<std::size_t>(b)].assemble(at(b).state, dt, loads(at(b)),
                                                        iterate ? body_part(b, *iterate) : Nodes());
-    for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(prescribed(bodies_[b], dt));
+    for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(given[b]);
 }
 
 /// v: out, the velocities at the end of the step.
 World::Trouble World::solve(double dt, Eigen::VectorXd& v, WorldReport& report) {
     std::vector<const ContactSurface*> surfaces;
-    for (const Body& body : bodies_) surfaces.push_back(&body.surface);
-    v = start_velocities(dt);
+    std::vector<PrescribedNodes> given;
+    for (const Body& body : bodies_) {
+        surfaces.push_back(&body.surface);
+        given.push_back(prescribed(body, dt));
+    }
+    v = start_velocities(given);
     solver_.begin(detection_.contacts(), surfaces, first_unknown_, config_.contact, thickness(), dt, v);
     const int most = config_.step.newton_iterations;
     double left = 0;
     for (int k = 0; k < most; ++k) {
         const Eigen::VectorXd from = v;
         const Stopwatch assembly;
-        build_systems(dt, most > 1 ? &from : nullptr);
+        build_systems(dt, given, most > 1 ? &from : nullptr);
         report.assemble_us += assembly.microseconds();
         const Stopwatch solution;
         const ContactSolveReport solved = solver_.solve(systems_, v);

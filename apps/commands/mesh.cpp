@@ -66,7 +66,7 @@ void add_mesh(CLI::App& app, Output& out) {
         ->check(positive());
     command->add_option("--poisson", material.poisson, "Poisson's ratio")
         ->capture_default_str()
-        ->check(number_check("> -1 and < 0.5", [](double value) { return value > -1 && value < 0.5; }));
+        ->check(between(least_poisson, most_poisson));
     command->add_option("--density", material.density, "kg/m3")->capture_default_str()->check(positive());
     command->add_option("--rayleigh-mass", material.rayleigh_mass, "Damping of slow motion, 1/s")
         ->capture_default_str()

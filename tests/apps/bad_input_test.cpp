@@ -101,7 +101,7 @@ TEST_F(BadInputTest, Numbers) {
         {mesh("--subdivision", "butterfly"), 2, "--subdivision: butterfly not in {midpoint,loop}"},
         {mesh("--grading", "-1"), 2, "--grading: is '-1'; allowed: a number >= 0 and <= 2"},
         {mesh("--young", "-1"), 2, "--young: is '-1'; allowed: a number > 0"},
-        {mesh("--poisson", "0.7"), 2, "--poisson: is '0.7'; allowed: a number > -1 and < 0.5"},
+        {mesh("--poisson", "0.7"), 2, "--poisson: is '0.7'; allowed: a number >= -0.999 and <= 0.499"},
         {mesh("--density", "nan"), 2, "--density: is 'nan'; allowed: a number > 0"},
         {{"modes", "box.h5", "-m", "100000"}, 2, "--modes: Value 100000 not in range 1 to 2048"},
         {{"modes", "box.h5", "-m", "2000"}, 1, "box.h5: modes: count is 2000, allowed: 1 to ..."},
