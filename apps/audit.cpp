@@ -29,7 +29,7 @@ Audit::Audit(const SceneSpec& spec, const std::vector<LoadedBody>& bodies) {
             bodies[i].tree
                 ? bodies[i].tree
                 : std::make_shared<const CollisionTree>(make_exact_tree(surface.X.cast<float>(), surface.F));
-        scene_.emplace_back(tree, spec.bodies[i].bounds, static_cast<float>(spec.bodies[i].margin));
+        scene_.emplace_back(tree, spec.bodies[i].bounds, spec.bodies[i].margin);
         exact_.emplace_back(tree, BoundKind::exact);
     }
 }

@@ -19,6 +19,7 @@ StepRow step_row(int frame, const WorldReport& report) {
             .solver_converged = report.solver_converged,
             .face_pairs = report.face_pairs,
             .nodes_bounded = report.nodes_bounded,
+            .nodes_out_of_range = report.nodes_out_of_range,
             .kinetic_energy = report.kinetic_energy,
             .elastic_energy = report.elastic_energy,
             .gravity_energy = report.gravity_energy,
@@ -39,6 +40,7 @@ StepTotals StepTable::totals() const {
         total.update_us += row.update_us;
         total.collision_us += row.collision_us;
         total.nodes_bounded += static_cast<double>(row.nodes_bounded);
+        total.nodes_out_of_range += row.nodes_out_of_range;
         if (!row.audited) continue;
         ++total.audited_frames;
         total.audit += row.audit;
@@ -50,18 +52,19 @@ StepTotals StepTable::totals() const {
 
 void StepTable::write(const std::filesystem::path& path) const {
     h5::AtomicFile file(path);
-    file.out() << "frame,time,contacts,face_pairs,nodes_bounded,update_us,collision_us,substeps,"
-                  "newton_iterations,solver_iterations,"
-                  "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
-                  "inverted_elements,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
-                  "near_pairs_missed\n";
+    file.out()
+        << "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,collision_us,substeps,"
+           "newton_iterations,solver_iterations,"
+           "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
+           "inverted_elements,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
+           "near_pairs_missed\n";
     for (const StepRow& row : rows_) {
         file.out() << fmt::format(
-            "{},{:.9g},{},{},{},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.6g},{}", row.frame,
-            row.time, row.contacts, row.face_pairs, row.nodes_bounded, row.update_us, row.collision_us,
-            row.substeps, row.newton_iterations, row.solver_iterations, row.solver_converged ? 1 : 0,
-            row.kinetic_energy, row.elastic_energy, row.gravity_energy, row.deepest_penetration,
-            row.inverted_elements);
+            "{},{:.9g},{},{},{},{},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.6g},{}", row.frame,
+            row.time, row.contacts, row.face_pairs, row.nodes_bounded, row.nodes_out_of_range, row.update_us,
+            row.collision_us, row.substeps, row.newton_iterations, row.solver_iterations,
+            row.solver_converged ? 1 : 0, row.kinetic_energy, row.elastic_energy, row.gravity_energy,
+            row.deepest_penetration, row.inverted_elements);
         if (row.audited)
             file.out() << fmt::format(",{},{},{},{}\n", row.audit.intersecting, row.audit.intersecting_missed,
                                       row.audit.near, row.audit.near_missed);

@@ -14,7 +14,7 @@ struct StepRow {
     double time = 0;
     int contacts = 0, substeps = 0, newton_iterations = 0, solver_iterations = 0, inverted_elements = 0;
     bool solver_converged = true, audited = false;
-    long face_pairs = 0, nodes_bounded = 0;
+    long face_pairs = 0, nodes_bounded = 0, nodes_out_of_range = 0;
     double kinetic_energy = 0, elastic_energy = 0, gravity_energy = 0, deepest_penetration = 0;
     double update_us = 0, collision_us = 0;  // measured; all else is the same in every run
     AuditCount audit{};
@@ -28,6 +28,7 @@ struct StepTotals {
     int steps = 0, frames_in_contact = 0;
     double deepest_penetration = 0;  // metres
     double update_us = 0, collision_us = 0, nodes_bounded = 0;
+    long nodes_out_of_range = 0;
     int audited_frames = 0;
     AuditCount audit;
 };

@@ -18,6 +18,24 @@ void check_collision_tree(const CollisionTree& tree) {
     check_sphere_tree(tree.spheres, tree.vertex_count, tree.faces);
     if (tree.bd) check_bd_model(*tree.bd, tree.spheres, tree.vertex_count);
     if (tree.modal) check_modal_model(*tree.modal, tree.spheres, tree.vertex_count);
+    for (const auto& [kind, calibration] : tree.calibrations) {
+        if (!has_bounds(tree, kind))
+            throw std::invalid_argument(
+                message("calibration of ", name(kind), " bounds, which the tree has not"));
+        check_calibration(calibration, name(kind), tree.spheres.nodes.size());
+    }
+}
+
+bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
+    switch (kind) {
+        case BoundKind::exact:
+            return true;
+        case BoundKind::bd:
+            return tree.bd.has_value();
+        case BoundKind::modal:
+            return tree.modal.has_value();
+    }
+    return false;
 }
 
 std::string_view name(BoundKind kind) noexcept {
@@ -33,7 +51,7 @@ std::string_view name(BoundKind kind) noexcept {
 }
 
 BoundKind bound_kind(std::string_view name) {
-    for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::modal})
+    for (const BoundKind kind : bound_kinds)
         if (name == nbd::name(kind)) return kind;
     throw std::invalid_argument(message("unknown bounds \"", name, "\", known: exact, bd, modal"));
 }

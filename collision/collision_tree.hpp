@@ -1,13 +1,24 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string_view>
 
 #include "collision/bd_model.hpp"
+#include "collision/calibration.hpp"
 #include "collision/modal_model.hpp"
 #include "collision/sphere_tree.hpp"
 
 namespace nbd {
+
+enum class BoundKind { exact, bd, modal };
+inline constexpr BoundKind bound_kinds[] = {BoundKind::exact, BoundKind::bd, BoundKind::modal};
+
+/// "exact", "bd", "modal".
+std::string_view name(BoundKind kind) noexcept;
+
+/// Throws std::invalid_argument naming the known kinds.
+BoundKind bound_kind(std::string_view name);
 
 /// Everything a body needs for collision queries, at rest and for every pose: the same for all copies of
 /// the body. A tree file holds one.
@@ -15,8 +26,9 @@ struct CollisionTree {
     int vertex_count = 0;
     Faces faces;
     SphereTree spheres;
-    std::optional<BdModel> bd;        // absent: the bound cannot be used
-    std::optional<ModalModel> modal;  // likewise
+    std::optional<BdModel> bd;                      // absent: the bound cannot be used
+    std::optional<ModalModel> modal;                // likewise
+    std::map<BoundKind, Calibration> calibrations;  // absent: the bound keeps no stated miss rate
 };
 
 /// A tree with `exact` bounds alone, from rest positions X and faces F. Throws as build_sphere_tree().
@@ -26,12 +38,7 @@ CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig&
 /// that come from a file.
 void check_collision_tree(const CollisionTree& tree);
 
-enum class BoundKind { exact, bd, modal };
-
-/// "exact", "bd", "modal".
-std::string_view name(BoundKind kind) noexcept;
-
-/// Throws std::invalid_argument naming the known kinds.
-BoundKind bound_kind(std::string_view name);
+/// Whether the tree has what bounds of this kind need.
+bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept;
 
 }  // namespace nbd

@@ -107,13 +107,17 @@ void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noex
     counters_ = {};
     leaf_pairs_.clear();
     const auto bounded = [&] { return a.nodes_bounded() + (&a == &b ? 0 : b.nodes_bounded()); };
-    const int before = bounded();
+    const auto out_of_range = [&] {
+        return a.nodes_out_of_range() + (&a == &b ? 0 : b.nodes_out_of_range());
+    };
+    const int bounded_before = bounded(), out_of_range_before = out_of_range();
     std::visit(
         [&](auto& bounds_a, auto& bounds_b) {
             walk_spheres(*a.state_, bounds_a, *b.state_, bounds_b, distance, stack_, leaf_pairs_, counters_);
         },
         a.state_->bounds, b.state_->bounds);
-    counters_.nodes_bounded = bounded() - before;
+    counters_.nodes_bounded = bounded() - bounded_before;
+    counters_.nodes_out_of_range = out_of_range() - out_of_range_before;
     counters_.leaf_pairs = static_cast<long>(leaf_pairs_.size());
 }
 

@@ -9,10 +9,11 @@ namespace nbd {
 
 /// What a query did.
 struct QueryCounters {
-    long nodes_bounded = 0;   // spheres computed by this query, both trees
-    long sphere_tests = 0;    // node pairs compared
-    long leaf_pairs = 0;      // leaf pairs whose spheres overlap
-    long boxes_refitted = 0;  // boxes of the trees under leaves
+    long nodes_bounded = 0;       // spheres computed by this query, both trees
+    long nodes_out_of_range = 0;  // of them exactly: their input was out of the calibrated range
+    long sphere_tests = 0;        // node pairs compared
+    long leaf_pairs = 0;          // leaf pairs whose spheres overlap
+    long boxes_refitted = 0;      // boxes of the trees under leaves
     long box_tests = 0;
     long triangle_tests = 0;
     long face_pairs = 0;  // reported

@@ -22,16 +22,26 @@ Bounds make_bounds(const CollisionTree& tree, BoundKind kind) {
                                         tree.modal ? ", modal" : ""));
 }
 
+SphereTrust trust_in(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {
+    const auto calibration = tree.calibrations.find(kind);
+    if (margin || calibration == tree.calibrations.end())
+        return {std::vector<float>(tree.spheres.nodes.size(), 1 + margin.value_or(0.f)), {}};
+    SphereTrust trust{calibration->second.margins, calibration->second.limits};
+    for (float& factor : trust.factors) factor += 1;
+    return trust;
+}
+
 }  // namespace
 
-PosedTree::PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, float margin) {
+PosedTree::PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, std::optional<float> margin) {
     if (!tree) throw std::invalid_argument("a posed tree needs a collision tree, got none");
-    if (!(margin >= 0 && std::isfinite(margin)))
-        throw std::invalid_argument(message("margin is ", margin, ", allowed: finite and 0 or more"));
+    if (margin && !(*margin >= 0 && std::isfinite(*margin)))
+        throw std::invalid_argument(message("margin is ", *margin, ", allowed: finite and 0 or more"));
     check_collision_tree(*tree);
     const CollisionTree& t = *tree;
-    state_ = std::make_unique<PosedTreeState>(PosedTreeState{
-        std::move(tree), kind, make_bounds(t, kind), SphereCache(t.spheres.rest, margin), LeafBoxes(t)});
+    state_ = std::make_unique<PosedTreeState>(
+        PosedTreeState{std::move(tree), kind, make_bounds(t, kind),
+                       SphereCache(t.spheres, trust_in(t, kind, margin)), LeafBoxes(t)});
 }
 
 PosedTree::PosedTree(PosedTree&&) noexcept = default;
@@ -41,7 +51,7 @@ PosedTree::~PosedTree() = default;
 void PosedTree::begin_pose(VerticesRef x) noexcept {
     assert(x.rows() == state_->tree->vertex_count);
     std::visit([&](auto& bounds) { bounds.begin_pose(x); }, state_->bounds);
-    state_->spheres.begin_pose();
+    state_->spheres.begin_pose(x);
     state_->boxes.begin_pose(x);
 }
 
@@ -51,6 +61,8 @@ const Sphere& PosedTree::sphere(int node) noexcept {
 }
 
 int PosedTree::nodes_bounded() const noexcept { return state_->spheres.bounded(); }
+
+int PosedTree::nodes_out_of_range() const noexcept { return state_->spheres.out_of_range(); }
 
 const CollisionTree& PosedTree::tree() const noexcept { return *state_->tree; }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "collision/collision_tree.hpp"
 
@@ -13,17 +14,21 @@ struct PosedTreeState;
 /// touches it. Reading it writes those caches: one thread at a time.
 class PosedTree {
  public:
-    /// margin: every sphere's radius is multiplied by 1 + margin, >= 0. `tree` is shared, not copied.
+    /// margin: every sphere's radius is multiplied by 1 + margin, >= 0, and no node is bounded otherwise.
+    /// Without one, what the tree's calibration of these bounds says: a margin for each node, and exact
+    /// spheres where the input is out of range; where there is none, as margin 0. `tree` is shared, not
+    /// copied.
     /// Throws std::invalid_argument when the tree's parts do not fit each other (check_collision_tree), it
     /// has no model for `kind`, or the margin is out of range.
-    PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, float margin = 0);
+    PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, std::optional<float> margin = {});
     PosedTree(PosedTree&&) noexcept;
     PosedTree& operator=(PosedTree&&) noexcept;
     ~PosedTree();
 
     /// Starts a pose. x: [vertex_count, 3], world space, metres, finite; referred to, not copied, until the
     /// next call, so it must be an array that lasts (not an expression that makes one). `exact` visits every
-    /// vertex here; `bd` and `modal` read their representatives alone.
+    /// vertex here; `bd` and `modal` read their representatives alone, later those of nodes
+    /// that are out of range too.
     void begin_pose(VerticesRef x) noexcept;
 
     /// World-space sphere of a node in this pose.
@@ -31,6 +36,8 @@ class PosedTree {
 
     /// How many distinct nodes' spheres this pose has computed so far.
     int nodes_bounded() const noexcept;
+    /// And how many of them exactly, since their input was out of the calibrated range.
+    int nodes_out_of_range() const noexcept;
 
     const CollisionTree& tree() const noexcept;
     BoundKind kind() const noexcept;

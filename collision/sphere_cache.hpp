@@ -1,45 +1,78 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "collision/bound.hpp"
+#include "collision/bounding_sphere.hpp"
+#include "collision/sphere_tree.hpp"
 
 namespace nbd {
+
+/// How the spheres of a bound are used, node by node.
+struct SphereTrust {
+    std::vector<float> factors;  // [nodes] of the radii
+    std::vector<float>
+        limits;  // [nodes] of strangeness(), above which a node is bounded exactly; none: no limit
+};
 
 /// The spheres of one pose, each computed when first asked for.
 class SphereCache {
  public:
-    /// rest: what the nodes have until the first pose. margin: radii are multiplied by 1 + margin.
-    SphereCache(const std::vector<Sphere>& rest, float margin)
-        : spheres_(rest), poses_(rest.size(), 0), factor_(1 + margin) {}
+    /// tree: referred to; its rest spheres are what the nodes have until the first pose.
+    SphereCache(const SphereTree& tree, SphereTrust trust)
+        : tree_(&tree), trust_(std::move(trust)), spheres_(tree.rest), poses_(tree.rest.size(), 0) {}
 
-    void begin_pose() noexcept {
+    /// x: all positions, referred to until the next pose.
+    void begin_pose(VerticesRef x) noexcept {
+        x_ = x.data();
+        rows_ = x.rows();
+        stride_ = x.outerStride();
         ++pose_;
         bounded_ = 0;
+        out_of_range_ = 0;
     }
 
     template <Bound B>
     const Sphere& get(int node, B& bounds) noexcept {
         const auto i = static_cast<std::size_t>(node);
         if (poses_[i] != pose_) {
-            spheres_[i] = bounds.bound(node);
-            spheres_[i].r *= factor_;
+            spheres_[i] = compute(node, bounds);
             poses_[i] = pose_;
             ++bounded_;
         }
         return spheres_[i];
     }
 
-    /// Nodes computed in this pose.
+    /// Nodes computed in this pose, and how many of them exactly, their inputs being out of range.
     int bounded() const noexcept { return bounded_; }
+    int out_of_range() const noexcept { return out_of_range_; }
 
  private:
+    template <Bound B>
+    Sphere compute(int node, B& bounds) noexcept {
+        const auto i = static_cast<std::size_t>(node);
+        Sphere sphere = bounds.bound(node);
+        if constexpr (GatedBound<B>)
+            if (!trust_.limits.empty() && !(bounds.strangeness(node) <= trust_.limits[i])) {
+                ++out_of_range_;
+                using Rows = Eigen::Map<const Vertices, 0, Eigen::OuterStride<>>;
+                return bounding_sphere(Rows(x_, rows_, 3, Eigen::OuterStride<>(stride_)),
+                                       tree_->node_vertices(node));
+            }
+        sphere.r *= trust_.factors[i];
+        return sphere;
+    }
+
+    const SphereTree* tree_;
+    SphereTrust trust_;
     std::vector<Sphere> spheres_;
     std::vector<std::uint64_t> poses_;  // the pose each sphere belongs to
+    const float* x_ = nullptr;
+    Eigen::Index rows_ = 0, stride_ = 0;
     std::uint64_t pose_ = 0;
-    float factor_;
-    int bounded_ = 0;
+    int bounded_ = 0, out_of_range_ = 0;
 };
 
 }  // namespace nbd

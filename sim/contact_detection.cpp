@@ -118,6 +118,7 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     const auto face_pairs = query_.boxes_within(*a.tree, *b.tree, static_cast<float>(reach.most()));
     report.collision_us += watch.microseconds();
     report.nodes_bounded += query_.counters().nodes_bounded;
+    report.nodes_out_of_range += query_.counters().nodes_out_of_range;
     report.face_pairs += static_cast<long>(face_pairs.size());
     const std::size_t first = contacts_.size();
     finders_.try_emplace(pair, pair.a, pair.b)

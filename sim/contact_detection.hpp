@@ -23,11 +23,12 @@ struct ContactParty {
 
 /// What a search for contacts met and cost.
 struct DetectionReport {
-    long face_pairs = 0;      // of two bodies, close enough to be looked at
-    long nodes_bounded = 0;   // spheres of collision trees computed
-    double update_us = 0;     // microseconds to start the trees' poses
-    double collision_us = 0;  // microseconds of the queries for face pairs
-    double approach = 0;      // metres by which two bodies near each other may come closer within the step
+    long face_pairs = 0;          // of two bodies, close enough to be looked at
+    long nodes_bounded = 0;       // spheres of collision trees computed
+    long nodes_out_of_range = 0;  // of them exactly, their input being out of the calibrated range
+    double update_us = 0;         // microseconds to start the trees' poses
+    double collision_us = 0;      // microseconds of the queries for face pairs
+    double approach = 0;  // metres by which two bodies near each other may come closer within the step
 };
 
 /// Finds all contacts of a step: of bodies with obstacles, by signed distance, and of bodies with each other:

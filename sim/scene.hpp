@@ -72,7 +72,7 @@ struct SceneBody {
     SceneMeshing meshing;
     std::filesystem::path tree;  // empty: none, exact bounds need no file
     BoundKind bounds = BoundKind::exact;
-    double margin = 0;
+    std::optional<double> margin;  // of the spheres, relative; none: as the tree was calibrated
     Placement placement;
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // m/s
     Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s, about the centre of mass

@@ -63,7 +63,7 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded) {
                      .F = body.surface.F,
                      .tree = loaded.tree,
                      .bounds = spec.bounds,
-                     .margin = static_cast<float>(spec.margin)};
+                     .margin = spec.margin};
     if (!result.tree) {
         if (spec.bounds != BoundKind::exact)
             throw std::invalid_argument(fmt::format("bounds \"{}\" need a tree", name(spec.bounds)));

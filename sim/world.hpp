@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,26 +44,27 @@ struct WorldBody {
     Faces F;                                      // of the surface
     std::shared_ptr<const CollisionTree> tree{};  // over W, F; null: meets obstacles only, never bodies
     BoundKind bounds = BoundKind::exact;
-    float margin = 0;   // relative, of the tree's spheres
-    BodyState state{};  // empty x: at rest in its rest pose
+    std::optional<float> margin{};  // relative, of the tree's spheres; none: as PosedTree says
+    BodyState state{};              // empty x: at rest in its rest pose
     std::vector<Grip> grips{};
 };
 
 /// What a step did. Counts and costs are sums over its sub-steps and those that were given up; contacts are
 /// those of the last sub-step; energies, elements and penetration those at the end.
 struct WorldReport {
-    double time = 0;            // seconds, end of the step
-    int contacts = 0;           // pressing
-    long face_pairs = 0;        // of two bodies, close enough to be looked at
-    long nodes_bounded = 0;     // spheres of collision trees computed
-    double update_us = 0;       // microseconds to start the trees' poses
-    double collision_us = 0;    // microseconds of the queries for face pairs
-    int substeps = 0;           // equal parts that the step was cut into
-    int newton_iterations = 0;  // linearisations of elasticity
-    double assemble_us = 0;     // microseconds to assemble the linear systems
-    double solve_us = 0;        // microseconds of the linear solves, contacts settled
-    int patch_nodes = 0;        // most nodes that a linear solve took exactly; see CoupledSolver
-    int solver_iterations = 0;  // of conjugate gradients
+    double time = 0;              // seconds, end of the step
+    int contacts = 0;             // pressing
+    long face_pairs = 0;          // of two bodies, close enough to be looked at
+    long nodes_bounded = 0;       // spheres of collision trees computed
+    long nodes_out_of_range = 0;  // of them exactly, their input being out of the calibrated range
+    double update_us = 0;         // microseconds to start the trees' poses
+    double collision_us = 0;      // microseconds of the queries for face pairs
+    int substeps = 0;             // equal parts that the step was cut into
+    int newton_iterations = 0;    // linearisations of elasticity
+    double assemble_us = 0;       // microseconds to assemble the linear systems
+    double solve_us = 0;          // microseconds of the linear solves, contacts settled
+    int patch_nodes = 0;          // most nodes that a linear solve took exactly; see CoupledSolver
+    int solver_iterations = 0;    // of conjugate gradients
     bool solver_converged = true;
     double kinetic_energy = 0, elastic_energy = 0,
            gravity_energy = 0;       // joules; gravity's is 0 at the origin

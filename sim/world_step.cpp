@@ -197,6 +197,7 @@ World::Trouble World::try_part(double dt, double end, double share, bool last, W
     detect(dt);
     report.face_pairs += detected_.face_pairs;
     report.nodes_bounded += detected_.nodes_bounded;
+    report.nodes_out_of_range += detected_.nodes_out_of_range;
     report.update_us += detected_.update_us;
     report.collision_us += detected_.collision_us;
     const double depth = detection_.deepest(), most_approach = 4 * thickness();

@@ -66,12 +66,6 @@ struct Probe {
     }
 };
 
-bool has_bound(const CollisionTree& tree, BoundKind kind) {
-    return kind == BoundKind::bd      ? tree.bd.has_value()
-           : kind == BoundKind::modal ? tree.modal.has_value()
-                                      : true;
-}
-
 void check(const SurfaceBody& body, const CollisionTree& tree, std::span<const FrameId> frames,
            const std::string& name, const EvaluateConfig& config) {
     if (config.margins.empty()) throw std::invalid_argument("no margin to evaluate");
@@ -101,7 +95,7 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
     std::vector<std::vector<Sphere>> exact(frame_slots);
     for (auto& slot : probes)
         for (const BoundKind kind : config.bounds)
-            if (has_bound(*tree, kind))
+            if (has_bounds(*tree, kind))
                 slot.push_back({PosedTree(tree, kind), Sums(margins, depths), Eigen::VectorXd()});
     for_each_frame(body, recording, chosen, [&](int slot, int, VerticesRef x) {
         std::vector<Sphere>& truth = exact[static_cast<std::size_t>(slot)];

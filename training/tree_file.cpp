@@ -138,6 +138,36 @@ ModalModel read_modal(const h5::Reader& file, std::size_t nodes) {
     return modal;
 }
 
+std::string calibration_group(BoundKind kind) { return fmt::format("calibration/{}", name(kind)); }
+
+void write_calibration(h5::Writer& file, BoundKind kind, const Calibration& calibration) {
+    const std::string group = calibration_group(kind);
+    file.group(group);
+    file.attribute(group, "miss_rate", calibration.miss_rate);
+    file.attribute(group, "confidence", calibration.confidence);
+    file.attribute(group, "trajectories", calibration.trajectories);
+    file.attribute(group, "poses", static_cast<std::int64_t>(calibration.poses));
+    file.write(group + "/margins", calibration.margins, packing);
+    if (!calibration.limits.empty()) file.write(group + "/limits", calibration.limits, packing);
+}
+
+Calibration read_calibration(const h5::Reader& file, BoundKind kind, std::size_t nodes) {
+    const std::string group = calibration_group(kind);
+    const auto count = [&](const char* what) {
+        const std::int64_t value = file.int_attribute(group, what);
+        if (value < 1 || value > INT32_MAX)
+            file.refuse(fmt::format("{} of {} {}", group, value, what), fmt::format("1 to {}", INT32_MAX));
+        return static_cast<int>(value);
+    };
+    return {.miss_rate = file.number_attribute(group, "miss_rate"),
+            .confidence = file.number_attribute(group, "confidence"),
+            .trajectories = count("trajectories"),
+            .poses = count("poses"),
+            .margins = file.read<float>(group + "/margins", {nodes}),
+            .limits = file.has(group + "/limits") ? file.read<float>(group + "/limits", {nodes})
+                                                  : std::vector<float>()};
+}
+
 void write_facts(h5::Writer& file, const TrainingFacts& facts) {
     file.group("facts");
     file.attribute("facts", "recording_sha256", facts.recording_hash);
@@ -213,6 +243,7 @@ void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
         else
             write_modes(file, "bd/modes", tree.bd->modes);
     }
+    for (const auto& [kind, calibration] : tree.calibrations) write_calibration(file, kind, calibration);
     write_facts(file, tree_file.facts);
     file.commit();
 }
@@ -226,6 +257,8 @@ TreeFile load_tree(const std::filesystem::path& path) {
     const std::size_t nodes = tree.spheres.nodes.size();
     if (file.has("bd")) tree.bd = read_bd(file, nodes);
     if (file.has("modal")) tree.modal = read_modal(file, nodes);
+    for (const BoundKind kind : bound_kinds)
+        if (file.has(calibration_group(kind))) tree.calibrations[kind] = read_calibration(file, kind, nodes);
     check(path, tree);
     result.facts = read_facts(file, nodes);
     return result;

@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <memory>
+#include <optional>
 
 #include "apps/commands/commands.hpp"
 #include "apps/load.hpp"
@@ -14,7 +15,8 @@ namespace {
 
 struct CollideArguments {
     std::string a, b, pairs, bounds = "exact";
-    float margin = 0, distance = -1;
+    std::optional<float> margin;
+    float distance = -1;
 };
 
 PosedTree posed(const PosedSurface& surface, const CollideArguments& arguments) {
@@ -39,12 +41,14 @@ void run(const CollideArguments& arguments, Output& out) {
         file.commit();
     }
     const QueryCounters& count = query.counters();
-    out.text(
-        fmt::format("{} face pairs {}; {} nodes bounded, {} leaf pairs, {} triangle tests", pairs.size(),
-                    arguments.distance < 0 ? "intersect" : fmt::format("within {:g} m", arguments.distance),
-                    count.nodes_bounded, count.leaf_pairs, count.triangle_tests));
+    out.text(fmt::format(
+        "{} face pairs {}; {} nodes bounded, {} of them exactly as their input was out of range, {} leaf "
+        "pairs, {} triangle tests",
+        pairs.size(), arguments.distance < 0 ? "intersect" : fmt::format("within {:g} m", arguments.distance),
+        count.nodes_bounded, count.nodes_out_of_range, count.leaf_pairs, count.triangle_tests));
     out.result({{"face_pairs", pairs.size()},
                 {"nodes_bounded", count.nodes_bounded},
+                {"nodes_out_of_range", count.nodes_out_of_range},
                 {"sphere_tests", count.sphere_tests},
                 {"leaf_pairs", count.leaf_pairs},
                 {"box_tests", count.box_tests},
@@ -64,8 +68,10 @@ void add_collide(CLI::App& app, Output& out) {
     command->add_option("--bounds", arguments->bounds, "Bounds of those given as TREE.h5@POSE")
         ->capture_default_str()
         ->check(bounds_name());
-    command->add_option("--margin", arguments->margin, "Share added to the radius of bounds")
-        ->capture_default_str()
+    command
+        ->add_option("--margin", arguments->margin,
+                     "Share added to the radii of all bounds, and exact spheres nowhere; without it, as the "
+                     "tree was calibrated")
         ->check(between(0, 10));
     command
         ->add_option("--within", arguments->distance,

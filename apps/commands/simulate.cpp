@@ -30,7 +30,7 @@ struct SimulateArguments {
 void override(SceneSpec& spec, const SimulateArguments& arguments) {
     for (SceneBody& body : spec.bodies) {
         if (!arguments.bounds.empty()) body.bounds = bound_kind(arguments.bounds);
-        if (arguments.margin) body.margin = *arguments.margin;
+        if (arguments.margin) body.margin = arguments.margin;
     }
     if (arguments.frames) spec.time.frames = *arguments.frames;
 }
@@ -117,6 +117,7 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
                 {"update_us", total.update_us},
                 {"collision_us", total.collision_us},
                 {"nodes_bounded", total.nodes_bounded},
+                {"nodes_out_of_range", total.nodes_out_of_range},
                 {"audited_frames", total.audited_frames},
                 {"intersecting_pairs", total.audit.intersecting},
                 {"intersecting_pairs_missed", total.audit.intersecting_missed},

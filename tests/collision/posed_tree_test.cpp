@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "collision/sphere_cache.hpp"
 #include "tests/collision/models.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -48,6 +49,24 @@ TEST_F(PosedTreeTest, AMarginGrowsTheRadiusAlone) {
     }
 }
 
+TEST_F(PosedTreeTest, TakesEachNodesMarginFromTheCalibrationUnlessToldAnother) {
+    auto calibrated = std::make_shared<CollisionTree>(*full);
+    Calibration& calibration = calibrated->calibrations[BoundKind::bd];
+    calibration = {.miss_rate = 0.01, .confidence = 0.9, .trajectories = 20, .poses = 400};
+    for (int node = 0; node < 15; ++node) calibration.margins.push_back(0.01f * static_cast<float>(node));
+    PosedTree plain(full, BoundKind::bd), by_default(calibrated, BoundKind::bd),
+        without(calibrated, BoundKind::bd, 0.f), other(calibrated, BoundKind::modal),
+        paper(full, BoundKind::modal);
+    for (PosedTree* posed : {&plain, &by_default, &without, &other, &paper}) posed->begin_pose(s.X);
+    for (int node = 0; node < 15; ++node) {
+        EXPECT_EQ(by_default.sphere(node).c, plain.sphere(node).c);
+        EXPECT_FLOAT_EQ(by_default.sphere(node).r,
+                        plain.sphere(node).r * (1 + 0.01f * static_cast<float>(node)));
+        EXPECT_EQ(without.sphere(node).r, plain.sphere(node).r);
+        EXPECT_EQ(other.sphere(node).r, paper.sphere(node).r);
+    }
+}
+
 TEST_F(PosedTreeTest, CanBeMoved) {
     PosedTree first(bare, BoundKind::exact);
     first.begin_pose(s.X);
@@ -78,6 +97,79 @@ TEST_F(PosedTreeTest, RefusesWhatItCannotBound) {
     broken->faces(3, 1) = 160;
     EXPECT_EQ(test::refusal([&] { PosedTree(broken, BoundKind::exact); }),
               "sphere tree: face 3 refers to vertex 160, but the surface has 160 vertices");
+}
+
+TEST_F(PosedTreeTest, RefusesACalibrationThatDoesNotFit) {
+    const auto refused = [&](BoundKind kind, const Calibration& calibration) {
+        auto tree = std::make_shared<CollisionTree>(*full);
+        tree->calibrations[kind] = calibration;
+        if (kind == BoundKind::bd) tree->bd.reset();
+        return test::refusal([&] { PosedTree(tree, BoundKind::exact); });
+    };
+    const std::vector<float> fifteen(15, 0.1f);
+    const Calibration good{
+        .miss_rate = 0.01, .confidence = 0.9, .trajectories = 20, .poses = 400, .margins = fifteen};
+    const auto with = [&](auto change) {
+        Calibration bad = good;
+        change(bad);
+        return refused(BoundKind::modal, bad);
+    };
+    EXPECT_EQ(refused(BoundKind::bd, good), "calibration of bd bounds, which the tree has not");
+    EXPECT_EQ(with([](Calibration& c) { c.miss_rate = 0; }),
+              "calibration of modal bounds: miss rate is 0, allowed: above 0 and below 1");
+    EXPECT_EQ(with([](Calibration& c) { c.confidence = NAN; }),
+              "calibration of modal bounds: confidence is nan, allowed: above 0 and below 1");
+    EXPECT_EQ(with([](Calibration& c) { c.poses = 19; }),
+              "calibration of modal bounds: made from 19 poses of 20 trajectories, allowed: at least 1 "
+              "trajectory, of at least 1 pose each");
+    EXPECT_EQ(with([](Calibration& c) { c.margins.pop_back(); }),
+              "calibration of modal bounds: has 14 margins for 15 nodes");
+    EXPECT_EQ(with([](Calibration& c) { c.margins[3] = -0.1f; }),
+              "calibration of modal bounds: margin of node 3 is -0.1, allowed: finite and 0 or more");
+    EXPECT_EQ(with([](Calibration& c) { c.limits = {1}; }),
+              "calibration of modal bounds: has 1 limits of its inputs for 15 nodes");
+    EXPECT_EQ(with([&](Calibration& c) { (c.limits = fifteen)[7] = INFINITY; }),
+              "calibration of modal bounds: limit of node 7's input is inf, allowed: finite and above 0");
+}
+
+/// Half of the exact spheres, the stranger the higher the node's number; none for node 5.
+struct HalfSpheres {
+    const SphereTree* tree;
+    Vertices x;
+    void begin_pose(VerticesRef pose) { x = pose; }
+    Sphere bound(int node) const {
+        Sphere half = bounding_sphere(x, tree->node_vertices(node));
+        half.r *= 0.5f;
+        return half;
+    }
+    float strangeness(int node) const { return node == 5 ? NAN : 0.1f * static_cast<float>(node); }
+};
+
+TEST(SphereCache, TakesTheExactSphereOfANodeThatIsOutOfRangeAndCountsIt) {
+    const auto s = shapes::torus(16, 10);
+    const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
+    // Rows that lie apart, as a caller's vertices may.
+    Eigen::Matrix<float, Eigen::Dynamic, 5, Eigen::RowMajor> wide(s.X.rows(), 5);
+    wide.leftCols<3>() = s.X;
+    const Eigen::Map<const Vertices, 0, Eigen::OuterStride<>> x(wide.data(), s.X.rows(), 3,
+                                                                Eigen::OuterStride<>(5));
+    HalfSpheres half{&tree, {}};
+    const std::vector<float> factors(15, 3.f);
+    SphereCache gated(tree, {factors, std::vector<float>(15, 0.85f)}), open(tree, {factors, {}});
+    half.begin_pose(x);
+    gated.begin_pose(x);
+    open.begin_pose(x);
+    for (int node = 0; node < 15; ++node) {
+        const Sphere exact = bounding_sphere(s.X, tree.node_vertices(node));
+        const bool strange = node == 5 || node > 8;
+        EXPECT_EQ(gated.get(node, half).r, strange ? exact.r : exact.r * 0.5f * 3) << node;
+        EXPECT_EQ(open.get(node, half).r, exact.r * 0.5f * 3);
+    }
+    EXPECT_EQ(gated.out_of_range(), 7);
+    EXPECT_EQ(gated.bounded(), 15);
+    EXPECT_EQ(open.out_of_range(), 0);
+    gated.begin_pose(x);
+    EXPECT_EQ(gated.out_of_range(), 0);
 }
 
 TEST(BoundKinds, HaveNames) {

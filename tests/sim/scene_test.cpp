@@ -57,7 +57,7 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(a.name, "first");
     EXPECT_EQ(a.tree, std::filesystem::path("folder/a_tree.h5"));
     EXPECT_EQ(a.bounds, BoundKind::modal);
-    EXPECT_DOUBLE_EQ(a.margin, 0.02);
+    EXPECT_EQ(a.margin, 0.02);
     EXPECT_EQ(a.velocity, Eigen::Vector3d(0, 0, -1));
     EXPECT_EQ(a.angular_velocity, Eigen::Vector3d(0, 3, 0));
     EXPECT_LT((a.placement.rotation() * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 1e-12);

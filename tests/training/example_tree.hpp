@@ -10,7 +10,7 @@ struct ExampleTree {
     int depth = 3, modes = 5, representatives = 12;
 };
 
-/// A valid tree file with both models, their numbers at random.
+/// A valid tree file with both models, calibrated, their numbers at random.
 inline TreeFile example_tree(const ExampleTree& config) {
     std::srand(5);
     const int n = config.grid;
@@ -38,6 +38,14 @@ inline TreeFile example_tree(const ExampleTree& config) {
     tree.modal->weights.assign(weights.begin(), weights.end());
     tree.modal->out_centre = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
     tree.modal->out_scale = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
+
+    for (const BoundKind kind : {BoundKind::bd, BoundKind::modal}) {
+        Calibration& calibration = tree.calibrations[kind];
+        calibration = {.miss_rate = 1e-3, .confidence = 0.9, .trajectories = 20, .poses = 1000};
+        const Eigen::VectorXf margins = Eigen::VectorXf::Random(nodes).cwiseAbs();
+        calibration.margins.assign(margins.begin(), margins.end());
+    }
+    tree.calibrations[BoundKind::modal].limits.assign(static_cast<std::size_t>(nodes), 1.25f);
 
     TrainingFacts& facts = file.facts;
     facts.body_hash = std::string(64, 'b');

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <map>
 #include <numbers>
 #include <sstream>
 
@@ -56,12 +57,27 @@ void expect_same(const TrainingFacts& a, const TrainingFacts& b) {
     EXPECT_EQ(a.code_error, b.code_error);
 }
 
+void expect_same(const std::map<BoundKind, Calibration>& a, const std::map<BoundKind, Calibration>& b) {
+    ASSERT_EQ(a.size(), b.size());
+    for (const auto& [kind, calibration] : a) {
+        ASSERT_TRUE(b.contains(kind));
+        const Calibration& other = b.at(kind);
+        EXPECT_EQ(calibration.miss_rate, other.miss_rate);
+        EXPECT_EQ(calibration.confidence, other.confidence);
+        EXPECT_EQ(calibration.trajectories, other.trajectories);
+        EXPECT_EQ(calibration.poses, other.poses);
+        EXPECT_EQ(calibration.margins, other.margins);
+        EXPECT_EQ(calibration.limits, other.limits);
+    }
+}
+
 void expect_same(const TreeFile& a, const TreeFile& b) {
     EXPECT_EQ(a.tree.vertex_count, b.tree.vertex_count);
     EXPECT_EQ(a.tree.faces, b.tree.faces);
     EXPECT_EQ(a.X, b.X);
     EXPECT_EQ(a.W.toDense(), b.W.toDense());
     expect_same(a.tree.spheres, b.tree.spheres);
+    expect_same(a.tree.calibrations, b.tree.calibrations);
     ASSERT_EQ(a.tree.bd.has_value(), b.tree.bd.has_value());
     if (a.tree.bd) {
         expect_same(a.tree.bd->modes, b.tree.bd->modes);
@@ -92,9 +108,11 @@ TEST_F(TreeFileTest, GivesBackWhatWasSaved) {
 TEST_F(TreeFileTest, NeedsNoModels) {
     TreeFile file = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
     file.tree.bd.reset();
+    file.tree.calibrations.erase(BoundKind::bd);
     save_tree(folder / "modal.h5", file);
     expect_same(load_tree(folder / "modal.h5"), file);
     file.tree.modal.reset();
+    file.tree.calibrations.clear();
     file.facts = {};
     save_tree(folder / "exact.h5", file);
     expect_same(load_tree(folder / "exact.h5"), file);
@@ -225,6 +243,14 @@ const BrokenTree broken_trees[] = {
      [](EditFile& f) {
          f.replace("modal/out_scale", {4, 14}, std::vector<float>(56));
      }},
+    {"calibration of bd bounds, which the tree has not", [](EditFile& f) { f.remove("bd"); }},
+    {"dataset 'calibration/modal/margins' is 14; allowed: 15",
+     [](EditFile& f) { f.replace("calibration/modal/margins", {14}, std::vector<float>(14)); }},
+    {"calibration of bd bounds: margin of node 2 is nan",
+     [](EditFile& f) { f.set("calibration/bd/margins", 2, nan); }},
+    {"calibration of bd bounds: miss rate is 1, allowed",
+     [](EditFile& f) { f.set_attribute("calibration/bd", "miss_rate", 1.0); }},
+    {"calibration/modal of 0 poses", [](EditFile& f) { f.set_attribute("calibration/modal", "poses", 0); }},
     {"has no 'facts'", [](EditFile& f) { f.remove("facts"); }},
     {"-1 training poses", [](EditFile& f) { f.set_attribute("facts", "poses", -1); }},
     {"random_frame_share is 1.5; allowed: 0 to 1",
