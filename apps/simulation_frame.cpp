@@ -27,7 +27,7 @@ std::string to_bytes(const SimulationFrame& frame) {
     ByteWriter out;
     out.put(frame.number);
     out.put(frame.world.time);
-    out.put(frame.world.overlap);
+    out.put(frame.world.dt_before);
     out.put(frame.world.bodies.size());
     for (const BodyState& body : frame.world.bodies) {
         out.put_nodes(body.x);
@@ -35,6 +35,7 @@ std::string to_bytes(const SimulationFrame& frame) {
     }
     out.put_all(frame.world.sides.vertices);
     out.put_nodes(rows_of(frame.world.sides.normals));
+    out.put_all(frame.world.sides.depths);
     for (const Nodes& forces : frame.contact_forces) out.put_nodes(forces);
     out.put_all(frame.steps);
     return out.bytes();
@@ -45,7 +46,7 @@ SimulationFrame frame_from(std::string_view bytes) {
     SimulationFrame frame;
     frame.number = in.get<int>();
     frame.world.time = in.get<double>();
-    frame.world.overlap = in.get<double>();
+    frame.world.dt_before = in.get<double>();
     const auto bodies = in.get<std::size_t>();
     for (std::size_t b = 0; b < bodies; ++b) {
         Nodes x = in.get_nodes();
@@ -54,6 +55,7 @@ SimulationFrame frame_from(std::string_view bytes) {
     frame.world.sides.vertices = in.get_all<std::array<int, 3>>();
     const Nodes normals = in.get_nodes();
     for (Eigen::Index i = 0; i < normals.rows(); ++i) frame.world.sides.normals.emplace_back(normals.row(i));
+    frame.world.sides.depths = in.get_all<double>();
     for (std::size_t b = 0; b < bodies; ++b) frame.contact_forces.push_back(in.get_nodes());
     frame.steps = in.get_all<StepRow>();
     return frame;

@@ -76,20 +76,20 @@ Box point_box(const ContactSurface& surface, int vertex) {
 }  // namespace
 
 void BodyContactFinder::find(const ContactSurface& a, const ContactSurface& b,
-                             std::span<const FacePair> pairs, const ContactReach& reach,
+                             std::span<const FacePair> pairs, const ContactReach& reach, double moved,
                              std::vector<Contact>& contacts) {
-    find_vertices(body_a_, a, body_b_, b, pairs, reach, sides_a_, contacts);
+    find_vertices(body_a_, a, body_b_, b, pairs, reach, moved, sides_a_, contacts);
     flipped_.clear();
     for (const FacePair& pair : pairs) flipped_.push_back({pair.b, pair.a});
     std::ranges::sort(flipped_);
-    find_vertices(body_b_, b, body_a_, a, flipped_, reach, sides_b_, contacts);
+    find_vertices(body_b_, b, body_a_, a, flipped_, reach, moved, sides_b_, contacts);
     find_edge_contacts({body_a_, a}, {body_b_, b}, pairs, reach, contacts);
 }
 
 /// pairs: sorted, faces of `points` first.
 void BodyContactFinder::find_vertices(int body, const ContactSurface& points, int other_body,
                                       const ContactSurface& surface, std::span<const FacePair> pairs,
-                                      const ContactReach& reach, Sides& sides,
+                                      const ContactReach& reach, double moved, Sides& sides,
                                       std::vector<Contact>& contacts) {
     const auto most = static_cast<float>(reach.most());
     Sides now;
@@ -105,16 +105,21 @@ void BodyContactFinder::find_vertices(int body, const ContactSurface& points, in
                 if (!apart(box, surface.face_box(pair.b), most)) near_faces_.push_back(pair.b);
             const Eigen::Vector3d p = points.x().row(vertex);
             NearestFace nearest = nearest_of(surface, near_faces_, p, reach.most());
+            double inside = moved;
             if (nearest.distance < 0) {
                 const auto known = std::ranges::lower_bound(sides, vertex, {}, &Side::vertex);
-                if (known != sides.end() && known->vertex == vertex && nearest.normal.dot(known->normal) <= 0)
-                    if (const NearestFace other =
-                            nearest_on_side(surface, near_faces_, p, known->normal, reach.most());
-                        other.face >= 0)
-                        nearest = other;
+                if (known != sides.end() && known->vertex == vertex) {
+                    inside += known->depth;
+                    if (nearest.normal.dot(known->normal) <= 0)
+                        if (const NearestFace other =
+                                nearest_on_side(surface, near_faces_, p, known->normal, reach.most());
+                            other.face >= 0)
+                            nearest = other;
+                }
             }
-            if (!(nearest.distance <= reach.apart && -nearest.distance <= reach.inside)) continue;
-            now.push_back({vertex, nearest.normal});
+            if (!(nearest.distance <= reach.apart && -nearest.distance <= std::min(inside, reach.inside)))
+                continue;
+            now.push_back({vertex, nearest.normal, std::max(0.0, -nearest.distance)});
             contacts.push_back({.a = {.body = body, .count = 1, .vertices = {vertex}, .weights = {1}},
                                 .b = face_point(other_body, surface, nearest.face, nearest.barycentric),
                                 .normal = nearest.normal,
@@ -126,11 +131,19 @@ void BodyContactFinder::find_vertices(int body, const ContactSurface& points, in
     sides.swap(now);
 }
 
+double BodyContactFinder::deepest() const noexcept {
+    double deepest = 0;
+    for (const Sides* sides : {&sides_a_, &sides_b_})
+        for (const Side& side : *sides) deepest = std::max(deepest, side.depth);
+    return deepest;
+}
+
 void BodyContactFinder::save_sides(ContactSides& sides) const {
     const auto save = [&](const Sides& from, int body, int other) {
         for (const Side& side : from) {
             sides.vertices.push_back({body, other, side.vertex});
             sides.normals.push_back(side.normal);
+            sides.depths.push_back(side.depth);
         }
     };
     save(sides_a_, body_a_, body_b_);
@@ -142,7 +155,7 @@ void BodyContactFinder::restore_sides(const ContactSides& sides) {
         to.clear();
         for (std::size_t i = 0; i < sides.vertices.size(); ++i)
             if (sides.vertices[i][0] == body && sides.vertices[i][1] == other)
-                to.push_back({sides.vertices[i][2], sides.normals[i]});
+                to.push_back({sides.vertices[i][2], sides.normals[i], sides.depths[i]});
         std::ranges::sort(to, {}, &Side::vertex);
     };
     restore(body_a_, body_b_, sides_a_);

@@ -1,6 +1,7 @@
 #include "sim/contact_detection.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "sim/obstacle_contact.hpp"
 #include "sim/stopwatch.hpp"
@@ -50,27 +51,26 @@ double ContactDetection::deepest() const noexcept {
     return deepest;
 }
 
-void ContactDetection::save(ContactSides& sides, double& overlap) const {
+ContactSides ContactDetection::sides() const {
+    ContactSides sides;
     for (const auto& [pair, finder] : finders_) finder.save_sides(sides);
-    overlap = overlap_;
+    return sides;
 }
 
-void ContactDetection::restore(const ContactSides& sides, double overlap) {
+void ContactDetection::restore(const ContactSides& sides) {
     finders_.clear();
     for (const auto& [body, other, vertex] : sides.vertices) {
         const BodyIndices pair{std::min(body, other), std::max(body, other)};
         finders_.try_emplace(pair, pair.a, pair.b);
     }
     for (auto& [pair, finder] : finders_) finder.restore_sides(sides);
-    overlap_ = overlap;
 }
 
 void ContactDetection::find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
-                            const ContactConfig& config, double thickness, double time, double dt,
-                            DetectionReport& report) {
+                            const ContactConfig& config, double thickness, double time, double dt_before,
+                            double dt, DetectionReport& report) {
     contacts_.clear();
     find_obstacles(bodies, obstacles, config, thickness, time, dt);
-    const std::size_t first = contacts_.size();
     std::vector<Box> boxes;
     for (const ContactParty& body : bodies)
         boxes.push_back(
@@ -78,9 +78,7 @@ void ContactDetection::find(std::span<const ContactParty> bodies, std::span<cons
                       : empty_box());
     const std::vector<BodyIndices> pairs = touching_boxes(boxes);
     std::erase_if(finders_, [&](const auto& f) { return !std::ranges::binary_search(pairs, f.first); });
-    for (const BodyIndices pair : pairs) find_bodies(pair, bodies, config, thickness, dt, report);
-    overlap_ = 0;
-    for (std::size_t c = first; c < contacts_.size(); ++c) overlap_ = std::max(overlap_, -contacts_[c].gap);
+    for (const BodyIndices pair : pairs) find_bodies(pair, bodies, config, thickness, dt_before, dt, report);
 }
 
 void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
@@ -99,20 +97,22 @@ void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
 }
 
 void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactParty> bodies,
-                                   const ContactConfig& config, double thickness, double dt,
+                                   const ContactConfig& config, double thickness, double dt_before, double dt,
                                    DetectionReport& report) {
     const ContactParty &a = bodies[static_cast<std::size_t>(pair.a)],
                        &b = bodies[static_cast<std::size_t>(pair.b)];
     const Eigen::Vector3d frame = (mean_velocity(a) + mean_velocity(b)) / 2;
     const double most = thickness + dt * (fastest(a, frame) + fastest(b, frame));
     const Box region = common(grown(a.surface.box(), most), grown(b.surface.box(), most));
-    const double approach = dt * (fastest_within(region, a, frame) + fastest_within(region, b, frame));
+    const double speed = fastest_within(region, a, frame) + fastest_within(region, b, frame),
+                 approach = dt * speed;
     report.approach = std::max(report.approach, approach);
     // No further than this, so that a tip which swings somewhere does not fill the list with pairs that never
     // meet; what is fast enough to pass it calls for a shorter step.
     const double near = std::min(approach, thickness);
+    BodyContactFinder& finder = finders_.try_emplace(pair, pair.a, pair.b).first->second;
     const double overlap =
-        std::min(overlap_, 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
+        std::min(finder.deepest(), 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
     const ContactReach reach{.apart = thickness + near, .inside = std::max(thickness, overlap) + near};
     const Stopwatch watch;
     const auto face_pairs = query_.boxes_within(*a.tree, *b.tree, static_cast<float>(reach.most()));
@@ -121,8 +121,9 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     report.nodes_out_of_range += query_.counters().nodes_out_of_range;
     report.face_pairs += static_cast<long>(face_pairs.size());
     const std::size_t first = contacts_.size();
-    finders_.try_emplace(pair, pair.a, pair.b)
-        .first->second.find(a.surface, b.surface, face_pairs, reach, contacts_);
+    // Backward Euler: the velocities now are those of the whole step that led here.
+    const double moved = dt_before > 0 ? dt_before * speed : std::numeric_limits<double>::infinity();
+    finder.find(a.surface, b.surface, face_pairs, reach, moved, contacts_);
     const double stiffness = config.stiffness_scale * layer_modulus(a.elastic, b.elastic) / thickness;
     for (std::size_t c = first; c < contacts_.size(); ++c) {
         contacts_[c].friction = config.friction;

@@ -37,28 +37,29 @@ struct DetectionReport {
 /// itself that leaves out faces which share a vertex.
 class ContactDetection {
  public:
-    /// Fills contacts(). time: of the bodies' states, seconds; dt: of the step from there. thickness: metres.
+    /// Fills contacts(). time: of the bodies' states, seconds; dt: of the step from there; dt_before: of the
+    /// step to there, 0 where there was none. thickness: metres.
     void find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
-              const ContactConfig& config, double thickness, double time, double dt, DetectionReport& report);
+              const ContactConfig& config, double thickness, double time, double dt_before, double dt,
+              DetectionReport& report);
 
     /// Of the last find(), in an order that the bodies and their states determine.
     std::span<const Contact> contacts() const noexcept { return contacts_; }
     double deepest() const noexcept;  // metres of overlap among contacts(), >= 0
 
     /// What the next find() depends on besides its arguments.
-    void save(ContactSides& sides, double& overlap) const;
-    void restore(const ContactSides& sides, double overlap);
+    ContactSides sides() const;
+    void restore(const ContactSides& sides);
 
  private:
     void find_obstacles(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
                         const ContactConfig& config, double thickness, double time, double dt);
     void find_bodies(BodyIndices pair, std::span<const ContactParty> bodies, const ContactConfig& config,
-                     double thickness, double dt, DetectionReport& report);
+                     double thickness, double dt_before, double dt, DetectionReport& report);
 
     std::map<BodyIndices, BodyContactFinder> finders_;  // pairs whose boxes touched in the last find()
     PairQuery query_;
     std::vector<Contact> contacts_;
-    double overlap_ = 0;  // of bodies, metres
 };
 
 }  // namespace nbd

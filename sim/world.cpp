@@ -93,7 +93,7 @@ double World::thickness() const noexcept {
 
 /// Contacts found ahead for the next step are found anew, from the same memory.
 void World::forget_contacts() {
-    if (detected_dt_ > 0) detection_.restore(sides_before_, overlap_before_);
+    if (detected_dt_ > 0) detection_.restore(sides_before_);
     detected_dt_ = 0;
 }
 
@@ -114,12 +114,9 @@ bool World::has_vertex(int body, int vertex) const {
 }
 
 WorldSnapshot World::snapshot() const {
-    WorldSnapshot snapshot{.time = time_, .overlap = overlap_before_, .bodies = {}, .sides = sides_before_};
+    WorldSnapshot snapshot{.time = time_, .dt_before = dt_before_, .bodies = {}, .sides = sides_before_};
     for (const Body& body : bodies_) snapshot.bodies.push_back(body.state);
-    if (detected_dt_ == 0) {
-        snapshot.sides = {};
-        detection_.save(snapshot.sides, snapshot.overlap);
-    }
+    if (detected_dt_ == 0) snapshot.sides = detection_.sides();
     return snapshot;
 }
 
@@ -134,10 +131,11 @@ void World::restore(const WorldSnapshot& snapshot) {
             throw std::invalid_argument(fmt::format("world: the snapshot of body {} does not fit it", b));
     }
     const ContactSides& sides = snapshot.sides;
-    for (std::size_t i = 0; i < std::max(sides.vertices.size(), sides.normals.size()); ++i)
-        if (i >= sides.vertices.size() || i >= sides.normals.size() ||
-            !has_vertex(sides.vertices[i][0], sides.vertices[i][2]) || !has_vertex(sides.vertices[i][1], 0) ||
-            !sides.normals[i].allFinite())
+    const auto [shortest, longest] =
+        std::minmax({sides.vertices.size(), sides.normals.size(), sides.depths.size()});
+    for (std::size_t i = 0; i < longest; ++i)
+        if (i >= shortest || !has_vertex(sides.vertices[i][0], sides.vertices[i][2]) ||
+            !has_vertex(sides.vertices[i][1], 0) || !sides.normals[i].allFinite() || !(sides.depths[i] >= 0))
             throw std::invalid_argument(
                 fmt::format("world: entry {} of the snapshot's contact sides does not fit the bodies", i));
     reset(snapshot);
@@ -147,7 +145,8 @@ void World::restore(const WorldSnapshot& snapshot) {
 void World::reset(const WorldSnapshot& snapshot) {
     for (int b = 0; b < body_count(); ++b) at(b).state = snapshot.bodies[static_cast<std::size_t>(b)];
     time_ = snapshot.time;
-    detection_.restore(snapshot.sides, snapshot.overlap);
+    dt_before_ = snapshot.dt_before;
+    detection_.restore(snapshot.sides);
     detected_dt_ = 0;
 }
 

@@ -163,10 +163,10 @@ class World {
     ContactDetection detection_;
     ContactSolver solver_;
     double time_ = 0;
+    double dt_before_ = 0;       // of the part that led to the present state; 0: none
     double detected_dt_ = 0;     // the step for which contacts are known at the present state; 0: none
     DetectionReport detected_;   // of that search
     ContactSides sides_before_;  // what that detection went by
-    double overlap_before_ = 0;  // likewise, metres
 };
 
 }  // namespace nbd

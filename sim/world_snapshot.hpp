@@ -12,7 +12,7 @@ namespace nbd {
 /// so that a file can keep them.
 struct WorldSnapshot {
     double time = 0;                // seconds
-    double overlap = 0;             // metres by which contacts overlapped at the start of the last step
+    double dt_before = 0;           // of the part of a step that led here, seconds; 0: none
     std::vector<BodyState> bodies;  // positions and velocities, one per body
     ContactSides sides;
 };

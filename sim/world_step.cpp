@@ -36,8 +36,7 @@ std::string pose_failure(int body, const ElementReport& elements, const ElementP
 void World::detect(double dt) {
     if (detected_dt_ == dt) return;
     forget_contacts();
-    sides_before_ = {};
-    detection_.save(sides_before_, overlap_before_);
+    sides_before_ = detection_.sides();
     detected_ = {};
     std::vector<ContactParty> parties;
     for (Body& body : bodies_) {
@@ -47,7 +46,7 @@ void World::detect(double dt) {
         detected_.update_us += watch.microseconds();
         parties.push_back({*body.elastic, body.state, body.surface, body.tree.get()});
     }
-    detection_.find(parties, obstacles_, config_.contact, thickness(), time_, dt, detected_);
+    detection_.find(parties, obstacles_, config_.contact, thickness(), time_, dt_before_, dt, detected_);
     detected_dt_ = dt;
 }
 
@@ -216,6 +215,7 @@ World::Trouble World::try_part(double dt, double end, double share, bool last, W
         return {.reason = error.what(), .failure = true};
     }
     time_ = end;
+    dt_before_ = dt;
     detected_dt_ = 0;
     detect(dt);
     if (detection_.deepest() > depth + thickness() / 2)
