@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
+#include "apps/ball_mesh.hpp"
 #include "apps/picture.hpp"
 #include "sim/scene_parts.hpp"
 
@@ -18,24 +18,6 @@ const std::array<Eigen::Vector3f, 6> colours{
     Eigen::Vector3f{0.95f, 0.66f, 0.28f}, Eigen::Vector3f{0.66f, 0.48f, 0.80f},
     Eigen::Vector3f{0.88f, 0.42f, 0.40f}, Eigen::Vector3f{0.35f, 0.72f, 0.74f}};
 const Eigen::Vector3f obstacle_colour{0.72f, 0.72f, 0.74f};
-
-/// A sphere of quads, split into triangles.
-TriMesh ball_mesh(const BallShape& ball) {
-    constexpr int rows = 32, columns = 64;
-    TriMesh mesh{Nodes((rows + 1) * columns, 3), Faces(2 * rows * columns, 3)};
-    for (int i = 0; i <= rows; ++i)
-        for (int j = 0; j < columns; ++j) {
-            const double u = std::numbers::pi * i / rows, v = 2 * std::numbers::pi * j / columns;
-            const Eigen::Vector3d direction(std::sin(u) * std::cos(v), std::sin(u) * std::sin(v),
-                                            std::cos(u));
-            mesh.X.row(i * columns + j) = ball.centre + ball.radius * direction;
-            if (i == rows) continue;
-            const int a = i * columns + j, b = a + columns, next = (j + 1) % columns - j;
-            mesh.F.row(2 * a) << a, b, b + next;
-            mesh.F.row(2 * a + 1) << a, b + next, a + next;
-        }
-    return mesh;
-}
 
 PictureSurface as_surface(const TriMesh& mesh, const Eigen::Vector3d& shift, const Eigen::Vector3f& colour) {
     return {(mesh.X.rowwise() + shift.transpose()).cast<float>(), mesh.F, colour};
@@ -108,7 +90,7 @@ void Film::write(const std::filesystem::path& path) const {
                 floors.push_back({(plane->point + shift).cast<float>(), plane->normal.cast<float>(),
                                   round_length(camera.extent / 8)});
             else if (const auto* ball = std::get_if<BallShape>(&obstacle.shape))
-                surfaces.push_back(as_surface(ball_mesh(*ball), shift, obstacle_colour));
+                surfaces.push_back(as_surface(ball_mesh(ball->centre, ball->radius), shift, obstacle_colour));
             else
                 surfaces.push_back(
                     as_surface(std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh(), shift,

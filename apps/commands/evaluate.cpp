@@ -2,9 +2,11 @@
 
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <memory>
 
 #include "apps/commands/commands.hpp"
+#include "apps/figures/html_report.hpp"
 #include "apps/load.hpp"
 #include "apps/option_checks.hpp"
 #include "meshing/h5/atomic_file.hpp"
@@ -15,7 +17,7 @@ namespace nbd {
 namespace {
 
 struct EvaluateArguments {
-    std::string tree, recording, csv;
+    std::string tree, recording, csv, html;
     std::vector<std::string> bounds{"exact", "bd", "modal"};
     EvaluateConfig config;
 };
@@ -35,13 +37,23 @@ nlohmann::ordered_json to_json(const EvaluationRow& row) {
 }
 
 void run(const EvaluateArguments& arguments, Output& out) {
-    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.tree, arguments.recording});
+    check_distinct({{"the table", arguments.csv}, {"the report", arguments.html}});
+    for (const std::string& output : {arguments.csv, arguments.html})
+        if (!output.empty()) check_output(output, {arguments.tree, arguments.recording});
     EvaluateConfig config = arguments.config;
     config.bounds.clear();
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
 
-    const std::vector<EvaluationRow> rows =
-        evaluate(load_tree(arguments.tree), RecordingReader(arguments.recording), config);
+    const TreeFile tree = load_tree(arguments.tree);
+    const RecordingReader recording(arguments.recording);
+    const std::vector<EvaluationRow> rows = evaluate(tree, recording, config);
+    if (!arguments.html.empty()) {
+        const std::string body = std::filesystem::path(arguments.tree).stem().string();
+        const BodyFigures figures = make_body_figures(body, tree, recording, config.max_frames);
+        h5::AtomicFile file(arguments.html);
+        file.out() << html_report(tree, figures, out.command_line);
+        file.commit();
+    }
     if (!arguments.csv.empty()) {
         h5::AtomicFile file(arguments.csv);
         file.out() << to_csv(rows);
@@ -79,6 +91,7 @@ void add_evaluate(CLI::App& app, Output& out) {
         ->capture_default_str()
         ->check(not_negative());
     command->add_option("--csv", arguments->csv, "The table as a file");
+    command->add_option("--html", arguments->html, "A page with tables, charts and pictures, for a browser");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -1,0 +1,86 @@
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <tuple>
+
+#include "apps/commands/commands.hpp"
+#include "apps/figures/body_figures.hpp"
+#include "apps/load.hpp"
+#include "apps/option_checks.hpp"
+#include "meshing/h5/atomic_file.hpp"
+#include "training/recording.hpp"
+#include "training/tree_file.hpp"
+
+namespace nbd {
+namespace {
+
+struct FiguresArguments {
+    std::vector<std::tuple<std::string, std::string, std::string>> bodies;  // name, tree, recording
+    std::string folder;
+    int max_frames = 0;
+};
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+    h5::AtomicFile file(path);
+    file.out() << text;
+    file.commit();
+}
+
+/// Names become parts of file names and cells of tables.
+void check_names(const FiguresArguments& arguments) {
+    std::set<std::string> names;
+    for (const auto& [name, tree, recording] : arguments.bodies) {
+        const bool plain = !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
+            return std::isalnum(c) || c == '-' || c == '_';
+        });
+        if (!plain)
+            throw CLI::ValidationError(
+                fmt::format("--body: the name is '{}'; allowed: letters, digits, - and _", name));
+        if (!names.insert(name).second)
+            throw CLI::ValidationError(fmt::format("--body: the name '{}' stands twice", name));
+    }
+}
+
+void run(const FiguresArguments& arguments, Output& out) {
+    check_names(arguments);
+    const std::filesystem::path folder = arguments.folder;
+    check_output_folder(folder);
+    make_folder(folder);
+    std::vector<BodyRows> bodies;
+    double done = 0;
+    for (const auto& [name, tree, recording] : arguments.bodies) {
+        out.progress("bodies", done++, static_cast<double>(arguments.bodies.size()), name);
+        BodyFigures figures =
+            make_body_figures(name, load_tree(tree), RecordingReader(recording), arguments.max_frames);
+        write_text(folder / ("figure10_" + name + ".csv"), to_csv(figures.spheres));
+        write_page(folder / ("figure10_" + name), figures.spheres_page);
+        write_page(folder / ("figure8_" + name), to_page(outside_by_margin(figures.rows)));
+        bodies.push_back(std::move(figures.rows));
+    }
+    out.progress("bodies", done, done);
+    write_text(folder / "bounds.csv", to_csv(bodies));
+    write_page(folder / "figure6", to_page(outside_by_depth(bodies)));
+    write_page(folder / "figure7", to_page(radius_error_by_depth(bodies)));
+    out.text(fmt::format("{}: figures 6, 7, 8 and 10 of {} bodies", folder.string(), bodies.size()));
+}
+
+}  // namespace
+
+void add_figures(CLI::App& app, Output& out) {
+    auto arguments = std::make_shared<FiguresArguments>();
+    CLI::App* command = app.add_subcommand(
+        "figures", "The paper's figures 6, 7, 8 and 10 of trained trees, as tables and pictures");
+    command
+        ->add_option("--body", arguments->bodies,
+                     "Name, tree file and recording of a body; once for each body")
+        ->required();
+    command->add_option("-o,--output", arguments->folder, "Folder to write to")->required();
+    command->add_option("--max-frames", arguments->max_frames, "Of each set of frames, evenly spread; 0: all")
+        ->capture_default_str()
+        ->check(not_negative());
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+}  // namespace nbd

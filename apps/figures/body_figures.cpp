@@ -1,0 +1,49 @@
+#include "apps/figures/body_figures.hpp"
+
+#include <fmt/core.h>
+
+#include <set>
+
+namespace nbd {
+namespace {
+
+/// Those of the tree but `exact`, the learned ones first.
+std::vector<BoundKind> bounds_of(const CollisionTree& tree) {
+    std::vector<BoundKind> bounds;
+    if (tree.modal) bounds.push_back(BoundKind::modal);
+    if (tree.bd) bounds.push_back(BoundKind::bd);
+    return bounds;
+}
+
+int trajectories_of(const std::vector<FrameId>& frames) {
+    std::set<int> seen;
+    for (const FrameId& frame : frames) seen.insert(frame.trajectory);
+    return static_cast<int>(seen.size());
+}
+
+}  // namespace
+
+BodyFigures make_body_figures(const std::string& body, const TreeFile& file, const RecordingReader& recording,
+                              int max_frames) {
+    const auto tree = std::make_shared<const CollisionTree>(file.tree);
+    std::vector<BoundKind> bounds = bounds_of(*tree);
+    const EvaluateConfig config{.bounds = bounds, .margins = chart_margins(), .max_frames = max_frames};
+    BodyFigures figures;
+    figures.rows.body = body;
+    const std::vector<TestFrames> sets = test_frames(file, recording);
+    for (const TestFrames& set : sets) {
+        const auto rows = evaluate_frames(surface_body(file), tree, recording, set.frames, set.name, config);
+        figures.rows.rows.insert(figures.rows.rows.end(), rows.begin(), rows.end());
+        figures.sets.push_back({set.name, static_cast<int>(rows.front().poses), trajectories_of(set.frames)});
+    }
+    figures.pose = typical_pose(file, recording, sets.back().frames);
+    bounds.insert(bounds.begin() + (bounds.empty() ? 0 : 1), BoundKind::exact);
+    figures.spheres = spheres_in_pose(tree, figures.pose.x, bounds);
+    figures.spheres_page =
+        sphere_page(fmt::format("{}: spheres of a test pose ({}: trajectory {}, frame {})", body,
+                                sets.back().name, figures.pose.trajectory, figures.pose.frame),
+                    *tree, figures.pose.x, figures.spheres);
+    return figures;
+}
+
+}  // namespace nbd

@@ -1,0 +1,146 @@
+#include "apps/figures/html_report.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "apps/figures/verdict.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr std::string_view style =
+    "body{font:15px/1.5 system-ui,sans-serif;color:#222;max-width:62rem;margin:2rem auto;padding:0 1rem}"
+    "h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2.2rem}"
+    "table{border-collapse:collapse;margin:.6rem 0;font-variant-numeric:tabular-nums}"
+    "th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #e3e5e8}"
+    "th{font-weight:600;color:#555}td:first-child,th:first-child{text-align:left}"
+    ".trust{background:#f3f6fa;border-left:4px solid #0073b3;padding:.6rem 1rem}"
+    "img{width:100%;height:auto}code{background:#f2f3f5;padding:.1rem .3rem;overflow-wrap:anywhere}";
+
+std::string escaped(std::string_view text) {
+    std::string result;
+    for (const char c : text) {
+        if (c == '&')
+            result += "&amp;";
+        else if (c == '<')
+            result += "&lt;";
+        else if (c == '>')
+            result += "&gt;";
+        else if (c == '"')
+            result += "&quot;";
+        else
+            result += c;
+    }
+    return result;
+}
+
+std::string base64(std::string_view bytes) {
+    constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        unsigned word = 0;
+        for (std::size_t j = 0; j < 3; ++j)
+            word = word << 8 | (i + j < bytes.size() ? static_cast<unsigned char>(bytes[i + j]) : 0u);
+        for (std::size_t j = 0; j < 4; ++j)
+            text += i + j > bytes.size() ? '=' : digits[word >> (18 - 6 * j) & 63];
+    }
+    return text;
+}
+
+/// alt: what the picture shows, for those who do not see it.
+std::string picture(std::string_view type, const std::string& bytes, std::string_view alt) {
+    return fmt::format("<img alt=\"{}\" src=\"data:image/{};base64,{}\">\n", escaped(alt), type,
+                       base64(bytes));
+}
+
+std::string chart(const Chart& chart) { return picture("svg+xml", to_svg(to_page(chart)), chart.title); }
+
+std::string facts(const TreeFile& file, const BodyFigures& figures) {
+    const TrainingFacts& facts = file.facts;
+    std::string text = "<table>\n";
+    const auto row = [&](std::string_view what, const std::string& value) {
+        text += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", what, escaped(value));
+    };
+    row("body", facts.body_hash);
+    row("surface", fmt::format("{} vertices, {} faces", file.tree.vertex_count, file.tree.faces.rows()));
+    row("tree",
+        fmt::format("{} nodes, {} levels", file.tree.spheres.nodes.size(), file.tree.spheres.depth() + 1));
+    row("trained on",
+        fmt::format("{} poses of {} trajectories", facts.poses, facts.split.train_trajectories.size()));
+    row("error of the clustered code", fmt::format("{:.2f} %", 100 * facts.code_error));
+    for (const TestSet& set : figures.sets)
+        row("tested on",
+            fmt::format("{}: {} poses of {} trajectories", set.name, set.frames, set.trajectories));
+    return text + "</table>\n";
+}
+
+/// A line a depth of one bound on one set; `rows` are of it alone, by margin and depth.
+std::string table(const std::vector<EvaluationRow>& rows) {
+    constexpr std::array shown{0.0, 0.01, 0.02, 0.05, 0.10, 0.25};
+    const auto at = [&](int depth, double margin) {
+        return std::ranges::find_if(
+            rows, [&](const EvaluationRow& r) { return r.depth == depth && r.margin == margin; });
+    };
+    std::string text = "<table>\n<tr><th>depth</th><th>radius error %</th><th>centre error %</th>";
+    for (const double margin : shown) text += fmt::format("<th>outside % at +{:g} %</th>", 100 * margin);
+    for (const double margin : shown)
+        text += fmt::format("<th>nodes missing % at +{:g} %</th>", 100 * margin);
+    text += "</tr>\n";
+    for (int depth = 0; at(depth, 0) != rows.end(); ++depth) {
+        text += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.2f}</td>", depth,
+                            100 * at(depth, 0)->radius_error, 100 * at(depth, 0)->centre_error);
+        for (const double margin : shown)
+            text += fmt::format("<td>{:.4f}</td>", 100 * at(depth, margin)->vertices_outside);
+        for (const double margin : shown)
+            text += fmt::format("<td>{:.2f}</td>", 100 * at(depth, margin)->nodes_missing);
+        text += "</tr>\n";
+    }
+    return text + "</table>\n";
+}
+
+std::string tables(const std::vector<EvaluationRow>& rows) {
+    std::string text;
+    for (auto begin = rows.begin(); begin != rows.end();) {
+        const auto end = std::find_if(begin, rows.end(), [&](const EvaluationRow& r) {
+            return r.frames != begin->frames || r.bound != begin->bound;
+        });
+        text += fmt::format("<h3>{} bounds, {}, {} poses</h3>\n", name(begin->bound), escaped(begin->frames),
+                            begin->poses);
+        text += table({begin, end});
+        begin = end;
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string html_report(const TreeFile& file, const BodyFigures& figures, const std::string& command) {
+    const std::vector<BodyRows> bodies{figures.rows};
+    std::string html = fmt::format(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title>\n"
+        "<style>{1}</style></head><body>\n<h1>The collision tree of {0}</h1>\n<div class=\"trust\">\n",
+        escaped(figures.rows.body), style);
+    for (const std::string& sentence : verdicts(figures.rows.rows))
+        html += fmt::format("<p>{}</p>\n", escaped(sentence));
+    html +=
+        "<p>Nothing has been measured on poses unlike these: another material, stronger deformation, other "
+        "kinds of motion.</p>\n</div>\n<h2>What was tested</h2>\n";
+    html += facts(file, figures);
+    html += "<h2>By depth</h2>\n" + chart(outside_by_depth(bodies)) + chart(radius_error_by_depth(bodies));
+    html += "<h2>By margin</h2>\n" + chart(outside_by_margin(figures.rows));
+    html += fmt::format(
+        "<h2>A test pose</h2>\n<p>Faces with a vertex outside their sphere are red. The vertices are "
+        "{:.1f} % of the body's size away from the rest pose in the mean.</p>\n",
+        100 * figures.pose.deformation);
+    html += picture("png", to_png(figures.spheres_page), "spheres of a test pose");
+    html +=
+        "<h2>Tables</h2>\n<p>Means over the nodes of a depth; errors relative to the exact radius.</p>\n" +
+        tables(figures.rows.rows);
+    html += fmt::format("<p>Made by <code>{}</code></p>\n</body></html>\n", escaped(command));
+    return html;
+}
+
+}  // namespace nbd

@@ -1,0 +1,87 @@
+#include "apps/figures/verdict.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace nbd {
+namespace {
+
+constexpr double trusted = 1e-3;  // share of nodes that miss
+
+/// One margin of a bound, over all depths.
+struct AtMargin {
+    double margin = 0, missing = 0, mean_error = 0;  // the worst depth's; the mean over depths
+    int depth = 0;                                   // the worst
+    long nodes = 0;
+};
+
+std::vector<AtMargin> by_margin(const std::vector<EvaluationRow>& rows, BoundKind kind) {
+    std::vector<AtMargin> result;
+    int depths = 0;
+    for (const EvaluationRow& row : rows) {
+        if (row.frames != rows.back().frames || row.bound != kind) continue;
+        if (result.empty() || result.back().margin != row.margin) {
+            result.push_back({.margin = row.margin});
+            depths = 0;
+        }
+        AtMargin& at = result.back();
+        if (row.nodes_missing > at.missing) {
+            at.missing = row.nodes_missing;
+            at.depth = row.depth;
+        }
+        at.mean_error += (row.radius_error - at.mean_error) / ++depths;
+        at.nodes += row.nodes;
+    }
+    return result;
+}
+
+/// "one in 1200", of a share above 0.
+std::string one_in(double share) {
+    const double n = 1 / share;
+    const double step = std::pow(10, std::max(0.0, std::floor(std::log10(n)) - 1));
+    return fmt::format("one in {:.0f}", step * std::floor(n / step));
+}
+
+std::string verdict(const std::vector<AtMargin>& at, const std::string& frames, std::string_view bound) {
+    const std::string where = fmt::format("On these poses ({}) ", frames);
+    if (at.front().missing == 0)
+        return fmt::format(
+            "{}{} bounds held every vertex of all {} spheres; their radius is off by {:.1f} % in the mean.",
+            where, bound, at.front().nodes, 100 * at.front().mean_error);
+    const std::string as_they_are =
+        fmt::format("{}{} bounds, as they are, miss a part of {} nodes at the worst depth ({})", where, bound,
+                    one_in(at.front().missing), at.front().depth);
+    const auto enough = std::ranges::find_if(at, [](const AtMargin& a) { return a.missing <= trusted; });
+    if (enough == at.end())
+        return fmt::format(
+            "{}, and still of {} with {:.0f} % added to every radius: do not trust them where a missed "
+            "contact "
+            "matters, use exact bounds there.",
+            as_they_are, one_in(at.back().missing), 100 * at.back().margin);
+    if (enough == at.begin())
+        return fmt::format(
+            "{}: they may be trusted to miss no more than one node in a thousand on poses like these.",
+            as_they_are);
+    return fmt::format(
+        "{}; with {:.0f} % added to every radius they may be trusted to miss no more than one node in a "
+        "thousand "
+        "on poses like these, at radii {:.1f} % too large in the mean.",
+        as_they_are, 100 * enough->margin, 100 * enough->mean_error);
+}
+
+}  // namespace
+
+std::vector<std::string> verdicts(const std::vector<EvaluationRow>& rows) {
+    std::vector<BoundKind> seen;
+    std::vector<std::string> sentences;
+    for (const EvaluationRow& row : rows) {
+        if (row.bound == BoundKind::exact || std::ranges::find(seen, row.bound) != seen.end()) continue;
+        seen.push_back(row.bound);
+        sentences.push_back(verdict(by_margin(rows, row.bound), rows.back().frames, name(row.bound)));
+    }
+    return sentences;
+}
+
+}  // namespace nbd

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "training/evaluate.hpp"
+
+namespace nbd {
+
+/// What each bound may be trusted with, in a plain sentence: how often it misses, at which margin it would
+/// miss at most one node in a thousand at every depth, what that costs. Judged on the last set of the rows.
+/// rows: of evaluate_frames(), with ascending margins from 0, not empty.
+std::vector<std::string> verdicts(const std::vector<EvaluationRow>& rows);
+
+}  // namespace nbd

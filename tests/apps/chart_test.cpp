@@ -1,0 +1,133 @@
+#include "apps/figures/chart.hpp"
+
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include "apps/figures/verdict.hpp"
+
+namespace nbd {
+namespace {
+
+struct Pixels {
+    int width = 0, height = 0;
+    std::vector<unsigned char> rgb;
+
+    explicit Pixels(const std::string& bytes) {
+        png_image image{};
+        image.version = PNG_IMAGE_VERSION;
+        if (!png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()))
+            throw std::runtime_error(image.message);
+        image.format = PNG_FORMAT_RGB;
+        width = static_cast<int>(image.width);
+        height = static_cast<int>(image.height);
+        rgb.resize(PNG_IMAGE_SIZE(image));
+        png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr);
+    }
+
+    /// Rows from the top in which a column has a pixel near the colour.
+    std::vector<int> rows_of(int x, Colour colour) const {
+        std::vector<int> rows;
+        for (int y = 0; y < height; ++y) {
+            const unsigned char* p = rgb.data() + 3 * (y * width + x);
+            if (std::abs(p[0] - 255 * colour.r) + std::abs(p[1] - 255 * colour.g) +
+                    std::abs(p[2] - 255 * colour.b) <
+                30)
+                rows.push_back(y);
+        }
+        return rows;
+    }
+};
+
+constexpr Colour red{1, 0, 0};
+
+TEST(Chart, StandsPowersOfTenAtEqualDistances) {
+    std::vector<double> heights;
+    for (const double y : {0.1, 1.0, 10.0}) {
+        // The end points fix the axis from 0.1 to 10; the middle is what is measured.
+        const Chart chart{.title = "t",
+                          .x_label = "x",
+                          .y_label = "y",
+                          .x_ticks = {0, 2},
+                          .panels = {{"p",
+                                      {{"a", {0, 0, 1}, Dash::solid, {{0, 0.1}, {0, 10}}},
+                                       {"b", red, Dash::solid, {{0.9, y}, {1.1, y}}}}}}};
+        const Page page = to_page(chart);
+        const Pixels pixels(to_png(page, 1));
+        EXPECT_EQ(pixels.width, static_cast<int>(std::ceil(page.width)));
+        const auto rows = pixels.rows_of(62 + 150, red);
+        ASSERT_FALSE(rows.empty());
+        heights.push_back(rows.front() + (rows.back() - rows.front()) / 2.0);
+    }
+    EXPECT_GT(heights[0], heights[1] + 50);
+    EXPECT_NEAR(heights[0] - heights[1], heights[1] - heights[2], 2);
+}
+
+TEST(Chart, StandsZeroBelowTheLowestPowerOfTen) {
+    const Chart chart{.title = "t",
+                      .x_label = "x",
+                      .y_label = "y",
+                      .x_ticks = {0, 2},
+                      .panels = {{"p",
+                                  {{"a", {0, 0, 1}, Dash::solid, {{0.9, 0.01}, {1.1, 0.01}}},
+                                   {"b", red, Dash::solid, {{0.9, 0}, {1.1, 0}}}}}}};
+    const Pixels pixels(to_png(to_page(chart), 1));
+    const auto zero = pixels.rows_of(62 + 150, red), least = pixels.rows_of(62 + 150, {0, 0, 1});
+    ASSERT_FALSE(zero.empty());
+    ASSERT_FALSE(least.empty());
+    EXPECT_GT(zero.front(), least.back() + 20);
+}
+
+TEST(Chart, IsSvgWithEveryLabel) {
+    const Chart chart{.title = "t",
+                      .x_label = "x",
+                      .y_label = "y",
+                      .x_ticks = {0, 1},
+                      .panels = {{"p", {{"a", red, Dash::dashed, {{0, 1}, {1, 2}}}}}}};
+    const std::string svg = to_svg(to_page(chart));
+    EXPECT_NE(svg.find("<svg"), std::string::npos);
+    EXPECT_NE(svg.find("stroke-dasharray"), std::string::npos);
+    EXPECT_NE(svg.find("</svg>"), std::string::npos);
+}
+
+std::vector<EvaluationRow> rows(const std::vector<std::pair<double, double>>& missing_by_margin) {
+    std::vector<EvaluationRow> result;
+    for (const auto& [margin, missing] : missing_by_margin)
+        for (int depth = 0; depth < 2; ++depth)
+            result.push_back({.frames = "held-out trajectories",
+                              .bound = BoundKind::modal,
+                              .depth = depth,
+                              .margin = margin,
+                              .radius_error = 0.01 + margin,
+                              .nodes_missing = depth == 1 ? missing : missing / 2,
+                              .nodes = 1000});
+    return result;
+}
+
+TEST(Verdict, NamesTheMarginFromWhichANodeInAThousandIsMissed) {
+    const auto said = verdicts(rows({{0, 0.5}, {0.05, 0.002}, {0.1, 0.001}, {0.2, 0}}));
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_EQ(
+        said[0],
+        "On these poses (held-out trajectories) modal bounds, as they are, miss a part of one in 2 nodes at "
+        "the worst "
+        "depth (1); with 10 % added to every radius they may be trusted to miss no more than one node in a "
+        "thousand on poses like these, at radii 11.0 % too large in the mean.");
+}
+
+TEST(Verdict, SaysWhenNoMarginIsEnough) {
+    const auto said = verdicts(rows({{0, 0.5}, {0.25, 0.012}}));
+    EXPECT_NE(said[0].find("still of one in 83 with 25 % added to every radius: do not trust them"),
+              std::string::npos)
+        << said[0];
+}
+
+TEST(Verdict, SaysWhenNothingWasMissed) {
+    EXPECT_NE(verdicts(rows({{0, 0}, {0.25, 0}}))[0].find("held every vertex of all 2000 spheres"),
+              std::string::npos);
+    EXPECT_NE(verdicts(rows({{0, 0.0004}}))[0].find(
+                  "one in 2500 nodes at the worst depth (1): they may be trusted"),
+              std::string::npos);
+}
+
+}  // namespace
+}  // namespace nbd

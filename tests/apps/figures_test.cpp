@@ -1,0 +1,107 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tests/apps/small_files.hpp"
+
+namespace nbd::test {
+namespace {
+
+using FiguresTest = SmallFiles;
+
+/// Cells of a line of a table.
+std::vector<std::string> cells(const std::string& line) {
+    std::vector<std::string> result{""};
+    for (const char c : line)
+        if (c == ',')
+            result.emplace_back();
+        else
+            result.back() += c;
+    return result;
+}
+
+std::vector<std::string> lines(const std::string& text) {
+    std::istringstream in(text);
+    std::vector<std::string> result;
+    for (std::string line; std::getline(in, line);) result.push_back(line);
+    return result;
+}
+
+TEST_F(FiguresTest, WritesEveryFigureAsTableAndPictures) {
+    make({"figures", "-o", "figures", "--body", "ONE", "tree.h5", "data.h5", "--body", "TWO", "tree.h5",
+          "data.h5", "-q"});
+    std::set<std::string> expected{"bounds.csv"};
+    for (const std::string stem :
+         {"figure6", "figure7", "figure8_ONE", "figure8_TWO", "figure10_ONE", "figure10_TWO"}) {
+        for (const char* type : {".svg", ".png"}) expected.insert(stem + type);
+        if (stem.starts_with("figure10")) expected.insert(stem + ".csv");
+        EXPECT_EQ(read_bytes(folder() / "figures" / (stem + ".png")).substr(1, 3), "PNG");
+        EXPECT_NE(read_bytes(folder() / "figures" / (stem + ".svg")).find("<svg"), std::string::npos);
+    }
+    EXPECT_EQ(listing(folder() / "figures"), expected);
+
+    // The same table as `evaluate` writes for each body.
+    std::string margins = "0";
+    for (int percent = 1; percent <= 25; ++percent)
+        margins += ",0." + std::string(percent < 10 ? "0" : "") + std::to_string(percent);
+    make({"evaluate", "tree.h5", "data.h5", "--bounds", "modal,bd", "--margins", margins, "--csv",
+          "table.csv", "-q"});
+    const auto ours = lines(read_bytes(folder() / "figures/bounds.csv")),
+               evaluated = lines(read_bytes(folder() / "table.csv"));
+    ASSERT_EQ(ours.size(), 2 * evaluated.size() - 1);
+    EXPECT_EQ(ours[0], "body," + evaluated[0]);
+    for (std::size_t i = 1; i < evaluated.size(); ++i) EXPECT_EQ(ours[i], "ONE," + evaluated[i]);
+}
+
+TEST_F(FiguresTest, DrawsSpheresOfThreeBoundsWhoseExactOnesHoldEveryVertex) {
+    make({"figures", "-o", "pictures", "--body", "BOX", "tree.h5", "data.h5", "-q"});
+    const auto table = lines(read_bytes(folder() / "pictures/figure10_BOX.csv"));
+    ASSERT_GT(table.size(), 1u);
+    EXPECT_EQ(table[0], "bound,depth,node,x,y,z,r,vertices_outside");
+    std::set<std::string> bounds;
+    for (std::size_t i = 1; i < table.size(); ++i) {
+        const auto row = cells(table[i]);
+        ASSERT_EQ(row.size(), 8u) << table[i];
+        bounds.insert(row[0]);
+        EXPECT_EQ(std::stoi(row[1]) % 2, 1) << table[i];
+        if (row[0] == "exact") EXPECT_EQ(row[7], "0") << table[i];
+    }
+    EXPECT_EQ(bounds, (std::set<std::string>{"bd", "exact", "modal"}));
+}
+
+TEST_F(FiguresTest, ReportsOnATreeInOneFileThatNeedsNoOther) {
+    make({"evaluate", "tree.h5", "data.h5", "--html", "report.html", "-q"});
+    const std::string page = read_bytes(folder() / "report.html");
+    EXPECT_TRUE(page.starts_with("<!DOCTYPE html>"));
+    EXPECT_TRUE(page.ends_with("</html>\n"));
+    EXPECT_NE(page.find("modal bounds"), std::string::npos);
+    EXPECT_NE(page.find("nbdtree evaluate tree.h5 data.h5 --html report.html"), std::string::npos);
+    std::size_t pictures = 0;
+    for (std::size_t at = page.find(" src=\""); at != std::string::npos; at = page.find(" src=\"", at + 1)) {
+        EXPECT_EQ(page.substr(at + 6, 11), "data:image/");
+        ++pictures;
+    }
+    EXPECT_EQ(pictures, 4u);
+    for (const char* elsewhere : {"href=", "url(", "<script"})
+        EXPECT_EQ(page.find(elsewhere), std::string::npos);
+}
+
+TEST_F(FiguresTest, RefusesNamesThatCannotBeFilesAndFilesThatCannotBeRead) {
+    const auto refused = [](const std::vector<std::string>& body, int status, const std::string& error) {
+        const Ran ran = run(folder(), {"figures", "-o", "none", "--body", body[0], body[1], body[2], "-q"});
+        EXPECT_EQ(ran.status, status);
+        EXPECT_NE(ran.err.find(error), std::string::npos) << ran.err;
+        EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
+    };
+    refused({"a/b", "tree.h5", "data.h5"}, 2, "the name is 'a/b'; allowed: letters, digits, - and _");
+    refused({"BOX", "none.h5", "data.h5"}, 1, "none.h5");
+    const Ran twice = run(folder(), {"figures", "-o", "none", "--body", "A", "tree.h5", "data.h5", "--body",
+                                     "A", "tree.h5", "data.h5"});
+    EXPECT_EQ(twice.status, 2);
+    EXPECT_NE(twice.err.find("the name 'A' stands twice"), std::string::npos) << twice.err;
+}
+
+}  // namespace
+}  // namespace nbd::test
