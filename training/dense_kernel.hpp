@@ -1,7 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
+#include <span>
+
+#if defined(__AVX512BF16__)
+#include <immintrin.h>
+#endif
 
 /// The one matrix product that training a small network consists of, blocked for vector registers. Only
 /// included by files that run it: what it compiles to depends on the instruction set.
@@ -16,14 +22,61 @@ inline constexpr int lanes = 4, accumulators = 12;
 #endif
 using Vec [[gnu::vector_size(4 * lanes), gnu::may_alias]] = float;
 
-/// How the factors b(k, n) of multiply() lie: with `stride` floats between two n or between two k, and
+/// Two numbers in bfloat16 that are neighbours along k, the first in the low half. Where the processor
+/// multiplies such pairs, multiply() takes them in place of floats: half of the work for factors of 8 bits,
+/// the sums still in float.
+using Pair = std::uint32_t;
+#if defined(__AVX512BF16__)
+inline constexpr bool has_pairs = true;
+#else
+inline constexpr bool has_pairs = false;
+#endif
+
+inline void add_product(Vec& sum, const Vec& column, float factor) noexcept { sum += column * factor; }
+#if defined(__AVX512BF16__)
+inline void add_product(Vec& sum, const Vec& column, Pair factor) noexcept {
+    sum = (Vec)_mm512_dpbf16_ps((__m512)sum, (__m512bh)column,
+                                (__m512bh)_mm512_set1_epi32(static_cast<int>(factor)));
+}
+
+/// out[i][h] = (rows[2 i][h], rows[2 i + 1][h]), rounded; 0 for a row beyond `count`. rows: [count, H].
+template <int H>
+void pair_rows(const float* rows, int count, Pair* out) noexcept {
+    const auto half = [](const float* at) {
+        return _mm512_cvtepu16_epi32((__m256i)_mm512_cvtneps_pbh(_mm512_loadu_ps(at)));
+    };
+    for (int i = 0; i < count; i += 2)
+        for (int h = 0; h < H; h += lanes) {
+            __m512i word = half(rows + i * H + h);
+            if (i + 1 < count)
+                word = _mm512_or_si512(word, _mm512_slli_epi32(half(rows + (i + 1) * H + h), 16));
+            _mm512_storeu_si512(out + i / 2 * H + h, word);
+        }
+}
+
+/// out[p][i] = (rows[p][2 i], rows[p][2 i + 1]), rounded. rows: [count, H].
+template <int H>
+void pair_columns(const float* rows, int count, Pair* out) noexcept {
+    for (int i = 0; i < count * H; i += lanes) {
+        const auto pairs = (__m256i)_mm512_cvtneps_pbh(_mm512_loadu_ps(rows + i));
+        std::memcpy(out + i / 2, &pairs, sizeof pairs);
+    }
+}
+#endif
+
+/// How the factors b(k, n) of multiply() lie: with `stride` words between two n or between two k, and
 /// adjacent in the other index. Known at compile time, so that a block needs few address registers.
 enum class Adjacent { k, n };
 
-/// One block of `N` columns of multiply(), kept in registers over all of `depth`.
-template <int H, Adjacent adjacent, int N>
-inline void multiply_block(const float* a, int depth, const float* b, std::ptrdiff_t stride,
-                           const float* start, float* c) noexcept {
+/// What becomes of a sum before it is stored. `relu`: 0 where it is below 0. `gate`: 0 where the number that
+/// c held in its place is 0 or below, as ReLU's derivative has it.
+enum class Finish { plain, relu, gate };
+
+/// One block of `N` columns of multiply(), kept in registers over all k. offset: of the block in each piece.
+template <int H, Adjacent adjacent, Finish finish, int N, class Word>
+inline void multiply_block(const Word* a, std::span<const Word* const> pieces, int depth,
+                           std::ptrdiff_t offset, std::ptrdiff_t stride, const float* start,
+                           float* c) noexcept {
     constexpr int V = H / lanes;
     Vec sum[N][V];
 #pragma GCC unroll 16
@@ -33,36 +86,45 @@ inline void multiply_block(const float* a, int depth, const float* b, std::ptrdi
             sum[n][v] = Vec{};
             if (start) std::memcpy(&sum[n][v], start + v * lanes, sizeof(Vec));
         }
-    const float* factor[N];
+    for (const Word* piece : pieces) {
+        const Word *b = piece + offset, *factor[N];
 #pragma GCC unroll 16
-    for (int n = 0; n < N; ++n) factor[n] = adjacent == Adjacent::n ? b + n : b + n * stride;
+        for (int n = 0; n < N; ++n) factor[n] = adjacent == Adjacent::n ? b + n : b + n * stride;
 #pragma GCC unroll 1
-    for (std::ptrdiff_t k = 0; k < depth; ++k) {
-        Vec column[V];
+        for (std::ptrdiff_t k = 0; k < depth; ++k) {
+            Vec column[V];
 #pragma GCC unroll 16
-        for (int v = 0; v < V; ++v) std::memcpy(&column[v], a + k * H + v * lanes, sizeof(Vec));
+            for (int v = 0; v < V; ++v) std::memcpy(&column[v], a + k * H + v * lanes, sizeof(Vec));
 #pragma GCC unroll 16
-        for (int n = 0; n < N; ++n) {
-            const float f = adjacent == Adjacent::n ? b[k * stride + n] : factor[n][k];
+            for (int n = 0; n < N; ++n) {
+                const Word f = adjacent == Adjacent::n ? b[k * stride + n] : factor[n][k];
 #pragma GCC unroll 16
-            for (int v = 0; v < V; ++v) sum[n][v] += column[v] * f;
+                for (int v = 0; v < V; ++v) add_product(sum[n][v], column[v], f);
+            }
         }
+        a += depth * H;
     }
 #pragma GCC unroll 16
     for (int n = 0; n < N; ++n)
 #pragma GCC unroll 16
-        for (int v = 0; v < V; ++v) std::memcpy(c + n * H + v * lanes, &sum[n][v], sizeof(Vec));
+        for (int v = 0; v < V; ++v) {
+            Vec gate = sum[n][v];
+            if constexpr (finish == Finish::gate) std::memcpy(&gate, c + n * H + v * lanes, sizeof(Vec));
+            if constexpr (finish != Finish::plain) sum[n][v] = gate > 0 ? sum[n][v] : Vec{};
+            std::memcpy(c + n * H + v * lanes, &sum[n][v], sizeof(Vec));
+        }
 }
 
-/// c[n][h] = start[h] + sum over k of a[k][h] * b(k, n). Each sum runs over k in ascending order whatever
-/// the blocking, so the result does not depend on `columns`.
-/// H: rows, a multiple of 16. a: [depth, H]. c: out, [columns, H], not overlapping the inputs. start: [H],
-/// or null for 0. Dense layer: a = W column-major, b = inputs pose by pose (k adjacent). Its weight
-/// gradient: a = deltas pose by pose, b = the same inputs (n adjacent). Its input gradient: a = W row-major,
-/// b = deltas pose by pose (k adjacent).
-template <int H, Adjacent adjacent>
-void multiply(const float* a, int depth, const float* b, std::ptrdiff_t stride, int columns,
-              const float* start, float* c) noexcept {
+/// c[n][h] = start[h] + sum over k of a[k][h] * b(k, n), finished as asked for. Each sum runs over k in
+/// ascending order whatever the blocking, so the result does not depend on `columns`. With pairs, k counts
+/// pairs and * is the sum of two products. H: rows, a multiple of 16. a: [k, H]. pieces: b lies in pieces of
+/// `depth` k each, one after another. c: out, [columns, H], not overlapping the inputs; with Finish::gate in
+/// as well. start: [H], or null for 0. Dense layer: a = W column-major, b = inputs pose by pose (k adjacent).
+/// Its weight gradient: a = deltas pose by pose, b = the same inputs (n adjacent). Its input gradient: a = W
+/// row-major, b = deltas pose by pose (k adjacent).
+template <int H, Adjacent adjacent, Finish finish = Finish::plain, class Word>
+void multiply(const Word* a, std::span<const Word* const> pieces, int depth, std::ptrdiff_t stride,
+              int columns, const float* start, float* c) noexcept {
     static_assert(H % 16 == 0 && H <= 64);
     // A power of two, so that a block of adjacent factors starts where a cache line can.
     constexpr int fit = accumulators / (H / lanes);
@@ -70,9 +132,35 @@ void multiply(const float* a, int depth, const float* b, std::ptrdiff_t stride, 
     const std::ptrdiff_t step = adjacent == Adjacent::n ? 1 : stride;
     const int whole = columns / block * block;
     for (int n = 0; n < whole; n += block)
-        multiply_block<H, adjacent, block>(a, depth, b + n * step, stride, start, c + n * H);
+        multiply_block<H, adjacent, finish, block>(a, pieces, depth, n * step, stride, start, c + n * H);
     for (int n = whole; n < columns; ++n)
-        multiply_block<H, adjacent, 1>(a, depth, b + n * step, stride, start, c + n * H);
+        multiply_block<H, adjacent, finish, 1>(a, pieces, depth, n * step, stride, start, c + n * H);
+}
+
+/// The same with b in one piece.
+template <int H, Adjacent adjacent, Finish finish = Finish::plain, class Word>
+void multiply(const Word* a, int depth, const Word* b, std::ptrdiff_t stride, int columns, const float* start,
+              float* c) noexcept {
+    multiply<H, adjacent, finish, Word>(a, std::span<const Word* const>(&b, 1), depth, stride, columns, start,
+                                        c);
+}
+
+/// sum[h] = sum over n of d[n][h]. d: [count, H], count even.
+template <int H>
+void add_rows(const float* d, int count, float* sum) noexcept {
+    constexpr int V = H / lanes;
+    Vec total[2][V] = {};
+    for (int n = 0; n < count; n += 2)
+#pragma GCC unroll 16
+        for (int v = 0; v < 2 * V; ++v) {
+            Vec x;
+            std::memcpy(&x, d + n * H + v * lanes, sizeof(Vec));
+            total[v / V][v % V] += x;
+        }
+    for (int v = 0; v < V; ++v) {
+        total[0][v] += total[1][v];
+        std::memcpy(sum + v * lanes, &total[0][v], sizeof(Vec));
+    }
 }
 
 }  // namespace nbd::dense_kernel

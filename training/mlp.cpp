@@ -5,29 +5,65 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <type_traits>
 
 #include "collision/counter_random.hpp"
 #include "training/dense_kernel.hpp"
+#include "training/pose_blocks.hpp"
 
 namespace nbd {
 
 namespace {
 
+using dense_kernel::add_rows;
 using dense_kernel::Adjacent;
+using dense_kernel::Finish;
 using dense_kernel::multiply;
+using dense_kernel::Pair;
 
 constexpr int outputs = MlpShape::outputs;
 
-/// Calls f.template operator()<H>() for the compiled width `hidden`.
+/// Calls f.template operator()<H, Word>() for the compiled width and the words that factors come in.
 template <class F>
-auto with_width(int hidden, F&& f) {
-    switch (hidden) {
-        case 16:
-            return f.template operator()<16>();
-        case 64:
-            return f.template operator()<64>();
-        default:
-            return f.template operator()<32>();
+auto with_kernel(int hidden, Arithmetic arithmetic, F&& f) {
+    const auto with_word = [&]<class Word>() {
+        switch (hidden) {
+            case 16:
+                return f.template operator()<16, Word>();
+            case 64:
+                return f.template operator()<64, Word>();
+            default:
+                return f.template operator()<32, Word>();
+        }
+    };
+    if constexpr (dense_kernel::has_pairs)
+        if (arithmetic == Arithmetic::mixed) return with_word.template operator()<Pair>();
+    return with_word.template operator()<float>();
+}
+
+/// Numbers in a word.
+template <class Word>
+constexpr int packed = std::is_same_v<Word, Pair> ? 2 : 1;
+
+/// x, [n, H], as words of neighbours in a row; floats stay where they are.
+template <int H, class Word>
+const Word* along_rows(const float* x, [[maybe_unused]] int n, [[maybe_unused]] Pair* scratch) noexcept {
+    if constexpr (std::is_same_v<Word, float>) {
+        return x;
+    } else {
+        dense_kernel::pair_columns<H>(x, n, scratch);
+        return scratch;
+    }
+}
+
+/// x, [n, H], as words of neighbours in a column: [n / packed, H].
+template <int H, class Word>
+const Word* across_rows(const float* x, [[maybe_unused]] int n, [[maybe_unused]] Pair* scratch) noexcept {
+    if constexpr (std::is_same_v<Word, float>) {
+        return x;
+    } else {
+        dense_kernel::pair_rows<H>(x, n, scratch);
+        return scratch;
     }
 }
 
@@ -35,15 +71,6 @@ auto with_width(int hidden, F&& f) {
 void transpose(const float* in, int rows, int columns, float* out) noexcept {
     for (int r = 0; r < rows; ++r)
         for (int c = 0; c < columns; ++c) out[c * rows + r] = in[r * columns + c];
-}
-
-/// sum[h] = sum over poses of d[pose][h].
-template <int H>
-void add_rows(const float* d, int poses, float* sum) noexcept {
-    float total[H] = {};
-    for (int p = 0; p < poses; ++p)
-        for (int h = 0; h < H; ++h) total[h] += d[p * H + h];
-    std::copy_n(total, H, sum);
 }
 
 }  // namespace
@@ -69,95 +96,136 @@ Eigen::VectorXf initial_weights(const MlpShape& shape, std::uint64_t seed, std::
     return w;
 }
 
-MlpBatch::MlpBatch(const MlpShape& shape, int capacity)
-    : shape_(shape),
-      // Rows a power of two apart would share a few sets of the first cache.
-      stride_((shape.inputs + 15) / 16 * 16 + 16),
-      x_(Eigen::VectorXf::Zero(capacity * stride_)),
-      target_(capacity * outputs),
-      h1_(capacity * shape.hidden),
-      h2_(capacity * shape.hidden),
-      d1_(capacity * shape.hidden),
-      d2_(capacity * shape.hidden),
-      d3_(capacity * outputs),
-      transposed_(shape.hidden * shape.hidden) {}
-
-void MlpBatch::gather(const PoseRows& inputs, const PoseRows& targets, const int* poses, int count) noexcept {
-    count_ = count;
-    for (int p = 0; p < count; ++p) {
-        // Poses are far apart in memory: without this the copy waits for every one.
-        const int ahead = poses[std::min(p + 8, count - 1)];
-        for (int i = 0; i < shape_.inputs; i += 16)
-            __builtin_prefetch(inputs.data() + static_cast<std::ptrdiff_t>(ahead) * shape_.inputs + i);
-        std::copy_n(inputs.data() + static_cast<std::ptrdiff_t>(poses[p]) * shape_.inputs, shape_.inputs,
-                    x_.data() + p * stride_);
-        std::copy_n(targets.data() + static_cast<std::ptrdiff_t>(poses[p]) * outputs, outputs,
-                    target_.data() + p * outputs);
-    }
+bool has_arithmetic(Arithmetic arithmetic) noexcept {
+    return arithmetic == Arithmetic::single || dense_kernel::has_pairs;
 }
 
-template <int H>
-float MlpBatch::forward(const float* w) noexcept {
-    const auto relu = [n = count_ * H](float* h) {
-        for (int i = 0; i < n; ++i) h[i] = h[i] > 0 ? h[i] : 0;
-    };
-    multiply<H, Adjacent::k>(w + shape_.W1(), shape_.inputs, x_.data(), stride_, count_, w + shape_.b1(),
-                             h1_.data());
-    relu(h1_.data());
-    multiply<H, Adjacent::k>(w + shape_.W2(), H, h1_.data(), H, count_, w + shape_.b2(), h2_.data());
-    relu(h2_.data());
+std::string_view name(Arithmetic arithmetic) noexcept {
+    return arithmetic == Arithmetic::single ? "single" : "mixed";
+}
 
-    // d3 takes the error of each output, which is its derivative up to a factor.
+MlpBatch::MlpBatch(int hidden, const PoseBlocks& poses, const PoseRows& targets, int capacity)
+    : shape_{.inputs = poses.inputs(), .hidden = hidden},
+      poses_(&poses),
+      targets_(static_cast<std::size_t>(poses.blocks() * PoseBlocks::block * outputs)) {
+    for (int s = 0; s < poses.poses(); ++s)
+        std::copy_n(targets.row(poses.order()[static_cast<std::size_t>(s)]).data(), outputs,
+                    targets_.begin() + s * outputs);
+    const auto slots = static_cast<std::size_t>(capacity * PoseBlocks::block),
+               H = static_cast<std::size_t>(hidden);
+    for (auto* layer : {&h1_, &h2_}) layer->resize(slots * H);
+    d3_.resize(slots * outputs);
+    transposed_.resize(H * H);
+    pieces_.resize(static_cast<std::size_t>(capacity));
+    if (poses.arithmetic() == Arithmetic::single) return;
+    W1_.resize(static_cast<std::size_t>(poses.pairs()) * H);
+    for (auto* W : {&W2_, &W2T_}) W->resize(H * H / 2);
+    for (auto* layer : {&h1_rows_, &h1_slots_, &d2_rows_, &d2_slots_, &d1_slots_})
+        layer->resize(slots * H / 2);
+    paired_pieces_.resize(static_cast<std::size_t>(capacity));
+}
+
+template <int H, class Word>
+float MlpBatch::forward(const float* w, std::span<const int> blocks) noexcept {
+    constexpr int block = PoseBlocks::block;
+    const int n = static_cast<int>(blocks.size()) * block;
+    const Word* W1 = across_rows<H, Word>(w + shape_.W1(), shape_.inputs, W1_.data());
+    for (std::size_t j = 0; j < blocks.size(); ++j) {
+        float* h1 = h1_.data() + j * block * H;
+        if constexpr (std::is_same_v<Word, float>)
+            multiply<H, Adjacent::k, Finish::relu>(W1, shape_.inputs, poses_->rows(blocks[j]),
+                                                   poses_->stride(), block, w + shape_.b1(), h1);
+        else
+            multiply<H, Adjacent::k, Finish::relu>(W1, poses_->pairs(), poses_->paired_rows(blocks[j]),
+                                                   poses_->pairs(), block, w + shape_.b1(), h1);
+    }
+    constexpr int words = H / packed<Word>;
+    multiply<H, Adjacent::k, Finish::relu>(across_rows<H, Word>(w + shape_.W2(), H, W2_.data()), words,
+                                           along_rows<H, Word>(h1_.data(), n, h1_rows_.data()), words, n,
+                                           w + shape_.b2(), h2_.data());
+
+    // d3 takes the error of each output, which is its derivative up to a factor. Four poses at a time, so
+    // that no sum waits for itself.
     using Four = Eigen::Array4f;
     const Eigen::Map<const Eigen::Array<float, outputs, H>> W3(w + shape_.W3());
-    const Eigen::Map<const Four> b3(w + shape_.b3());
+    const Four b3 = Eigen::Map<const Four>(w + shape_.b3());
     Four total = Four::Zero();
-    for (int p = 0; p < count_; ++p) {
-        Four o = b3;
-        for (int h = 0; h < H; ++h) o += W3.col(h) * h2_[p * H + h];
-        o -= target_.segment<outputs>(p * outputs).array();
-        d3_.segment<outputs>(p * outputs) = o.matrix();
-        total += o * o;
+    int poses = 0;
+    for (std::size_t j = 0; j < blocks.size(); ++j) {
+        const int first = blocks[j] * block, filled = std::min(block, poses_->poses() - first);
+        poses += filled;
+        for (int i = 0; i < block; i += 4) {
+            const float* h2 = h2_.data() + (j * block + static_cast<std::size_t>(i)) * H;
+            Four o[4] = {b3, b3, b3, b3};
+            for (int h = 0; h < H; ++h)
+                for (int p = 0; p < 4; ++p) o[p] += W3.col(h) * h2[p * H + h];
+            for (int p = 0; p < 4; ++p) {
+                const float* target = targets_.data() + (first + i + p) * outputs;
+                o[p] = i + p < filled ? (o[p] - Eigen::Map<const Four>(target)).eval() : Four::Zero().eval();
+                Eigen::Map<Four>(d3_.data() + (j * block + static_cast<std::size_t>(i + p)) * outputs) = o[p];
+                total += o[p] * o[p];
+            }
+        }
     }
-    return total.sum() / static_cast<float>(outputs * count_);
+    const float scale = 1 / static_cast<float>(outputs * poses);
+    for (int i = 0; i < n * outputs; ++i) d3_[static_cast<std::size_t>(i)] *= 2 * scale;
+    return total.sum() * scale;
 }
 
-template <int H>
-void MlpBatch::backward(const float* w, float* g) noexcept {
-    const int n = count_;
-    d3_.head(n * outputs) *= 2 / static_cast<float>(outputs * n);
-    // Through ReLU: a neuron that gave 0 passes nothing back.
-    const auto mask = [n](const float* h, float* d) {
-        for (int i = 0; i < n * H; ++i) d[i] = h[i] > 0 ? d[i] : 0;
-    };
+template <int H, class Word>
+void MlpBatch::backward(const float* w, std::span<const int> blocks, float* g) noexcept {
+    const int n = static_cast<int>(blocks.size()) * PoseBlocks::block;
     float* rows = transposed_.data();
+    constexpr int words = H / packed<Word>;
+    const int slots = n / packed<Word>;
 
     float g3[outputs * H];
     multiply<H, Adjacent::n>(h2_.data(), n, d3_.data(), outputs, outputs, nullptr, g3);
     transpose(g3, outputs, H, g + shape_.W3());
-    add_rows<outputs>(d3_.data(), n, g + shape_.b3());
+    Eigen::Map<Eigen::Array4f>(g + shape_.b3()) =
+        Eigen::Map<const Eigen::Array<float, outputs, Eigen::Dynamic>>(d3_.data(), outputs, n)
+            .rowwise()
+            .sum();
+    // Through ReLU: a neuron that gave 0 passes nothing back. From here on h2_ and h1_ hold the deltas.
     transpose(w + shape_.W3(), H, outputs, rows);
-    multiply<H, Adjacent::k>(rows, outputs, d3_.data(), outputs, n, nullptr, d2_.data());
-    mask(h2_.data(), d2_.data());
+    multiply<H, Adjacent::k, Finish::gate>(rows, outputs, d3_.data(), outputs, n, nullptr, h2_.data());
+    const float* d2 = h2_.data();
 
-    multiply<H, Adjacent::n>(d2_.data(), n, h1_.data(), H, H, nullptr, g + shape_.W2());
-    add_rows<H>(d2_.data(), n, g + shape_.b2());
+    multiply<H, Adjacent::n>(across_rows<H, Word>(d2, n, d2_slots_.data()), slots,
+                             across_rows<H, Word>(h1_.data(), n, h1_slots_.data()), H, H, nullptr,
+                             g + shape_.W2());
+    add_rows<H>(d2, n, g + shape_.b2());
     transpose(w + shape_.W2(), H, H, rows);
-    multiply<H, Adjacent::k>(rows, H, d2_.data(), H, n, nullptr, d1_.data());
-    mask(h1_.data(), d1_.data());
+    multiply<H, Adjacent::k, Finish::gate>(across_rows<H, Word>(rows, H, W2T_.data()), words,
+                                           along_rows<H, Word>(d2, n, d2_rows_.data()), words, n, nullptr,
+                                           h1_.data());
 
-    multiply<H, Adjacent::n>(d1_.data(), n, x_.data(), stride_, shape_.inputs, nullptr, g + shape_.W1());
-    add_rows<H>(d1_.data(), n, g + shape_.b1());
+    const Word* d1 = across_rows<H, Word>(h1_.data(), n, d1_slots_.data());
+    const auto gradient_of_W1 = [&](auto& pieces, const auto& inputs_of, std::ptrdiff_t stride) {
+        for (std::size_t j = 0; j < blocks.size(); ++j) pieces[j] = inputs_of(blocks[j]);
+        multiply<H, Adjacent::n, Finish::plain, Word>(
+            d1, std::span<const Word* const>(pieces.data(), blocks.size()), PoseBlocks::block / packed<Word>,
+            stride, shape_.inputs, nullptr, g + shape_.W1());
+    };
+    if constexpr (std::is_same_v<Word, float>)
+        gradient_of_W1(
+            pieces_, [&](int b) { return poses_->rows(b); }, poses_->stride());
+    else
+        gradient_of_W1(
+            paired_pieces_, [&](int b) { return poses_->paired_slots(b); }, shape_.inputs);
+    add_rows<H>(h1_.data(), n, g + shape_.b1());
 }
 
-float MlpBatch::loss(const Eigen::VectorXf& weights) noexcept {
-    return with_width(shape_.hidden, [&]<int H>() { return forward<H>(weights.data()); });
+float MlpBatch::loss(const Eigen::VectorXf& weights, std::span<const int> blocks) noexcept {
+    return with_kernel(shape_.hidden, Arithmetic::single,
+                       [&]<int H, class Word>() { return forward<H, Word>(weights.data(), blocks); });
 }
 
-float MlpBatch::loss_and_gradient(const Eigen::VectorXf& weights, Eigen::VectorXf& gradient) noexcept {
-    return with_width(shape_.hidden, [&]<int H>() {
-        const float loss = forward<H>(weights.data());
-        backward<H>(weights.data(), gradient.data());
+float MlpBatch::loss_and_gradient(const Eigen::VectorXf& weights, std::span<const int> blocks,
+                                  Eigen::VectorXf& gradient) noexcept {
+    return with_kernel(shape_.hidden, poses_->arithmetic(), [&]<int H, class Word>() {
+        const float loss = forward<H, Word>(weights.data(), blocks);
+        backward<H, Word>(weights.data(), blocks, gradient.data());
         return loss;
     });
 }

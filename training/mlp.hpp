@@ -2,6 +2,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
 
 namespace nbd {
 
@@ -32,31 +35,51 @@ void check_mlp_shape(const MlpShape& shape);
 /// biases 0. Depends on (seed, stream) alone.
 Eigen::VectorXf initial_weights(const MlpShape& shape, std::uint64_t seed, std::uint64_t stream);
 
-/// Runs one network over batches of poses. Owns the scratch; one object a thread.
+/// How a training step multiplies. `mixed`: factors of 8 bits (bfloat16), sums in float, about twice as fast
+/// where the processor has instructions for it; weights, their sums and what comes out stay float.
+enum class Arithmetic { single, mixed };
+
+/// Whether this build can multiply in that way.
+bool has_arithmetic(Arithmetic arithmetic) noexcept;
+
+/// "single", "mixed".
+std::string_view name(Arithmetic arithmetic) noexcept;
+
+class PoseBlocks;
+
+/// Runs one network over blocks of training poses. Owns the scratch; one object a network and thread.
 class MlpBatch {
  public:
-    /// capacity: the most poses of a batch.
-    MlpBatch(const MlpShape& shape, int capacity);
+    /// poses: referred to. targets: [poses, 4], rows as those of the inputs. capacity: the most blocks of a
+    /// step.
+    MlpBatch(int hidden, const PoseBlocks& poses, const PoseRows& targets, int capacity);
 
-    /// Copies rows `poses[0 .. count)` of the data set as the current batch. inputs: [*, shape.inputs];
-    /// targets: [*, 4]. Throws nothing; count must lie in [1, capacity].
-    void gather(const PoseRows& inputs, const PoseRows& targets, const int* poses, int count) noexcept;
+    /// Mean over the poses of the blocks and the four outputs of the squared error, always in float.
+    float loss(const Eigen::VectorXf& weights, std::span<const int> blocks) noexcept;
 
-    /// Mean over the batch's poses and the four outputs of the squared error.
-    float loss(const Eigen::VectorXf& weights) noexcept;
+    /// The same in the arithmetic of the poses, and the gradient of that mean by every weight. gradient: out,
+    /// [weights].
+    float loss_and_gradient(const Eigen::VectorXf& weights, std::span<const int> blocks,
+                            Eigen::VectorXf& gradient) noexcept;
 
-    /// Same, and the gradient of that mean by every weight. gradient: out, [shape.weights()].
-    float loss_and_gradient(const Eigen::VectorXf& weights, Eigen::VectorXf& gradient) noexcept;
+    const MlpShape& shape() const noexcept { return shape_; }
 
  private:
-    template <int H>
-    float forward(const float* weights) noexcept;
-    template <int H>
-    void backward(const float* weights, float* gradient) noexcept;
+    template <int H, class Word>
+    float forward(const float* weights, std::span<const int> blocks) noexcept;
+    template <int H, class Word>
+    void backward(const float* weights, std::span<const int> blocks, float* gradient) noexcept;
 
     MlpShape shape_;
-    int count_ = 0, stride_ = 0;  // poses; floats between two rows of x_
-    Eigen::VectorXf x_, target_, h1_, h2_, d1_, d2_, d3_, transposed_;
+    const PoseBlocks* poses_;
+    std::vector<float> targets_;     // [slots, 4]
+    std::vector<float> h1_, h2_;     // [slots of a step, hidden]: what the layers gave, then what goes back
+    std::vector<float> d3_;          // [slots of a step, 4]
+    std::vector<float> transposed_;  // [hidden, hidden]
+    /// Neighbouring pairs of W1, W2, W2 transposed, h1, d2 and d1, rounded.
+    std::vector<std::uint32_t> W1_, W2_, W2T_, h1_rows_, h1_slots_, d2_rows_, d2_slots_, d1_slots_;
+    std::vector<const float*> pieces_;
+    std::vector<const std::uint32_t*> paired_pieces_;
 };
 
 }  // namespace nbd

@@ -8,9 +8,9 @@
 #include <mutex>
 #include <numeric>
 
-#include "collision/counter_random.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "training/adam.hpp"
+#include "training/shuffle.hpp"
 
 namespace nbd {
 
@@ -19,15 +19,6 @@ namespace {
 template <class... Args>
 [[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) {
     throw std::invalid_argument(fmt::format(text, std::forward<Args>(args)...));
-}
-
-/// Shuffles in place by Fisher and Yates. Initial weights draw with counters below 2^32, epochs above.
-void shuffle(std::vector<int>& order, std::uint64_t seed, std::uint64_t stream, int epoch) {
-    const std::uint64_t first = (static_cast<std::uint64_t>(epoch) + 1) << 32;
-    for (std::size_t i = order.size() - 1; i > 0; --i) {
-        const int j = counter_index(seed, stream, first + i, static_cast<int>(i) + 1);
-        std::swap(order[i], order[static_cast<std::size_t>(j)]);
-    }
 }
 
 /// The learning rate: falls by `decay` when the loss has not improved for more than `patience` epochs.
@@ -54,17 +45,6 @@ class PlateauDecay {
     int idle_ = 0;  // epochs since the last improvement
 };
 
-/// Calls f(first pose, count) for consecutive batches; returns the mean of its results over the poses.
-template <class F>
-double mean_over_batches(int poses, int batch, F&& f) {
-    double sum = 0;
-    for (int begin = 0; begin < poses; begin += batch) {
-        const int count = std::min(batch, poses - begin);
-        sum += static_cast<double>(f(begin, count)) * count;
-    }
-    return sum / poses;
-}
-
 }  // namespace
 
 void check_mlp_config(const MlpConfig& c) {
@@ -77,35 +57,44 @@ void check_mlp_config(const MlpConfig& c) {
     if (!(c.decay > 0 && c.decay < 1)) fail("learning rate decay {}, allowed is (0, 1)", c.decay);
     if (c.patience < 0) fail("patience of {} epochs, at least 0 needed", c.patience);
     if (!(c.improvement >= 0 && c.improvement < 1)) fail("improvement {}, allowed is [0, 1)", c.improvement);
+    if (!has_arithmetic(c.arithmetic))
+        fail("{} arithmetic, which this program was not built for", name(c.arithmetic));
     if (c.max_epochs < 1) fail("epoch limit {}, at least 1 needed", c.max_epochs);
 }
 
-std::optional<TrainedMlp> train_mlp(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config,
+std::optional<TrainedMlp> train_mlp(const PoseBlocks& poses, const PoseRows& targets, const MlpConfig& config,
                                     std::uint64_t stream, const std::atomic<bool>* cancel) {
-    const MlpShape shape{.inputs = static_cast<int>(inputs.cols()), .hidden = config.hidden};
-    const int poses = static_cast<int>(inputs.rows());
-    TrainedMlp result{.weights = initial_weights(shape, config.seed, stream)};
-    MlpBatch batch(shape, std::min(config.batch, poses));
-    Adam adam(shape.weights());
-    PlateauDecay decay(config);
-    Eigen::VectorXf gradient(shape.weights());
-    std::vector<int> order(static_cast<std::size_t>(poses));
+    std::vector<int> order(static_cast<std::size_t>(poses.blocks()));
     std::iota(order.begin(), order.end(), 0);
+    const int a_step = std::min((config.batch + PoseBlocks::block - 1) / PoseBlocks::block, poses.blocks());
+    MlpBatch batch(config.hidden, poses, targets, a_step);
+    TrainedMlp result{.weights = initial_weights(batch.shape(), config.seed, stream)};
+    Adam adam(batch.shape().weights());
+    PlateauDecay decay(config);
+    Eigen::VectorXf gradient(batch.shape().weights());
+    /// Mean of f(blocks) over consecutive steps, by their poses.
+    const auto mean_over_steps = [&](const auto& f) {
+        double sum = 0;
+        for (int begin = 0; begin < poses.blocks(); begin += a_step) {
+            const auto blocks = std::span<const int>(order).subspan(
+                static_cast<std::size_t>(begin),
+                static_cast<std::size_t>(std::min(a_step, poses.blocks() - begin)));
+            sum += static_cast<double>(f(blocks)) * poses.poses_in(blocks);
+        }
+        return sum / poses.poses();
+    };
 
     while (!decay.converged() && result.epochs < config.max_epochs) {
         if (cancel && cancel->load(std::memory_order_relaxed)) return std::nullopt;
         shuffle(order, config.seed, stream, result.epochs++);
-        decay.epoch_done(mean_over_batches(poses, config.batch, [&](int begin, int count) {
-            batch.gather(inputs, targets, order.data() + begin, count);
-            const float loss = batch.loss_and_gradient(result.weights, gradient);
+        decay.epoch_done(mean_over_steps([&](std::span<const int> blocks) {
+            const float loss = batch.loss_and_gradient(result.weights, blocks, gradient);
             adam.step(gradient, decay.rate(), result.weights);
             return loss;
         }));
     }
-    result.loss = static_cast<float>(mean_over_batches(poses, config.batch, [&](int begin, int count) {
-        batch.gather(inputs, targets, order.data() + begin, count);
-        return batch.loss(result.weights);
-    }));
+    result.loss = static_cast<float>(
+        mean_over_steps([&](std::span<const int> blocks) { return batch.loss(result.weights, blocks); }));
     return result;
 }
 
@@ -139,13 +128,14 @@ void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
     const int resumed = progress.nodes_done;
+    const PoseBlocks poses(inputs, config.arithmetic, config.seed);
     std::mutex report;
     parallel_for(
         static_cast<int>(missing.size()),
         [&](int task) {
             const int node = missing[static_cast<std::size_t>(task)];
             const PoseRows own = targets.middleCols(MlpShape::outputs * node, MlpShape::outputs);
-            auto network = train_mlp(inputs, own, config, static_cast<std::uint64_t>(node), hooks.cancel);
+            auto network = train_mlp(poses, own, config, static_cast<std::uint64_t>(node), hooks.cancel);
             if (!network) return;
             const std::lock_guard lock(report);
             loss_sum += network->loss;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "training/mlp.hpp"
+#include "training/pose_blocks.hpp"
 
 namespace nbd {
 
@@ -16,7 +17,7 @@ namespace nbd {
 /// plateaus. Converged means that the rate fell below its floor.
 struct MlpConfig {
     int hidden = 32;                  // 16, 32 or 64
-    int batch = 128;                  // poses a step
+    int batch = 128;                  // poses a step, rounded up to whole blocks of 16
     double learning_rate = 5e-3;      // at the start
     double min_learning_rate = 2e-5;  // training ends below it
     double decay = 0.5;               // factor on the rate at a plateau
@@ -24,6 +25,8 @@ struct MlpConfig {
     double improvement = 1e-2;        // relative fall of an epoch's mean loss that counts as one
     int max_epochs = 600;             // training ends here in any case
     std::uint64_t seed = 1;           // of initial weights and shuffles
+    /// Of the steps.
+    Arithmetic arithmetic = has_arithmetic(Arithmetic::mixed) ? Arithmetic::mixed : Arithmetic::single;
 };
 
 /// Throws std::invalid_argument naming the option that is out of range.
@@ -35,10 +38,10 @@ struct TrainedMlp {
     int epochs = 0;
 };
 
-/// Trains one network. inputs: [poses, m]; targets: [poses, 4]; both about within [-1, 1].
+/// Trains one network. poses: its inputs; targets: [poses, 4]; both about within [-1, 1].
 /// stream: tells the random numbers of this network from those of others, usually the node.
 /// Same bits for the same arguments. Nothing when `cancel` became true meanwhile.
-std::optional<TrainedMlp> train_mlp(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config,
+std::optional<TrainedMlp> train_mlp(const PoseBlocks& poses, const PoseRows& targets, const MlpConfig& config,
                                     std::uint64_t stream, const std::atomic<bool>* cancel = nullptr);
 
 struct TrainingProgress {

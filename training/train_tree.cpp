@@ -95,6 +95,7 @@ std::string to_json(const TrainConfig& c) {
         {"random_frame_share", c.random_frame_share},
         {"hidden", c.mlp.hidden},
         {"batch", c.mlp.batch},
+        {"arithmetic", name(c.mlp.arithmetic)},
         {"learning_rate", c.mlp.learning_rate},
         {"min_learning_rate", c.mlp.min_learning_rate},
         {"decay", c.mlp.decay},

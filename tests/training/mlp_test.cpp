@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
-#include <vector>
+#include <array>
 
 #include "collision/counter_random.hpp"
+#include "training/pose_blocks.hpp"
 
 namespace nbd {
 namespace {
@@ -33,6 +33,8 @@ double reference_loss(const MlpShape& s, const Eigen::VectorXd& w, const PoseRow
     return sum / (4.0 * static_cast<double>(x.rows()));
 }
 
+constexpr std::array all_blocks{0, 1};  // of 21 poses
+
 class Mlp : public testing::TestWithParam<MlpShape> {};
 
 TEST_P(Mlp, LossAndGradientAgreeWithFiniteDifferencesOfTheWrittenOutNetwork) {
@@ -44,13 +46,11 @@ TEST_P(Mlp, LossAndGradientAgreeWithFiniteDifferencesOfTheWrittenOutNetwork) {
     for (int i = 0; i < w.size(); ++i)
         if (w[i] == 0) w[i] = static_cast<float>(counter_uniform(4, 0, static_cast<std::uint64_t>(i)) - 0.4);
 
-    MlpBatch batch(shape, 32);
-    std::vector<int> all(poses);
-    std::iota(all.begin(), all.end(), 0);
-    batch.gather(x, y, all.data(), poses);
+    const PoseBlocks blocks(x, Arithmetic::single, 7);
+    MlpBatch batch(shape.hidden, blocks, y, 2);
     Eigen::VectorXf gradient(shape.weights());
-    const float loss = batch.loss_and_gradient(w, gradient);
-    EXPECT_EQ(loss, batch.loss(w));
+    const float loss = batch.loss_and_gradient(w, all_blocks, gradient);
+    EXPECT_EQ(loss, batch.loss(w, all_blocks));
 
     Eigen::VectorXd wd = w.cast<double>();
     EXPECT_NEAR(loss, reference_loss(shape, wd, x, y), 1e-5 * loss);
@@ -66,6 +66,24 @@ TEST_P(Mlp, LossAndGradientAgreeWithFiniteDifferencesOfTheWrittenOutNetwork) {
         wd[i] = kept;
         EXPECT_NEAR(gradient[i], (above - below) / (2 * step), tolerance) << "weight " << i;
     }
+}
+
+TEST_P(Mlp, MixedArithmeticAgreesWithFloatsToItsRounding) {
+    if (!has_arithmetic(Arithmetic::mixed)) GTEST_SKIP() << "no bfloat16 instructions in this build";
+    const MlpShape shape = GetParam();
+    const PoseRows x = random_rows(21, shape.inputs, 1), y = random_rows(21, 4, 2);
+    const Eigen::VectorXf w = initial_weights(shape, 3, 0);
+    const auto run = [&](Arithmetic arithmetic) {
+        const PoseBlocks blocks(x, arithmetic, 7);
+        MlpBatch batch(shape.hidden, blocks, y, 2);
+        Eigen::VectorXf result(shape.weights() + 1), gradient(shape.weights());
+        result[shape.weights()] = batch.loss_and_gradient(w, all_blocks, gradient);
+        result.head(shape.weights()) = gradient;
+        return result;
+    };
+    const Eigen::VectorXf single = run(Arithmetic::single), mixed = run(Arithmetic::mixed);
+    EXPECT_NE(single, mixed);
+    EXPECT_LT((single - mixed).norm(), 0.02f * single.norm());
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, Mlp,

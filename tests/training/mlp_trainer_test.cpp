@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <string>
 
 #include "collision/counter_random.hpp"
@@ -53,26 +54,23 @@ std::string error_of(const MlpConfig& config) {
 TEST(MlpTrainer, LearnsAKnownFunctionAndCarriesItToNewPoses) {
     const Problem data(2000, 4, 1, 1), fresh(500, 4, 1, 2);
     const MlpConfig config{.batch = 64, .max_epochs = 120};
-    const auto network = train_mlp(data.inputs, data.targets, config, 0);
+    const auto network = train_mlp(PoseBlocks(data.inputs, config.arithmetic, 1), data.targets, config, 0);
     ASSERT_TRUE(network);
     EXPECT_LT(network->loss, 1e-3);
 
-    MlpBatch batch({.inputs = 4}, 1);
-    double loss = 0, power = 0;
-    for (int p = 0; p < 500; ++p) {
-        batch.gather(fresh.inputs, fresh.targets, &p, 1);
-        loss += batch.loss(network->weights) / 500;
-        power += fresh.targets.row(p).squaredNorm() / 2000;
-    }
-    EXPECT_LT(loss, 3e-3);
-    EXPECT_GT(power, 0.1);  // so that the bounds above say something
+    const PoseBlocks poses(fresh.inputs, Arithmetic::single, 1);
+    std::vector<int> blocks(static_cast<std::size_t>(poses.blocks()));
+    std::iota(blocks.begin(), blocks.end(), 0);
+    EXPECT_LT(MlpBatch(32, poses, fresh.targets, poses.blocks()).loss(network->weights, blocks), 3e-3f);
+    // so that the bounds above say something
+    EXPECT_GT(fresh.targets.squaredNorm() / static_cast<float>(fresh.targets.size()), 0.1f);
 }
 
 TEST(MlpTrainer, ConvergesBeforeTheEpochLimitWhenThereIsNothingToGain) {
     Problem data(200, 3, 1, 1);
     data.targets.setZero();
-    const auto network =
-        train_mlp(data.inputs, data.targets, {.batch = 50, .improvement = 0.5, .max_epochs = 5000}, 0);
+    const auto network = train_mlp(PoseBlocks(data.inputs, Arithmetic::single, 1), data.targets,
+                                   {.batch = 50, .improvement = 0.5, .max_epochs = 5000}, 0);
     EXPECT_LT(network->epochs, 1000);
     EXPECT_LT(network->loss, 1e-3);
 }

@@ -1,18 +1,23 @@
 // Prints the microseconds of processor time that training takes a pose and node, forward, backward and Adam,
-// on one core. Arguments: poses epochs. For compare_torch.py.
+// on one core. Arguments: poses epochs arithmetic. For compare_torch.py.
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <string_view>
 
 #include "training/mlp_trainer.hpp"
 
 int main(int argc, char** argv) {
+    constexpr int nodes = 4;
     const int poses = argc > 1 ? std::atoi(argv[1]) : 4096, epochs = argc > 2 ? std::atoi(argv[2]) : 40;
+    nbd::MlpConfig config{.patience = epochs, .max_epochs = epochs};
+    if (argc > 3 && std::string_view(argv[3]) == "single") config.arithmetic = nbd::Arithmetic::single;
     const nbd::PoseRows inputs = nbd::PoseRows::Random(poses, 128), targets = nbd::PoseRows::Random(poses, 4);
-    const nbd::MlpConfig config{.patience = epochs, .max_epochs = epochs};
     const std::clock_t start = std::clock();
-    const auto network = nbd::train_mlp(inputs, targets, config, 0);
+    const nbd::PoseBlocks blocks(inputs, config.arithmetic, 1);
+    for (int node = 0; node < nodes; ++node)
+        if (nbd::train_mlp(blocks, targets, config, static_cast<std::uint64_t>(node))->epochs != epochs)
+            return 1;
     const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-    if (network->epochs != epochs) return 1;
-    std::printf("%.4f\n", 1e6 * seconds / (static_cast<double>(poses) * epochs));
+    std::printf("%.4f\n", 1e6 * seconds / (static_cast<double>(poses) * epochs * nodes));
 }
