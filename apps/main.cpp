@@ -75,6 +75,7 @@ int main(int argc, char** argv) {
     nbd::add_mesh(app, out);
     nbd::add_modes(app, out);
     nbd::add_dataset(app, out);
+    nbd::add_carry(app, out);
     nbd::add_train(app, out);
     nbd::add_evaluate(app, out);
     nbd::add_figures(app, out);

@@ -10,6 +10,7 @@ namespace nbd {
 void add_mesh(CLI::App& app, Output& out);
 void add_modes(CLI::App& app, Output& out);
 void add_dataset(CLI::App& app, Output& out);
+void add_carry(CLI::App& app, Output& out);
 void add_train(CLI::App& app, Output& out);
 void add_evaluate(CLI::App& app, Output& out);
 void add_figures(CLI::App& app, Output& out);

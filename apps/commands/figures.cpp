@@ -1,5 +1,7 @@
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <set>
@@ -47,6 +49,10 @@ void run(const FiguresArguments& arguments, Output& out) {
     check_names(arguments);
     const std::filesystem::path folder = arguments.folder;
     check_output_folder(folder);
+    for (const auto& [name, tree, recording] : arguments.bodies) {  // what cannot be read is said at once
+        load_tree(tree);
+        RecordingReader{recording};
+    }
     make_folder(folder);
     std::vector<BodyRows> bodies;
     double done = 0;

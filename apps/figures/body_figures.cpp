@@ -7,11 +7,11 @@
 namespace nbd {
 namespace {
 
-/// Those of the tree but `exact`, the learned ones first.
+/// Those of the tree but `exact`.
 std::vector<BoundKind> bounds_of(const CollisionTree& tree) {
     std::vector<BoundKind> bounds;
-    if (tree.modal) bounds.push_back(BoundKind::modal);
-    if (tree.bd) bounds.push_back(BoundKind::bd);
+    for (const BoundKind kind : {BoundKind::modal, BoundKind::bd})
+        if (has_bounds(tree, kind)) bounds.push_back(kind);
     return bounds;
 }
 

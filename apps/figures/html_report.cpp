@@ -15,10 +15,11 @@ constexpr std::string_view style =
     "body{font:15px/1.5 system-ui,sans-serif;color:#222;max-width:62rem;margin:2rem auto;padding:0 1rem}"
     "h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2.2rem}"
     "table{border-collapse:collapse;margin:.6rem 0;font-variant-numeric:tabular-nums}"
-    "th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #e3e5e8}"
+    "th,td{padding:.15rem .5rem;text-align:right;border-bottom:1px solid #e3e5e8}"
     "th{font-weight:600;color:#555}td:first-child,th:first-child{text-align:left}"
     ".trust{background:#f3f6fa;border-left:4px solid #0073b3;padding:.6rem 1rem}"
-    "img{width:100%;height:auto}code{background:#f2f3f5;padding:.1rem .3rem;overflow-wrap:anywhere}";
+    ".wide{overflow-x:auto}img{width:100%;height:auto}code{background:#f2f3f5;padding:.1rem "
+    ".3rem;overflow-wrap:anywhere}";
 
 std::string escaped(std::string_view text) {
     std::string result;
@@ -74,6 +75,12 @@ std::string facts(const TreeFile& file, const BodyFigures& figures) {
     for (const TestSet& set : figures.sets)
         row("tested on",
             fmt::format("{}: {} poses of {} trajectories", set.name, set.frames, set.trajectories));
+    for (const auto& [kind, calibration] : file.tree.calibrations)
+        row("calibrated", fmt::format("{} bounds: at most {:g} % of the nodes miss, in {:g} % of the "
+                                      "trajectories; from {} poses of {} "
+                                      "trajectories",
+                                      name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence,
+                                      calibration.poses, calibration.trajectories));
     return text + "</table>\n";
 }
 
@@ -84,10 +91,14 @@ std::string table(const std::vector<EvaluationRow>& rows) {
         return std::ranges::find_if(
             rows, [&](const EvaluationRow& r) { return r.depth == depth && r.margin == margin; });
     };
-    std::string text = "<table>\n<tr><th>depth</th><th>radius error %</th><th>centre error %</th>";
-    for (const double margin : shown) text += fmt::format("<th>outside % at +{:g} %</th>", 100 * margin);
-    for (const double margin : shown)
-        text += fmt::format("<th>nodes missing % at +{:g} %</th>", 100 * margin);
+    std::string text = fmt::format(
+        "<div class=\"wide\"><table>\n<tr><th></th><th colspan=\"2\">error, %</th><th "
+        "colspan=\"{0}\">vertices outside, %, at a "
+        "margin of</th><th colspan=\"{0}\">nodes that miss, %, at a margin of</th></tr>\n"
+        "<tr><th>depth</th><th>radius</th><th>centre</th>",
+        shown.size());
+    for (int i = 0; i < 2; ++i)
+        for (const double margin : shown) text += fmt::format("<th>{:g} %</th>", 100 * margin);
     text += "</tr>\n";
     for (int depth = 0; at(depth, 0) != rows.end(); ++depth) {
         text += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.2f}</td>", depth,
@@ -98,7 +109,7 @@ std::string table(const std::vector<EvaluationRow>& rows) {
             text += fmt::format("<td>{:.2f}</td>", 100 * at(depth, margin)->nodes_missing);
         text += "</tr>\n";
     }
-    return text + "</table>\n";
+    return text + "</table></div>\n";
 }
 
 std::string tables(const std::vector<EvaluationRow>& rows) {
@@ -121,7 +132,7 @@ std::string html_report(const TreeFile& file, const BodyFigures& figures, const 
     const std::vector<BodyRows> bodies{figures.rows};
     std::string html = fmt::format(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title>\n"
-        "<style>{1}</style></head><body>\n<h1>The collision tree of {0}</h1>\n<div class=\"trust\">\n",
+        "<style>{1}</style></head><body>\n<h1>The collision tree {0}</h1>\n<div class=\"trust\">\n",
         escaped(figures.rows.body), style);
     for (const std::string& sentence : verdicts(figures.rows.rows))
         html += fmt::format("<p>{}</p>\n", escaped(sentence));

@@ -37,38 +37,35 @@ std::vector<AtMargin> by_margin(const std::vector<EvaluationRow>& rows, BoundKin
     return result;
 }
 
-/// "one in 1200", of a share above 0.
-std::string one_in(double share) {
+/// "58 % of the nodes", "one node in 1200"; share above 0.
+std::string nodes(double share) {
+    if (share >= 0.05) return fmt::format("{:.0f} % of the nodes", 100 * share);
     const double n = 1 / share;
     const double step = std::pow(10, std::max(0.0, std::floor(std::log10(n)) - 1));
-    return fmt::format("one in {:.0f}", step * std::floor(n / step));
+    return fmt::format("one node in {:.0f}", step * std::floor(n / step));
 }
 
 std::string verdict(const std::vector<AtMargin>& at, const std::string& frames, std::string_view bound) {
-    const std::string where = fmt::format("On these poses ({}) ", frames);
+    const std::string where = fmt::format("On these poses ({}) {} bounds", frames, bound);
     if (at.front().missing == 0)
         return fmt::format(
-            "{}{} bounds held every vertex of all {} spheres; their radius is off by {:.1f} % in the mean.",
-            where, bound, at.front().nodes, 100 * at.front().mean_error);
+            "{} held every vertex of all {} spheres; their radius is off by {:.1f} % in the mean.", where,
+            at.front().nodes, 100 * at.front().mean_error);
     const std::string as_they_are =
-        fmt::format("{}{} bounds, as they are, miss a part of {} nodes at the worst depth ({})", where, bound,
-                    one_in(at.front().missing), at.front().depth);
+        fmt::format("{}, as they are, leave a part of {} outside at the worst depth ({})", where,
+                    nodes(at.front().missing), at.front().depth);
     const auto enough = std::ranges::find_if(at, [](const AtMargin& a) { return a.missing <= trusted; });
     if (enough == at.end())
         return fmt::format(
             "{}, and still of {} with {:.0f} % added to every radius: do not trust them where a missed "
             "contact "
             "matters, use exact bounds there.",
-            as_they_are, one_in(at.back().missing), 100 * at.back().margin);
-    if (enough == at.begin())
-        return fmt::format(
-            "{}: they may be trusted to miss no more than one node in a thousand on poses like these.",
-            as_they_are);
-    return fmt::format(
-        "{}; with {:.0f} % added to every radius they may be trusted to miss no more than one node in a "
-        "thousand "
-        "on poses like these, at radii {:.1f} % too large in the mean.",
-        as_they_are, 100 * enough->margin, 100 * enough->mean_error);
+            as_they_are, nodes(at.back().missing), 100 * at.back().margin);
+    const std::string trust =
+        "they may be trusted to miss no more than one node in a thousand on poses like these";
+    if (enough == at.begin()) return fmt::format("{}: {}.", as_they_are, trust);
+    return fmt::format("{}; with {:.0f} % added to every radius {}, at radii {:.1f} % off in the mean.",
+                       as_they_are, 100 * enough->margin, trust, 100 * enough->mean_error);
 }
 
 }  // namespace

@@ -106,17 +106,17 @@ std::vector<EvaluationRow> rows(const std::vector<std::pair<double, double>>& mi
 TEST(Verdict, NamesTheMarginFromWhichANodeInAThousandIsMissed) {
     const auto said = verdicts(rows({{0, 0.5}, {0.05, 0.002}, {0.1, 0.001}, {0.2, 0}}));
     ASSERT_EQ(said.size(), 1u);
-    EXPECT_EQ(
-        said[0],
-        "On these poses (held-out trajectories) modal bounds, as they are, miss a part of one in 2 nodes at "
-        "the worst "
-        "depth (1); with 10 % added to every radius they may be trusted to miss no more than one node in a "
-        "thousand on poses like these, at radii 11.0 % too large in the mean.");
+    EXPECT_EQ(said[0],
+              "On these poses (held-out trajectories) modal bounds, as they are, leave a part of 50 % of the "
+              "nodes outside "
+              "at the worst depth (1); with 10 % added to every radius they may be trusted to miss no more "
+              "than one node in "
+              "a thousand on poses like these, at radii 11.0 % off in the mean.");
 }
 
 TEST(Verdict, SaysWhenNoMarginIsEnough) {
     const auto said = verdicts(rows({{0, 0.5}, {0.25, 0.012}}));
-    EXPECT_NE(said[0].find("still of one in 83 with 25 % added to every radius: do not trust them"),
+    EXPECT_NE(said[0].find("still of one node in 83 with 25 % added to every radius: do not trust them"),
               std::string::npos)
         << said[0];
 }
@@ -125,7 +125,7 @@ TEST(Verdict, SaysWhenNothingWasMissed) {
     EXPECT_NE(verdicts(rows({{0, 0}, {0.25, 0}}))[0].find("held every vertex of all 2000 spheres"),
               std::string::npos);
     EXPECT_NE(verdicts(rows({{0, 0.0004}}))[0].find(
-                  "one in 2500 nodes at the worst depth (1): they may be trusted"),
+                  "one node in 2500 outside at the worst depth (1): they may be trusted"),
               std::string::npos);
 }
 

@@ -88,6 +88,27 @@ TEST_F(FiguresTest, ReportsOnATreeInOneFileThatNeedsNoOther) {
         EXPECT_EQ(page.find(elsewhere), std::string::npos);
 }
 
+TEST_F(FiguresTest, CarriesARecordingToAFinerSurfaceOfTheSameTetrahedra) {
+    make({"mesh", "box.obj", "-o", "fine.h5", "--subdivide", "1", "-q"});
+    make({"modes", "fine.h5", "-m", "8", "-q"});
+    make({"carry", "data.h5", "--from", "box.h5", "--to", "fine.h5", "-o", "fine_data.h5", "-q"});
+    make({"train", "fine.h5", "fine_data.h5", "-o", "fine_tree.h5", "--depth", "2", "-m", "8", "-k", "16",
+          "--epochs", "5", "--held-out", "0", "-q"});
+    // What moves alike has the same exact sphere around it, whatever the surface that is laid over it.
+    const Ran coarse = run(folder(), {"collide", "tree.h5@data.h5:1:30", "tree.h5@data.h5:1:30", "--json"});
+    const Ran fine =
+        run(folder(), {"collide", "fine_tree.h5@fine_data.h5:1:30", "tree.h5@data.h5:1:30", "--json"});
+    EXPECT_EQ(coarse.status, 0) << coarse.err;
+    EXPECT_EQ(fine.status, 0) << fine.err;
+    EXPECT_GT(nlohmann::json::parse(fine.out)["face_pairs"], nlohmann::json::parse(coarse.out)["face_pairs"]);
+
+    make({"mesh", "box.obj", "-o", "other_tets.h5", "--grading", "0.1", "--nodes", "400", "-q"});
+    const Ran refused =
+        run(folder(), {"carry", "data.h5", "--from", "box.h5", "--to", "other_tets.h5", "-o", "no.h5"});
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_EQ(refused.err, "nbdtree: error: other_tets.h5: its tetrahedra are not those of box.h5\n");
+}
+
 TEST_F(FiguresTest, RefusesNamesThatCannotBeFilesAndFilesThatCannotBeRead) {
     const auto refused = [](const std::vector<std::string>& body, int status, const std::string& error) {
         const Ran ran = run(folder(), {"figures", "-o", "none", "--body", body[0], body[1], body[2], "-q"});
@@ -101,6 +122,7 @@ TEST_F(FiguresTest, RefusesNamesThatCannotBeFilesAndFilesThatCannotBeRead) {
                                      "A", "tree.h5", "data.h5"});
     EXPECT_EQ(twice.status, 2);
     EXPECT_NE(twice.err.find("the name 'A' stands twice"), std::string::npos) << twice.err;
+    EXPECT_FALSE(std::filesystem::exists(folder() / "none"));
 }
 
 }  // namespace
