@@ -58,7 +58,10 @@ Sphere modal_sphere(const ModalModel& model, const SphereTree& tree, int node,
                                  : network<Eigen::Dynamic>(weights, model.hidden, zn.data(), modes);
     const Eigen::Array4f delta = o * model.out_scale.col(node).array() + model.out_centre.col(node).array();
     const Sphere& rest = tree.rest[static_cast<std::size_t>(node)];
-    return {rest.c + delta.head<3>().matrix(), std::max(0.f, rest.r + delta[3])};
+    Eigen::Vector3f c = rest.c + delta.head<3>().matrix();
+    if (model.centre_map.size() > 0)
+        for (int axis = 0; axis < 3; ++axis) c[axis] += model.centre_map.col(3 * node + axis).dot(zn);
+    return {c, std::max(0.f, rest.r + delta[3])};
 }
 
 void check_modal_model(const ModalModel& model, const SphereTree& tree, int vertex_count) {
@@ -79,6 +82,11 @@ void check_modal_model(const ModalModel& model, const SphereTree& tree, int vert
                 ModalModel::outputs, " x ", nodes);
         require(a->allFinite(), "the scaling of the outputs is not finite");
     }
+    const Eigen::MatrixXf& map = model.centre_map;
+    require(map.size() == 0 || (map.rows() == m && static_cast<std::size_t>(map.cols()) == 3 * nodes),
+            "the linear part of the centres is ", map.rows(), " x ", map.cols(), " instead of ", m, " x ",
+            3 * nodes);
+    require(map.allFinite(), "the linear part of the centres is not finite");
     const auto bad = std::ranges::find_if_not(model.weights, [](float w) { return std::isfinite(w); });
     require(bad == model.weights.end(), "a weight of node ",
             (bad - model.weights.begin()) / model.weights_per_node(), " is not finite");

@@ -10,7 +10,9 @@ namespace nbd {
 
 /// The paper's NBD-Tree, trained: one code for the body, one small ReLU network a node.
 /// A node's network reads zn = (z - z_centre) * z_scale, in [-1, 1] on the training poses, and gives
-/// four numbers o; (dc, dr) = o * out_scale + out_centre is added to the rest sphere (equation 6).
+/// four numbers o; (dc, dr) = o * out_scale + out_centre is added to the rest sphere (equation 6). A linear
+/// part of the centre, dc += centre_map^T zn, may be added, which the paper does not have: a node's centre is
+/// nearly linear in the code, and the network is left with the rest.
 /// Weights lie flat, node after node: W1 [hidden, m], b1, W2 [hidden, hidden], b2, W3 [4, hidden], b3,
 /// every matrix column-major.
 struct ModalModel {
@@ -21,6 +23,7 @@ struct ModalModel {
     Eigen::VectorXf z_centre, z_scale;      // [m]
     std::vector<float> weights;             // [nodes * weights_per_node()]
     Eigen::MatrixXf out_centre, out_scale;  // [4, nodes]
+    Eigen::MatrixXf centre_map;             // [m, 3 * nodes], x y z of node 0 first; empty: none
 
     int mode_count() const noexcept { return static_cast<int>(modes.U.cols()); }
     int weights_per_node() const noexcept {

@@ -4,16 +4,23 @@
 
 namespace nbd {
 
-/// The Adam optimiser with its usual constants (0.9, 0.999, 1e-8) [KingmaBa15].
+/// The Adam optimiser with its usual constants (0.9, 0.999, 1e-8) [KingmaBa15], and weights that decay apart
+/// from the gradient [LoshchilovHutter19].
 class Adam {
  public:
-    explicit Adam(int weights) : m_(Eigen::VectorXf::Zero(weights)), v_(Eigen::VectorXf::Zero(weights)) {}
+    /// weight_decay: share of the learning rate by which every weight shrinks in a step; 0: as in
+    /// [KingmaBa15].
+    Adam(int weights, double weight_decay)
+        : m_(Eigen::VectorXf::Zero(weights)),
+          v_(Eigen::VectorXf::Zero(weights)),
+          weight_decay_(weight_decay) {}
 
     /// Moves `weights` one step against `gradient`.
     void step(const Eigen::VectorXf& gradient, double learning_rate, Eigen::VectorXf& weights) noexcept;
 
  private:
-    Eigen::VectorXf m_, v_;                       // running means of the gradient and its square
+    Eigen::VectorXf m_, v_;  // running means of the gradient and its square
+    double weight_decay_;
     double m_correction_ = 1, v_correction_ = 1;  // powers of the decay rates so far
 };
 

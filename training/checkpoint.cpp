@@ -19,9 +19,9 @@ const h5::Format checkpoint_format{"nbdtree checkpoint", 1};
 std::string training_key(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& c) {
     h5::Sha256 hash;
     const std::string options =
-        fmt::format("{} {} {} {} {} {} {} {} {} {} {}x{} {}x{}\n", name(c.arithmetic), c.hidden, c.batch,
-                    c.learning_rate, c.min_learning_rate, c.decay, c.patience, c.improvement, c.max_epochs,
-                    c.seed, inputs.rows(), inputs.cols(), targets.rows(), targets.cols());
+        fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}x{} {}x{}\n", name(c.arithmetic), c.hidden, c.batch,
+                    c.learning_rate, c.min_learning_rate, c.weight_decay, c.decay, c.patience, c.improvement,
+                    c.max_epochs, c.seed, inputs.rows(), inputs.cols(), targets.rows(), targets.cols());
     hash.add(std::as_bytes(std::span(options)));
     for (const PoseRows* data : {&inputs, &targets})
         hash.add(std::as_bytes(std::span(data->data(), static_cast<std::size_t>(data->size()))));

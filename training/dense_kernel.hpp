@@ -42,25 +42,26 @@ inline void add_product(Vec& sum, const Vec& column, Pair factor) noexcept {
 /// out[i][h] = (rows[2 i][h], rows[2 i + 1][h]), rounded; 0 for a row beyond `count`. rows: [count, H].
 template <int H>
 void pair_rows(const float* rows, int count, Pair* out) noexcept {
-    const auto half = [](const float* at) {
-        return _mm512_cvtepu16_epi32((__m256i)_mm512_cvtneps_pbh(_mm512_loadu_ps(at)));
-    };
+    alignas(64) static constexpr std::uint16_t interleave[32] = {0,  16, 1,  17, 2,  18, 3,  19, 4,  20, 5,
+                                                                 21, 6,  22, 7,  23, 8,  24, 9,  25, 10, 26,
+                                                                 11, 27, 12, 28, 13, 29, 14, 30, 15, 31};
+    const __m512i order = _mm512_load_si512(interleave);
     for (int i = 0; i < count; i += 2)
         for (int h = 0; h < H; h += lanes) {
-            __m512i word = half(rows + i * H + h);
-            if (i + 1 < count)
-                word = _mm512_or_si512(word, _mm512_slli_epi32(half(rows + (i + 1) * H + h), 16));
-            _mm512_storeu_si512(out + i / 2 * H + h, word);
+            const __m512 first = _mm512_loadu_ps(rows + i * H + h),
+                         second =
+                             i + 1 < count ? _mm512_loadu_ps(rows + (i + 1) * H + h) : _mm512_setzero_ps();
+            _mm512_storeu_si512(out + i / 2 * H + h,
+                                _mm512_permutexvar_epi16(order, (__m512i)_mm512_cvtne2ps_pbh(second, first)));
         }
 }
 
-/// out[p][i] = (rows[p][2 i], rows[p][2 i + 1]), rounded. rows: [count, H].
+/// out[p][i] = (rows[p][2 i], rows[p][2 i + 1]), rounded. rows: [count, H], count even.
 template <int H>
 void pair_columns(const float* rows, int count, Pair* out) noexcept {
-    for (int i = 0; i < count * H; i += lanes) {
-        const auto pairs = (__m256i)_mm512_cvtneps_pbh(_mm512_loadu_ps(rows + i));
-        std::memcpy(out + i / 2, &pairs, sizeof pairs);
-    }
+    for (int i = 0; i < count * H; i += 2 * lanes)
+        _mm512_storeu_si512(out + i / 2, (__m512i)_mm512_cvtne2ps_pbh(_mm512_loadu_ps(rows + i + lanes),
+                                                                      _mm512_loadu_ps(rows + i)));
 }
 #endif
 

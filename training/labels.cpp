@@ -46,12 +46,14 @@ Eigen::VectorXf ColumnRange::scale() const {
     return half.unaryExpr([](float h) { return h > std::numeric_limits<float>::min() ? 1 / h : 0.f; });
 }
 
-ColumnRange scale_columns(PoseRows& x) {
+ColumnRange column_range(const PoseRows& x) {
     const Eigen::VectorXf lowest = x.colwise().minCoeff(), highest = x.colwise().maxCoeff();
-    ColumnRange range{0.5f * (lowest + highest), 0.5f * (highest - lowest)};
+    return {0.5f * (lowest + highest), 0.5f * (highest - lowest)};
+}
+
+void scale_columns(PoseRows& x, const ColumnRange& range) {
     const Eigen::RowVectorXf centre = range.centre.transpose(), scale = range.scale().transpose();
     for (Eigen::Index p = 0; p < x.rows(); ++p) x.row(p) = (x.row(p) - centre).cwiseProduct(scale);
-    return range;
 }
 
 }  // namespace nbd

@@ -41,8 +41,9 @@ struct ColumnRange {
     Eigen::VectorXf scale() const;
 };
 
-/// Scales every column to [-1, 1] in place: x becomes (x - centre) / half, and 0 in a column that never
-/// changes. Returns the ranges.
-ColumnRange scale_columns(PoseRows& x);
+ColumnRange column_range(const PoseRows& x);
+
+/// x becomes (x - centre) / half, column by column, and 0 where half is 0.
+void scale_columns(PoseRows& x, const ColumnRange& range);
 
 }  // namespace nbd

@@ -54,6 +54,8 @@ void check_mlp_config(const MlpConfig& c) {
         fail("learning rate {}, allowed is (0, 1]", c.learning_rate);
     if (!(c.min_learning_rate > 0 && c.min_learning_rate <= c.learning_rate))
         fail("lowest learning rate {}, allowed is (0, {}]", c.min_learning_rate, c.learning_rate);
+    if (!(c.weight_decay >= 0 && c.weight_decay <= 1))
+        fail("weight decay {}, allowed is [0, 1]", c.weight_decay);
     if (!(c.decay > 0 && c.decay < 1)) fail("learning rate decay {}, allowed is (0, 1)", c.decay);
     if (c.patience < 0) fail("patience of {} epochs, at least 0 needed", c.patience);
     if (!(c.improvement >= 0 && c.improvement < 1)) fail("improvement {}, allowed is [0, 1)", c.improvement);
@@ -69,7 +71,7 @@ std::optional<TrainedMlp> train_mlp(const PoseBlocks& poses, const PoseRows& tar
     const int a_step = std::min((config.batch + PoseBlocks::block - 1) / PoseBlocks::block, poses.blocks());
     MlpBatch batch(config.hidden, poses, targets, a_step);
     TrainedMlp result{.weights = initial_weights(batch.shape(), config.seed, stream)};
-    Adam adam(batch.shape().weights());
+    Adam adam(batch.shape().weights(), config.weight_decay);
     PlateauDecay decay(config);
     Eigen::VectorXf gradient(batch.shape().weights());
     /// Mean of f(blocks) over consecutive steps, by their poses.

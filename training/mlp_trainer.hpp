@@ -13,13 +13,14 @@
 
 namespace nbd {
 
-/// How a network is trained: mean squared error, Adam, random batches, a learning rate that falls on
-/// plateaus. Converged means that the rate fell below its floor.
+/// How a network is trained: mean squared error, Adam with decaying weights, random batches, a learning rate
+/// that falls on plateaus. Converged means that the rate fell below its floor.
 struct MlpConfig {
     int hidden = 32;                  // 16, 32 or 64
     int batch = 128;                  // poses a step, rounded up to whole blocks of 16
     double learning_rate = 5e-3;      // at the start
     double min_learning_rate = 2e-5;  // training ends below it
+    double weight_decay = 0.1;        // share of the rate by which weights shrink in a step; the paper: 0
     double decay = 0.5;               // factor on the rate at a plateau
     int patience = 20;                // epochs without an improvement that make a plateau
     double improvement = 1e-2;        // relative fall of an epoch's mean loss that counts as one

@@ -9,6 +9,7 @@
 #include "collision/bd_model.hpp"
 #include "collision/counter_random.hpp"
 #include "training/checkpoint.hpp"
+#include "training/linear_centre.hpp"
 #include "training/recording_hash.hpp"
 
 namespace nbd {
@@ -55,20 +56,28 @@ std::vector<TrainedMlp> train_networks(const PoseRows& inputs, const PoseRows& t
 }
 
 /// Scales the labels in place, trains on them and gathers the model.
-ModalModel train_model(const ClusteredModes& modes, PoseLabels& labels, const MlpConfig& config,
+ModalModel train_model(const ClusteredModes& modes, PoseLabels& labels, const TrainConfig& config,
                        const TrainRun& run, Eigen::VectorXf& node_loss) {
     ModalModel model;
     model.modes = modes;
-    model.hidden = config.hidden;
-    const ColumnRange codes = scale_columns(labels.codes), spheres = scale_columns(labels.spheres);
+    model.hidden = config.mlp.hidden;
+    const ColumnRange codes = column_range(labels.codes);
+    scale_columns(labels.codes, codes);
     model.z_centre = codes.centre;
     model.z_scale = codes.scale();
+    if (config.linear_centre) model.centre_map = take_linear_centre(labels.codes, labels.spheres);
+    ColumnRange spheres = column_range(labels.spheres);
     const auto nodes = spheres.centre.size() / ModalModel::outputs;
-    using PerNode = Eigen::Map<const Eigen::MatrixXf>;
+    using PerNode = Eigen::Map<Eigen::MatrixXf>;
+    PerNode half(spheres.half.data(), ModalModel::outputs, nodes);
+    // What the linear part leaves of the centre is small: in one unit with the radius it weighs as little as
+    // it moves the sphere's surface.
+    if (config.linear_centre) half.rowwise() = half.colwise().maxCoeff().eval();
+    scale_columns(labels.spheres, spheres);
     model.out_centre = PerNode(spheres.centre.data(), ModalModel::outputs, nodes);
-    model.out_scale = PerNode(spheres.half.data(), ModalModel::outputs, nodes);
+    model.out_scale = half;
 
-    const auto networks = train_networks(labels.codes, labels.spheres, config, run);
+    const auto networks = train_networks(labels.codes, labels.spheres, config.mlp, run);
     node_loss.resize(nodes);
     for (Eigen::Index i = 0; i < nodes; ++i) {
         const TrainedMlp& network = networks[static_cast<std::size_t>(i)];
@@ -90,6 +99,7 @@ std::string to_json(const TrainConfig& c) {
         {"k_means_initialisations", c.clusters.initialisations},
         {"k_means_poses", c.clusters.poses},
         {"label_frame", name(c.label_frame)},
+        {"linear_centre", c.linear_centre},
         {"held_out_share",
          c.held_out_share ? nlohmann::ordered_json(*c.held_out_share) : nlohmann::ordered_json()},
         {"random_frame_share", c.random_frame_share},
@@ -98,6 +108,7 @@ std::string to_json(const TrainConfig& c) {
         {"arithmetic", name(c.mlp.arithmetic)},
         {"learning_rate", c.mlp.learning_rate},
         {"min_learning_rate", c.mlp.min_learning_rate},
+        {"weight_decay", c.mlp.weight_decay},
         {"decay", c.mlp.decay},
         {"patience", c.mlp.patience},
         {"improvement", c.mlp.improvement},
@@ -147,7 +158,7 @@ TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainCon
     PoseLabels labels =
         compute_labels(body, file.tree.spheres, choice.modes, recording, frames, config.label_frame);
     stage("training networks");
-    file.tree.modal = train_model(choice.modes, labels, config.mlp, run, facts.node_loss);
+    file.tree.modal = train_model(choice.modes, labels, config, run, facts.node_loss);
     return file;
 }
 

@@ -15,12 +15,13 @@
 namespace nbd {
 
 /// All that decides what is trained. The defaults are the paper's, but for the label frame, which here
-/// leaves alignment errors out.
+/// leaves alignment errors out, and the linear part of the centres.
 struct TrainConfig {
     SphereTreeConfig tree;  // depth 7
     int modes = 128;        // the lowest ones; a body with fewer brings what it has
     ClusterModesConfig clusters;
     LabelFrame label_frame = LabelFrame::clustered;
+    bool linear_centre = true;  // ModalModel::centre_map; without it labels are scaled element-wise
     /// Of the trajectories, in [0, 1): never seen in training. Without it as the recording says; see
     /// make_split.
     std::optional<double> held_out_share{};

@@ -118,6 +118,7 @@ void write_modal(h5::Writer& file, const ModalModel& modal) {
                packing);
     file.write("modal/out_centre", modal.out_centre, packing);
     file.write("modal/out_scale", modal.out_scale, packing);
+    if (modal.centre_map.size() > 0) file.write("modal/centre_map", modal.centre_map, packing);
 }
 
 ModalModel read_modal(const h5::Reader& file, std::size_t nodes) {
@@ -135,6 +136,8 @@ ModalModel read_modal(const h5::Reader& file, std::size_t nodes) {
         file.read<float>("modal/weights", {nodes, static_cast<std::size_t>(modal.weights_per_node())});
     modal.out_centre = file.matrix<Eigen::MatrixXf>("modal/out_centre", ModalModel::outputs, nodes);
     modal.out_scale = file.matrix<Eigen::MatrixXf>("modal/out_scale", ModalModel::outputs, nodes);
+    if (file.has("modal/centre_map"))
+        modal.centre_map = file.matrix<Eigen::MatrixXf>("modal/centre_map", m, 3 * nodes);
     return modal;
 }
 

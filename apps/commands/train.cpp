@@ -96,6 +96,15 @@ void add_train(CLI::App& app, Output& out) {
         ->capture_default_str()
         ->check(CLI::IsMember({"clustered", "full"}));
     command
+        ->add_option("--linear-centre", config.linear_centre,
+                     "A linear part of the centres beside the networks; the paper has none")
+        ->capture_default_str();
+    command
+        ->add_option("--weight-decay", config.mlp.weight_decay,
+                     "Share of the learning rate by which weights shrink in a step; the paper: 0")
+        ->capture_default_str()
+        ->check(between(0, 1));
+    command
         ->add_option("--held-out", config.held_out_share,
                      "Share of the trajectories that training never sees; without it as the dataset says")
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));

@@ -71,6 +71,20 @@ TEST(ModalSphere, OfKnownWeightsIsKnown) {
     EXPECT_NEAR(at(1, 0.5f).r, tree.rest[1].r + 0.01f, 1e-6);
 }
 
+TEST(ModalSphere, MovesItsCentreByTheLinearPart) {
+    const auto s = shapes::sphere(6, 8);
+    const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
+    ModalModel model = shapes::random_model(tree, shapes::make_modes(s, 3, 10, 1).clustered, 32, 2);
+    const Eigen::Vector3f zn(0.5f, -1, 0.25f);
+    const Sphere without = modal_sphere(model, tree, 2, zn);
+    model.centre_map = Eigen::MatrixXf::Zero(3, 9);
+    model.centre_map.col(6) << 1, 0, 0;
+    model.centre_map.col(8) << 0, 1, 4;
+    const Sphere with = modal_sphere(model, tree, 2, zn);
+    EXPECT_NEAR((with.c - without.c - Eigen::Vector3f(0.5f, 0, 0)).norm(), 0, 1e-6);
+    EXPECT_EQ(with.r, without.r);
+}
+
 TEST(ModalSphere, NeverHasANegativeRadius) {
     const auto s = shapes::sphere(6, 8);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
@@ -107,6 +121,11 @@ TEST(CheckModalModel, NamesWhatIsWrong) {
               "modal tree: the scaling of the outputs is 4 x 2 instead of 4 x 3");
     EXPECT_EQ(error([](M& m) { m.out_centre.conservativeResize(3, 3); }),
               "modal tree: the scaling of the outputs is 3 x 3 instead of 4 x 3");
+    EXPECT_EQ(error([](M& m) { m.centre_map.setZero(3, 9); }), "");
+    EXPECT_EQ(error([](M& m) { m.centre_map.setZero(3, 8); }),
+              "modal tree: the linear part of the centres is 3 x 8 instead of 3 x 9");
+    EXPECT_EQ(error([](M& m) { m.centre_map.setConstant(3, 9, NAN); }),
+              "modal tree: the linear part of the centres is not finite");
     EXPECT_EQ(error([](M& m) { m.out_centre(0, 0) = NAN; }),
               "modal tree: the scaling of the outputs is not finite");
 }

@@ -38,6 +38,7 @@ inline TreeFile example_tree(const ExampleTree& config) {
     tree.modal->weights.assign(weights.begin(), weights.end());
     tree.modal->out_centre = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
     tree.modal->out_scale = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
+    tree.modal->centre_map = Eigen::MatrixXf::Random(config.modes, 3 * nodes);
 
     for (const BoundKind kind : {BoundKind::bd, BoundKind::modal}) {
         Calibration& calibration = tree.calibrations[kind];

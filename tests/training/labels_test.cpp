@@ -111,7 +111,8 @@ TEST(ScaleColumns, TakesEveryColumnToPlusMinusOneAndBack) {
     PoseRows x(4, 3);
     x << 1, 5, -2e-3f, 3, 5, 4e-3f, 2, 5, 0, 7, 5, 1e-3f;
     const PoseRows before = x;
-    const ColumnRange range = scale_columns(x);
+    const ColumnRange range = column_range(x);
+    scale_columns(x, range);
     EXPECT_NEAR(x.col(0).maxCoeff(), 1, 1e-6);
     EXPECT_NEAR(x.col(0).minCoeff(), -1, 1e-6);
     EXPECT_NEAR(x.col(2).maxCoeff(), 1, 1e-6);

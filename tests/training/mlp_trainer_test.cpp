@@ -125,6 +125,7 @@ TEST(MlpTrainer, NamesTheOptionThatIsOutOfRange) {
     EXPECT_EQ(error_of({.batch = 0}), "batch of 0 poses, at least 1 needed");
     EXPECT_EQ(error_of({.learning_rate = -1}), "learning rate -1, allowed is (0, 1]");
     EXPECT_EQ(error_of({.min_learning_rate = 1}), "lowest learning rate 1, allowed is (0, 0.005]");
+    EXPECT_EQ(error_of({.weight_decay = -1}), "weight decay -1, allowed is [0, 1]");
     EXPECT_EQ(error_of({.decay = 1}), "learning rate decay 1, allowed is (0, 1)");
     EXPECT_EQ(error_of({.patience = -1}), "patience of -1 epochs, at least 0 needed");
     EXPECT_EQ(error_of({.improvement = 1}), "improvement 1, allowed is [0, 1)");

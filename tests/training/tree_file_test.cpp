@@ -94,12 +94,16 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
         EXPECT_EQ(a.tree.modal->weights, b.tree.modal->weights);
         EXPECT_EQ(a.tree.modal->out_centre, b.tree.modal->out_centre);
         EXPECT_EQ(a.tree.modal->out_scale, b.tree.modal->out_scale);
+        EXPECT_EQ(a.tree.modal->centre_map, b.tree.modal->centre_map);
     }
     expect_same(a.facts, b.facts);
 }
 
 TEST_F(TreeFileTest, GivesBackWhatWasSaved) {
-    const TreeFile file = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
+    TreeFile file = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
+    save_tree(folder / "tree.h5", file);
+    expect_same(load_tree(folder / "tree.h5"), file);
+    file.tree.modal->centre_map.resize(0, 0);  // as the paper has it
     save_tree(folder / "tree.h5", file);
     expect_same(load_tree(folder / "tree.h5"), file);
     EXPECT_EQ(files_in_folder(), 1u);
@@ -243,6 +247,10 @@ const BrokenTree broken_trees[] = {
     {"dataset 'modal/out_scale' is 4 x 14; allowed: 4 x 15",
      [](EditFile& f) {
          f.replace("modal/out_scale", {4, 14}, std::vector<float>(56));
+     }},
+    {"dataset 'modal/centre_map' is 5 x 44; allowed: 5 x 45",
+     [](EditFile& f) {
+         f.replace("modal/centre_map", {5, 44}, std::vector<float>(220));
      }},
     {"calibration of bd bounds, which the tree has not", [](EditFile& f) { f.remove("bd"); }},
     {"dataset 'calibration/modal/margins' is 14; allowed: 15",
