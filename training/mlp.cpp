@@ -107,21 +107,19 @@ std::string_view name(Arithmetic arithmetic) noexcept {
 MlpBatch::MlpBatch(int hidden, const PoseBlocks& poses, const PoseRows& targets, int capacity)
     : shape_{.inputs = poses.inputs(), .hidden = hidden},
       poses_(&poses),
-      targets_(static_cast<std::size_t>(poses.blocks() * PoseBlocks::block * outputs)) {
+      targets_(Eigen::VectorXf::Zero(poses.blocks() * PoseBlocks::block * outputs)) {
     for (int s = 0; s < poses.poses(); ++s)
-        std::copy_n(targets.row(poses.order()[static_cast<std::size_t>(s)]).data(), outputs,
-                    targets_.begin() + s * outputs);
-    const auto slots = static_cast<std::size_t>(capacity * PoseBlocks::block),
-               H = static_cast<std::size_t>(hidden);
-    for (auto* layer : {&h1_, &h2_}) layer->resize(slots * H);
+        targets_.segment<outputs>(s * outputs) = targets.row(poses.order()[static_cast<std::size_t>(s)]);
+    const int slots = capacity * PoseBlocks::block;
+    for (auto* layer : {&h1_, &h2_}) layer->resize(slots * hidden);
     d3_.resize(slots * outputs);
-    transposed_.resize(H * H);
+    transposed_.resize(hidden * hidden);
     pieces_.resize(static_cast<std::size_t>(capacity));
     if (poses.arithmetic() == Arithmetic::single) return;
-    W1_.resize(static_cast<std::size_t>(poses.pairs()) * H);
-    for (auto* W : {&W2_, &W2T_}) W->resize(H * H / 2);
+    W1_.resize(poses.pairs() * hidden);
+    for (auto* W : {&W2_, &W2T_}) W->resize(hidden * hidden / 2);
     for (auto* layer : {&h1_rows_, &h1_slots_, &d2_rows_, &d2_slots_, &d1_slots_})
-        layer->resize(slots * H / 2);
+        layer->resize(slots * hidden / 2);
     paired_pieces_.resize(static_cast<std::size_t>(capacity));
 }
 
@@ -168,7 +166,7 @@ float MlpBatch::forward(const float* w, std::span<const int> blocks) noexcept {
         }
     }
     const float scale = 1 / static_cast<float>(outputs * poses);
-    for (int i = 0; i < n * outputs; ++i) d3_[static_cast<std::size_t>(i)] *= 2 * scale;
+    d3_.head(n * outputs) *= 2 * scale;
     return total.sum() * scale;
 }
 
@@ -212,7 +210,7 @@ void MlpBatch::backward(const float* w, std::span<const int> blocks, float* g) n
             pieces_, [&](int b) { return poses_->rows(b); }, poses_->stride());
     else
         gradient_of_W1(
-            paired_pieces_, [&](int b) { return poses_->paired_slots(b); }, shape_.inputs);
+            paired_pieces_, [&](int b) { return poses_->paired_slots(b); }, poses_->paired_stride());
     add_rows<H>(h1_.data(), n, g + shape_.b1());
 }
 

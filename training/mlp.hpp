@@ -72,12 +72,14 @@ class MlpBatch {
 
     MlpShape shape_;
     const PoseBlocks* poses_;
-    std::vector<float> targets_;     // [slots, 4]
-    std::vector<float> h1_, h2_;     // [slots of a step, hidden]: what the layers gave, then what goes back
-    std::vector<float> d3_;          // [slots of a step, 4]
-    std::vector<float> transposed_;  // [hidden, hidden]
+    // Eigen's arrays begin where a cache line does.
+    using Words = Eigen::Matrix<std::uint32_t, Eigen::Dynamic, 1>;
+    Eigen::VectorXf targets_;     // [slots, 4]
+    Eigen::VectorXf h1_, h2_;     // [slots of a step, hidden]: what the layers gave, then what goes back
+    Eigen::VectorXf d3_;          // [slots of a step, 4]
+    Eigen::VectorXf transposed_;  // [hidden, hidden]
     /// Neighbouring pairs of W1, W2, W2 transposed, h1, d2 and d1, rounded.
-    std::vector<std::uint32_t> W1_, W2_, W2T_, h1_rows_, h1_slots_, d2_rows_, d2_slots_, d1_slots_;
+    Words W1_, W2_, W2T_, h1_rows_, h1_slots_, d2_rows_, d2_slots_, d1_slots_;
     std::vector<const float*> pieces_;
     std::vector<const std::uint32_t*> paired_pieces_;
 };

@@ -26,18 +26,22 @@ PoseBlocks::PoseBlocks(const PoseRows& inputs, Arithmetic arithmetic, std::uint6
     std::iota(order_.begin(), order_.end(), 0);
     shuffle(order_, seed, ~std::uint64_t{0}, 0);
     const std::ptrdiff_t slots = std::ptrdiff_t{blocks()} * block, m = inputs_;
-    rows_.assign(static_cast<std::size_t>(slots * stride_), 0);
+    rows_.setZero(slots * stride_);
     for (std::ptrdiff_t s = 0; s < poses(); ++s)
-        std::copy_n(inputs.row(order_[static_cast<std::size_t>(s)]).data(), m, rows_.begin() + s * stride_);
+        rows_.segment(s * stride_, m) = inputs.row(order_[static_cast<std::size_t>(s)]);
     if (arithmetic == Arithmetic::single) return;
 
     const auto at = [&](std::ptrdiff_t slot, std::ptrdiff_t i) {
-        return i < m ? bfloat16(rows_[static_cast<std::size_t>(slot * stride_ + i)]) : 0;
+        return i < m ? bfloat16(rows_[slot * stride_ + i]) : 0;
     };
+    paired_rows_.resize(slots * pairs());
+    paired_slots_.setZero(slots / 2 * stride_);
     for (std::ptrdiff_t s = 0; s < slots; ++s)
-        for (std::ptrdiff_t i = 0; i < m; i += 2) paired_rows_.push_back(at(s, i) | at(s, i + 1) << 16);
+        for (std::ptrdiff_t i = 0; i < m; i += 2)
+            paired_rows_[s * pairs() + i / 2] = at(s, i) | at(s, i + 1) << 16;
     for (std::ptrdiff_t s = 0; s < slots; s += 2)
-        for (std::ptrdiff_t i = 0; i < m; ++i) paired_slots_.push_back(at(s, i) | at(s + 1, i) << 16);
+        for (std::ptrdiff_t i = 0; i < m; ++i)
+            paired_slots_[s / 2 * stride_ + i] = at(s, i) | at(s + 1, i) << 16;
 }
 
 }  // namespace nbd

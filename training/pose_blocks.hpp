@@ -43,18 +43,20 @@ class PoseBlocks {
     const std::uint32_t* paired_rows(int b) const noexcept {
         return paired_rows_.data() + b * block * pairs();
     }
-    /// [8, inputs()] one input of two neighbouring slots; likewise.
+    /// [8, paired_stride()] one input of two neighbouring slots; likewise.
     const std::uint32_t* paired_slots(int b) const noexcept {
-        return paired_slots_.data() + b * block / 2 * inputs_;
+        return paired_slots_.data() + b * block / 2 * stride_;
     }
+    std::ptrdiff_t paired_stride() const noexcept { return stride_; }
 
  private:
     Arithmetic arithmetic_;
     int inputs_;
     std::ptrdiff_t stride_;
     std::vector<int> order_;
-    std::vector<float> rows_;
-    std::vector<std::uint32_t> paired_rows_, paired_slots_;
+    // Eigen's arrays begin where a cache line does.
+    Eigen::VectorXf rows_;
+    Eigen::Matrix<std::uint32_t, Eigen::Dynamic, 1> paired_rows_, paired_slots_;
 };
 
 }  // namespace nbd

@@ -52,9 +52,9 @@ TEST(Chart, StandsPowersOfTenAtEqualDistances) {
                                       {{"a", {0, 0, 1}, Dash::solid, {{0, 0.1}, {0, 10}}},
                                        {"b", red, Dash::solid, {{0.9, y}, {1.1, y}}}}}}};
         const Page page = to_page(chart);
-        const Pixels pixels(to_png(page, 1));
-        EXPECT_EQ(pixels.width, static_cast<int>(std::ceil(page.width)));
-        const auto rows = pixels.rows_of(62 + 150, red);
+        const Pixels pixels(to_png(page, 2));
+        EXPECT_EQ(pixels.width, static_cast<int>(std::ceil(2 * page.width)));
+        const auto rows = pixels.rows_of(2 * (62 + 150), red);
         ASSERT_FALSE(rows.empty());
         heights.push_back(rows.front() + (rows.back() - rows.front()) / 2.0);
     }
@@ -70,8 +70,8 @@ TEST(Chart, StandsZeroBelowTheLowestPowerOfTen) {
                       .panels = {{"p",
                                   {{"a", {0, 0, 1}, Dash::solid, {{0.9, 0.01}, {1.1, 0.01}}},
                                    {"b", red, Dash::solid, {{0.9, 0}, {1.1, 0}}}}}}};
-    const Pixels pixels(to_png(to_page(chart), 1));
-    const auto zero = pixels.rows_of(62 + 150, red), least = pixels.rows_of(62 + 150, {0, 0, 1});
+    const Pixels pixels(to_png(to_page(chart), 2));
+    const auto zero = pixels.rows_of(2 * (62 + 150), red), least = pixels.rows_of(2 * (62 + 150), {0, 0, 1});
     ASSERT_FALSE(zero.empty());
     ASSERT_FALSE(least.empty());
     EXPECT_GT(zero.front(), least.back() + 20);

@@ -25,7 +25,7 @@ TEST(LinearCentre, FindsALinearMapAndLeavesItsConstantAndTheRadii) {
     const Eigen::MatrixXf map = take_linear_centre(data.codes, data.spheres);
     EXPECT_LT((map - data.map).cwiseAbs().maxCoeff(), 2e-3f);
     for (int node = 0; node < 2; ++node) {
-        const auto left = data.spheres.middleCols<3>(4 * node).rowwise() - Eigen::RowVector3f(1, -2, 3);
+        const PoseRows left = data.spheres.middleCols<3>(4 * node).rowwise() - Eigen::RowVector3f(1, -2, 3);
         EXPECT_LT(left.cwiseAbs().maxCoeff(), 5e-3f);
         EXPECT_EQ(data.spheres.col(4 * node + 3), before.col(4 * node + 3));
     }
