@@ -53,6 +53,6 @@ inline CLI::Validator between(double low, double high) {
 }
 
 /// The names of bounds.
-inline CLI::Validator bounds_name() { return CLI::IsMember({"exact", "bd", "modal"}); }
+inline CLI::Validator bounds_name() { return CLI::IsMember({"exact", "bd", "modal", "local"}); }
 
 }  // namespace nbd

@@ -18,6 +18,7 @@ void check_collision_tree(const CollisionTree& tree) {
     check_sphere_tree(tree.spheres, tree.vertex_count, tree.faces);
     if (tree.bd) check_bd_model(*tree.bd, tree.spheres, tree.vertex_count);
     if (tree.modal) check_modal_model(*tree.modal, tree.spheres, tree.vertex_count);
+    if (tree.local) check_local_model(*tree.local, tree.spheres, tree.vertex_count);
     for (const auto& [kind, calibration] : tree.calibrations) {
         if (!has_bounds(tree, kind))
             throw std::invalid_argument(
@@ -34,6 +35,8 @@ bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
             return tree.bd.has_value();
         case BoundKind::modal:
             return tree.modal.has_value();
+        case BoundKind::local:
+            return tree.local.has_value();
     }
     return false;
 }
@@ -46,6 +49,8 @@ std::string_view name(BoundKind kind) noexcept {
             return "bd";
         case BoundKind::modal:
             return "modal";
+        case BoundKind::local:
+            return "local";
     }
     return "unknown";
 }
@@ -53,7 +58,7 @@ std::string_view name(BoundKind kind) noexcept {
 BoundKind bound_kind(std::string_view name) {
     for (const BoundKind kind : bound_kinds)
         if (name == nbd::name(kind)) return kind;
-    throw std::invalid_argument(message("unknown bounds \"", name, "\", known: exact, bd, modal"));
+    throw std::invalid_argument(message("unknown bounds \"", name, "\", known: exact, bd, modal, local"));
 }
 
 }  // namespace nbd

@@ -6,15 +6,19 @@
 
 #include "collision/bd_model.hpp"
 #include "collision/calibration.hpp"
+#include "collision/local_model.hpp"
 #include "collision/modal_model.hpp"
 #include "collision/sphere_tree.hpp"
 
 namespace nbd {
 
-enum class BoundKind { exact, bd, modal };
-inline constexpr BoundKind bound_kinds[] = {BoundKind::exact, BoundKind::bd, BoundKind::modal};
+enum class BoundKind { exact, bd, modal, local };
 
-/// "exact", "bd", "modal".
+/// All of them, in order.
+inline constexpr BoundKind bound_kinds[] = {BoundKind::exact, BoundKind::bd, BoundKind::modal,
+                                            BoundKind::local};
+
+/// "exact", "bd", "modal", "local".
 std::string_view name(BoundKind kind) noexcept;
 
 /// Throws std::invalid_argument naming the known kinds.
@@ -28,6 +32,7 @@ struct CollisionTree {
     SphereTree spheres;
     std::optional<BdModel> bd;                      // absent: the bound cannot be used
     std::optional<ModalModel> modal;                // likewise
+    std::optional<LocalModel> local;                // likewise
     std::map<BoundKind, Calibration> calibrations;  // absent: the bound keeps no stated miss rate
 };
 

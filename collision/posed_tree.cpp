@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "collision/message.hpp"
@@ -17,9 +18,12 @@ Bounds make_bounds(const CollisionTree& tree, BoundKind kind) {
     if (kind == BoundKind::exact) return ExactBound(tree.spheres);
     if (kind == BoundKind::bd && tree.bd) return BdBound(tree.spheres, *tree.bd);
     if (kind == BoundKind::modal && tree.modal) return ModalBound(tree.spheres, *tree.modal);
-    throw std::invalid_argument(message("the collision tree has no model for \"", name(kind),
-                                        "\" bounds, only for exact", tree.bd ? ", bd" : "",
-                                        tree.modal ? ", modal" : ""));
+    if (kind == BoundKind::local && tree.local) return LocalBound(*tree.local);
+    std::string available = "exact";
+    for (const BoundKind other : bound_kinds)
+        if (other != BoundKind::exact && has_bounds(tree, other)) available.append(", ").append(name(other));
+    throw std::invalid_argument(
+        message("the collision tree has no model for \"", name(kind), "\" bounds, only for ", available));
 }
 
 SphereTrust trust_in(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {

@@ -27,8 +27,8 @@ class PosedTree {
 
     /// Starts a pose. x: [vertex_count, 3], world space, metres, finite; referred to, not copied, until the
     /// next call, so it must be an array that lasts (not an expression that makes one). `exact` visits every
-    /// vertex here; `bd` and `modal` read their representatives alone, later those of nodes
-    /// that are out of range too.
+    /// vertex here; `bd` and `modal` read their representatives alone, `local` nothing. Later the samples of
+    /// `local` nodes are read, and all vertices of nodes that are out of range.
     void begin_pose(VerticesRef x) noexcept;
 
     /// World-space sphere of a node in this pose.

@@ -6,6 +6,7 @@
 #include "collision/bd_bound.hpp"
 #include "collision/exact_bound.hpp"
 #include "collision/leaf_boxes.hpp"
+#include "collision/local_bound.hpp"
 #include "collision/modal_bound.hpp"
 #include "collision/posed_tree.hpp"
 #include "collision/sphere_cache.hpp"
@@ -17,7 +18,7 @@ namespace nbd {
 struct PosedTreeState {
     std::shared_ptr<const CollisionTree> tree;
     BoundKind kind;
-    std::variant<ExactBound, BdBound, ModalBound> bounds;
+    std::variant<ExactBound, BdBound, ModalBound, LocalBound> bounds;
     SphereCache spheres;
     LeafBoxes boxes;
 };

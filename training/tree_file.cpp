@@ -14,6 +14,7 @@ namespace {
 const h5::Format tree_format{"nbdtree tree", 1};
 
 using IntRows = Eigen::Matrix<int, Eigen::Dynamic, 6, Eigen::RowMajor>;
+using LocalNodeRows = Eigen::Matrix<int, Eigen::Dynamic, 2, Eigen::RowMajor>;  // samples, exact
 using SphereRows = Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor>;
 
 // Everything is deflated: index arrays shrink to a third, float32 by a tenth.
@@ -171,6 +172,38 @@ Calibration read_calibration(const h5::Reader& file, BoundKind kind, std::size_t
                                                   : std::vector<float>()};
 }
 
+void write_local(h5::Writer& file, const LocalModel& local) {
+    file.group("local");
+    file.attribute("local", "network", static_cast<int>(local.network));
+    LocalNodeRows nodes(static_cast<Eigen::Index>(local.nodes.size()), 2);
+    for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+        const LocalModel::Node& node = local.nodes[static_cast<std::size_t>(i)];
+        nodes.row(i) << node.sample_count, static_cast<int>(node.exact);
+    }
+    file.write("local/nodes", nodes, packing);
+    file.write("local/samples", local.samples, packing);
+    file.write("local/values", local.values, packing);
+}
+
+LocalModel read_local(const h5::Reader& file, std::size_t nodes) {
+    LocalModel local;
+    local.network = file.int_attribute("local", "network") != 0;
+    const auto rows = file.matrix<LocalNodeRows>("local/nodes", nodes, 2);
+    int samples = 0, values = 0;
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+        const int count = rows(i, 0);
+        if (count < 0 || count > LocalModel::max_samples)
+            file.refuse(fmt::format("node {} of local/nodes with {} samples", i, count),
+                        fmt::format("{} to {}", LocalModel::lanes, LocalModel::max_samples));
+        local.nodes.push_back({samples, count, values, rows(i, 1) != 0});
+        samples += count;
+        values += LocalModel::block_size(count, local.network);
+    }
+    local.samples = file.read<int>("local/samples", {static_cast<std::size_t>(samples)});
+    local.values = file.read<float>("local/values", {static_cast<std::size_t>(values)});
+    return local;
+}
+
 void write_facts(h5::Writer& file, const TrainingFacts& facts) {
     file.group("facts");
     file.attribute("facts", "recording_sha256", facts.recording_hash);
@@ -246,6 +279,7 @@ void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
         else
             write_modes(file, "bd/modes", tree.bd->modes);
     }
+    if (tree.local) write_local(file, *tree.local);
     for (const auto& [kind, calibration] : tree.calibrations) write_calibration(file, kind, calibration);
     write_facts(file, tree_file.facts);
     file.commit();
@@ -260,6 +294,7 @@ TreeFile load_tree(const std::filesystem::path& path) {
     const std::size_t nodes = tree.spheres.nodes.size();
     if (file.has("bd")) tree.bd = read_bd(file, nodes);
     if (file.has("modal")) tree.modal = read_modal(file, nodes);
+    if (file.has("local")) tree.local = read_local(file, nodes);
     for (const BoundKind kind : bound_kinds)
         if (file.has(calibration_group(kind))) tree.calibrations[kind] = read_calibration(file, kind, nodes);
     check(path, tree);

@@ -18,7 +18,7 @@ namespace {
 
 struct EvaluateArguments {
     std::string tree, recording, csv, html;
-    std::vector<std::string> bounds{"exact", "bd", "modal"};
+    std::vector<std::string> bounds{"exact", "bd", "modal", "local"};
     EvaluateConfig config;
 };
 

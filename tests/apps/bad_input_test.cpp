@@ -116,7 +116,7 @@ TEST_F(BadInputTest, Numbers) {
         {train("--held-out", "1"), 2, "--held-out: is '1'; allowed: a number >= 0 and < 1"},
         {train("--held-out", "0.9"), 1,
          "data.h5: has 3 complete trajectories, and holding out 3 of them leaves none to train on"},
-        {{"evaluate", "tree.h5", "data.h5", "--bounds", "foo"}, 2, "--bounds: foo not in {exact,bd,modal}"},
+        {{"evaluate", "tree.h5", "data.h5", "--bounds", "foo"}, 2, "--bounds: foo not in {exact,bd,modal,local}"},
         {{"evaluate", "tree.h5", "data.h5", "--margins", "0,-1"},
          2,
          "--margins: is '-1'; allowed: a number >= 0 and <= 10"},
@@ -129,7 +129,7 @@ TEST_F(BadInputTest, Numbers) {
         {{"collide", "box.obj", "box.obj", "--within", "nan"},
          2,
          "--within: is 'nan'; allowed: a number >= 0"},
-        {{"collide", "box.obj", "box.obj", "--bounds", "foo"}, 2, "--bounds: foo not in {exact,bd,modal}"},
+        {{"collide", "box.obj", "box.obj", "--bounds", "foo"}, 2, "--bounds: foo not in {exact,bd,modal,local}"},
     });
 }
 
@@ -244,7 +244,7 @@ TEST_F(BadInputTest, Scenes) {
         return std::vector<std::string>{"simulate", "good.json", "-o", output, option, value};
     };
     expect_refused({
-        {simulate("x.h5", "--bounds", "foo"), 2, "--bounds: foo not in {exact,bd,modal}"},
+        {simulate("x.h5", "--bounds", "foo"), 2, "--bounds: foo not in {exact,bd,modal,local}"},
         {simulate("x.h5", "--bounds", "modal"), 1, "bodies[0] (box): bounds \"modal\" need a tree"},
         {simulate("x.h5", "--frames", "0"), 2, "--frames: Value 0 not in range 1 to 10000000"},
         {simulate("x.h5", "--audit", "-1"), 2, "--audit: is '-1'; allowed: a number >= 0"},

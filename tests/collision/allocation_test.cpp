@@ -61,7 +61,7 @@ TEST(WarmQueries, AllocateNothing) {
     const auto s = shapes::torus(40, 24);
     const auto tree =
         std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 20, 200, 1)));
-    for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::modal}) {
+    for (const BoundKind kind : bound_kinds) {
         PosedTree a(tree, kind), b(tree, kind, 0.1f);
         PairQuery query;
         std::mt19937 random(2);

@@ -172,7 +172,7 @@ TEST(Bounds, MoveWithARigidMotion) {
     const auto s = shapes::torus(30, 14);
     const auto tree =
         std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 12, 90, 3)));
-    for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::modal}) {
+    for (const BoundKind kind : bound_kinds) {
         PosedTree here(tree, kind), there(tree, kind);
         for (int i = 0; i < 5; ++i) {
             const Vertices x = shapes::wobbled(s.X, random, 0.1f);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
 
 #include "tests/support/shapes.hpp"
 
@@ -77,11 +78,37 @@ inline ModalModel random_model(const SphereTree& tree, const ClusteredModes& mod
     return model;
 }
 
+/// A model over evenly spread vertices of each node, at most 32 of them, with random weights.
+inline LocalModel random_local_model(const SphereTree& tree, bool network, unsigned seed) {
+    std::mt19937 random(seed);
+    LocalModel model;
+    model.network = network;
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        const std::span<const int> vertices = tree.node_vertices(i);
+        const std::size_t count = vertices.size() < 20 ? 16 : 32;
+        model.nodes.push_back({static_cast<int>(model.samples.size()), static_cast<int>(count),
+                               static_cast<int>(model.values.size())});
+        for (std::size_t k = 0; k < count; ++k)
+            model.samples.push_back(vertices[k * vertices.size() / count]);
+        const auto size = static_cast<std::size_t>(LocalModel::block_size(static_cast<int>(count), network));
+        std::vector<float> block(size);
+        for (float& value : block) value = 0.3f * uniform(random);
+        float sum = 0;
+        for (std::size_t k = 0; k < count; ++k) sum += block[k] = 1 + 0.5f * uniform(random);
+        for (std::size_t k = 0; k < count; ++k) block[k] /= sum;
+        const float reach[] = {0.02f * uniform(random), 0.f, 0.2f, 0.01f};
+        std::ranges::copy(reach, block.end() - LocalModel::lanes);
+        model.values.insert(model.values.end(), block.begin(), block.end());
+    }
+    return model;
+}
+
 /// A tree of a surface with all kinds of bounds.
 inline CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeConfig& config = {}) {
     CollisionTree tree = make_exact_tree(s.X, s.F, config);
     tree.bd = build_bd_model(tree.spheres, modes.U, modes.clustered);
     tree.modal = random_model(tree.spheres, modes.clustered, 32, 5);
+    tree.local = random_local_model(tree.spheres, true, 6);
     return tree;
 }
 

@@ -20,7 +20,7 @@ struct PosedTreeTest : testing::Test {
 };
 
 TEST_F(PosedTreeTest, CountsEachNodeOnceAPose) {
-    for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::modal}) {
+    for (const BoundKind kind : bound_kinds) {
         PosedTree posed(full, kind);
         EXPECT_EQ(posed.kind(), kind);
         EXPECT_EQ(&posed.tree(), full.get());
@@ -38,7 +38,7 @@ TEST_F(PosedTreeTest, CountsEachNodeOnceAPose) {
 }
 
 TEST_F(PosedTreeTest, AMarginGrowsTheRadiusAlone) {
-    for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::modal}) {
+    for (const BoundKind kind : bound_kinds) {
         PosedTree plain(full, kind), wide(full, kind, 0.25f);
         plain.begin_pose(s.X);
         wide.begin_pose(s.X);
@@ -86,7 +86,7 @@ TEST_F(PosedTreeTest, RefusesWhatItCannotBound) {
     auto without_bd = std::make_shared<CollisionTree>(*full);
     without_bd->bd.reset();
     EXPECT_EQ(test::refusal([&] { PosedTree(without_bd, BoundKind::bd); }),
-              "the collision tree has no model for \"bd\" bounds, only for exact, modal");
+              "the collision tree has no model for \"bd\" bounds, only for exact, modal, local");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, -0.1f); }),
               "margin is -0.1, allowed: finite and 0 or more");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, INFINITY); }),
@@ -173,10 +173,9 @@ TEST(SphereCache, TakesTheExactSphereOfANodeThatIsOutOfRangeAndCountsIt) {
 }
 
 TEST(BoundKinds, HaveNames) {
-    for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::modal})
-        EXPECT_EQ(bound_kind(name(kind)), kind);
-    EXPECT_EQ(test::refusal([] { bound_kind("local"); }),
-              "unknown bounds \"local\", known: exact, bd, modal");
+    for (const BoundKind kind : bound_kinds) EXPECT_EQ(bound_kind(name(kind)), kind);
+    EXPECT_EQ(test::refusal([] { bound_kind("loca"); }),
+              "unknown bounds \"loca\", known: exact, bd, modal, local");
 }
 
 }  // namespace

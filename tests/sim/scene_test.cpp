@@ -158,7 +158,7 @@ const Broken broken_scenes[] = {
      "obstacles[0].sphere.radius: is -2, but must be > 0"},
     {with("", R"("obstacles": [{"mesh": {}}])"), "obstacles[0].mesh.file: is missing"},
     {with("", R"("obstacles": [{"mesh": {"file": ""}}])"), "obstacles[0].mesh.file: must not be empty"},
-    {with(R"("bounds": "tight")"), "bodies[0].bounds: is \"tight\", but must be exact, bd or modal"},
+    {with(R"("bounds": "tight")"), "bodies[0].bounds: is \"tight\", but must be exact, bd, modal or local"},
     {with(R"("meshing": {"nodes": 9})"),
      "bodies[0].meshing: is for surfaces and tetrahedra; a body file is taken as it is"},
     {R"({"bodies": [{"tets": "a.msh", "meshing": {"nodes": 9}}]})",

@@ -1,0 +1,160 @@
+#include "collision/local_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "collision/message.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int lanes = LocalModel::lanes;
+constexpr int max_groups = LocalModel::max_samples / lanes;
+using Lanes = Eigen::Array<float, lanes, 1>;
+using LanesMap = Eigen::Map<const Lanes>;
+static_assert(LocalModel::hidden == lanes);
+
+/// Positions of a node's samples, 16 at a time.
+struct Samples {
+    struct Group {
+        Lanes x, y, z;
+    };
+    Group groups[max_groups];
+    int count;
+
+    Samples(const LocalModel& model, const LocalModel::Node& node, const PoseView& pose) noexcept
+        : count(node.sample_count / lanes) {
+        const int* rows = model.samples.data() + node.sample_begin;
+        for (int g = 0; g < count; ++g)
+            for (int lane = 0; lane < lanes; ++lane) {
+                const float* position = pose.x + pose.stride * rows[g * lanes + lane];
+                groups[g].x[lane] = position[0];
+                groups[g].y[lane] = position[1];
+                groups[g].z[lane] = position[2];
+            }
+    }
+};
+
+Eigen::Vector3f centre(const Samples& samples, const float* weights) noexcept {
+    // Offsets from the first sample keep their digits far from the origin.
+    const Samples::Group& first = samples.groups[0];
+    Lanes x = Lanes::Zero(), y = x, z = x;
+    for (int g = 0; g < samples.count; ++g) {
+        const Samples::Group& group = samples.groups[g];
+        const LanesMap w(weights + g * lanes);
+        x += w * (group.x - first.x[0]);
+        y += w * (group.y - first.y[0]);
+        z += w * (group.z - first.z[0]);
+    }
+    return {first.x[0] + x.sum(), first.y[0] + y.sum(), first.z[0] + z.sum()};
+}
+
+/// b + W x, W [16, in], and moves `values` past both.
+Lanes dense_layer(const float*& values, const float* x, int in) noexcept {
+    const float* W = values;
+    values += lanes * (in + 1);
+    // Several sums run side by side, or each addition would wait for the one before.
+    Lanes sums[4] = {LanesMap(W + lanes * in), Lanes::Zero(), Lanes::Zero(), Lanes::Zero()};
+    for (int i = 0; i < in; i += 4)
+        for (int j = 0; j < 4; ++j) sums[j] += LanesMap(W + (i + j) * lanes) * x[i + j];
+    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+float network(const float* values, const float* distances, int count) noexcept {
+    const Lanes h1 = dense_layer(values, distances, count).max(0.f);
+    const Lanes h2 = dense_layer(values, h1.data(), lanes).max(0.f);
+    return (LanesMap(values) * h2).sum();
+}
+
+template <class... Parts>
+void require(bool ok, const Parts&... parts) {
+    if (!ok) throw std::invalid_argument(message("local tree: ", parts...));
+}
+
+void check_node(const LocalModel& model, int i, int sample_begin, int value_begin) {
+    const LocalModel::Node& node = model.nodes[static_cast<std::size_t>(i)];
+    require(node.sample_count >= lanes && node.sample_count <= LocalModel::max_samples &&
+                node.sample_count % lanes == 0,
+            "node ", i, " has ", node.sample_count, " samples, allowed: multiples of ", lanes, " up to ",
+            LocalModel::max_samples);
+    require(node.sample_begin == sample_begin && node.value_begin == value_begin, "node ", i,
+            " begins at sample ", node.sample_begin, " and value ", node.value_begin, " instead of ",
+            sample_begin, " and ", value_begin);
+}
+
+void check_numbers(const LocalModel& model, int i) {
+    const LocalModel::Node& node = model.nodes[static_cast<std::size_t>(i)];
+    const float* block = model.values.data() + node.value_begin;
+    const int size = LocalModel::block_size(node.sample_count, model.network);
+    require(std::all_of(block, block + size, [](float v) { return std::isfinite(v); }), "a number of node ",
+            i, " is not finite");
+    const float sum = Eigen::Map<const Eigen::VectorXf>(block, node.sample_count).sum();
+    require(std::abs(sum - 1) < 1e-3f, "the weights of the centre of node ", i, " sum to ", sum,
+            " instead of 1");
+    const LocalModel::Reach reach = model.reach(i);
+    require(reach.low >= 0 && reach.low <= reach.high && reach.box_growth >= 0, "the reach of node ", i,
+            " is ", reach.low, " to ", reach.high, " and ", reach.box_growth,
+            ", allowed: an ascending range and a growth, 0 or more");
+}
+
+}  // namespace
+
+Sphere local_sphere(const LocalModel& model, int node, const PoseView& pose) noexcept {
+    const LocalModel::Node& n = model.nodes[static_cast<std::size_t>(node)];
+    const float* block = model.values.data() + n.value_begin;
+    const Samples samples(model, n, pose);
+    const Eigen::Vector3f c = centre(samples, block);
+    const LocalModel::Reach reach = model.reach(node);
+
+    Lanes squared[max_groups], most = Lanes::Zero();
+    for (int g = 0; g < samples.count; ++g) {
+        const Samples::Group& group = samples.groups[g];
+        squared[g] = (group.x - c[0]).square() + (group.y - c[1]).square() + (group.z - c[2]).square();
+        most = most.max(squared[g]);
+    }
+    // Each difference, square and sum rounds by half an ulp: 4 ulp cover them all.
+    constexpr float slack = 1 + 4 * std::numeric_limits<float>::epsilon();
+    const float distance = std::sqrt(most.maxCoeff()) * slack;
+    if (!model.network || n.exact) return {c, distance + reach.growth};
+    float distances[LocalModel::max_samples];
+    for (int g = 0; g < samples.count; ++g) Eigen::Map<Lanes>(distances + g * lanes) = squared[g].sqrt();
+    const float growth = reach.growth + network(block + n.sample_count, distances, n.sample_count);
+    return {c, distance + std::clamp(growth, reach.low, reach.high)};
+}
+
+Box local_box(const LocalModel& model, int node, const PoseView& pose) noexcept {
+    const Samples samples(model, model.nodes[static_cast<std::size_t>(node)], pose);
+    Samples::Group lo = samples.groups[0], hi = lo;
+    for (int g = 1; g < samples.count; ++g) {
+        const Samples::Group& group = samples.groups[g];
+        lo = {lo.x.min(group.x), lo.y.min(group.y), lo.z.min(group.z)};
+        hi = {hi.x.max(group.x), hi.y.max(group.y), hi.z.max(group.z)};
+    }
+    const float growth = model.reach(node).box_growth;
+    return {{lo.x.minCoeff() - growth, lo.y.minCoeff() - growth, lo.z.minCoeff() - growth, 0},
+            {hi.x.maxCoeff() + growth, hi.y.maxCoeff() + growth, hi.z.maxCoeff() + growth, 0}};
+}
+
+void check_local_model(const LocalModel& model, const SphereTree& tree, int vertex_count) {
+    require(model.nodes.size() == tree.nodes.size(), "has ", model.nodes.size(), " nodes, but the tree has ",
+            tree.nodes.size());
+    for (const int v : model.samples)
+        require(v >= 0 && v < vertex_count, "sample vertex ", v, ", but the surface has ", vertex_count,
+                " vertices");
+    int samples = 0, values = 0;
+    for (int i = 0; i < static_cast<int>(model.nodes.size()); ++i) {
+        check_node(model, i, samples, values);
+        const int count = model.nodes[static_cast<std::size_t>(i)].sample_count;
+        samples += count;
+        values += LocalModel::block_size(count, model.network);
+    }
+    require(model.samples.size() == static_cast<std::size_t>(samples) &&
+                model.values.size() == static_cast<std::size_t>(values),
+            "has ", model.samples.size(), " samples and ", model.values.size(), " numbers instead of ",
+            samples, " and ", values);
+    for (int i = 0; i < static_cast<int>(model.nodes.size()); ++i) check_numbers(model, i);
+}
+
+}  // namespace nbd

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "collision/box.hpp"
+#include "collision/sphere_tree.hpp"
+
+namespace nbd {
+
+/// Local bounds, trained: the sphere and the box of a node from a few vertices of its own patch, its
+/// samples. Centre: a fixed affine combination of them, so it follows every rigid motion without any
+/// alignment. Radius: the largest distance from the centre to a sample, plus what the vertices in between
+/// reach beyond: a constant of the node or a small ReLU network of these distances, which no rigid motion
+/// changes. Box: that of the samples, grown by a constant. Nothing of the rest of the body is read.
+struct LocalModel {
+    static constexpr int lanes = 16;         // samples and hidden units come in groups of so many
+    static constexpr int hidden = 16;        // width of both layers of a network
+    static constexpr int max_samples = 128;  // of a node
+
+    struct Node {
+        int sample_begin = 0, sample_count = 0;  // range of `samples`; the count is a multiple of `lanes`
+        int value_begin = 0;                     // start of the node's block of `values`
+        bool exact = false;  // the samples are all vertices of the node: its sphere and box are exact
+    };
+    /// How far a node's vertices reach beyond its samples, metres.
+    struct Reach {
+        float growth = 0;         // added to the largest distance; with a network its last bias
+        float low = 0, high = 0;  // what a network's result is kept in: the range seen in training
+        float box_growth = 0;     // moves each side of the samples' box outward
+    };
+
+    bool network = false;
+    std::vector<Node> nodes;
+    std::vector<int> samples;  // vertices; a node with fewer fills its last group with its first one
+    /// Blocks: weight of every sample in the centre [count], sum 1; with a network W1 [16, count], b1, W2
+    /// [16, 16], b2, w3 [16], every matrix column-major, metres in and metres out; Reach, filled up to 16.
+    std::vector<float> values;
+
+    /// Floats of a block.
+    static constexpr int block_size(int sample_count, bool network) noexcept {
+        const int weights = network ? hidden * (sample_count + 1) + hidden * (hidden + 1) + hidden : 0;
+        return sample_count + weights + lanes;
+    }
+    Reach reach(int node) const noexcept {
+        const Node& n = nodes[static_cast<std::size_t>(node)];
+        const float* last = values.data() + n.value_begin + block_size(n.sample_count, network) - lanes;
+        return {last[0], last[1], last[2], last[3]};
+    }
+};
+
+/// All positions of a pose: vertex v stands at x + stride * v.
+struct PoseView {
+    const float* x = nullptr;
+    std::ptrdiff_t stride = 3;
+
+    PoseView() = default;
+    PoseView(VerticesRef pose) noexcept : x(pose.data()), stride(pose.outerStride()) {}
+};
+
+/// Sphere of `node` in a pose, world space. Contains the node's samples, and the whole node where that is
+/// exact.
+Sphere local_sphere(const LocalModel& model, int node, const PoseView& pose) noexcept;
+
+/// Likewise the box.
+Box local_box(const LocalModel& model, int node, const PoseView& pose) noexcept;
+
+/// Throws std::invalid_argument with what is wrong unless the model fits a tree over a surface of
+/// `vertex_count` vertices: for models that come from a file.
+void check_local_model(const LocalModel& model, const SphereTree& tree, int vertex_count);
+
+}  // namespace nbd

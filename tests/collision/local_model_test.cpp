@@ -1,0 +1,142 @@
+#include "collision/local_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "collision/local_bound.hpp"
+#include "tests/collision/models.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+/// The sphere as the comment of LocalModel defines it, in double.
+Sphere reference(const LocalModel& model, int node, const Vertices& x) {
+    const LocalModel::Node& n = model.nodes[static_cast<std::size_t>(node)];
+    const int k = n.sample_count, h = LocalModel::hidden;
+    Eigen::MatrixX3d y(k, 3);
+    for (int i = 0; i < k; ++i)
+        y.row(i) = x.row(model.samples[static_cast<std::size_t>(n.sample_begin + i)]).cast<double>();
+    const float* values = model.values.data() + n.value_begin;
+    const auto take = [&](int rows, int cols) -> Eigen::MatrixXd {
+        const Eigen::MatrixXd m = Eigen::Map<const Eigen::MatrixXf>(values, rows, cols).cast<double>();
+        values += rows * cols;
+        return m;
+    };
+    const Eigen::RowVector3d c = take(k, 1).transpose() * y;
+    const Eigen::VectorXd d = (y.rowwise() - c).rowwise().norm();
+    const LocalModel::Reach reach = model.reach(node);
+    double growth = reach.growth;
+    if (model.network) {
+        const Eigen::MatrixXd W1 = take(h, k), b1 = take(h, 1), W2 = take(h, h), b2 = take(h, 1),
+                              w3 = take(h, 1);
+        const Eigen::VectorXd h1 = (W1 * d + b1).cwiseMax(0), h2 = (W2 * h1 + b2).cwiseMax(0);
+        growth = std::clamp(growth + w3.col(0).dot(h2), double{reach.low}, double{reach.high});
+    }
+    return {c.transpose().cast<float>(), static_cast<float>(d.maxCoeff() + growth)};
+}
+
+struct LocalModelTest : testing::Test {
+    shapes::Surface s = shapes::torus(30, 14);
+    SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 5});
+    std::mt19937 random{1};
+
+    Vertices pose(float reach) {
+        return shapes::moved(shapes::wobbled(s.X, random, 0.1f), shapes::random_motion(random, reach));
+    }
+};
+
+TEST_F(LocalModelTest, SphereFollowsItsEquations) {
+    for (const bool network : {false, true}) {
+        const LocalModel model = shapes::random_local_model(tree, network, 2);
+        check_local_model(model, tree, static_cast<int>(s.X.rows()));
+        LocalBound bound(model);
+        const Vertices x = pose(1);
+        bound.begin_pose(x);
+        int clamped = 0, inside = 0;
+        for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+            const Sphere expected = reference(model, i, x), sphere = bound.bound(i);
+            EXPECT_NEAR((sphere.c - expected.c).norm(), 0, 1e-6) << i;
+            EXPECT_NEAR(sphere.r, expected.r, 2e-6) << i;
+            const LocalModel::Reach reach = model.reach(i);
+            float most = 0;
+            for (int k = 0; k < model.nodes[static_cast<std::size_t>(i)].sample_count; ++k) {
+                const int v = model.samples[static_cast<std::size_t>(
+                    model.nodes[static_cast<std::size_t>(i)].sample_begin + k)];
+                most = std::max(most, (x.row(v).transpose() - sphere.c).norm());
+            }
+            const float growth = sphere.r - most;
+            (growth < reach.low + 1e-5f || growth > reach.high - 1e-5f ? clamped : inside) += 1;
+        }
+        EXPECT_TRUE(!network || (clamped > 5 && inside > 5)) << clamped << ' ' << inside;
+    }
+}
+
+TEST_F(LocalModelTest, BoxIsThatOfTheSamplesGrown) {
+    const LocalModel model = shapes::random_local_model(tree, true, 2);
+    LocalBound bound(model);
+    const Vertices x = pose(1);
+    bound.begin_pose(x);
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        const LocalModel::Node& n = model.nodes[static_cast<std::size_t>(i)];
+        Eigen::Array3f lo = Eigen::Array3f::Constant(INFINITY), hi = -lo;
+        for (int k = 0; k < n.sample_count; ++k) {
+            const auto p =
+                x.row(model.samples[static_cast<std::size_t>(n.sample_begin + k)]).transpose().array();
+            lo = lo.min(p), hi = hi.max(p);
+        }
+        const float growth = model.reach(i).box_growth;
+        const Box box = bound.box(i);
+        EXPECT_TRUE((box.lo.head<3>() == lo - growth).all() && (box.hi.head<3>() == hi + growth).all());
+        EXPECT_EQ(box.lo[3], 0);
+        EXPECT_EQ(box.hi[3], 0);
+    }
+}
+
+TEST_F(LocalModelTest, ReadsPositionsThatLieApart) {
+    const LocalModel model = shapes::random_local_model(tree, true, 2);
+    const Vertices x = pose(1);
+    Eigen::Matrix<float, Eigen::Dynamic, 5, Eigen::RowMajor> wide(x.rows(), 5);
+    wide.leftCols<3>() = x;
+    const Eigen::Map<const Vertices, 0, Eigen::OuterStride<>> apart(wide.data(), x.rows(), 3,
+                                                                    Eigen::OuterStride<>(5));
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i)
+        EXPECT_EQ(local_sphere(model, i, VerticesRef(apart)).r, local_sphere(model, i, VerticesRef(x)).r);
+}
+
+TEST_F(LocalModelTest, CheckNamesWhatIsWrong) {
+    const LocalModel whole = shapes::random_local_model(tree, true, 2);
+    const auto error = [&](auto&& spoil) {
+        LocalModel model = whole;
+        spoil(model);
+        return test::refusal([&] { check_local_model(model, tree, 420); });
+    };
+    using M = LocalModel;
+    const auto reach = [](M& m, int node) {
+        const M::Node& n = m.nodes[static_cast<std::size_t>(node)];
+        return m.values.data() + n.value_begin + M::block_size(n.sample_count, true) - M::lanes;
+    };
+    EXPECT_EQ(error([](M&) {}), "");
+    EXPECT_EQ(error([](M& m) { m.nodes.pop_back(); }), "local tree: has 62 nodes, but the tree has 63");
+    EXPECT_EQ(error([](M& m) { m.samples[3] = 420; }),
+              "local tree: sample vertex 420, but the surface has 420 vertices");
+    EXPECT_EQ(error([](M& m) { m.nodes[2].sample_count = 12; }),
+              "local tree: node 2 has 12 samples, allowed: multiples of 16 up to 128");
+    EXPECT_EQ(error([](M& m) { m.nodes[2].sample_count = 144; }),
+              "local tree: node 2 has 144 samples, allowed: multiples of 16 up to 128");
+    EXPECT_EQ(error([](M& m) { m.nodes[1].value_begin = 0; }),
+              "local tree: node 1 begins at sample 32 and value 0 instead of 32 and 864");
+    EXPECT_EQ(error([](M& m) { m.samples.pop_back(); }).substr(0, 16), "local tree: has ");
+    EXPECT_EQ(error([](M& m) { m.values.push_back(0); }).substr(0, 16), "local tree: has ");
+    EXPECT_EQ(error([](M& m) { m.values[900] = NAN; }), "local tree: a number of node 1 is not finite");
+    EXPECT_EQ(error([](M& m) { m.values[0] += 1; }).substr(0, 54),
+              "local tree: the weights of the centre of node 0 sum to");
+    EXPECT_EQ(error([&](M& m) { reach(m, 4)[1] = 0.3f; }),
+              "local tree: the reach of node 4 is 0.3 to 0.2 and 0.01, allowed: an ascending range and a "
+              "growth, 0 or more");
+    EXPECT_EQ(error([&](M& m) { reach(m, 4)[3] = -1; }).substr(0, 34), "local tree: the reach of node 4 is");
+}
+
+}  // namespace
+}  // namespace nbd
