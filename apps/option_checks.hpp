@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <string>
 
+#include "collision/local_model.hpp"
+
 namespace nbd {
 
 /// A check of finite numbers; whole ones in a closed range have CLI::Range.
@@ -50,6 +52,18 @@ inline CLI::Validator seed_check() {
 inline CLI::Validator between(double low, double high) {
     return number_check(fmt::format(">= {} and <= {}", low, high),
                         [low, high](double value) { return value >= low && value <= high; });
+}
+
+/// How many samples a node of local bounds has.
+inline CLI::Validator sample_count() {
+    return CLI::Validator(
+        [](std::string& text) {
+            int count = -1;
+            const bool ok = CLI::detail::lexical_cast(text, count) && count >= 0 &&
+                            count <= LocalModel::max_samples && count % LocalModel::lanes == 0;
+            return ok ? std::string() : fmt::format("is '{}'; allowed: 0, 16, 32 .. 128", text);
+        },
+        "0, 16 .. 128");
 }
 
 /// The names of bounds.

@@ -13,13 +13,19 @@ class LocalBound {
 
     /// x: referred to until the next pose.
     void begin_pose(VerticesRef x) noexcept { pose_ = x; }
-    Sphere bound(int node) const noexcept { return local_sphere(*model_, node, pose_); }
+    Sphere bound(int node) noexcept {
+        const LocalSphere local = local_sphere(*model_, node, pose_);
+        strangeness_ = local.strangeness;
+        return local.sphere;
+    }
+    float strangeness(int) const noexcept { return strangeness_; }
     Box box(int node) const noexcept { return local_box(*model_, node, pose_); }
 
  private:
     const LocalModel* model_;
     PoseView pose_;
+    float strangeness_ = 0;  // of the last sphere
 };
-static_assert(Bound<LocalBound>);
+static_assert(GatedBound<LocalBound>);
 
 }  // namespace nbd

@@ -23,6 +23,7 @@ struct LocalModel {
         int sample_begin = 0, sample_count = 0;  // range of `samples`; the count is a multiple of `lanes`
         int value_begin = 0;                     // start of the node's block of `values`
         bool exact = false;  // the samples are all vertices of the node: its sphere and box are exact
+        bool operator==(const Node&) const = default;
     };
     /// How far a node's vertices reach beyond its samples, metres.
     struct Reach {
@@ -34,14 +35,16 @@ struct LocalModel {
     bool network = false;
     std::vector<Node> nodes;
     std::vector<int> samples;  // vertices; a node with fewer fills its last group with its first one
-    /// Blocks: weight of every sample in the centre [count], sum 1; with a network W1 [16, count], b1, W2
-    /// [16, 16], b2, w3 [16], every matrix column-major, metres in and metres out; Reach, filled up to 16.
+    /// Blocks: weight of every sample in the centre [count], sum 1; middle [count] and 1 / half width [count]
+    /// of the range of its squared distance from the centre in training, m^2; with a network W1 [16, count],
+    /// b1, W2 [16, 16], b2, w3 [16], every matrix column-major, metres in and metres out; Reach, filled up
+    /// to 16.
     std::vector<float> values;
 
     /// Floats of a block.
     static constexpr int block_size(int sample_count, bool network) noexcept {
         const int weights = network ? hidden * (sample_count + 1) + hidden * (hidden + 1) + hidden : 0;
-        return sample_count + weights + lanes;
+        return 3 * sample_count + weights + lanes;
     }
     Reach reach(int node) const noexcept {
         const Node& n = nodes[static_cast<std::size_t>(node)];
@@ -59,11 +62,16 @@ struct PoseView {
     PoseView(VerticesRef pose) noexcept : x(pose.data()), stride(pose.outerStride()) {}
 };
 
-/// Sphere of `node` in a pose, world space. Contains the node's samples, and the whole node where that is
-/// exact.
-Sphere local_sphere(const LocalModel& model, int node, const PoseView& pose) noexcept;
+struct LocalSphere {
+    Sphere sphere;          // world space
+    float strangeness = 0;  // see GatedBound: how far any sample's squared distance from the centre lies from
+                            // the middle of its range in training, in half widths; 0 for exact nodes
+};
 
-/// Likewise the box.
+/// Sphere of `node` in a pose. Contains the node's samples, and the whole node where that is exact.
+LocalSphere local_sphere(const LocalModel& model, int node, const PoseView& pose) noexcept;
+
+/// Box of `node`, world space, likewise.
 Box local_box(const LocalModel& model, int node, const PoseView& pose) noexcept;
 
 /// Throws std::invalid_argument with what is wrong unless the model fits a tree over a surface of

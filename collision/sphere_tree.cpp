@@ -116,6 +116,39 @@ void list_vertices(SphereTree& tree, FacesRef F, Eigen::Index vertex_count) {
     }
 }
 
+/// Orders the faces inside the leaves, and fills in vertices and rest spheres.
+void fill_leaves(SphereTree& tree, VerticesRef X, FacesRef F, const Eigen::MatrixX3d& centroids) {
+    for (const SphereTree::Node& node : tree.nodes)
+        if (node.is_leaf()) order_leaf(node_face_slots(tree, node), centroids);
+    list_vertices(tree, F, X.rows());
+    tree.rest.clear();
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        tree.rest.push_back(bounding_sphere(X, tree.node_vertices(i)));
+        if (!tree.rest.back().c.allFinite() || !std::isfinite(tree.rest.back().r))
+            throw std::invalid_argument(message("the surface is too large for float32: the sphere of node ",
+                                                i, " overflows; positions should stay below 1e18 m"));
+    }
+}
+
+/// Each face's leaf is one, and each leaf has a face. Returns how many it has, node by node.
+std::vector<int> count_faces(const SphereTree& tree, std::span<const int> leaf_of_face) {
+    std::vector<int> counts(tree.nodes.size(), 0);
+    for (std::size_t f = 0; f < leaf_of_face.size(); ++f) {
+        const int leaf = leaf_of_face[f];
+        if (leaf < 0 || leaf >= static_cast<int>(tree.nodes.size()) ||
+            !tree.nodes[static_cast<std::size_t>(leaf)].is_leaf())
+            throw std::invalid_argument(
+                message("face ", f, " is given to node ", leaf, ", which is no leaf"));
+        ++counts[static_cast<std::size_t>(leaf)];
+    }
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i)
+        if (tree.nodes[i].is_leaf() && counts[i] == 0)
+            throw std::invalid_argument(message("leaf ", i,
+                                                " gets no face of the surface; it is too coarse for "
+                                                "the tree, or another surface"));
+    return counts;
+}
+
 }  // namespace
 
 SphereTree build_sphere_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
@@ -125,15 +158,40 @@ SphereTree build_sphere_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& 
     std::iota(tree.faces.begin(), tree.faces.end(), 0);
     const Eigen::MatrixX3d centroids = face_centroids(X, F);
     split_nodes(tree, centroids, config);
-    for (std::size_t i = 0; i < tree.nodes.size(); ++i)
-        if (tree.nodes[i].is_leaf()) order_leaf(node_face_slots(tree, tree.nodes[i]), centroids);
-    list_vertices(tree, F, X.rows());
-    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
-        tree.rest.push_back(bounding_sphere(X, tree.node_vertices(i)));
-        if (!tree.rest.back().c.allFinite() || !std::isfinite(tree.rest.back().r))
-            throw std::invalid_argument(message("the surface is too large for float32: the sphere of node ",
-                                                i, " overflows; positions should stay below 1e18 m"));
+    fill_leaves(tree, X, F, centroids);
+    return tree;
+}
+
+SphereTree sphere_tree_like(const SphereTree& like, std::span<const int> leaf_of_face, VerticesRef X,
+                            FacesRef F) {
+    check_input(X, F, {});
+    if (std::cmp_not_equal(leaf_of_face.size(), F.rows()))
+        throw std::invalid_argument(
+            message("leaves for ", leaf_of_face.size(), " faces, but the surface has ", F.rows()));
+    const std::vector<int> counts = count_faces(like, leaf_of_face);
+    SphereTree tree;
+    tree.nodes = like.nodes;
+    // Leaves keep their order, which is that of their faces.
+    tree.faces.resize(leaf_of_face.size());
+    std::iota(tree.faces.begin(), tree.faces.end(), 0);
+    const auto begin_of = [&](int f) {
+        return like.nodes[static_cast<std::size_t>(leaf_of_face[static_cast<std::size_t>(f)])].face_begin;
+    };
+    std::ranges::stable_sort(tree.faces, {}, begin_of);
+    for (std::size_t first = 0; first < tree.faces.size();) {
+        const auto leaf = static_cast<std::size_t>(leaf_of_face[static_cast<std::size_t>(tree.faces[first])]);
+        tree.nodes[leaf].face_begin = static_cast<int>(first);
+        first += static_cast<std::size_t>(counts[leaf]);
+        tree.nodes[leaf].face_end = static_cast<int>(first);
     }
+    for (std::size_t i = tree.nodes.size(); i-- > 0;) {
+        SphereTree::Node& node = tree.nodes[i];
+        if (node.is_leaf()) continue;
+        const auto child = static_cast<std::size_t>(node.first_child);
+        node.face_begin = tree.nodes[child].face_begin;
+        node.face_end = tree.nodes[child + 1].face_end;
+    }
+    fill_leaves(tree, X, F, face_centroids(X, F));
     return tree;
 }
 

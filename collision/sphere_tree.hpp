@@ -50,6 +50,12 @@ struct SphereTree {
 /// an index out of range, a non-finite vertex, or a config out of range (depth 0 to 20).
 SphereTree build_sphere_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config = {});
 
+/// A tree of the same topology over another surface. leaf_of_face: the leaf of `tree` that owns each face of
+/// F. X, F: as in build_sphere_tree(). Throws std::invalid_argument on what that refuses of a surface, a
+/// number that is no leaf, or a leaf that would own no face.
+SphereTree sphere_tree_like(const SphereTree& tree, std::span<const int> leaf_of_face, VerticesRef X,
+                            FacesRef F);
+
 /// Throws std::invalid_argument with what is wrong unless `tree` is a valid tree over a surface of
 /// `vertex_count` vertices and faces F: for trees that come from a file.
 void check_sphere_tree(const SphereTree& tree, int vertex_count, FacesRef F);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -22,11 +23,22 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+bool trains(const TrainConfig& config, BoundKind kind) {
+    return std::ranges::find(config.bounds, kind) != config.bounds.end();
+}
+
 void check_config(const TrainConfig& config, const SurfaceBody& body) {
+    for (const BoundKind kind : config.bounds)
+        if (kind != BoundKind::modal && kind != BoundKind::local)
+            throw std::invalid_argument(
+                fmt::format("{} bounds are not trained; allowed: modal, local", name(kind)));
+    if (config.bounds.empty()) throw std::invalid_argument("no bounds to train; allowed: modal, local");
     check_mlp_config(config.mlp);
+    check_local_config(config.local);
     if (config.modes < 1)
         throw std::invalid_argument(fmt::format("{} modes, at least 1 needed", config.modes));
-    if (body.U.cols() < 1) throw std::invalid_argument("the body has no modes; compute them first");
+    if (trains(config, BoundKind::modal) && body.U.cols() < 1)
+        throw std::invalid_argument("the body has no modes; compute them first");
 }
 
 /// Trains what the checkpoint does not hold, and keeps it up to date.
@@ -87,10 +99,27 @@ ModalModel train_model(const ClusteredModes& modes, PoseLabels& labels, const Tr
     return model;
 }
 
+/// Fills in the tree's clustered modes, BD-Tree and networks.
+void train_modal(const SurfaceBody& body, const RecordingReader& recording, std::span<const FrameId> frames,
+                 const TrainConfig& config, const TrainRun& run, TreeFile& file) {
+    run.enter("clustering modes");
+    const ClusteredModesChoice choice = cluster_modes(body, recording, frames, config.clusters);
+    file.facts.code_error = choice.code_error;
+    file.tree.bd = build_bd_model(file.tree.spheres, Eigen::MatrixXf(body.U), choice.modes);
+    run.enter("computing labels");
+    PoseLabels labels =
+        compute_labels(body, file.tree.spheres, choice.modes, recording, frames, config.label_frame);
+    run.enter("training networks");
+    file.tree.modal = train_model(choice.modes, labels, config, run, file.facts.node_loss);
+}
+
 }  // namespace
 
 std::string to_json(const TrainConfig& c) {
+    nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
+    for (const BoundKind kind : c.bounds) bounds.push_back(name(kind));
     const nlohmann::ordered_json json = {
+        {"bounds", bounds},
         {"depth", c.tree.depth},
         {"min_leaf_faces", c.tree.min_leaf_faces},
         {"modes", c.modes},
@@ -113,19 +142,32 @@ std::string to_json(const TrainConfig& c) {
         {"patience", c.mlp.patience},
         {"improvement", c.mlp.improvement},
         {"max_epochs", c.mlp.max_epochs},
+        {"local",
+         {{"sample_rule", name(c.local.samples.rule)},
+          {"samples", c.local.samples.count},
+          {"max_samples", c.local.samples.max_count},
+          {"sample_tolerance", c.local.samples.tolerance},
+          {"exact_vertices", c.local.samples.exact_vertices},
+          {"spread_share", c.local.samples.spread_share},
+          {"side_weight", c.local.samples.side_weight},
+          {"sample_poses", c.local.sample_poses},
+          {"network", c.local.network},
+          {"epochs", c.local.networks.epochs},
+          {"batch", c.local.networks.batch},
+          {"learning_rate", c.local.networks.learning_rate},
+          {"quantile", c.local.networks.quantile},
+          {"box_miss_rate", c.local.box_miss_rate}}},
         {"seed", c.seed}};
     return json.dump();
 }
 
 TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainConfig config,
                     const TrainRun& run) {
-    const auto stage = [&](std::string_view name) {
-        if (run.stage) run.stage(name);
-    };
     check_config(config, body);
     check_recording(body, recording);
     config.clusters.k_means.seed = counter_random(config.seed, 1, 0);
     config.mlp.seed = counter_random(config.seed, 2, 0);
+    config.local.seed = counter_random(config.seed, 3, 0);
     config.modes = std::min(config.modes, static_cast<int>(body.U.cols()));
     if (config.modes < body.U.cols()) body.U = body.U.leftCols(config.modes).eval();
 
@@ -141,7 +183,7 @@ TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainCon
         throw std::runtime_error(fmt::format("{}: {} training poses, at least one batch of {} needed",
                                              recording.path().string(), facts.poses, config.mlp.batch));
 
-    stage("reading");
+    run.enter("reading");
     facts.recording_hash = recording_hash(recording);
     file.tree.vertex_count = static_cast<int>(body.X.rows());
     file.tree.faces = body.F;
@@ -149,16 +191,10 @@ TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainCon
     file.W = body.W;
     file.tree.spheres = build_sphere_tree(body.X, body.F, config.tree);
 
-    stage("clustering modes");
-    const ClusteredModesChoice choice = cluster_modes(body, recording, frames, config.clusters);
-    facts.code_error = choice.code_error;
-    file.tree.bd = build_bd_model(file.tree.spheres, Eigen::MatrixXf(body.U), choice.modes);
-
-    stage("computing labels");
-    PoseLabels labels =
-        compute_labels(body, file.tree.spheres, choice.modes, recording, frames, config.label_frame);
-    stage("training networks");
-    file.tree.modal = train_model(choice.modes, labels, config, run, facts.node_loss);
+    if (trains(config, BoundKind::local))
+        file.tree.local = train_local(body, file.tree.spheres, recording, frames, config.local, run.stage);
+    if (run.hooks.cancel && *run.hooks.cancel) throw TrainingCancelled("training was stopped");
+    if (trains(config, BoundKind::modal)) train_modal(body, recording, frames, config, run, file);
     return file;
 }
 

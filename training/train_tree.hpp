@@ -10,6 +10,7 @@
 #include "training/cluster_modes.hpp"
 #include "training/labels.hpp"
 #include "training/mlp_trainer.hpp"
+#include "training/train_local.hpp"
 #include "training/tree_file.hpp"
 
 namespace nbd {
@@ -17,8 +18,9 @@ namespace nbd {
 /// All that decides what is trained. The defaults are the paper's, but for the label frame, which here
 /// leaves alignment errors out, and the linear part of the centres.
 struct TrainConfig {
-    SphereTreeConfig tree;  // depth 7
-    int modes = 128;        // the lowest ones; a body with fewer brings what it has
+    std::vector<BoundKind> bounds{BoundKind::modal, BoundKind::local};  // `modal` brings `bd` along
+    SphereTreeConfig tree;                                              // depth 7
+    int modes = 128;  // the lowest ones; a body with fewer brings what it has
     ClusterModesConfig clusters;
     LabelFrame label_frame = LabelFrame::clustered;
     bool linear_centre = true;  // ModalModel::centre_map; without it labels are scaled element-wise
@@ -27,6 +29,7 @@ struct TrainConfig {
     std::optional<double> held_out_share{};
     double random_frame_share = 0.1;  // of the other trajectories' frames, in [0, 1): likewise
     MlpConfig mlp;
+    LocalConfig local;
     std::uint64_t seed = 1;  // of the split, the clustering and the networks; overrides theirs
 };
 
@@ -36,19 +39,23 @@ std::string to_json(const TrainConfig& config);
 /// What a training needs beside its data and options, none of which changes its result.
 struct TrainRun {
     TrainingHooks hooks{};
-    /// Called at the start of each stage with its name. `hooks.progress` covers the last one, the networks.
+    /// Called at the start of each stage with its name. `hooks.progress` covers the networks of `modal`.
     std::function<void(std::string_view)> stage{};
     /// Where finished networks are kept; empty: nowhere. The caller removes it once the tree is saved.
     std::filesystem::path checkpoint{};
     double checkpoint_seconds = 10;  // at least so long between two checkpoints
+
+    void enter(std::string_view name) const {
+        if (stage) stage(name);
+    }
 };
 
-/// Builds and trains the whole tree of a body from a recording: sphere tree, clustered modes, BD-Tree and the
-/// networks of the paper. Streams the recording; what stays in memory is one code and one label a pose and
-/// node. The same arguments give the same bits, whatever the threads and however often it was interrupted,
-/// on one machine type.
-/// Throws std::invalid_argument on a config out of range or a body without modes, std::runtime_error on a
-/// recording of another body or with fewer training poses than one batch, TrainingCancelled.
+/// Builds and trains the whole tree of a body from a recording: sphere tree, and the bounds that the config
+/// names: clustered modes, BD-Tree and the networks of the paper, local bounds. Streams the recording; what
+/// stays in memory is some numbers a pose and node. The same arguments give the same bits, whatever the
+/// threads and however often it was interrupted, on one machine type. Throws std::invalid_argument on a
+/// config out of range or, with `modal`, a body without modes, std::runtime_error on a recording of another
+/// body or with fewer training poses than one batch, TrainingCancelled.
 TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainConfig config,
                     const TrainRun& run = {});
 

@@ -6,11 +6,13 @@
 #include <optional>
 #include <set>
 
+#include "apps/bench/local_ablation.hpp"
 #include "apps/bench/simulate_bench.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/load.hpp"
 #include "apps/mesh_file.hpp"
 #include "apps/option_checks.hpp"
+#include "meshing/h5/atomic_file.hpp"
 #include "sim/blas.hpp"
 
 namespace nbd {
@@ -91,6 +93,74 @@ void run(const BenchSimulateArguments& arguments, Output& out) {
     out.result(result);
 }
 
+struct BenchLocalArguments {
+    std::string body, recording, csv;
+    LocalAblationConfig config;
+};
+
+void run(const BenchLocalArguments& arguments, Output& out) {
+    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body, arguments.recording});
+    const std::vector<LocalAblationRow> rows = ablate_local_bounds(
+        surface_body(load_body(arguments.body)), RecordingReader(arguments.recording), arguments.config,
+        [&](int done, int total) { out.progress("choices", done, total); });
+    out.text(
+        "rule    samples fit              depth  samples  radius error  inflation  nodes that miss, bare  "
+        "box growth  misses      ns");
+    nlohmann::ordered_json result = nlohmann::ordered_json::array();
+    for (const LocalAblationRow& r : rows) {
+        out.text(fmt::format(
+            "{:7} {:>7} {:16} {:5} {:8.1f} {:13.3f} {:10.3f} {:16.4f} {:5.1f} {:11.2f} {:7.3f} {:7.0f}",
+            r.rule, r.samples, r.fit, r.depth, r.mean_samples, 100 * r.radius_error, 100 * r.inflation,
+            100 * r.nodes_missing, 100 * r.missing_bare, 100 * r.box_growth, 100 * r.box_missing,
+            r.nanoseconds));
+        result.push_back({{"rule", r.rule},
+                          {"samples", r.samples},
+                          {"fit", r.fit},
+                          {"depth", r.depth},
+                          {"mean_samples", r.mean_samples},
+                          {"radius_error", r.radius_error},
+                          {"inflation", r.inflation},
+                          {"nodes_missing", r.nodes_missing},
+                          {"nodes_missing_bare", r.missing_bare},
+                          {"box_growth", r.box_growth},
+                          {"box_missing", r.box_missing},
+                          {"nanoseconds", r.nanoseconds}});
+    }
+    if (!arguments.csv.empty()) {
+        h5::AtomicFile file(arguments.csv);
+        file.out() << to_csv(rows);
+        file.commit();
+    }
+    out.result(result);
+}
+
+void add_bench_local(CLI::App& bench, Output& out) {
+    auto arguments = std::make_shared<BenchLocalArguments>();
+    LocalAblationConfig& config = arguments->config;
+    CLI::App* command = bench.add_subcommand(
+        "local", "Choices of local bounds, each trained, calibrated and tested on trajectories of its own");
+    command->add_option("BODY", arguments->body, "Body file")->required();
+    command->add_option("DATA", arguments->recording, "Recording of the body")->required();
+    command->add_option("--depth", config.depth, "Levels of the tree below the root")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 16));
+    command
+        ->add_option("--samples", config.samples,
+                     "Samples of a node, 0 or multiples of 16; 0: as few as are accurate")
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(sample_count());
+    command->add_option("--max-frames", config.max_frames, "Of each of the three sets, evenly spread; 0: all")
+        ->capture_default_str()
+        ->check(not_negative());
+    command
+        ->add_option("--miss-rate", config.miss_rate, "Of a node in a pose, that margins are calibrated for")
+        ->capture_default_str()
+        ->check(between(0, 0.5));
+    command->add_option("-o,--output", arguments->csv, "Table to write, CSV");
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
 }  // namespace
 
 void add_bench(CLI::App& app, Output& out) {
@@ -116,6 +186,7 @@ void add_bench(CLI::App& app, Output& out) {
         ->capture_default_str();
     simulate->add_option("-o,--output", arguments->csv, "Table to write, CSV");
     simulate->final_callback([arguments, &out] { run(*arguments, out); });
+    add_bench_local(*bench, out);
 }
 
 }  // namespace nbd

@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -16,6 +17,7 @@ namespace {
 
 struct TrainArguments {
     std::string body, recording, output, frame = "clustered";
+    std::vector<std::string> bounds{"modal", "local"};
     TrainConfig config;
 };
 
@@ -24,6 +26,9 @@ void run(const TrainArguments& arguments, Output& out) {
     check_output(arguments.output, {arguments.body, arguments.recording});
     TrainConfig config = arguments.config;
     config.label_frame = label_frame(arguments.frame);
+    config.bounds.clear();
+    for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
+    const bool modal = std::ranges::find(arguments.bounds, "modal") != arguments.bounds.end();
 
     TrainRun settings;
     settings.checkpoint = arguments.output + ".checkpoint";
@@ -35,9 +40,9 @@ void run(const TrainArguments& arguments, Output& out) {
     };
 
     const Body body = load_body(arguments.body);
-    if (body.modes.count() == 0)
-        throw std::runtime_error(
-            fmt::format("{0}: has no modes; make them with: nbdtree modes {0}", arguments.body));
+    if (modal && body.modes.count() == 0)
+        throw std::runtime_error(fmt::format(
+            "{0}: has no modes, which modal bounds need; make them with: nbdtree modes {0}", arguments.body));
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
     TreeFile file;
@@ -56,15 +61,27 @@ void run(const TrainArguments& arguments, Output& out) {
         "{}: {} nodes trained on {} poses of {} trajectories in {:.1f} s; {} trajectories held out",
         arguments.output, nodes, facts.poses, facts.split.train_trajectories.size(), seconds,
         facts.split.held_out_trajectories.size()));
-    out.text(fmt::format("code error of the clustering {:.2f} %, mean loss {:.2e}", 100 * facts.code_error,
-                         facts.node_loss.mean()));
-    out.result({{"nodes", nodes},
-                {"poses", facts.poses},
-                {"train_trajectories", facts.split.train_trajectories},
-                {"held_out_trajectories", facts.split.held_out_trajectories},
-                {"seconds", seconds},
-                {"code_error", facts.code_error},
-                {"mean_loss", facts.node_loss.mean()}});
+    nlohmann::ordered_json result = {{"nodes", nodes},
+                                     {"poses", facts.poses},
+                                     {"train_trajectories", facts.split.train_trajectories},
+                                     {"held_out_trajectories", facts.split.held_out_trajectories},
+                                     {"seconds", seconds}};
+    if (modal) {
+        out.text(fmt::format("code error of the clustering {:.2f} %, mean loss {:.2e}",
+                             100 * facts.code_error, facts.node_loss.mean()));
+        result["code_error"] = facts.code_error;
+        result["mean_loss"] = facts.node_loss.mean();
+    }
+    if (file.tree.local) {
+        const LocalModel& local = *file.tree.local;
+        const auto exact = std::ranges::count(local.nodes, true, &LocalModel::Node::exact);
+        const double samples =
+            static_cast<double>(local.samples.size()) / static_cast<double>(local.nodes.size());
+        out.text(fmt::format("local bounds: {:.1f} samples a node, {} small nodes exact", samples, exact));
+        result["local_samples"] = local.samples.size();
+        result["local_exact_nodes"] = exact;
+    }
+    out.result(result);
 }
 
 }  // namespace
@@ -76,6 +93,12 @@ void add_train(CLI::App& app, Output& out) {
     command->add_option("BODY", arguments->body, "Body file with modes")->required();
     command->add_option("DATA", arguments->recording, "Recording of the body")->required();
     command->add_option("-o,--output", arguments->output, "Tree file to write")->required();
+    command
+        ->add_option("--bounds", arguments->bounds,
+                     "Which bounds, separated by commas; modal brings bd along")
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(CLI::IsMember({"modal", "local"}));
     command->add_option("--depth", config.tree.depth, "Levels of the tree below the root")
         ->capture_default_str()
         ->check(CLI::Range(0, 16));
@@ -118,6 +141,13 @@ void add_train(CLI::App& app, Output& out) {
                      "At most; training ends earlier when it has converged")
         ->capture_default_str()
         ->check(CLI::Range(1, 1'000'000));
+    command->add_flag("--local-network", config.local.network,
+                      "Lets a small network a node say how far local bounds reach beyond their samples");
+    command
+        ->add_option("--local-samples", config.local.samples.count,
+                     "Samples of a node of local bounds, 0 or a multiple of 16; 0: as few as are accurate")
+        ->capture_default_str()
+        ->check(sample_count());
     command->add_option("--seed", config.seed, "Of the split, the clustering and the networks")
         ->capture_default_str()
         ->check(seed_check());

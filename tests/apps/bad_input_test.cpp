@@ -66,7 +66,8 @@ const std::string ours = "allowed: a file that nbdtree wrote";
 
 TEST_F(BadInputTest, CommandLine) {
     const std::string known =
-        "; known commands: mesh, modes, dataset, train, evaluate, simulate, validate, collide, inspect, "
+        "; known commands: mesh, modes, dataset, train, evaluate, transfer, simulate, validate, collide, "
+        "inspect, "
         "bench";
     expect_refused({
         {{}, 2, "no command" + known},
@@ -116,7 +117,12 @@ TEST_F(BadInputTest, Numbers) {
         {train("--held-out", "1"), 2, "--held-out: is '1'; allowed: a number >= 0 and < 1"},
         {train("--held-out", "0.9"), 1,
          "data.h5: has 3 complete trajectories, and holding out 3 of them leaves none to train on"},
-        {{"evaluate", "tree.h5", "data.h5", "--bounds", "foo"}, 2, "--bounds: foo not in {exact,bd,modal,local}"},
+        {{"evaluate", "tree.h5", "data.h5", "--bounds", "foo"},
+         2,
+         "--bounds: foo not in {exact,bd,modal,local}"},
+        {train("--bounds", "bd"), 2, "--bounds: bd not in {modal,local}"},
+        {train("--local-samples", "17"), 2, "--local-samples: is '17'; allowed: 0, 16, 32 .. 128"},
+        {{"transfer", "tree.h5", "box.h5"}, 2, "--output is required"},
         {{"evaluate", "tree.h5", "data.h5", "--margins", "0,-1"},
          2,
          "--margins: is '-1'; allowed: a number >= 0 and <= 10"},
@@ -129,7 +135,9 @@ TEST_F(BadInputTest, Numbers) {
         {{"collide", "box.obj", "box.obj", "--within", "nan"},
          2,
          "--within: is 'nan'; allowed: a number >= 0"},
-        {{"collide", "box.obj", "box.obj", "--bounds", "foo"}, 2, "--bounds: foo not in {exact,bd,modal,local}"},
+        {{"collide", "box.obj", "box.obj", "--bounds", "foo"},
+         2,
+         "--bounds: foo not in {exact,bd,modal,local}"},
     });
 }
 
@@ -156,7 +164,8 @@ TEST_F(BadInputTest, Files) {
         {{"train", "box.h5", "tree.h5", "-o", "x.h5"}, 1, kind("tree.h5", "tree", "recording")},
         {{"train", "still.h5", "data.h5", "-o", "x.h5"},
          1,
-         "still.h5: has no modes; make them with: nbdtree modes still.h5"},
+         "still.h5: has no modes, which modal bounds need; make them with: nbdtree modes still.h5"},
+        {{"transfer", "data.h5", "box.h5", "-o", "t.h5"}, 1, kind("data.h5", "recording", "tree")},
         {{"evaluate", "half_tree.h5", "data.h5"}, 1, "half_tree.h5" + cut},
         {{"evaluate", "text.h5", "data.h5"}, 1, "text.h5: is not an HDF5 file; " + ours},
         {{"evaluate", "box.h5", "data.h5"}, 1, kind("box.h5", "body", "tree")},

@@ -30,5 +30,28 @@ TEST_F(BenchSimulate, RefusesWhatItCannotTime) {
     EXPECT_EQ(test::run(folder(), {"bench", "simulate", "box.h5", "-o", "box.h5"}).status, 1);
 }
 
+using BenchLocal = test::SmallFiles;
+
+TEST_F(BenchLocal, ComparesEveryChoiceAtEveryDepth) {
+    make({"dataset", "box.h5", "-o", "more.h5", "--trajectories", "10", "--frames", "12", "--steps-per-frame",
+          "1", "-q"});
+    const test::Ran ran =
+        test::run(folder(), {"bench", "local", "box.h5", "more.h5", "--depth", "2", "--samples", "16,0",
+                             "--max-frames", "40", "-o", "local.csv", "--json"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto rows = nlohmann::json::parse(ran.out);
+    ASSERT_EQ(rows.size(), 60U);  // two rules, two numbers of samples, five fits, three depths
+    for (const auto& row : rows) {
+        EXPECT_LT(row.at("radius_error").get<double>(), 0.5) << row;
+        EXPECT_GE(row.at("inflation").get<double>(), 0) << row;
+        EXPECT_LE(row.at("nodes_missing").get<double>(), row.at("nodes_missing_bare").get<double>()) << row;
+        EXPECT_GT(row.at("nanoseconds").get<double>(), 0) << row;
+    }
+    EXPECT_TRUE(test::listing(folder()).contains("local.csv"));
+    const test::Ran few = test::run(folder(), {"bench", "local", "box.h5", "data.h5"});
+    EXPECT_EQ(few.status, 1);
+    EXPECT_NE(few.err.find("1 trajectories held out, at least 2 needed"), std::string::npos) << few.err;
+}
+
 }  // namespace
 }  // namespace nbd

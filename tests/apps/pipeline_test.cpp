@@ -73,14 +73,14 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
 
     const nlohmann::json table =
         json_of({"evaluate", "tree.h5", "data.h5", "--margins", "0,0.1", "--csv", "table.csv"});
-    ASSERT_EQ(table["rows"].size(), 60u);  // two sets, three bounds, two margins, five depths
+    ASSERT_EQ(table["rows"].size(), 80u);  // two sets, four bounds, two margins, five depths
     for (const auto& row : table["rows"])
-        EXPECT_TRUE(row["bound"] == "modal" || row["nodes_missing"] == 0) << row;
-    EXPECT_EQ(std::ranges::count(bytes("table.csv"), '\n'), 61);
+        EXPECT_TRUE(row["bound"] == "modal" || row["bound"] == "local" || row["nodes_missing"] == 0) << row;
+    EXPECT_EQ(std::ranges::count(bytes("table.csv"), '\n'), 81);
 
     folder.write("scene.json", R"({"bodies": [
         {"body": "beam.h5", "tree": "tree.h5", "bounds": "modal", "margin": 0.1},
-        {"body": "beam.h5", "tree": "tree.h5", "bounds": "modal", "margin": 0.1,
+        {"body": "beam.h5", "tree": "tree.h5", "bounds": "local", "margin": 0.1,
          "transform": {"translate": [0.05, 0, 0.15]}, "velocity": [0, 0, -3]}],
         "time": {"dt": 0.005, "frames": 4, "steps_per_frame": 2}})");
     const nlohmann::json scene = json_of({"simulate", "scene.json", "-o", "scene.h5", "--audit", "1", "--csv",
@@ -99,7 +99,8 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
     EXPECT_EQ(pairs("tree.h5@" + beam, "moved.obj"), exact);
     EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj"), exact);
     EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", "bd"}), exact);
-    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "moved.obj", {"--bounds", "modal", "--margin", "10"}), exact);
+    for (const char* bounds : {"modal", "local"})
+        EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "moved.obj", {"--bounds", bounds, "--margin", "10"}), exact);
 
     for (const char* file : {"beam.h5", "data.h5", "tree.h5", "scene.h5"})
         EXPECT_EQ(json_of({"inspect", file})["whole"], true) << file;

@@ -12,7 +12,7 @@ namespace nbd {
 namespace {
 
 /// The sphere as the comment of LocalModel defines it, in double.
-Sphere reference(const LocalModel& model, int node, const Vertices& x) {
+LocalSphere reference(const LocalModel& model, int node, const Vertices& x) {
     const LocalModel::Node& n = model.nodes[static_cast<std::size_t>(node)];
     const int k = n.sample_count, h = LocalModel::hidden;
     Eigen::MatrixX3d y(k, 3);
@@ -26,6 +26,8 @@ Sphere reference(const LocalModel& model, int node, const Vertices& x) {
     };
     const Eigen::RowVector3d c = take(k, 1).transpose() * y;
     const Eigen::VectorXd d = (y.rowwise() - c).rowwise().norm();
+    const Eigen::VectorXd middle = take(k, 1), inverse_half = take(k, 1);
+    const double strangeness = (d.cwiseAbs2() - middle).cwiseAbs().cwiseProduct(inverse_half).maxCoeff();
     const LocalModel::Reach reach = model.reach(node);
     double growth = reach.growth;
     if (model.network) {
@@ -34,7 +36,8 @@ Sphere reference(const LocalModel& model, int node, const Vertices& x) {
         const Eigen::VectorXd h1 = (W1 * d + b1).cwiseMax(0), h2 = (W2 * h1 + b2).cwiseMax(0);
         growth = std::clamp(growth + w3.col(0).dot(h2), double{reach.low}, double{reach.high});
     }
-    return {c.transpose().cast<float>(), static_cast<float>(d.maxCoeff() + growth)};
+    return {{c.transpose().cast<float>(), static_cast<float>(d.maxCoeff() + growth)},
+            static_cast<float>(strangeness)};
 }
 
 struct LocalModelTest : testing::Test {
@@ -56,7 +59,9 @@ TEST_F(LocalModelTest, SphereFollowsItsEquations) {
         bound.begin_pose(x);
         int clamped = 0, inside = 0;
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
-            const Sphere expected = reference(model, i, x), sphere = bound.bound(i);
+            const LocalSphere local = reference(model, i, x);
+            const Sphere expected = local.sphere, sphere = bound.bound(i);
+            EXPECT_NEAR(bound.strangeness(i), local.strangeness, 2e-5 * local.strangeness + 1e-6) << i;
             EXPECT_NEAR((sphere.c - expected.c).norm(), 0, 1e-6) << i;
             EXPECT_NEAR(sphere.r, expected.r, 2e-6) << i;
             const LocalModel::Reach reach = model.reach(i);
@@ -94,6 +99,16 @@ TEST_F(LocalModelTest, BoxIsThatOfTheSamplesGrown) {
     }
 }
 
+TEST_F(LocalModelTest, TakesPositionsThatAreNoNumbersForStrange) {
+    const LocalModel model = shapes::random_local_model(tree, false, 2);
+    LocalBound bound(model);
+    Vertices x = pose(1);
+    x(model.samples[static_cast<std::size_t>(model.nodes[5].sample_begin)], 1) = NAN;
+    bound.begin_pose(x);
+    bound.bound(5);
+    EXPECT_TRUE(std::isnan(bound.strangeness(5)));
+}
+
 TEST_F(LocalModelTest, ReadsPositionsThatLieApart) {
     const LocalModel model = shapes::random_local_model(tree, true, 2);
     const Vertices x = pose(1);
@@ -102,7 +117,8 @@ TEST_F(LocalModelTest, ReadsPositionsThatLieApart) {
     const Eigen::Map<const Vertices, 0, Eigen::OuterStride<>> apart(wide.data(), x.rows(), 3,
                                                                     Eigen::OuterStride<>(5));
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i)
-        EXPECT_EQ(local_sphere(model, i, VerticesRef(apart)).r, local_sphere(model, i, VerticesRef(x)).r);
+        EXPECT_EQ(local_sphere(model, i, VerticesRef(apart)).sphere.r,
+                  local_sphere(model, i, VerticesRef(x)).sphere.r);
 }
 
 TEST_F(LocalModelTest, CheckNamesWhatIsWrong) {
@@ -126,12 +142,14 @@ TEST_F(LocalModelTest, CheckNamesWhatIsWrong) {
     EXPECT_EQ(error([](M& m) { m.nodes[2].sample_count = 144; }),
               "local tree: node 2 has 144 samples, allowed: multiples of 16 up to 128");
     EXPECT_EQ(error([](M& m) { m.nodes[1].value_begin = 0; }),
-              "local tree: node 1 begins at sample 32 and value 0 instead of 32 and 864");
+              "local tree: node 1 begins at sample 32 and value 0 instead of 32 and 928");
     EXPECT_EQ(error([](M& m) { m.samples.pop_back(); }).substr(0, 16), "local tree: has ");
     EXPECT_EQ(error([](M& m) { m.values.push_back(0); }).substr(0, 16), "local tree: has ");
-    EXPECT_EQ(error([](M& m) { m.values[900] = NAN; }), "local tree: a number of node 1 is not finite");
+    EXPECT_EQ(error([](M& m) { m.values[950] = NAN; }), "local tree: a number of node 1 is not finite");
     EXPECT_EQ(error([](M& m) { m.values[0] += 1; }).substr(0, 54),
               "local tree: the weights of the centre of node 0 sum to");
+    EXPECT_EQ(error([](M& m) { m.values[70] = -1; }),
+              "local tree: the range of a sample of node 0 is negative");
     EXPECT_EQ(error([&](M& m) { reach(m, 4)[1] = 0.3f; }),
               "local tree: the reach of node 4 is 0.3 to 0.2 and 0.01, allowed: an ascending range and a "
               "growth, 0 or more");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tests/collision/models.hpp"
 #include "tests/support/shapes.hpp"
 #include "training/tree_file.hpp"
 
@@ -10,7 +11,7 @@ struct ExampleTree {
     int depth = 3, modes = 5, representatives = 12;
 };
 
-/// A valid tree file with both models, calibrated, their numbers at random.
+/// A valid tree file with all models, calibrated, their numbers at random.
 inline TreeFile example_tree(const ExampleTree& config) {
     std::srand(5);
     const int n = config.grid;
@@ -39,6 +40,8 @@ inline TreeFile example_tree(const ExampleTree& config) {
     tree.modal->out_centre = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
     tree.modal->out_scale = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
     tree.modal->centre_map = Eigen::MatrixXf::Random(config.modes, 3 * nodes);
+
+    tree.local = shapes::random_local_model(tree.spheres, false, 3);
 
     for (const BoundKind kind : {BoundKind::bd, BoundKind::modal}) {
         Calibration& calibration = tree.calibrations[kind];

@@ -34,6 +34,8 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
     EXPECT_EQ(a.tree.modal->modes.representatives, b.tree.modal->modes.representatives);
     EXPECT_EQ(a.tree.modal->z_centre, b.tree.modal->z_centre);
     EXPECT_EQ(a.tree.modal->out_scale, b.tree.modal->out_scale);
+    EXPECT_EQ(a.tree.local->samples, b.tree.local->samples);
+    EXPECT_EQ(a.tree.local->values, b.tree.local->values);
     EXPECT_EQ(a.facts.node_loss, b.facts.node_loss);
     EXPECT_EQ(a.facts.code_error, b.facts.code_error);
 }
@@ -44,7 +46,8 @@ TEST_F(TrainTree, GivesATreeWhoseModelsFitAndThatSaysWhatItWasTrainedOn) {
     const TreeFile file = train_tree(bar.body, data, quick(),
                                      {.stage = [&](std::string_view name) { stages.emplace_back(name); }});
     EXPECT_NO_THROW(check_sphere_tree(file.tree.spheres, file.tree.vertex_count, file.tree.faces));
-    ASSERT_TRUE(file.tree.bd && file.tree.modal);
+    ASSERT_TRUE(file.tree.bd && file.tree.modal && file.tree.local);
+    EXPECT_NO_THROW(check_local_model(*file.tree.local, file.tree.spheres, file.tree.vertex_count));
     EXPECT_NO_THROW(check_bd_model(*file.tree.bd, file.tree.spheres, file.tree.vertex_count));
     EXPECT_NO_THROW(check_modal_model(*file.tree.modal, file.tree.spheres, file.tree.vertex_count));
     EXPECT_EQ(file.tree.spheres.nodes.size(), 7u);
@@ -55,8 +58,9 @@ TEST_F(TrainTree, GivesATreeWhoseModelsFitAndThatSaysWhatItWasTrainedOn) {
     EXPECT_NE(file.facts.config.find("\"representatives\":40"), std::string::npos);
     EXPECT_LT(file.facts.node_loss.maxCoeff(), 0.05f);
     EXPECT_GT(file.facts.code_error, 0);
-    EXPECT_EQ(stages, (std::vector<std::string>{"reading", "clustering modes", "computing labels",
-                                                "training networks"}));
+    EXPECT_EQ(stages,
+              (std::vector<std::string>{"reading", "choosing samples", "fitting local bounds",
+                                        "clustering modes", "computing labels", "training networks"}));
 }
 
 TEST_F(TrainTree, GivesTheSameBitsOnAnyNumberOfThreads) {
@@ -82,6 +86,24 @@ TEST_F(TrainTree, GivesTheSameBitsWhenInterruptedAndResumedFromItsCheckpoint) {
     expect_same(resumed, train_tree(bar.body, data, quick()));
 }
 
+TEST_F(TrainTree, TrainsTheBoundsThatItIsAskedFor) {
+    const auto data = recording();
+    const TreeFile both = train_tree(bar.body, data, quick());
+    TrainConfig config = quick();
+    config.bounds = {BoundKind::modal};
+    const TreeFile modal = train_tree(bar.body, data, config);
+    EXPECT_TRUE(modal.tree.bd && modal.tree.modal && !modal.tree.local);
+    EXPECT_EQ(modal.tree.modal->weights, both.tree.modal->weights);
+    config.bounds = {BoundKind::local};
+    SurfaceBody without_modes = bar.body;
+    without_modes.U.resize(without_modes.U.rows(), 0);
+    const TreeFile local = train_tree(without_modes, data, config);
+    EXPECT_TRUE(!local.tree.bd && !local.tree.modal && local.tree.local);
+    EXPECT_EQ(local.tree.local->values, both.tree.local->values);
+    save_tree(folder / "local.h5", local);
+    EXPECT_EQ(load_tree(folder / "local.h5").tree.local->values, local.tree.local->values);
+}
+
 TEST_F(TrainTree, TakesTheLowestModesWhereTheBodyHasMore) {
     TrainConfig config = quick();
     config.modes = 5;
@@ -101,6 +123,11 @@ TEST_F(TrainTree, RefusesTooFewPosesAndBadOptions) {
     };
     EXPECT_NE(error([](auto&) {}).find("training poses, at least one batch of 32 needed"), std::string::npos);
     EXPECT_EQ(error([](auto& c) { c.modes = 0; }), "0 modes, at least 1 needed");
+    EXPECT_EQ(error([](auto& c) { c.bounds = {}; }), "no bounds to train; allowed: modal, local");
+    EXPECT_EQ(error([](auto& c) { c.bounds = {BoundKind::bd}; }),
+              "bd bounds are not trained; allowed: modal, local");
+    EXPECT_EQ(error([](auto& c) { c.local.sample_poses = 0; }),
+              "0 poses to choose samples from, at least 1 needed");
     EXPECT_EQ(error([](auto& c) { c.held_out_share = 2; }),
               "share of held-out trajectories 2, allowed is [0, 1)");
     EXPECT_EQ(error([](auto& c) { c.mlp.hidden = 7; }),

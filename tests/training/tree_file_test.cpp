@@ -96,6 +96,13 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
         EXPECT_EQ(a.tree.modal->out_scale, b.tree.modal->out_scale);
         EXPECT_EQ(a.tree.modal->centre_map, b.tree.modal->centre_map);
     }
+    ASSERT_EQ(a.tree.local.has_value(), b.tree.local.has_value());
+    if (a.tree.local) {
+        EXPECT_EQ(a.tree.local->network, b.tree.local->network);
+        EXPECT_EQ(a.tree.local->nodes, b.tree.local->nodes);
+        EXPECT_EQ(a.tree.local->samples, b.tree.local->samples);
+        EXPECT_EQ(a.tree.local->values, b.tree.local->values);
+    }
     expect_same(a.facts, b.facts);
 }
 
@@ -117,6 +124,10 @@ TEST_F(TreeFileTest, NeedsNoModels) {
     expect_same(load_tree(folder / "modal.h5"), file);
     file.tree.modal.reset();
     file.tree.calibrations.clear();
+    file.tree.local->nodes[3].exact = true;
+    save_tree(folder / "local.h5", file);
+    expect_same(load_tree(folder / "local.h5"), file);
+    file.tree.local.reset();
     file.facts = {};
     save_tree(folder / "exact.h5", file);
     expect_same(load_tree(folder / "exact.h5"), file);
@@ -219,7 +230,7 @@ const BrokenTree broken_trees[] = {
      [](EditFile& f) {
          f.replace("topology/nodes", {0, 6}, std::vector<int>());
          f.replace("topology/rest_spheres", {0, 4}, std::vector<float>());
-         f.remove("bd"), f.remove("modal"), f.remove("calibration");
+         f.remove("bd"), f.remove("modal"), f.remove("local"), f.remove("calibration");
      }},
     {"node 0 has its first child at 1000000", [](EditFile& f) { f.set("topology/nodes", 0, 1000000); }},
     {"the root owns faces", [](EditFile& f) { f.set("topology/nodes", 3, 127); }},
@@ -252,6 +263,17 @@ const BrokenTree broken_trees[] = {
      [](EditFile& f) {
          f.replace("modal/centre_map", {5, 44}, std::vector<float>(220));
      }},
+    {"node 2 of local/nodes with 1000000 samples; allowed: 16 to 128",
+     [](EditFile& f) { f.set("local/nodes", 4, 1000000); }},
+    {"node 2 of local/nodes with -16 samples", [](EditFile& f) { f.set("local/nodes", 4, -16); }},
+    {"dataset 'local/samples' is", [](EditFile& f) { f.set("local/nodes", 0, 48); }},
+    {"dataset 'local/values' is", [](EditFile& f) { f.set_attribute("local", "network", 1); }},
+    {"dataset 'local/nodes' is 14 x 2; allowed: 15 x 2",
+     [](EditFile& f) {
+         f.replace("local/nodes", {14, 2}, std::vector<int>(28));
+     }},
+    {"local tree: sample vertex 64", [](EditFile& f) { f.set("local/samples", 5, 64); }},
+    {"local tree: a number of node 0 is not finite", [](EditFile& f) { f.set("local/values", 40, nan); }},
     {"calibration of bd bounds, which the tree has not", [](EditFile& f) { f.remove("bd"); }},
     {"dataset 'calibration/modal/margins' is 14; allowed: 15",
      [](EditFile& f) { f.replace("calibration/modal/margins", {14}, std::vector<float>(14)); }},

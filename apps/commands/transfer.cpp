@@ -1,0 +1,49 @@
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "apps/commands/commands.hpp"
+#include "apps/load.hpp"
+#include "meshing/body.hpp"
+#include "training/transfer_tree.hpp"
+
+namespace nbd {
+namespace {
+
+struct TransferArguments {
+    std::string tree, body, output;
+};
+
+void run(const TransferArguments& arguments, Output& out) {
+    check_output(arguments.output, {arguments.tree, arguments.body});
+    const TreeFile trained = load_tree(arguments.tree);
+    const SurfaceBody body = surface_body(load_body(arguments.body));
+    TreeFile file;
+    try {
+        file = transfer_tree(trained, body);
+    } catch (const std::invalid_argument& e) {
+        throw std::runtime_error(fmt::format("{} to {}: {}", arguments.tree, arguments.body, e.what()));
+    }
+    save_tree(arguments.output, file);
+    out.text(
+        fmt::format("{}: local bounds of {} nodes, trained on {} vertices, over {} vertices and {} faces",
+                    arguments.output, file.tree.spheres.nodes.size(), trained.tree.vertex_count,
+                    file.tree.vertex_count, file.tree.faces.rows()));
+    out.result({{"nodes", file.tree.spheres.nodes.size()},
+                {"vertices", file.tree.vertex_count},
+                {"faces", file.tree.faces.rows()}});
+}
+
+}  // namespace
+
+void add_transfer(CLI::App& app, Output& out) {
+    auto arguments = std::make_shared<TransferArguments>();
+    CLI::App* command = app.add_subcommand(
+        "transfer", "Carries a tree's local bounds over to another resolution of the surface");
+    command->add_option("TREE", arguments->tree, "Tree file with local bounds")->required();
+    command->add_option("BODY", arguments->body, "Body file with the other surface")->required();
+    command->add_option("-o,--output", arguments->output, "Tree file to write")->required();
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+}  // namespace nbd

@@ -1,0 +1,86 @@
+#include "training/transfer_tree.hpp"
+
+#include <gtest/gtest.h>
+
+#include "collision/bounding_sphere.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/file_damage.hpp"
+#include "tests/training/bar.hpp"
+#include "training/train_tree.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Bar;
+
+class TransferTree : public test::FileTest {
+ protected:
+    TreeFile trained() const {
+        coarse.record(folder / "data.h5", 8, 25, 2);
+        TrainConfig config{.bounds = {BoundKind::local}, .tree = {.depth = 4}};
+        TreeFile file = train_tree(coarse.body, RecordingReader(folder / "data.h5"), config);
+        const std::size_t nodes = file.tree.spheres.nodes.size();
+        file.tree.calibrations[BoundKind::local] = {.miss_rate = 0.01,
+                                                    .confidence = 0.9,
+                                                    .trajectories = 2,
+                                                    .poses = 50,
+                                                    .margins = std::vector<float>(nodes, 0.01f)};
+        return file;
+    }
+    Bar coarse{0, 4}, fine{0, 8};
+};
+
+TEST_F(TransferTree, BoundsTheSameNodesOfAFinerSurface) {
+    const TreeFile before = trained();
+    const TreeFile after = transfer_tree(before, fine.body);
+    EXPECT_NO_THROW(check_collision_tree(after.tree));
+    EXPECT_EQ(after.tree.spheres.nodes.size(), before.tree.spheres.nodes.size());
+    EXPECT_EQ(after.tree.faces, fine.body.F);
+    EXPECT_EQ(after.facts.body_hash, fine.body.hash);
+    EXPECT_EQ(after.tree.calibrations.at(BoundKind::local).margins[3], 0.01f);
+    for (std::size_t i = 0; i < after.tree.spheres.nodes.size(); ++i) {
+        const SphereTree::Node &a = before.tree.spheres.nodes[i], &b = after.tree.spheres.nodes[i];
+        EXPECT_EQ(b.first_child, a.first_child);
+        EXPECT_EQ(b.face_end - b.face_begin, 4 * (a.face_end - a.face_begin));
+        const Sphere &s = before.tree.spheres.rest[i], &t = after.tree.spheres.rest[i];
+        EXPECT_LT((s.c - t.c).norm(), 0.15f * s.r) << i;
+    }
+
+    double error = 0;
+    int outside = 0, count = 0, leaves_outside = 0;
+    for (int frame = 0; frame < 30; ++frame) {
+        Vertices x;
+        apply_embedding(fine.body.W, fine.frame(99, frame % 5, frame), x);
+        for (int i = 0; i < static_cast<int>(after.tree.spheres.nodes.size()); ++i) {
+            const Sphere s = local_sphere(*after.tree.local, i, VerticesRef(x)).sphere;
+            float most = 0;
+            for (const int v : after.tree.spheres.node_vertices(i))
+                most = std::max(most, (x.row(v).transpose() - s.c).norm());
+            error +=
+                std::abs(double{s.r} / double{bounding_sphere(x, after.tree.spheres.node_vertices(i)).r} - 1);
+            outside += most > 1.01f * s.r;
+            leaves_outside += most > 1.05f * s.r;
+            ++count;
+        }
+    }
+    EXPECT_LT(error / count, 0.05);
+    EXPECT_LT(outside, count / 50);
+    EXPECT_EQ(leaves_outside, 0);
+}
+
+TEST_F(TransferTree, RefusesOtherSurfacesAndTreesWithoutLocalBounds) {
+    TreeFile before = trained();
+    SurfaceBody other = fine.body;
+    other.X *= 1.5f;
+    EXPECT_NE(test::refusal([&] { transfer_tree(before, other); }), "");
+    SurfaceBody coarser = Bar(0, 1).body;
+    EXPECT_NE(test::refusal([&] { transfer_tree(before, coarser); }).find("gets no face of the surface"),
+              std::string::npos);
+    before.tree.local.reset();
+    before.tree.calibrations.clear();
+    EXPECT_EQ(test::refusal([&] { transfer_tree(before, fine.body); }),
+              "the tree has no local bounds to carry over");
+}
+
+}  // namespace
+}  // namespace nbd

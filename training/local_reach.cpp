@@ -1,0 +1,108 @@
+#include "training/local_reach.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "collision/bounding_sphere.hpp"
+#include "collision/counter_random.hpp"
+
+namespace nbd {
+
+namespace {
+
+/// The boxes of all nodes in a pose, from the leaves up.
+void fit_boxes(const SphereTree& tree, const Vertices& x, std::vector<Box>& boxes) {
+    boxes.assign(tree.nodes.size(), empty_box());
+    for (std::size_t i = tree.nodes.size(); i-- > 0;) {
+        const SphereTree::Node& node = tree.nodes[i];
+        if (node.is_leaf()) {
+            for (const int v : tree.node_vertices(static_cast<int>(i))) {
+                const Eigen::Array4f p(x(v, 0), x(v, 1), x(v, 2), 0);
+                boxes[i] = joined(boxes[i], {p, p});
+            }
+        } else {
+            const auto child = static_cast<std::size_t>(node.first_child);
+            boxes[i] = joined(boxes[child], boxes[child + 1]);
+        }
+    }
+}
+
+float largest_distance(VerticesRef x, std::span<const int> vertices, const Eigen::Vector3f& c) {
+    float squared = 0;
+    for (const int v : vertices) squared = std::max(squared, (x.row(v).transpose() - c).squaredNorm());
+    return std::sqrt(squared);
+}
+
+}  // namespace
+
+LocalReach measure_reach(const SurfaceBody& body, const SphereTree& tree, const LocalModel& model,
+                         const RecordingReader& recording, std::span<const FrameId> frames,
+                         std::uint64_t seed, bool with_samples) {
+    const auto poses = static_cast<Eigen::Index>(frames.size());
+    const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
+    LocalReach reach;
+    for (PoseRows* rows : {&reach.distance, &reach.growth, &reach.box, &reach.exact})
+        rows->resize(poses, nodes);
+    if (with_samples)
+        for (const LocalModel::Node& node : model.nodes)
+            reach.samples.emplace_back(poses, node.exact ? 0 : node.sample_count);
+    struct Scratch {
+        Vertices turned;
+        std::vector<Box> boxes;
+        PoseRows low, high;  // squared distances so far
+    };
+    const auto all_samples = static_cast<Eigen::Index>(model.samples.size());
+    constexpr float inf = std::numeric_limits<float>::infinity();
+    std::vector<Scratch> scratch(frame_slots);
+    for (Scratch& s : scratch) {
+        s.low = PoseRows::Constant(1, all_samples, inf);
+        s.high = PoseRows::Zero(1, all_samples);
+    }
+    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+        auto& [turned, boxes, low, high] = scratch[static_cast<std::size_t>(slot)];
+        const auto& f = frames[static_cast<std::size_t>(index)];
+        const auto stream =
+            static_cast<std::uint64_t>(f.trajectory) << 32 | static_cast<std::uint64_t>(f.frame);
+        turned = x * CounterRandom(seed, stream).orientation().toRotationMatrix().cast<float>();
+        fit_boxes(tree, turned, boxes);
+        for (Eigen::Index i = 0; i < nodes; ++i) {
+            const int node = static_cast<int>(i);
+            const std::span<const int> vertices = tree.node_vertices(node);
+            const LocalModel::Node& n = model.nodes[static_cast<std::size_t>(i)];
+            const auto samples = std::span(model.samples)
+                                     .subspan(static_cast<std::size_t>(n.sample_begin),
+                                              static_cast<std::size_t>(n.sample_count));
+            const Eigen::Vector3f c = local_sphere(model, node, x).sphere.c;
+            reach.distance(index, i) = largest_distance(x, samples, c);
+            reach.exact(index, i) = bounding_sphere(x, vertices).r;
+            reach.growth(index, i) = largest_distance(x, vertices, c) - reach.distance(index, i);
+            Box seen = empty_box();
+            for (const int v : samples) {
+                const Eigen::Array4f p(turned(v, 0), turned(v, 1), turned(v, 2), 0);
+                seen = joined(seen, {p, p});
+            }
+            const Box& all = boxes[static_cast<std::size_t>(i)];
+            reach.box(index, i) = std::max((seen.lo - all.lo).maxCoeff(), (all.hi - seen.hi).maxCoeff());
+            for (Eigen::Index k = 0; k < n.sample_count; ++k) {
+                const float squared =
+                    (x.row(samples[static_cast<std::size_t>(k)]).transpose() - c).squaredNorm();
+                const Eigen::Index sample = n.sample_begin + k;
+                low(0, sample) = std::min(low(0, sample), squared);
+                high(0, sample) = std::max(high(0, sample), squared);
+                if (with_samples && !n.exact)
+                    reach.samples[static_cast<std::size_t>(i)](index, k) = std::sqrt(squared);
+            }
+        }
+    });
+    reach.squared_low = scratch.front().low;
+    reach.squared_high = scratch.front().high;
+    for (const Scratch& s : scratch) {
+        reach.squared_low = reach.squared_low.cwiseMin(s.low);
+        reach.squared_high = reach.squared_high.cwiseMax(s.high);
+    }
+    return reach;
+}
+
+}  // namespace nbd

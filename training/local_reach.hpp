@@ -1,0 +1,30 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "collision/local_model.hpp"
+#include "training/frame_stream.hpp"
+#include "training/mlp.hpp"
+
+namespace nbd {
+
+/// How far nodes reach beyond their samples, metres: what the numbers of a LocalModel's Reach are fitted to.
+struct LocalReach {
+    PoseRows distance;  // [poses, nodes] largest distance from the centre to a sample
+    PoseRows growth;    // [poses, nodes] largest distance to any of the node's vertices, minus that
+    PoseRows box;       // [poses, nodes] by how much the samples' box must grow on its worst side. The box's
+                        // axes are turned at random in every pose
+    PoseRows exact;     // [poses, nodes] radius of the exact sphere
+    PoseRows squared_low, squared_high;  // [1, samples of all nodes] least and largest squared distance of
+                                         // each sample from its centre, m^2
+    std::vector<PoseRows> samples;       // [nodes] of [poses, samples]: distances from the centre; on request
+};
+
+/// Streams the frames once. model: whose samples and centres are given; its reach is ignored. with_samples:
+/// fill LocalReach::samples. seed: of the boxes' axes. Same bits on any number of threads.
+LocalReach measure_reach(const SurfaceBody& body, const SphereTree& tree, const LocalModel& model,
+                         const RecordingReader& recording, std::span<const FrameId> frames,
+                         std::uint64_t seed, bool with_samples);
+
+}  // namespace nbd

@@ -1,0 +1,142 @@
+#include "training/train_local.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "collision/counter_random.hpp"
+#include "meshing/parallel/parallel_for.hpp"
+
+namespace nbd {
+
+namespace {
+
+constexpr std::size_t pose_bytes = std::size_t{512} << 20;
+
+/// At most `most` of the surface's poses, evenly spread, as many as memory allows.
+std::vector<Vertices> some_poses(const SurfaceBody& body, const RecordingReader& recording,
+                                 std::span<const FrameId> frames, int most) {
+    const auto bytes = static_cast<std::size_t>(std::max<Eigen::Index>(body.X.size(), 1)) * sizeof(float);
+    const auto fit = static_cast<int>(std::clamp<std::size_t>(pose_bytes / bytes, 1, 1'000'000));
+    const std::vector<FrameId> chosen = spread(frames, std::min(most, fit));
+    std::vector<Vertices> poses(chosen.size());
+    for_each_frame(body, recording, chosen,
+                   [&](int, int index, VerticesRef x) { poses[static_cast<std::size_t>(index)] = x; });
+    return poses;
+}
+
+/// Lays the blocks out and fills in samples and weights of the centres.
+LocalModel make_model(const std::vector<NodeSamples>& nodes, bool network) {
+    LocalModel model;
+    model.network = network;
+    for (const NodeSamples& node : nodes) {
+        const int count = static_cast<int>(node.vertices.size());
+        const auto begin = model.values.size();
+        model.nodes.push_back(
+            {static_cast<int>(model.samples.size()), count, static_cast<int>(begin), node.exact});
+        model.samples.insert(model.samples.end(), node.vertices.begin(), node.vertices.end());
+        model.values.resize(begin + static_cast<std::size_t>(LocalModel::block_size(count, network)));
+        std::copy_n(node.weights.data(), count, model.values.begin() + static_cast<std::ptrdiff_t>(begin));
+    }
+    return model;
+}
+
+/// Middles and inverse half widths of the ranges that the node's samples had in training. No range is
+/// narrower than 1 % of its middle, so that rounding is not taken for strange.
+void fit_range(const LocalReach& reach, const LocalModel::Node& node, float* values) {
+    for (int k = 0; k < node.sample_count; ++k) {
+        const float low = reach.squared_low(0, node.sample_begin + k),
+                    high = reach.squared_high(0, node.sample_begin + k);
+        const float middle = 0.5f * (low + high);
+        values[k] = middle;
+        values[node.sample_count + k] =
+            1 / std::max({0.5f * (high - low), 0.01f * middle, std::numeric_limits<float>::min()});
+    }
+}
+
+/// The least value that at most a share `miss_rate` of the numbers exceeds.
+float upper_quantile(Eigen::VectorXf numbers, double miss_rate) {
+    const auto above = static_cast<Eigen::Index>(miss_rate * static_cast<double>(numbers.size()));
+    float* nth = numbers.data() + numbers.size() - 1 - std::min(above, numbers.size() - 1);
+    std::nth_element(numbers.data(), nth, numbers.data() + numbers.size());
+    return *nth;
+}
+
+}  // namespace
+
+void check_local_config(const LocalConfig& config) {
+    check_samples_config(config.samples);
+    check_network_config(config.networks);
+    if (config.sample_poses < 1)
+        throw std::invalid_argument(
+            fmt::format("{} poses to choose samples from, at least 1 needed", config.sample_poses));
+    if (!(config.box_miss_rate >= 0 && config.box_miss_rate < 1))
+        throw std::invalid_argument(
+            fmt::format("miss rate of boxes {}, allowed is [0, 1)", config.box_miss_rate));
+}
+
+LocalModel choose_local_samples(const SurfaceBody& body, const SphereTree& tree,
+                                const RecordingReader& recording, std::span<const FrameId> frames,
+                                const LocalConfig& config) {
+    check_local_config(config);
+    if (frames.empty()) throw std::invalid_argument("no pose to choose samples from");
+    LocalSamplesConfig samples = config.samples;
+    samples.seed = counter_random(config.seed, 0, 0);
+    const std::vector<Vertices> poses = some_poses(body, recording, frames, config.sample_poses);
+    std::vector<NodeSamples> nodes(tree.nodes.size());
+    parallel_for(
+        static_cast<int>(nodes.size()),
+        [&](int i) {
+            nodes[static_cast<std::size_t>(i)] =
+                choose_samples(body.X, poses, tree.node_vertices(i), samples);
+        },
+        1);
+    return make_model(nodes, config.network);
+}
+
+void fit_local_reach(const LocalReach& reach, const LocalConfig& config, LocalModel& model) {
+    LocalNetworkConfig networks = config.networks;
+    networks.seed = counter_random(config.seed, 1, 0);
+    parallel_for(
+        static_cast<int>(model.nodes.size()),
+        [&](int i) {
+            const LocalModel::Node& node = model.nodes[static_cast<std::size_t>(i)];
+            if (node.exact) return;
+            const Eigen::VectorXf growth = reach.growth.col(i);
+            float* block = model.values.data() + node.value_begin;
+            fit_range(reach, node, block + node.sample_count);
+            float* last =
+                block + LocalModel::block_size(node.sample_count, model.network) - LocalModel::lanes;
+            LocalModel::Reach fitted{.growth = static_cast<float>(growth.cast<double>().mean()),
+                                     .low = 0,
+                                     .high = growth.maxCoeff(),
+                                     .box_growth = upper_quantile(reach.box.col(i), config.box_miss_rate)};
+            if (model.network) {
+                const Eigen::VectorXf weights =
+                    train_local_network(reach.samples[static_cast<std::size_t>(i)], growth, networks,
+                                        static_cast<std::uint64_t>(i))
+                        .weights;
+                std::copy_n(weights.data(), weights.size() - 1, block + 3 * node.sample_count);
+                fitted.growth = weights[weights.size() - 1];
+            }
+            last[0] = fitted.growth, last[1] = fitted.low, last[2] = fitted.high, last[3] = fitted.box_growth;
+        },
+        1);
+}
+
+LocalModel train_local(const SurfaceBody& body, const SphereTree& tree, const RecordingReader& recording,
+                       std::span<const FrameId> frames, const LocalConfig& config,
+                       const std::function<void(std::string_view)>& stage) {
+    if (stage) stage("choosing samples");
+    LocalModel model = choose_local_samples(body, tree, recording, frames, config);
+    if (stage) stage("fitting local bounds");
+    fit_local_reach(measure_reach(body, tree, model, recording, frames, counter_random(config.seed, 2, 0),
+                                  config.network),
+                    config, model);
+    return model;
+}
+
+}  // namespace nbd
