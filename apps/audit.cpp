@@ -34,10 +34,10 @@ Audit::Audit(const SceneSpec& spec, const std::vector<LoadedBody>& bodies) {
     }
 }
 
-AuditCount Audit::check(const World& world) {
+AuditCount Audit::check(World& world) {
     for (std::size_t i = 0; i < scene_.size(); ++i) {
         const Vertices& x = world.surface(static_cast<int>(i)).x_float();
-        scene_[i].begin_pose(x);
+        scene_[i].begin_pose(x, world.motion(static_cast<int>(i)));
         exact_[i].begin_pose(x);
     }
     const auto distance = static_cast<float>(world.thickness());

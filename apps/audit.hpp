@@ -24,7 +24,7 @@ class Audit {
     Audit(const SceneSpec& spec, const std::vector<LoadedBody>& bodies);
 
     /// All pairs of bodies in their current poses.
-    AuditCount check(const World& world);
+    AuditCount check(World& world);
 
  private:
     std::vector<PosedTree> scene_, exact_;  // [bodies]

@@ -16,8 +16,10 @@
 namespace nbd {
 
 SurfaceBody surface_body(const Body& body) {
-    return make_surface_body(body.surface.X.cast<float>(), body.surface.F, body.W.cast<float>(), body.modes.U,
-                             body_hash(body));
+    SurfaceBody result = make_surface_body(body.surface.X.cast<float>(), body.surface.F, body.W.cast<float>(),
+                                           body.modes.U, body_hash(body));
+    result.solid = body.tets;
+    return result;
 }
 
 namespace {

@@ -80,6 +80,7 @@ int main(int argc, char** argv) {
     nbd::add_evaluate(app, out);
     nbd::add_figures(app, out);
     nbd::add_transfer(app, out);
+    nbd::add_export(app, out);
     nbd::add_simulate(app, out);
     nbd::add_validate(app, out);
     nbd::add_collide(app, out);

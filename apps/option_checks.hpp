@@ -67,6 +67,8 @@ inline CLI::Validator sample_count() {
 }
 
 /// The names of bounds.
-inline CLI::Validator bounds_name() { return CLI::IsMember({"exact", "bd", "modal", "local"}); }
+inline CLI::Validator bounds_name() {
+    return CLI::IsMember({"exact", "bd", "modal", "local", "certified"});
+}
 
 }  // namespace nbd

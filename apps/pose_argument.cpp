@@ -6,6 +6,7 @@
 #include <regex>
 #include <stdexcept>
 
+#include "collision/certified/solid_meter.hpp"
 #include "meshing/read_surface.hpp"
 #include "training/recording.hpp"
 #include "training/tree_file.hpp"
@@ -13,7 +14,8 @@
 namespace nbd {
 namespace {
 
-Vertices recorded_pose(const TreeFile& file, const std::string& path, int id, int frame) {
+/// nodes: out, [N, 3] of the body.
+Vertices recorded_pose(const TreeFile& file, const std::string& path, int id, int frame, Vertices& nodes) {
     const RecordingReader recording(path);
     const auto& trajectories = recording.trajectories();
     const auto found = std::ranges::find(trajectories, id, &TrajectoryInfo::id);
@@ -25,7 +27,7 @@ Vertices recorded_pose(const TreeFile& file, const std::string& path, int id, in
     if (frame >= found->frames)
         throw std::runtime_error(
             fmt::format("{}: no frame {} in trajectory {}, it has {}", path, frame, id, found->frames));
-    Vertices nodes, x;
+    Vertices x;
     recording.read(static_cast<int>(found - trajectories.begin()), frame, 1, nodes);
     apply_embedding(file.W, nodes, x);
     return x;
@@ -54,10 +56,18 @@ PosedSurface read_pose(const std::string& argument) {
     TreeFile file = load_tree(argument.substr(0, at));
     const std::string pose = argument.substr(at + 1);
     std::smatch part;
+    Vertices nodes;
+    std::vector<RegionMotion> motion;
     Vertices x = std::regex_match(pose, part, std::regex("(.+):([0-9]{1,9}):([0-9]{1,9})"))
-                     ? recorded_pose(file, part[1], std::stoi(part[2]), std::stoi(part[3]))
+                     ? recorded_pose(file, part[1], std::stoi(part[2]), std::stoi(part[3]), nodes)
                      : surface_pose(file, pose);
-    return {std::make_shared<const CollisionTree>(std::move(file.tree)), std::move(x), true};
+    if (file.tree.certified && nodes.rows() > 0) {
+        SolidMeter meter(file.solid, std::make_shared<const TetRegions>(file.tree.certified->regions));
+        const std::span<const RegionMotion> measured = meter.measure(nodes);
+        motion.assign(measured.begin(), measured.end());
+    }
+    return {std::make_shared<const CollisionTree>(std::move(file.tree)), std::move(x), true,
+            std::move(motion)};
 }
 
 }  // namespace nbd

@@ -19,6 +19,7 @@ void check_collision_tree(const CollisionTree& tree) {
     if (tree.bd) check_bd_model(*tree.bd, tree.spheres, tree.vertex_count);
     if (tree.modal) check_modal_model(*tree.modal, tree.spheres, tree.vertex_count);
     if (tree.local) check_local_model(*tree.local, tree.spheres, tree.vertex_count);
+    if (tree.certified) check_certified_model(*tree.certified, tree.spheres, tree.vertex_count);
     for (const auto& [kind, calibration] : tree.calibrations) {
         if (!has_bounds(tree, kind))
             throw std::invalid_argument(
@@ -37,6 +38,8 @@ bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
             return tree.modal.has_value();
         case BoundKind::local:
             return tree.local.has_value();
+        case BoundKind::certified:
+            return tree.certified.has_value();
     }
     return false;
 }
@@ -51,6 +54,8 @@ std::string_view name(BoundKind kind) noexcept {
             return "modal";
         case BoundKind::local:
             return "local";
+        case BoundKind::certified:
+            return "certified";
     }
     return "unknown";
 }
@@ -58,7 +63,8 @@ std::string_view name(BoundKind kind) noexcept {
 BoundKind bound_kind(std::string_view name) {
     for (const BoundKind kind : bound_kinds)
         if (name == nbd::name(kind)) return kind;
-    throw std::invalid_argument(message("unknown bounds \"", name, "\", known: exact, bd, modal, local"));
+    throw std::invalid_argument(
+        message("unknown bounds \"", name, "\", known: exact, bd, modal, local, certified"));
 }
 
 }  // namespace nbd

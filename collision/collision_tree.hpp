@@ -6,19 +6,20 @@
 
 #include "collision/bd_model.hpp"
 #include "collision/calibration.hpp"
+#include "collision/certified/certified_model.hpp"
 #include "collision/local_model.hpp"
 #include "collision/modal_model.hpp"
 #include "collision/sphere_tree.hpp"
 
 namespace nbd {
 
-enum class BoundKind { exact, bd, modal, local };
+enum class BoundKind { exact, bd, modal, local, certified };
 
 /// All of them, in order.
 inline constexpr BoundKind bound_kinds[] = {BoundKind::exact, BoundKind::bd, BoundKind::modal,
-                                            BoundKind::local};
+                                            BoundKind::local, BoundKind::certified};
 
-/// "exact", "bd", "modal", "local".
+/// "exact", "bd", "modal", "local", "certified".
 std::string_view name(BoundKind kind) noexcept;
 
 /// Throws std::invalid_argument naming the known kinds.
@@ -33,6 +34,7 @@ struct CollisionTree {
     std::optional<BdModel> bd;                      // absent: the bound cannot be used
     std::optional<ModalModel> modal;                // likewise
     std::optional<LocalModel> local;                // likewise
+    std::optional<CertifiedModel> certified;        // likewise
     std::map<BoundKind, Calibration> calibrations;  // absent: the bound keeps no stated miss rate
 };
 

@@ -19,6 +19,7 @@ Bounds make_bounds(const CollisionTree& tree, BoundKind kind) {
     if (kind == BoundKind::bd && tree.bd) return BdBound(tree.spheres, *tree.bd);
     if (kind == BoundKind::modal && tree.modal) return ModalBound(tree.spheres, *tree.modal);
     if (kind == BoundKind::local && tree.local) return LocalBound(*tree.local);
+    if (kind == BoundKind::certified && tree.certified) return CertifiedBound(tree.spheres, *tree.certified);
     std::string available = "exact";
     for (const BoundKind other : bound_kinds)
         if (other != BoundKind::exact && has_bounds(tree, other)) available.append(", ").append(name(other));
@@ -52,9 +53,16 @@ PosedTree::PosedTree(PosedTree&&) noexcept = default;
 PosedTree& PosedTree::operator=(PosedTree&&) noexcept = default;
 PosedTree::~PosedTree() = default;
 
-void PosedTree::begin_pose(VerticesRef x) noexcept {
+void PosedTree::begin_pose(VerticesRef x, std::span<const RegionMotion> motion) noexcept {
     assert(x.rows() == state_->tree->vertex_count);
-    std::visit([&](auto& bounds) { bounds.begin_pose(x); }, state_->bounds);
+    std::visit(
+        [&](auto& bounds) {
+            if constexpr (requires { bounds.begin_pose(x, motion); })
+                bounds.begin_pose(x, motion);
+            else
+                bounds.begin_pose(x);
+        },
+        state_->bounds);
     state_->spheres.begin_pose(x);
     state_->boxes.begin_pose(x);
 }

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "collision/collision_tree.hpp"
 
@@ -29,7 +30,9 @@ class PosedTree {
     /// next call, so it must be an array that lasts (not an expression that makes one). `exact` visits every
     /// vertex here; `bd` and `modal` read their representatives alone, `local` nothing. Later the samples of
     /// `local` nodes are read, and all vertices of nodes that are out of range.
-    void begin_pose(VerticesRef x) noexcept;
+    /// motion: for `certified`, one a region of the tree's model, lasting as x; without it that kind takes
+    /// the exact sphere of every node. The others ignore it.
+    void begin_pose(VerticesRef x, std::span<const RegionMotion> motion = {}) noexcept;
 
     /// World-space sphere of a node in this pose.
     const Sphere& sphere(int node) noexcept;

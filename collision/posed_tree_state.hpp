@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "collision/bd_bound.hpp"
+#include "collision/certified/certified_bound.hpp"
 #include "collision/exact_bound.hpp"
 #include "collision/leaf_boxes.hpp"
 #include "collision/local_bound.hpp"
@@ -18,7 +19,7 @@ namespace nbd {
 struct PosedTreeState {
     std::shared_ptr<const CollisionTree> tree;
     BoundKind kind;
-    std::variant<ExactBound, BdBound, ModalBound, LocalBound> bounds;
+    std::variant<ExactBound, BdBound, ModalBound, LocalBound, CertifiedBound> bounds;
     SphereCache spheres;
     LeafBoxes boxes;
 };

@@ -145,17 +145,22 @@ void ElasticBody::build_mass(MassKind kind) {
             pattern_.block(mass_, i, k).diagonal().setConstant(block_mass_[pattern_.first_block(i) + k]);
 }
 
-void ElasticBody::pose(NodesRef x, ElementPose& pose) const {
+void ElasticBody::pose(NodesRef x, ElementPose& pose, RegionMeter* meter) const {
     const auto elements = static_cast<std::size_t>(element_count());
     pose.F.resize(elements);
     pose.R.resize(elements);
     pose.S.resize(elements);
     pose.f.resize(elements);
+    if (meter)
+        meter->reset([&](int t) -> Eigen::Matrix3d {
+            return edges(x, rest_.T, t) *
+                   gradient_[static_cast<std::size_t>(t / lanes)].lane(t % lanes).transpose();
+        });
     parallel_for(
-        static_cast<int>(gradient_.size()), [&](int batch) { pose_batch(x, batch, pose); }, 64);
+        static_cast<int>(gradient_.size()), [&](int batch) { pose_batch(x, batch, pose, meter); }, 64);
 }
 
-void ElasticBody::pose_batch(NodesRef x, int batch, ElementPose& pose) const {
+void ElasticBody::pose_batch(NodesRef x, int batch, ElementPose& pose, RegionMeter* meter) const {
     const int first = batch * lanes, count = std::min(lanes, element_count() - first);
     LaneMatrix3 D;  // edge vectors from the first corner, as columns
     Lanes volume;
@@ -168,6 +173,7 @@ void ElasticBody::pose_batch(NodesRef x, int batch, ElementPose& pose) const {
     LaneMatrix3 F, R, P;
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) F(i, j) = D(i, 0) * g(j, 0) + D(i, 1) * g(j, 1) + D(i, 2) * g(j, 2);
+    if (meter) meter->add(first, count, F.entries);
     rotations_of(F, R);
     Lanes trace = Lanes::Constant(-3);
     for (std::size_t k = 0; k < 9; ++k) trace += R.entries[k] * F.entries[k];

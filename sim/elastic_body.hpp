@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "collision/certified/region_meter.hpp"
 #include "meshing/body.hpp"
 #include "meshing/mesh.hpp"
 #include "sim/block_pattern.hpp"
@@ -68,8 +69,9 @@ class ElasticBody {
     const SparseMatrix& mass_matrix() const noexcept { return mass_; }  // in pattern(), kg
 
     /// Fills F, R, S and f for the positions x [N, 3], metres. Allocates on the first use of `pose` only.
-    /// Non-finite elements get R = I and pass their NaN on to f.
-    void pose(NodesRef x, ElementPose& pose) const;
+    /// Non-finite elements get R = I and pass their NaN on to f. meter: null, or what measures the motions of
+    /// groups of tetrahedra on the way.
+    void pose(NodesRef x, ElementPose& pose, RegionMeter* meter = nullptr) const;
 
     /// Elastic forces on the nodes, newtons. out: [N, 3].
     void forces(const ElementPose& pose, Eigen::Ref<Nodes> out) const;
@@ -100,7 +102,7 @@ class ElasticBody {
     void measure_elements();
     void list_incidences();
     void build_mass(MassKind kind);
-    void pose_batch(NodesRef x, int batch, ElementPose& pose) const;
+    void pose_batch(NodesRef x, int batch, ElementPose& pose, RegionMeter* meter) const;
     void gather(const std::vector<Corners>& corners, Eigen::Ref<Nodes> out) const;
 
     TetMesh rest_;

@@ -138,7 +138,7 @@ void read_source(JsonObject& from, const std::filesystem::path& base, SceneBody&
 
 void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody& body) {
     body.tree = read_path(from, "tree", base);
-    body.bounds = bound_kind(from.choice("bounds", "exact", {"exact", "bd", "modal", "local"}));
+    body.bounds = bound_kind(from.choice("bounds", "exact", {"exact", "bd", "modal", "local", "certified"}));
     body.margin = from.optional_number("margin", {0, 10, "between 0 and 10"});
     if (body.bounds == BoundKind::exact) return;
     if (!from.has("tree"))

@@ -62,6 +62,11 @@ int World::add_body(WorldBody body) {
             throw std::invalid_argument("world: a collision tree belongs to another surface than the body's");
         tree = std::make_unique<PosedTree>(body.tree, body.bounds, body.margin);
     }
+    std::unique_ptr<RegionMeter> meter;
+    if (tree && body.bounds == BoundKind::certified)
+        meter = std::make_unique<RegionMeter>(
+            std::shared_ptr<const TetRegions>(body.tree, &body.tree->certified->regions),
+            elastic.element_count());
     const int index = body_count();
     systems_.emplace_back(elastic);
     bodies_.push_back({.elastic = std::move(body.elastic),
@@ -72,7 +77,8 @@ int World::add_body(WorldBody body) {
                        .contact_forces = Nodes::Zero(nodes, 3),
                        .grips = std::move(body.grips),
                        .grip_start = std::move(grip_start),
-                       .pose = {}});
+                       .pose = {},
+                       .meter = std::move(meter)});
     first_unknown_.push_back(first_unknown_.back() + 3 * nodes);
     forget_contacts();
     return index;
@@ -103,10 +109,18 @@ std::vector<FacePair> World::intersecting(int a, int b) {
         if (!body.tree)
             throw std::invalid_argument(fmt::format("world: body {} has no collision tree", index));
         body.surface.update(body.state.x);
-        body.tree->begin_pose(body.surface.x_float());
+        body.tree->begin_pose(body.surface.x_float(), motion(body));
     }
     const auto pairs = query_.intersecting(*at(a).tree, *at(b).tree);
     return {pairs.begin(), pairs.end()};
+}
+
+/// Taken from the pass over the elements that ended the last step; there is one here only where no step came
+/// before.
+std::span<const RegionMotion> World::motion(Body& body) {
+    if (!body.meter) return {};
+    if (!std::exchange(body.measured, true)) body.elastic->pose(body.state.x, body.pose, body.meter.get());
+    return body.meter->motions();
 }
 
 bool World::has_vertex(int body, int vertex) const {
@@ -143,7 +157,10 @@ void World::restore(const WorldSnapshot& snapshot) {
 }
 
 void World::reset(const WorldSnapshot& snapshot) {
-    for (int b = 0; b < body_count(); ++b) at(b).state = snapshot.bodies[static_cast<std::size_t>(b)];
+    for (int b = 0; b < body_count(); ++b) {
+        at(b).state = snapshot.bodies[static_cast<std::size_t>(b)];
+        at(b).measured = false;
+    }
     time_ = snapshot.time;
     dt_before_ = snapshot.dt_before;
     detection_.restore(snapshot.sides);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -105,6 +106,10 @@ class World {
     /// Outer forces on the nodes, [N, 3] newtons; they act until changed. Zero at first.
     Nodes& forces(int body) { return at(body).forces; }
 
+    /// Motions of the regions that the body's tree knows, as `certified` bounds take them; empty where the
+    /// body has other bounds. Last until the body moves.
+    std::span<const RegionMotion> motion(int body) { return motion(at(body)); }
+
     /// Face pairs of two bodies that intersect now, by the bodies' own bounds. Both need a tree.
     std::vector<FacePair> intersecting(int a, int b);
 
@@ -129,6 +134,8 @@ class World {
         std::vector<Grip> grips;
         std::vector<Nodes> grip_start;  // where each grip took its nodes
         ElementPose pose;
+        std::unique_ptr<RegionMeter> meter{};  // null: the tree has other than `certified` bounds
+        bool measured = false;                 // by the meter, in the present state
     };
     /// What hinders a step. Its end may be kept all the same unless it is a failure.
     struct Trouble {
@@ -141,6 +148,7 @@ class World {
     bool has_vertex(int body, int vertex) const;
     void detect(double dt);
     void forget_contacts();
+    std::span<const RegionMotion> motion(Body& body);
     PrescribedNodes prescribed(const Body& body, double dt) const;
     Eigen::VectorXd start_velocities(const std::vector<PrescribedNodes>& given) const;
     Nodes body_part(int body, const Eigen::VectorXd& stacked) const;

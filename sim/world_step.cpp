@@ -42,7 +42,7 @@ void World::detect(double dt) {
     for (Body& body : bodies_) {
         body.surface.update(body.state.x);
         const Stopwatch watch;
-        if (body.tree) body.tree->begin_pose(body.surface.x_float());
+        if (body.tree) body.tree->begin_pose(body.surface.x_float(), motion(body));
         detected_.update_us += watch.microseconds();
         parties.push_back({*body.elastic, body.state, body.surface, body.tree.get()});
     }
@@ -173,7 +173,7 @@ std::string World::move(double dt, const Eigen::VectorXd& v, double share, World
     int inverted = 0;
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
-        body.elastic->pose(body.state.x + dt * body_part(b, v), body.pose);
+        body.elastic->pose(body.state.x + dt * body_part(b, v), body.pose, body.meter.get());
         const ElementReport elements = body.elastic->check(body.pose);
         inverted += elements.inverted;
         std::string failure = pose_failure(b, elements, body.pose, config_.limits);
@@ -184,6 +184,7 @@ std::string World::move(double dt, const Eigen::VectorXd& v, double share, World
         Body& body = at(b);
         body.state.v = body_part(b, v);
         body.state.x += dt * body.state.v;
+        body.measured = true;
         body.contact_forces += share / dt * body_part(b, impulses);
     }
     report.inverted_elements = inverted;

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "collision/bounding_sphere.hpp"
+#include "collision/certified/solid_meter.hpp"
 #include "collision/posed_tree.hpp"
 #include "training/recording_hash.hpp"
 
@@ -17,18 +19,20 @@ namespace {
 
 /// Sums of one bound over frames: what the rows are the means of.
 struct Sums {
-    Eigen::ArrayXXd radius_error;                                         // [margins, depths]
+    Eigen::ArrayXXd radius_error, inflation;                              // [margins, depths]
     Eigen::ArrayXd centre_error;                                          // [depths]
     Eigen::Array<long, Eigen::Dynamic, Eigen::Dynamic> outside, missing;  // [margins, depths]
 
     Sums(Eigen::Index margins, Eigen::Index depths)
         : radius_error(Eigen::ArrayXXd::Zero(margins, depths)),
+          inflation(radius_error),
           centre_error(Eigen::ArrayXd::Zero(depths)),
           outside(decltype(outside)::Zero(margins, depths)),
           missing(decltype(missing)::Zero(margins, depths)) {}
 
     void operator+=(const Sums& other) {
         radius_error += other.radius_error;
+        inflation += other.inflation;
         centre_error += other.centre_error;
         outside += other.outside;
         missing += other.missing;
@@ -41,8 +45,9 @@ struct Probe {
     Sums sums;
     Eigen::VectorXd squared;  // scratch: distances of a node's vertices from the centre
 
-    void add_frame(VerticesRef x, const std::vector<Sphere>& exact, const std::vector<double>& margins) {
-        posed.begin_pose(x);
+    void add_frame(VerticesRef x, std::span<const RegionMotion> motion, const std::vector<Sphere>& exact,
+                   const std::vector<double>& margins) {
+        posed.begin_pose(x, motion);
         const SphereTree& tree = posed.tree().spheres;
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
             const Sphere s = posed.sphere(i), &truth = exact[static_cast<std::size_t>(i)];
@@ -58,6 +63,7 @@ struct Probe {
                 const auto row = static_cast<Eigen::Index>(k);
                 const double r = static_cast<double>(s.r) * (1 + margins[k]);
                 const long outside = (squared.array() > r * r).count();
+                sums.inflation(row, depth) += (r - static_cast<double>(truth.r)) / size;
                 sums.radius_error(row, depth) += std::abs(r - static_cast<double>(truth.r)) / size;
                 sums.outside(row, depth) += outside;
                 sums.missing(row, depth) += outside > 0;
@@ -97,12 +103,21 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
         for (const BoundKind kind : config.bounds)
             if (has_bounds(*tree, kind))
                 slot.push_back({PosedTree(tree, kind), Sums(margins, depths), Eigen::VectorXd()});
-    for_each_frame(body, recording, chosen, [&](int slot, int, VerticesRef x) {
+    std::vector<std::optional<SolidMeter>> meters(frame_slots);
+    for_each_pose(body, recording, chosen, [&](int slot, int, VerticesRef x, VerticesRef nodes) {
+        auto& meter = meters[static_cast<std::size_t>(slot)];
+        std::span<const RegionMotion> motion;
+        if (std::ranges::count(config.bounds, BoundKind::certified) > 0 && tree->certified) {
+            if (!meter)
+                meter.emplace(body.solid, std::shared_ptr<const TetRegions>(tree, &tree->certified->regions));
+            motion = meter->measure(nodes);
+        }
         std::vector<Sphere>& truth = exact[static_cast<std::size_t>(slot)];
         truth.clear();
         for (int i = 0; i < static_cast<int>(spheres.nodes.size()); ++i)
             truth.push_back(bounding_sphere(x, spheres.node_vertices(i)));
-        for (Probe& probe : probes[static_cast<std::size_t>(slot)]) probe.add_frame(x, truth, config.margins);
+        for (Probe& probe : probes[static_cast<std::size_t>(slot)])
+            probe.add_frame(x, motion, truth, config.margins);
     });
 
     std::vector<long> nodes(static_cast<std::size_t>(depths)), vertices(nodes);
@@ -125,6 +140,7 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
                                 .depth = static_cast<int>(d),
                                 .margin = config.margins[static_cast<std::size_t>(k)],
                                 .radius_error = sums.radius_error(k, d) * per_node,
+                                .inflation = sums.inflation(k, d) * per_node,
                                 .centre_error = sums.centre_error[d] * per_node,
                                 .vertices_outside = static_cast<double>(sums.outside(k, d)) /
                                                     static_cast<double>(all_vertices),
@@ -168,12 +184,12 @@ std::vector<EvaluationRow> evaluate(const TreeFile& file, const RecordingReader&
 
 std::string to_csv(const std::vector<EvaluationRow>& rows) {
     std::string text =
-        "frames,bound,margin,depth,radius_error,centre_error,vertices_outside,nodes_missing,"
+        "frames,bound,margin,depth,radius_error,inflation,centre_error,vertices_outside,nodes_missing,"
         "poses,nodes,vertices\n";
     for (const EvaluationRow& r : rows)
-        text += fmt::format("{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{}\n", r.frames, name(r.bound),
-                            r.margin, r.depth, r.radius_error, r.centre_error, r.vertices_outside,
-                            r.nodes_missing, r.poses, r.nodes, r.vertices);
+        text += fmt::format("{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{}\n", r.frames,
+                            name(r.bound), r.margin, r.depth, r.radius_error, r.inflation, r.centre_error,
+                            r.vertices_outside, r.nodes_missing, r.poses, r.nodes, r.vertices);
     return text;
 }
 
@@ -192,11 +208,11 @@ std::string to_text(const std::vector<EvaluationRow>& rows) {
                             begin->frames, begin->poses, name(begin->bound));
         for (auto r = begin; r < end; r += depths) text += fmt::format(" {:g}", 100 * r->margin);
         const auto width = static_cast<int>(9 * ((end - begin) / depths));
-        text += fmt::format(" %\n  depth  radius error  centre error  {:<{}}  nodes that miss\n",
+        text += fmt::format(" %\n  depth  radius error  inflation  centre error  {:<{}}  nodes that miss\n",
                             "vertices outside", width);
         for (auto first = begin; first < begin + depths; ++first) {
-            text += fmt::format("  {:5}  {:12.3f}  {:12.3f}  ", first->depth, 100 * first->radius_error,
-                                100 * first->centre_error);
+            text += fmt::format("  {:5}  {:12.3f}  {:9.3f}  {:12.3f}  ", first->depth,
+                                100 * first->radius_error, 100 * first->inflation, 100 * first->centre_error);
             for (auto r = first; r < end; r += depths)
                 text += fmt::format("{:<9.4f}", 100 * r->vertices_outside);
             text += "  ";

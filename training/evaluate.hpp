@@ -25,6 +25,7 @@ struct EvaluationRow {
     int depth = 0;                // of the nodes
     double margin = 0;            // relative
     double radius_error = 0;      // mean of |r - r_exact| / r_exact, margin included
+    double inflation = 0;         // mean of r / r_exact - 1, likewise: what a bound costs that is only larger
     double centre_error = 0;      // mean of |c - c_exact| / r_exact
     double vertices_outside = 0;  // share of vertices outside, each counted in every node that lists it
     double nodes_missing = 0;     // share of nodes that leave any of their vertices outside

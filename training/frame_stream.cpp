@@ -26,6 +26,12 @@ int batch_size(std::span<const FrameId> frames) {
 
 void for_each_frame(const SurfaceBody& body, const RecordingReader& recording,
                     std::span<const FrameId> frames, const FrameVisitor& visit) {
+    for_each_pose(body, recording, frames,
+                  [&](int slot, int index, VerticesRef x, VerticesRef) { visit(slot, index, x); });
+}
+
+void for_each_pose(const SurfaceBody& body, const RecordingReader& recording, std::span<const FrameId> frames,
+                   const PoseVisitor& visit) {
     std::vector<Vertices> surfaces(frame_slots);
     Vertices nodes;
     int index = 0;
@@ -41,7 +47,7 @@ void for_each_frame(const SurfaceBody& body, const RecordingReader& recording,
                 const Eigen::Index row = n * (batch[static_cast<std::size_t>(slot)].frame - begin);
                 Vertices& x = surfaces[static_cast<std::size_t>(slot)];
                 apply_embedding(body.W, nodes.middleRows(row, n), x);
-                visit(slot, index + slot, x);
+                visit(slot, index + slot, x, nodes.middleRows(row, n));
             },
             1);
         frames = frames.subspan(static_cast<std::size_t>(count));

@@ -23,6 +23,11 @@ using FrameVisitor = std::function<void(int slot, int index, VerticesRef x)>;
 void for_each_frame(const SurfaceBody& body, const RecordingReader& recording,
                     std::span<const FrameId> frames, const FrameVisitor& visit);
 
+/// Likewise, with the positions of the body's nodes, [N, 3], that carry the surface.
+using PoseVisitor = std::function<void(int slot, int index, VerticesRef x, VerticesRef nodes)>;
+void for_each_pose(const SurfaceBody& body, const RecordingReader& recording, std::span<const FrameId> frames,
+                   const PoseVisitor& visit);
+
 /// Throws std::runtime_error unless every trajectory was recorded from this very body.
 void check_recording(const SurfaceBody& body, const RecordingReader& recording);
 

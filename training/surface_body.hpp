@@ -5,6 +5,7 @@
 #include <string>
 
 #include "collision/geometry.hpp"
+#include "collision/tet_mesh.hpp"
 
 namespace nbd {
 
@@ -22,6 +23,7 @@ struct SurfaceBody {
     SurfaceEmbedding W;  // [n, N]
     ModeRows U;          // [3 n, m], m may be 0
     std::string hash;    // body_hash() of the body
+    TetMesh solid{};     // the tetrahedra of its nodes, for `certified` bounds; empty: none
 };
 
 /// Carries modes of the nodes, [3 N, m], node-major, to the surface. Throws std::invalid_argument on shapes

@@ -45,6 +45,10 @@ void check_config(const TrainConfig& config, const SurfaceBody& body) {
 std::vector<TrainedMlp> train_networks(const PoseRows& inputs, const PoseRows& targets,
                                        const MlpConfig& config, const TrainRun& run) {
     std::vector<TrainedMlp> networks(static_cast<std::size_t>(targets.cols() / MlpShape::outputs));
+    if (run.networks) {
+        run.networks(inputs, targets, config, run.hooks, networks);
+        return networks;
+    }
     if (run.checkpoint.empty()) {
         train_mlps(inputs, targets, config, run.hooks, {}, networks);
         return networks;
@@ -157,6 +161,10 @@ std::string to_json(const TrainConfig& c) {
           {"learning_rate", c.local.networks.learning_rate},
           {"quantile", c.local.networks.quantile},
           {"box_miss_rate", c.local.box_miss_rate}}},
+        {"certified_anchors", c.certified.anchors},
+        {"certified_spread", c.certified.spread},
+        {"certified_splits", c.certified.regions.splits},
+        {"certified_samples", c.certified.regions.samples},
         {"seed", c.seed}};
     return json.dump();
 }
@@ -191,6 +199,12 @@ TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainCon
     file.W = body.W;
     file.tree.spheres = build_sphere_tree(body.X, body.F, config.tree);
 
+    if (body.solid.T.rows() > 0) {
+        run.enter("measuring paths for certified bounds");
+        file.solid = body.solid;
+        file.tree.certified =
+            build_certified_model(file.tree.spheres, body.F, body.solid, body.W, config.certified);
+    }
     if (trains(config, BoundKind::local))
         file.tree.local = train_local(body, file.tree.spheres, recording, frames, config.local, run.stage);
     if (run.hooks.cancel && *run.hooks.cancel) throw TrainingCancelled("training was stopped");

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "collision/certified/build_certified_model.hpp"
 #include "collision/sphere_tree.hpp"
 #include "training/cluster_modes.hpp"
 #include "training/labels.hpp"
@@ -30,7 +31,8 @@ struct TrainConfig {
     double random_frame_share = 0.1;  // of the other trajectories' frames, in [0, 1): likewise
     MlpConfig mlp;
     LocalConfig local;
-    std::uint64_t seed = 1;  // of the split, the clustering and the networks; overrides theirs
+    CertifiedConfig certified;  // of bodies that bring their tetrahedra
+    std::uint64_t seed = 1;     // of the split, the clustering and the networks; overrides theirs
 };
 
 /// JSON text of the options: what TrainingFacts keep.
@@ -44,6 +46,11 @@ struct TrainRun {
     /// Where finished networks are kept; empty: nowhere. The caller removes it once the tree is saved.
     std::filesystem::path checkpoint{};
     double checkpoint_seconds = 10;  // at least so long between two checkpoints
+    /// Stands in for train_mlps(), to the same result: for training dealt out to several processes. Empty:
+    /// this process trains alone.
+    std::function<void(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config,
+                       const TrainingHooks& hooks, std::vector<TrainedMlp>& networks)>
+        networks{};
 
     void enter(std::string_view name) const {
         if (stage) stage(name);

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "meshing/h5/sparse.hpp"
+#include "training/certified_file.hpp"
 
 namespace nbd {
 
@@ -242,10 +244,21 @@ TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
     return facts;
 }
 
+/// Throws std::invalid_argument unless the solid is the one that `certified` bounds were measured on.
+void check_solid_fits(const TreeFile& file) {
+    if (!file.tree.certified) return;
+    const auto tets = file.tree.certified->regions.of_tet.size();
+    if (std::cmp_not_equal(file.solid.T.rows(), tets) || file.solid.X.rows() != file.W.cols())
+        throw std::invalid_argument(
+            fmt::format("certified bounds of {} tetrahedra and {} nodes, but the solid has {} and {}", tets,
+                        file.W.cols(), file.solid.T.rows(), file.solid.X.rows()));
+}
+
 /// As check_collision_tree(), for a file.
-void check(const std::filesystem::path& path, const CollisionTree& tree) {
+void check(const std::filesystem::path& path, const TreeFile& file) {
     try {
-        check_collision_tree(tree);
+        check_collision_tree(file.tree);
+        check_solid_fits(file);
     } catch (const std::invalid_argument& e) {
         throw std::runtime_error(fmt::format("{}: {}", path.string(), e.what()));
     }
@@ -254,12 +267,13 @@ void check(const std::filesystem::path& path, const CollisionTree& tree) {
 }  // namespace
 
 SurfaceBody surface_body(const TreeFile& file) {
-    return {file.X, file.tree.faces, file.W, ModeRows(3 * file.X.rows(), 0), file.facts.body_hash};
+    return {file.X,    file.tree.faces, file.W, ModeRows(3 * file.X.rows(), 0), file.facts.body_hash,
+            file.solid};
 }
 
 void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
     const CollisionTree& tree = tree_file.tree;
-    check(path, tree);
+    check(path, tree_file);
     if (tree_file.X.rows() != tree.vertex_count || tree_file.W.rows() != tree.vertex_count)
         throw std::runtime_error(
             fmt::format("{}: {} rest positions and {} rows of the embedding for a tree of {} vertices",
@@ -281,6 +295,10 @@ void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
     }
     if (tree.local) write_local(file, *tree.local);
     for (const auto& [kind, calibration] : tree.calibrations) write_calibration(file, kind, calibration);
+    if (tree.certified) {
+        write_certified(file, *tree.certified);
+        write_solid(file, tree_file.solid);
+    }
     write_facts(file, tree_file.facts);
     file.commit();
 }
@@ -297,7 +315,11 @@ TreeFile load_tree(const std::filesystem::path& path) {
     if (file.has("local")) tree.local = read_local(file, nodes);
     for (const BoundKind kind : bound_kinds)
         if (file.has(calibration_group(kind))) tree.calibrations[kind] = read_calibration(file, kind, nodes);
-    check(path, tree);
+    if (file.has("certified")) {
+        tree.certified = read_certified(file, nodes);
+        result.solid = read_solid(file);
+    }
+    check(path, result);
     result.facts = read_facts(file, nodes);
     return result;
 }

@@ -38,6 +38,7 @@ struct TreeFile {
     CollisionTree tree;
     Vertices X;          // [n, 3] rest positions of the surface, metres
     SurfaceEmbedding W;  // [n, N] carries recorded tet nodes to the surface
+    TetMesh solid{};     // its tetrahedra; empty unless the tree has `certified` bounds
     TrainingFacts facts;
 };
 

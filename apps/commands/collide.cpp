@@ -22,7 +22,7 @@ struct CollideArguments {
 PosedTree posed(const PosedSurface& surface, const CollideArguments& arguments) {
     const BoundKind kind = surface.learned ? bound_kind(arguments.bounds) : BoundKind::exact;
     PosedTree tree(surface.tree, kind, arguments.margin);
-    tree.begin_pose(surface.x);
+    tree.begin_pose(surface.x, surface.motion);
     return tree;
 }
 

@@ -15,6 +15,7 @@ void add_train(CLI::App& app, Output& out);
 void add_evaluate(CLI::App& app, Output& out);
 void add_figures(CLI::App& app, Output& out);
 void add_transfer(CLI::App& app, Output& out);
+void add_export(CLI::App& app, Output& out);
 void add_simulate(CLI::App& app, Output& out);
 void add_validate(CLI::App& app, Output& out);
 void add_collide(CLI::App& app, Output& out);

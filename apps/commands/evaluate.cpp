@@ -18,7 +18,7 @@ namespace {
 
 struct EvaluateArguments {
     std::string tree, recording, csv, html;
-    std::vector<std::string> bounds{"exact", "bd", "modal", "local"};
+    std::vector<std::string> bounds{"exact", "bd", "modal", "local", "certified"};
     EvaluateConfig config;
 };
 
@@ -28,6 +28,7 @@ nlohmann::ordered_json to_json(const EvaluationRow& row) {
             {"depth", row.depth},
             {"margin", row.margin},
             {"radius_error", row.radius_error},
+            {"inflation", row.inflation},
             {"centre_error", row.centre_error},
             {"vertices_outside", row.vertices_outside},
             {"nodes_missing", row.nodes_missing},

@@ -6,9 +6,11 @@
 #include <memory>
 
 #include "apps/commands/commands.hpp"
+#include "apps/dataset/rank.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/load.hpp"
 #include "apps/option_checks.hpp"
+#include "apps/train/shared_training.hpp"
 #include "training/recording.hpp"
 #include "training/train_tree.hpp"
 
@@ -23,6 +25,11 @@ struct TrainArguments {
 
 void run(const TrainArguments& arguments, Output& out) {
     finish_on_interrupt();
+    const Rank rank = this_rank();
+    if (rank.number > 0) {  // one speaks for all
+        out.quiet = true;
+        out.json = false;
+    }
     check_output(arguments.output, {arguments.body, arguments.recording});
     TrainConfig config = arguments.config;
     config.label_frame = label_frame(arguments.frame);
@@ -39,6 +46,15 @@ void run(const TrainArguments& arguments, Output& out) {
                      fmt::format("mean loss {:.2e}", done.mean_loss));
     };
 
+    const std::filesystem::path shared_folder = arguments.output + ".networks";
+    const SharedTraining shared(shared_folder, rank);
+    const bool together = rank.count > 1 || std::filesystem::is_directory(shared_folder);
+    if (together)
+        settings.networks = [&](const auto& inputs, const auto& targets, const MlpConfig& mlp,
+                                const TrainingHooks& hooks, std::vector<TrainedMlp>& networks) {
+            shared.train(inputs, targets, mlp, hooks, networks);
+        };
+
     const Body body = load_body(arguments.body);
     if (modal && body.modes.count() == 0)
         throw std::runtime_error(fmt::format(
@@ -49,10 +65,14 @@ void run(const TrainArguments& arguments, Output& out) {
     try {
         file = train_tree(surface_body(body), RecordingReader(arguments.recording), config, settings);
     } catch (const TrainingCancelled&) {
-        throw Interrupted("the same command continues from " + settings.checkpoint.string());
+        throw Interrupted("the same command continues from " +
+                          (together ? shared_folder : settings.checkpoint).string());
     }
-    save_tree(arguments.output, file);
-    std::filesystem::remove(settings.checkpoint);
+    if (rank.number == 0) {
+        save_tree(arguments.output, file);
+        std::filesystem::remove(settings.checkpoint);
+    }
+    if (together) shared.leave();
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
 
     const TrainingFacts& facts = file.facts;
@@ -136,6 +156,11 @@ void add_train(CLI::App& app, Output& out) {
                      "Share of the other frames kept out as well")
         ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
+    command
+        ->add_option("--anchors", config.certified.anchors,
+                     "Vertices of a node, at most, that certified bounds read")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 4096));
     command
         ->add_option("--epochs", config.mlp.max_epochs,
                      "At most; training ends earlier when it has converged")

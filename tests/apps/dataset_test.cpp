@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "tests/apps/mpi.hpp"
 #include "tests/apps/small_files.hpp"
 #include "tests/support/file_damage.hpp"
 
@@ -250,24 +251,18 @@ TEST_F(DatasetTest, WhatFailsIsTriedAgainWithSmallerStepsAndThenRecorded) {
     EXPECT_EQ(again.err.find(" is left out: at "), std::string::npos) << again.err;
 }
 
-/// Runs the dataset command under mpirun. Status as of std::system.
+/// Runs the dataset command under mpirun.
 class MpiTest : public DatasetTest {
  protected:
     void SetUp() override {
-        if (std::system("mpirun --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no mpirun here";
+        if (!has_mpirun()) GTEST_SKIP() << "there is no mpirun here";
     }
 
     static Ran mpirun(const std::string& options, const std::string& name) {
-        std::string line =
-            "cd '" + folder().string() +
-            "' && OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 ASAN_OPTIONS=detect_leaks=0 "
-            "mpirun --oversubscribe " +
-            options + " '" NBD_COMMAND "'";
-        for (const std::string& argument : command(name, {"--threads", "1"})) line += " '" + argument + "'";
-        line += " >mpi.out 2>mpi.err";
-        const int status = std::system(line.c_str());
-        return {status, read_bytes(folder() / "mpi.out"), read_bytes(folder() / "mpi.err")};
+        return run_mpi(folder(), options, command(name));
     }
+};
+}
 };
 
 TEST_F(MpiTest, AnyNumberOfRanksGivesTheSameFiles) {

@@ -99,6 +99,7 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
     EXPECT_EQ(pairs("tree.h5@" + beam, "moved.obj"), exact);
     EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj"), exact);
     EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", "bd"}), exact);
+    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", "certified"}), exact);
     for (const char* bounds : {"modal", "local"})
         EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "moved.obj", {"--bounds", bounds, "--margin", "10"}), exact);
 

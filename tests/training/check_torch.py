@@ -1,0 +1,20 @@
+"""Compares the exported networks in PyTorch with the spheres that nbdtree gave.
+Usage: check_torch.py FOLDER_OF_THE_MODULE EXPORTED POSES"""
+import sys
+
+import h5py
+import torch
+
+sys.path.insert(0, sys.argv[1])
+from modal_tree import ModalTree  # noqa: E402
+
+tree = ModalTree(sys.argv[2])
+with h5py.File(sys.argv[3]) as file:
+    x, expected = torch.from_numpy(file["x"][:]), torch.from_numpy(file["spheres"][:])
+with torch.no_grad():
+    spheres = tree(x.view(len(x), -1, 3)).flatten(1)
+error = (spheres - expected).abs().max().item()
+assert expected.std() > 0.1 and error < 1e-4 * expected.abs().max().item(), error
+# They can be trained on.
+tree.networks(torch.rand(3, tree.W1.shape[2])).square().mean().backward()
+assert tree.W1.grad.abs().max() > 0 and len(list(tree.parameters())) == 6

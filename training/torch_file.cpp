@@ -1,0 +1,68 @@
+#include "training/torch_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "meshing/h5/writer.hpp"
+#include "training/mlp.hpp"
+
+namespace nbd {
+namespace {
+
+const h5::Format torch_format{"nbdtree torch", 1};
+
+/// One layer's matrices, or biases where cols is 0, of all nodes. first: where they begin among a node's
+/// weights.
+void write_layer(h5::Writer& file, const std::string& name, const ModalModel& modal, std::size_t nodes,
+                 int first, int rows, int cols) {
+    const auto each = static_cast<std::size_t>(modal.weights_per_node());
+    std::vector<float> values;
+    for (std::size_t node = 0; node < nodes; ++node) {
+        const float* weights = modal.weights.data() + node * each + first;
+        for (int row = 0; row < rows; ++row)
+            for (int col = 0; col < std::max(cols, 1); ++col) values.push_back(weights[col * rows + row]);
+    }
+    h5::Shape shape{nodes, static_cast<std::size_t>(rows)};
+    if (cols > 0) shape.push_back(static_cast<std::size_t>(cols));
+    file.write("modal/" + name, shape, std::span<const float>(values));
+}
+
+}  // namespace
+
+void save_torch(const std::filesystem::path& path, const TreeFile& file) {
+    if (!file.tree.modal)
+        throw std::runtime_error(fmt::format(
+            "{}: the tree has no networks to export; allowed: one trained with modal bounds", path.string()));
+    const ModalModel& modal = *file.tree.modal;
+    const SphereTree& spheres = file.tree.spheres;
+    const std::size_t nodes = spheres.nodes.size();
+    const MlpShape shape{.inputs = modal.mode_count(), .hidden = modal.hidden};
+    h5::Writer out(path, torch_format);
+    out.attribute("/", "body_sha256", file.facts.body_hash);
+    write_layer(out, "W1", modal, nodes, shape.W1(), modal.hidden, shape.inputs);
+    write_layer(out, "b1", modal, nodes, shape.b1(), modal.hidden, 0);
+    write_layer(out, "W2", modal, nodes, shape.W2(), modal.hidden, modal.hidden);
+    write_layer(out, "b2", modal, nodes, shape.b2(), modal.hidden, 0);
+    write_layer(out, "W3", modal, nodes, shape.W3(), MlpShape::outputs, modal.hidden);
+    write_layer(out, "b3", modal, nodes, shape.b3(), MlpShape::outputs, 0);
+    Eigen::Matrix4Xf rest(4, static_cast<Eigen::Index>(nodes));
+    for (std::size_t i = 0; i < nodes; ++i)
+        rest.col(static_cast<Eigen::Index>(i)) << spheres.rest[i].c, spheres.rest[i].r;
+    out.write("modal/rest", rest.transpose());
+    out.write("modal/out_centre", modal.out_centre.transpose());
+    out.write("modal/out_scale", modal.out_scale.transpose());
+    out.write("modal/z_centre", modal.z_centre);
+    out.write("modal/z_scale", modal.z_scale);
+    out.write("modal/representatives", modal.modes.representatives);
+    out.write("modal/w", modal.modes.w);
+    out.write("modal/X", modal.modes.X);
+    out.write("modal/U", modal.modes.U);
+    out.commit();
+}
+
+}  // namespace nbd
