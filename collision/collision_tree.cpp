@@ -31,6 +31,7 @@ void check_collision_tree(const CollisionTree& tree) {
 bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
     switch (kind) {
         case BoundKind::exact:
+        case BoundKind::boxes:
             return true;
         case BoundKind::bd:
             return tree.bd.has_value();
@@ -48,6 +49,8 @@ std::string_view name(BoundKind kind) noexcept {
     switch (kind) {
         case BoundKind::exact:
             return "exact";
+        case BoundKind::boxes:
+            return "boxes";
         case BoundKind::bd:
             return "bd";
         case BoundKind::modal:
@@ -64,7 +67,7 @@ BoundKind bound_kind(std::string_view name) {
     for (const BoundKind kind : bound_kinds)
         if (name == nbd::name(kind)) return kind;
     throw std::invalid_argument(
-        message("unknown bounds \"", name, "\", known: exact, bd, modal, local, certified"));
+        message("unknown bounds \"", name, "\", known: exact, boxes, bd, modal, local, certified"));
 }
 
 }  // namespace nbd

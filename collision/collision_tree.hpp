@@ -13,13 +13,13 @@
 
 namespace nbd {
 
-enum class BoundKind { exact, bd, modal, local, certified };
+enum class BoundKind { exact, boxes, bd, modal, local, certified };
 
 /// All of them, in order.
-inline constexpr BoundKind bound_kinds[] = {BoundKind::exact, BoundKind::bd, BoundKind::modal,
-                                            BoundKind::local, BoundKind::certified};
+inline constexpr BoundKind bound_kinds[] = {BoundKind::exact, BoundKind::boxes, BoundKind::bd,
+                                            BoundKind::modal, BoundKind::local, BoundKind::certified};
 
-/// "exact", "bd", "modal", "local", "certified".
+/// "exact", "boxes", "bd", "modal", "local", "certified".
 std::string_view name(BoundKind kind) noexcept;
 
 /// Throws std::invalid_argument naming the known kinds.

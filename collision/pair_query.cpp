@@ -13,25 +13,34 @@
 namespace nbd {
 namespace {
 
+int face_count(const SphereTree::Node& node) noexcept { return node.face_end - node.face_begin; }
+
 /// The walk of PairQuery over the sphere trees, for one pair of kinds of bounds.
 template <Bound A, Bound B>
-void walk_spheres(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, float distance,
-                  std::vector<NodePair>& stack, std::vector<LeafPair>& leaf_pairs,
-                  QueryCounters& counters) noexcept {
+void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, float distance,
+                std::vector<NodePair>& stack, std::vector<LeafPair>& leaf_pairs,
+                QueryCounters& counters) noexcept {
     stack.assign(1, {0, 0});
     while (!stack.empty()) {
         const NodePair pair = stack.back();
         stack.pop_back();
-        const Sphere& sphere_a = a.spheres.get(pair.a, bounds_a);
-        const Sphere& sphere_b = b.spheres.get(pair.b, bounds_b);
-        ++counters.sphere_tests;
-        if (apart(sphere_a, sphere_b, distance)) continue;
-
         const SphereTree::Node& node_a = a.tree->spheres.nodes[static_cast<std::size_t>(pair.a)];
         const SphereTree::Node& node_b = b.tree->spheres.nodes[static_cast<std::size_t>(pair.b)];
+        ++counters.node_tests;
+        bool first_is_larger;
+        if constexpr (std::same_as<A, ExactBoxes> && std::same_as<B, ExactBoxes>) {
+            if (apart(bounds_a.box(pair.a), bounds_b.box(pair.b), distance)) continue;
+            first_is_larger = face_count(node_a) >= face_count(node_b);
+        } else {
+            const Sphere& sphere_a = a.spheres.get(pair.a, bounds_a);
+            const Sphere& sphere_b = b.spheres.get(pair.b, bounds_b);
+            if (apart(sphere_a, sphere_b, distance)) continue;
+            first_is_larger = sphere_a.r >= sphere_b.r;
+        }
+
         if (node_a.is_leaf() && node_b.is_leaf()) {
             leaf_pairs.push_back(pair);
-        } else if (node_b.is_leaf() || (!node_a.is_leaf() && sphere_a.r >= sphere_b.r)) {
+        } else if (node_b.is_leaf() || (!node_a.is_leaf() && first_is_larger)) {
             stack.push_back({node_a.first_child, pair.b});
             stack.push_back({node_a.first_child + 1, pair.b});
         } else {
@@ -113,7 +122,7 @@ void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noex
     const int bounded_before = bounded(), out_of_range_before = out_of_range();
     std::visit(
         [&](auto& bounds_a, auto& bounds_b) {
-            walk_spheres(*a.state_, bounds_a, *b.state_, bounds_b, distance, stack_, leaf_pairs_, counters_);
+            walk_nodes(*a.state_, bounds_a, *b.state_, bounds_b, distance, stack_, leaf_pairs_, counters_);
         },
         a.state_->bounds, b.state_->bounds);
     counters_.nodes_bounded = bounded() - bounded_before;

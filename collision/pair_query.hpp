@@ -11,8 +11,8 @@ namespace nbd {
 struct QueryCounters {
     long nodes_bounded = 0;       // spheres computed by this query, both trees
     long nodes_out_of_range = 0;  // of them exactly: their input was out of the calibrated range
-    long sphere_tests = 0;        // node pairs compared
-    long leaf_pairs = 0;          // leaf pairs whose spheres overlap
+    long node_tests = 0;          // pairs of tree nodes compared
+    long leaf_pairs = 0;          // leaf pairs whose bounds overlap
     long boxes_refitted = 0;      // boxes of the trees under leaves
     long box_tests = 0;
     long triangle_tests = 0;
@@ -27,16 +27,18 @@ struct NodePair {
 using LeafPair = NodePair;
 
 /// Queries between two posed trees, by one walk down both sphere trees at once: it starts with the roots
-/// and replaces the larger sphere of a pair that collides (or the one that is no leaf) by its children, so a
-/// node is bounded only after its parent was found in collision, and at most once a pose. Leaves that
-/// collide go on with the boxes below them, down to triangles. No step loses a pair to rounding.
+/// and replaces the larger node of a pair that collides (or the one that is no leaf) by its children, so a
+/// node is bounded only after its parent was found in collision, and at most once a pose. Where both are
+/// `boxes`, nodes collide by these, else by their spheres. Leaves that collide go on with the boxes below
+/// them, down to triangles. No step loses a pair to rounding.
 ///
 /// Owns the scratch, so that a warm query allocates nothing. One object a thread. Results stay valid until
 /// the next call on the same object.
 class PairQuery {
  public:
-    /// Face pairs that have a point in common, sorted by (a, b), without repeats. With `exact` bounds on
-    /// both: the exact set. With learned bounds a subset of it: a pair is missed where a sphere misses it.
+    /// Face pairs that have a point in common, sorted by (a, b), without repeats. With `exact` bounds or
+    /// `boxes` on both: the exact set. With learned bounds a subset of it: a pair is missed where a sphere
+    /// misses it.
     std::span<const FacePair> intersecting(PosedTree& a, PosedTree& b) noexcept;
 
     /// Face pairs whose distance is at most `distance` (metres, finite, >= 0), likewise.

@@ -16,6 +16,7 @@ using Bounds = decltype(PosedTreeState::bounds);
 
 Bounds make_bounds(const CollisionTree& tree, BoundKind kind) {
     if (kind == BoundKind::exact) return ExactBound(tree.spheres);
+    if (kind == BoundKind::boxes) return ExactBoxes(tree.spheres);
     if (kind == BoundKind::bd && tree.bd) return BdBound(tree.spheres, *tree.bd);
     if (kind == BoundKind::modal && tree.modal) return ModalBound(tree.spheres, *tree.modal);
     if (kind == BoundKind::local && tree.local) return LocalBound(*tree.local);
@@ -42,6 +43,8 @@ PosedTree::PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, 
     if (!tree) throw std::invalid_argument("a posed tree needs a collision tree, got none");
     if (margin && !(*margin >= 0 && std::isfinite(*margin)))
         throw std::invalid_argument(message("margin is ", *margin, ", allowed: finite and 0 or more"));
+    if (margin.value_or(0.f) > 0 && kind == BoundKind::boxes)
+        throw std::invalid_argument(message("margin is ", *margin, ", but exact boxes take none"));
     check_collision_tree(*tree);
     const CollisionTree& t = *tree;
     state_ = std::make_unique<PosedTreeState>(

@@ -6,6 +6,7 @@
 #include "collision/bd_bound.hpp"
 #include "collision/certified/certified_bound.hpp"
 #include "collision/exact_bound.hpp"
+#include "collision/exact_boxes.hpp"
 #include "collision/leaf_boxes.hpp"
 #include "collision/local_bound.hpp"
 #include "collision/modal_bound.hpp"
@@ -19,7 +20,7 @@ namespace nbd {
 struct PosedTreeState {
     std::shared_ptr<const CollisionTree> tree;
     BoundKind kind;
-    std::variant<ExactBound, BdBound, ModalBound, LocalBound, CertifiedBound> bounds;
+    std::variant<ExactBound, ExactBoxes, BdBound, ModalBound, LocalBound, CertifiedBound> bounds;
     SphereCache spheres;
     LeafBoxes boxes;
 };

@@ -12,7 +12,8 @@
 namespace nbd {
 
 struct EvaluateConfig {
-    std::vector<BoundKind> bounds{std::begin(bound_kinds), std::end(bound_kinds)};
+    std::vector<BoundKind> bounds{BoundKind::exact, BoundKind::bd, BoundKind::modal, BoundKind::local,
+                                  BoundKind::certified};
     std::vector<double> margins{0, 0.01, 0.02, 0.05, 0.10};  // added to every radius, relative; >= 0
     int max_frames = 0;                                      // of each set, evenly spread; 0: all
 };

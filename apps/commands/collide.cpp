@@ -49,7 +49,7 @@ void run(const CollideArguments& arguments, Output& out) {
     out.result({{"face_pairs", pairs.size()},
                 {"nodes_bounded", count.nodes_bounded},
                 {"nodes_out_of_range", count.nodes_out_of_range},
-                {"sphere_tests", count.sphere_tests},
+                {"node_tests", count.node_tests},
                 {"leaf_pairs", count.leaf_pairs},
                 {"box_tests", count.box_tests},
                 {"triangle_tests", count.triangle_tests}});

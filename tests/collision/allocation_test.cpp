@@ -62,7 +62,8 @@ TEST(WarmQueries, AllocateNothing) {
     const auto tree =
         std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 20, 200, 1)));
     for (const BoundKind kind : bound_kinds) {
-        PosedTree a(tree, kind), b(tree, kind, 0.1f);
+        if (!has_bounds(*tree, kind)) continue;
+        PosedTree a(tree, kind), b(tree, kind, kind == BoundKind::boxes ? 0.f : 0.1f);
         PairQuery query;
         std::mt19937 random(2);
         std::vector<Vertices> poses;

@@ -39,8 +39,9 @@ std::vector<FacePair> brute_force_intersecting(const Faces& A, const Vertices& a
                        [](const Triangle& s, const Triangle& t) { return triangles_intersect(s, t); });
 }
 
-PosedTree exact_tree(const Surface& s, const SphereTreeConfig& config = {}) {
-    return {std::make_shared<const CollisionTree>(make_exact_tree(s.X, s.F, config)), BoundKind::exact};
+PosedTree exact_tree(const Surface& s, const SphereTreeConfig& config = {},
+                     BoundKind kind = BoundKind::exact) {
+    return {std::make_shared<const CollisionTree>(make_exact_tree(s.X, s.F, config)), kind};
 }
 
 std::vector<FacePair> copied(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
@@ -67,6 +68,8 @@ TEST(PairQuery, FindsWhatBruteForceFindsInRandomPoses) {
     std::size_t pairs = 0;
     for (const Case& c : cases()) {
         PosedTree a = exact_tree(c.a, c.config_a), b = exact_tree(c.b, c.config_b);
+        PosedTree boxes_a = exact_tree(c.a, c.config_a, BoundKind::boxes),
+                  boxes_b = exact_tree(c.b, c.config_b, BoundKind::boxes);
         for (int pose = 0; pose < 12; ++pose) {
             // A body far from the origin has coordinates with few digits left: nothing may depend on them.
             const Eigen::Vector3f offset =
@@ -82,6 +85,10 @@ TEST(PairQuery, FindsWhatBruteForceFindsInRandomPoses) {
             const auto expected = brute_force_intersecting(c.a.F, x, c.b.F, y);
             EXPECT_EQ(copied(query.intersecting(a, b)), expected) << c.name << ", pose " << pose;
             EXPECT_EQ(query.counters().face_pairs, static_cast<long>(expected.size()));
+            boxes_a.begin_pose(x);
+            boxes_b.begin_pose(y);
+            EXPECT_EQ(copied(query.intersecting(boxes_a, boxes_b)), expected) << "boxes of " << c.name;
+            EXPECT_EQ(copied(query.intersecting(boxes_a, b)), expected) << "boxes and spheres of " << c.name;
             ++(expected.empty() ? apart_poses : touching_poses);
             pairs += expected.size();
         }
@@ -95,7 +102,8 @@ TEST(PairQuery, FindsTheFacesWithinADistanceThatBruteForceFinds) {
     std::mt19937 random(5);
     PairQuery query;
     const Surface s = shapes::torus(14, 8), t = shapes::bar(9, 7);
-    PosedTree a = exact_tree(s, {.depth = 5}), b = exact_tree(t, {.depth = 3});
+    PosedTree a = exact_tree(s, {.depth = 5}), b = exact_tree(t, {.depth = 3}, BoundKind::boxes);
+    PosedTree boxes_a = exact_tree(s, {.depth = 5}, BoundKind::boxes);
     std::size_t pairs = 0, intersecting = 0, boxes_within = 0;
     for (int pose = 0; pose < 6; ++pose) {
         const Vertices x =
@@ -103,6 +111,7 @@ TEST(PairQuery, FindsTheFacesWithinADistanceThatBruteForceFinds) {
         const Vertices y =
             shapes::moved(shapes::wobbled(t.X, random, 0.05f), shapes::random_motion(random, 0.4f));
         a.begin_pose(x);
+        boxes_a.begin_pose(x);
         b.begin_pose(y);
         intersecting += query.intersecting(a, b).size();
         for (const float distance : {0.f, 0.01f, 0.1f}) {
@@ -111,6 +120,7 @@ TEST(PairQuery, FindsTheFacesWithinADistanceThatBruteForceFinds) {
             });
             EXPECT_EQ(copied(query.within(a, b, distance)), expected)
                 << "pose " << pose << ", " << distance << " m";
+            EXPECT_EQ(copied(query.within(boxes_a, b, distance)), expected) << "boxes";
             pairs += expected.size();
             const auto boxes = copied(query.boxes_within(a, b, distance));
             EXPECT_TRUE(std::ranges::includes(boxes, expected));
@@ -211,7 +221,7 @@ TEST(PairQuery, BoundsANodeOnceAPoseAndOnlyIfItsParentCollided) {
     b.begin_pose(y);
     query.intersecting(a, b);
     EXPECT_EQ(query.counters().nodes_bounded, 2);
-    EXPECT_EQ(query.counters().sphere_tests, 1);
+    EXPECT_EQ(query.counters().node_tests, 1);
     EXPECT_EQ(query.counters().boxes_refitted, 0);
     EXPECT_EQ(a.nodes_bounded(), 1);
 
@@ -229,7 +239,7 @@ TEST(PairQuery, BoundsANodeOnceAPoseAndOnlyIfItsParentCollided) {
     query.intersecting(a, b);  // the same pose again costs tests alone
     EXPECT_EQ(query.counters().nodes_bounded, 0);
     EXPECT_EQ(query.counters().boxes_refitted, 0);
-    EXPECT_EQ(query.counters().sphere_tests, first.sphere_tests);
+    EXPECT_EQ(query.counters().node_tests, first.node_tests);
     EXPECT_EQ(query.counters().face_pairs, first.face_pairs);
 
     a.begin_pose(s.X);

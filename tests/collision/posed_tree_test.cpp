@@ -21,6 +21,7 @@ struct PosedTreeTest : testing::Test {
 
 TEST_F(PosedTreeTest, CountsEachNodeOnceAPose) {
     for (const BoundKind kind : bound_kinds) {
+        if (!has_bounds(*full, kind)) continue;
         PosedTree posed(full, kind);
         EXPECT_EQ(posed.kind(), kind);
         EXPECT_EQ(&posed.tree(), full.get());
@@ -39,6 +40,7 @@ TEST_F(PosedTreeTest, CountsEachNodeOnceAPose) {
 
 TEST_F(PosedTreeTest, AMarginGrowsTheRadiusAlone) {
     for (const BoundKind kind : bound_kinds) {
+        if (kind == BoundKind::boxes || !has_bounds(*full, kind)) continue;
         PosedTree plain(full, kind), wide(full, kind, 0.25f);
         plain.begin_pose(s.X);
         wide.begin_pose(s.X);
@@ -80,15 +82,17 @@ TEST_F(PosedTreeTest, RefusesWhatItCannotBound) {
     EXPECT_EQ(test::refusal([&] { PosedTree(nullptr, BoundKind::exact); }),
               "a posed tree needs a collision tree, got none");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::bd); }),
-              "the collision tree has no model for \"bd\" bounds, only for exact");
+              "the collision tree has no model for \"bd\" bounds, only for exact, boxes");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::modal); }),
-              "the collision tree has no model for \"modal\" bounds, only for exact");
+              "the collision tree has no model for \"modal\" bounds, only for exact, boxes");
     auto without_bd = std::make_shared<CollisionTree>(*full);
     without_bd->bd.reset();
     EXPECT_EQ(test::refusal([&] { PosedTree(without_bd, BoundKind::bd); }),
-              "the collision tree has no model for \"bd\" bounds, only for exact, modal, local");
+              "the collision tree has no model for \"bd\" bounds, only for exact, boxes, modal, local");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, -0.1f); }),
               "margin is -0.1, allowed: finite and 0 or more");
+    EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::boxes, 0.1f); }),
+              "margin is 0.1, but exact boxes take none");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, INFINITY); }),
               "margin is inf, allowed: finite and 0 or more");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, NAN); }),
@@ -175,7 +179,7 @@ TEST(SphereCache, TakesTheExactSphereOfANodeThatIsOutOfRangeAndCountsIt) {
 TEST(BoundKinds, HaveNames) {
     for (const BoundKind kind : bound_kinds) EXPECT_EQ(bound_kind(name(kind)), kind);
     EXPECT_EQ(test::refusal([] { bound_kind("loca"); }),
-              "unknown bounds \"loca\", known: exact, bd, modal, local");
+              "unknown bounds \"loca\", known: exact, boxes, bd, modal, local, certified");
 }
 
 }  // namespace
