@@ -3,27 +3,13 @@
 #include <algorithm>
 #include <limits>
 
+#include "collision/padded_positions.hpp"
+
 namespace nbd {
 namespace {
 
-/// Positions of which four floats may be read: x, y, z and whatever comes after.
-class Rows {
- public:
-    explicit Rows(VerticesRef x) noexcept : x_(x.data()), stride_(x.outerStride()), last_(x.rows() - 1) {}
-
-    Eigen::Array4f operator[](int row) const noexcept {
-        const float* p = x_ + stride_ * row;
-        if (row == last_) return {p[0], p[1], p[2], 0};  // nothing need come after
-        return Eigen::Map<const Eigen::Array4f>(p);
-    }
-
- private:
-    const float* x_;
-    Eigen::Index stride_, last_;
-};
-
 /// Four boxes at a time, since each minimum waits for the one before.
-Box box_of(const Rows& x, const int* begin, const int* end) noexcept {
+Box box_of(const PaddedPositions& x, const int* begin, const int* end) noexcept {
     constexpr int chains = 4;
     Box part[chains] = {empty_box(), empty_box(), empty_box(), empty_box()};
     const auto add = [&](Box& box, int row) {
@@ -55,10 +41,10 @@ ExactBoxes::ExactBoxes(const SphereTree& tree) : tree_(&tree), boxes_(tree.nodes
 }
 
 void ExactBoxes::begin_pose(VerticesRef x) noexcept {
-    const Rows rows(x);
+    const PaddedPositions positions(x);
     for (const Leaf& leaf : leaves_)
         boxes_[static_cast<std::size_t>(leaf.node)] =
-            box_of(rows, rows_.data() + leaf.begin, rows_.data() + leaf.end);
+            box_of(positions, rows_.data() + leaf.begin, rows_.data() + leaf.end);
     for (std::size_t i = tree_->nodes.size(); i-- > 0;) {
         const SphereTree::Node& node = tree_->nodes[i];
         if (!node.is_leaf()) boxes_[i] = joined(box(node.first_child), box(node.first_child + 1));

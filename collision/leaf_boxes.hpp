@@ -3,8 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "collision/box.hpp"
 #include "collision/collision_tree.hpp"
+#include "collision/face_boxes.hpp"
+#include "collision/padded_positions.hpp"
 
 namespace nbd {
 
@@ -13,11 +14,12 @@ namespace nbd {
 /// build_sphere_tree() orders the faces so that such halves are compact.
 class LeafBoxes {
  public:
-    static constexpr int leaf_faces = 4;
+    static constexpr int leaf_faces = FaceBoxes::lanes;
 
     struct Node {
         int first_child = -1;              // children are first_child and first_child + 1; -1: a leaf
         int face_begin = 0, face_end = 0;  // range of the sphere tree's `faces`
+        int leaf = -1;                     // number among the leaves; -1: none
         bool is_leaf() const noexcept { return first_child < 0; }
     };
 
@@ -35,15 +37,15 @@ class LeafBoxes {
     int root(int leaf) const noexcept { return ranges_[static_cast<std::size_t>(leaf)].begin; }
     const Node& node(int i) const noexcept { return nodes_[static_cast<std::size_t>(i)]; }
     const Box& box(int i) const noexcept { return boxes_[static_cast<std::size_t>(i)]; }
+    /// Of the faces of a leaf, in their order.
+    const FaceBoxes& face_boxes(const Node& leaf) const noexcept {
+        return face_boxes_[static_cast<std::size_t>(leaf.leaf)];
+    }
 
     /// Row of the face array at position `slot` of the sphere tree's `faces`, and that face in this pose.
     int face(int slot) const noexcept { return tree_->spheres.faces[static_cast<std::size_t>(slot)]; }
     Triangle triangle(int slot) const noexcept {
-        const int f = face(slot);
-        const auto corner = [&](int k) {
-            return Eigen::Map<const Eigen::Vector3f>(x_ + stride_ * tree_->faces(f, k));
-        };
-        return {corner(0), corner(1), corner(2)};
+        return {x_.point(corners_(slot, 0)), x_.point(corners_(slot, 1)), x_.point(corners_(slot, 2))};
     }
 
  private:
@@ -51,13 +53,16 @@ class LeafBoxes {
         int begin = 0, end = 0;
     };
 
+    Box refit_faces(const Node& leaf) noexcept;
+
     const CollisionTree* tree_;
-    const float* x_ = nullptr;
-    std::ptrdiff_t stride_ = 0;
+    PaddedPositions x_;
     std::vector<Range> ranges_;  // [sphere tree nodes], empty but for leaves
     std::vector<Node> nodes_;    // per leaf, breadth first
     std::vector<Box> boxes_;
-    std::vector<std::uint64_t> poses_;  // [sphere tree nodes] the pose each leaf's boxes belong to
+    std::vector<FaceBoxes> face_boxes_;  // [leaves]
+    Faces corners_;                      // of the face in each slot
+    std::vector<std::uint64_t> poses_;   // [sphere tree nodes] the pose each leaf's boxes belong to
     std::uint64_t pose_ = 0;
 };
 

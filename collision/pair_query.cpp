@@ -1,7 +1,6 @@
 #include "collision/pair_query.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -50,36 +49,25 @@ void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, 
     }
 }
 
-/// The few faces of a box leaf, ready for tests against others.
-struct LeafFaces {
-    std::array<Triangle, LeafBoxes::leaf_faces> triangles;
-    std::array<Box, LeafBoxes::leaf_faces> boxes;
-    int begin, count;
-
-    LeafFaces(const LeafBoxes& leaf_boxes, const LeafBoxes::Node& node) noexcept
-        : begin(node.face_begin), count(node.face_end - node.face_begin) {
-        for (int i = 0; i < count; ++i) {
-            const auto slot = static_cast<std::size_t>(i);
-            triangles[slot] = leaf_boxes.triangle(begin + i);
-            boxes[slot] = bounding_box(triangles[slot]);
-        }
-    }
-};
-
 template <class Touch>
 void test_faces(const LeafBoxes& a, const LeafBoxes::Node& node_a, const LeafBoxes& b,
                 const LeafBoxes::Node& node_b, float distance, const Touch& touch,
                 std::vector<FacePair>& face_pairs, QueryCounters& counters) noexcept {
-    const LeafFaces faces_a(a, node_a), faces_b(b, node_b);
-    for (int i = 0; i < faces_a.count; ++i)
-        for (int j = 0; j < faces_b.count; ++j) {
-            const auto s = static_cast<std::size_t>(i), t = static_cast<std::size_t>(j);
-            ++counters.box_tests;
-            if (apart(faces_a.boxes[s], faces_b.boxes[t], distance)) continue;
+    const FaceBoxes &boxes_a = a.face_boxes(node_a), &boxes_b = b.face_boxes(node_b);
+    const int count_a = node_a.face_end - node_a.face_begin, count_b = node_b.face_end - node_b.face_begin;
+    const float most = certain_square(distance);
+    counters.box_tests += count_a * count_b;
+    for (int i = 0; i < count_a; ++i) {
+        const Eigen::Array4f squared = squared_gaps(boxes_a, i, boxes_b);
+        if (squared.minCoeff() > most) continue;
+        const Triangle face_a = a.triangle(node_a.face_begin + i);
+        for (int j = 0; j < count_b; ++j) {
+            if (squared[j] > most) continue;
             ++counters.triangle_tests;
-            if (touch(faces_a.triangles[s], faces_b.triangles[t]))
-                face_pairs.push_back({a.face(faces_a.begin + i), b.face(faces_b.begin + j)});
+            if (touch(face_a, b.triangle(node_b.face_begin + j)))
+                face_pairs.push_back({a.face(node_a.face_begin + i), b.face(node_b.face_begin + j)});
         }
+    }
 }
 
 /// The walk over the boxes under a pair of leaves.

@@ -6,12 +6,17 @@
 
 namespace nbd {
 
-/// Whether a length, given by its square as computed in float32 from a difference of coordinates, is
-/// certainly more than `limit`: true only if it is so without rounding, false for NaN. The difference, the
-/// three squares and their sum are off by at most 3 ulp; the rest is for `limit`, itself a rounded sum.
-inline bool certainly_longer(float squared_length, float limit) noexcept {
+/// A length whose square, as computed in float32 from a difference of coordinates, is more than this is
+/// certainly more than `limit`. The difference, the three squares and their sum are off by at most 3 ulp; the
+/// rest is for `limit`, itself a rounded sum.
+inline float certain_square(float limit) noexcept {
     constexpr float slack = 1 + 16 * std::numeric_limits<float>::epsilon();
-    return squared_length > limit * limit * slack + std::numeric_limits<float>::min();
+    return limit * limit * slack + std::numeric_limits<float>::min();
+}
+
+/// Whether a length, given by its square, is certainly more than `limit`; false for NaN.
+inline bool certainly_longer(float squared_length, float limit) noexcept {
+    return squared_length > certain_square(limit);
 }
 
 /// Whether no point of s is within `distance` of a point of t. Never true in error; may be false where they
