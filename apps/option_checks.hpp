@@ -68,7 +68,7 @@ inline CLI::Validator sample_count() {
 
 /// The names of bounds.
 inline CLI::Validator bounds_name() {
-    return CLI::IsMember({"exact", "bd", "modal", "local", "certified"});
+    return CLI::IsMember({"exact", "boxes", "bd", "modal", "local", "certified"});
 }
 
 }  // namespace nbd

@@ -22,6 +22,11 @@ inline constexpr BoundKind bound_kinds[] = {BoundKind::exact, BoundKind::boxes, 
 /// "exact", "boxes", "bd", "modal", "local", "certified".
 std::string_view name(BoundKind kind) noexcept;
 
+/// Whether bounds of this kind are the smallest there are and need no more than the surface.
+constexpr bool is_exact(BoundKind kind) noexcept {
+    return kind == BoundKind::exact || kind == BoundKind::boxes;
+}
+
 /// Throws std::invalid_argument naming the known kinds.
 BoundKind bound_kind(std::string_view name);
 

@@ -45,8 +45,8 @@ class BodyContactFinder {
     using Sides = std::vector<Side>;  // by ascending vertex
 
     void find_vertices(int body, const ContactSurface& points, int other_body, const ContactSurface& surface,
-                       std::span<const FacePair> pairs, const ContactReach& reach, double moved,
-                       Sides& sides, std::vector<Contact>& contacts);
+                       std::span<const FacePair> pairs, const ContactReach& reach, double moved, Sides& sides,
+                       std::vector<Contact>& contacts);
 
     int body_a_, body_b_;
     std::vector<FacePair> flipped_;

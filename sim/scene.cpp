@@ -138,14 +138,16 @@ void read_source(JsonObject& from, const std::filesystem::path& base, SceneBody&
 
 void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody& body) {
     body.tree = read_path(from, "tree", base);
-    body.bounds = bound_kind(from.choice("bounds", "exact", {"exact", "bd", "modal", "local", "certified"}));
+    body.bounds =
+        bound_kind(from.choice("bounds", "exact", {"exact", "boxes", "bd", "modal", "local", "certified"}));
     body.margin = from.optional_number("margin", {0, 10, "between 0 and 10"});
-    if (body.bounds == BoundKind::exact) return;
+    if (is_exact(body.bounds)) return;
     if (!from.has("tree"))
         from.problem("tree",
                      fmt::format("is missing: bounds \"{}\" are learned or precomputed and need a tree file",
                                  name(body.bounds)));
-    if (body.placement.scale != 1) from.problem("transform.scale", "must be 1 unless bounds are \"exact\"");
+    if (body.placement.scale != 1)
+        from.problem("transform.scale", "must be 1 unless bounds are \"exact\" or \"boxes\"");
 }
 
 SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {

@@ -65,7 +65,7 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded) {
                      .bounds = spec.bounds,
                      .margin = spec.margin};
     if (!result.tree) {
-        if (spec.bounds != BoundKind::exact)
+        if (!is_exact(spec.bounds))
             throw std::invalid_argument(fmt::format("bounds \"{}\" need a tree", name(spec.bounds)));
         result.tree = exact_tree(body.surface);
     }

@@ -20,7 +20,8 @@ struct CollideArguments {
 };
 
 PosedTree posed(const PosedSurface& surface, const CollideArguments& arguments) {
-    const BoundKind kind = surface.learned ? bound_kind(arguments.bounds) : BoundKind::exact;
+    const BoundKind asked = bound_kind(arguments.bounds),
+                    kind = surface.learned || is_exact(asked) ? asked : BoundKind::exact;
     PosedTree tree(surface.tree, kind, arguments.margin);
     tree.begin_pose(surface.x, surface.motion);
     return tree;

@@ -78,8 +78,9 @@ TEST_F(CertifiedFileTest, WrongNumbersAreRefusedByName) {
             [](test::EditFile& f) { f.set<int>("certified/cells", 0, 99999); });
     refused("cell 2 has a number that is not finite, or negative",
             [](test::EditFile& f) { f.set<float>("certified/cell_shapes", 28, -1); });
-    refused("regions of tetrahedra",
-            [](test::EditFile& f) { f.replace("certified/tet_region", {3}, std::vector<int>{0, 0, 0}); });
+    refused("regions of tetrahedra", [](test::EditFile& f) {
+        f.replace("certified/tet_region", {3}, std::vector<int>{0, 0, 0});
+    });
     refused("solid: node 5 is not finite",
             [](test::EditFile& f) { f.set<double>("solid/nodes", 16, std::nan("")); });
     refused("solid", [](test::EditFile& f) { f.remove("solid"); });
