@@ -174,7 +174,7 @@ const Broken broken_scenes[] = {
     {with(R"("bounds": "modal")"),
      "bodies[0].tree: is missing: bounds \"modal\" are learned or precomputed and need a tree file"},
     {with(R"("bounds": "bd", "tree": "t.h5", "transform": {"scale": 2})"),
-     "bodies[0].transform.scale: must be 1 unless bounds are \"exact\""},
+     "bodies[0].transform.scale: must be 1 unless bounds are \"exact\" or \"boxes\""},
     {with(R"("margin": "wide")"), "bodies[0].margin: must be a number, not \"wide\""},
     {with(R"("margin": -0.1)"), "bodies[0].margin: is -0.1, but must be between 0 and 10"},
     {with(R"("material": {"poisson": 0.5})"),
