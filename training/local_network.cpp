@@ -192,7 +192,7 @@ TrainedLocalNetwork train_local_network(const PoseRows& distances, const Eigen::
 
     TrainedLocalNetwork result{.weights = initial_network(shape, config.seed, stream)};
     if (output.factor == 0) result.weights.setZero();  // nothing to learn but the mean
-    Adam adam(shape.weights());
+    Adam adam(shape.weights(), 0);
     Batch batch(shape, std::min(config.batch, poses));
     Eigen::VectorXf gradient(shape.weights());
     std::vector<int> order(static_cast<std::size_t>(poses));

@@ -10,7 +10,7 @@ namespace nbd {
 namespace {
 
 /// Bounds that may leave vertices outside.
-bool is_learned(BoundKind kind) { return kind == BoundKind::modal; }
+bool is_learned(BoundKind kind) { return kind == BoundKind::modal || kind == BoundKind::local; }
 
 Dash dash_of(BoundKind kind) {
     switch (kind) {
@@ -20,8 +20,9 @@ Dash dash_of(BoundKind kind) {
             return Dash::mixed;
         case BoundKind::modal:
             return Dash::solid;
+        default:
+            return Dash::dotted;
     }
-    return Dash::dotted;
 }
 
 /// Different values of a member over rows, in order of appearance.

@@ -27,8 +27,9 @@ Eigen::Vector3f sphere_colour(BoundKind kind) {
             return {0.95f, 0.66f, 0.28f};
         case BoundKind::modal:
             return {0.36f, 0.68f, 0.45f};
+        default:
+            return {0.66f, 0.48f, 0.80f};
     }
-    return {0.66f, 0.48f, 0.80f};
 }
 
 std::string label_of(BoundKind kind) {
@@ -39,8 +40,9 @@ std::string label_of(BoundKind kind) {
             return "BD-Tree";
         case BoundKind::modal:
             return "predicted (modal)";
+        default:
+            return std::string(name(kind));
     }
-    return std::string(name(kind));
 }
 
 bool lies_outside(VerticesRef x, int v, const Sphere& s) {

@@ -13,6 +13,7 @@
 #include "apps/dataset/claims.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "training/checkpoint.hpp"
+#include "training/pose_blocks.hpp"
 
 namespace nbd {
 namespace {
@@ -40,7 +41,7 @@ class Networks {
         : folder_(made(folder)),
           claims_(folder / ".claims"),
           key_(training_key(inputs, targets, config)),
-          inputs_(inputs),
+          poses_(inputs, config.arithmetic, config.seed),
           targets_(targets),
           config_(config),
           hooks_(hooks),
@@ -56,7 +57,7 @@ class Networks {
         if (!held) return;
         if (!load(node)) {
             const PoseRows own = targets_.middleCols(MlpShape::outputs * node, MlpShape::outputs);
-            auto network = train_mlp(inputs_, own, config_, static_cast<std::uint64_t>(node), hooks_.cancel);
+            auto network = train_mlp(poses_, own, config_, static_cast<std::uint64_t>(node), hooks_.cancel);
             if (!network) return;
             std::vector<TrainedMlp> alone(networks_.size());
             alone[static_cast<std::size_t>(node)] = *network;
@@ -93,7 +94,8 @@ class Networks {
     std::filesystem::path folder_;
     Claims claims_;
     std::string key_;
-    const PoseRows &inputs_, &targets_;
+    PoseBlocks poses_;
+    const PoseRows& targets_;
     const MlpConfig& config_;
     const TrainingHooks& hooks_;
     std::vector<TrainedMlp>& networks_;
