@@ -20,19 +20,19 @@ namespace nbd {
 /// leaves alignment errors out, and the linear part of the centres.
 struct TrainConfig {
     std::vector<BoundKind> bounds{BoundKind::modal, BoundKind::local};  // `modal` brings `bd` along
-    SphereTreeConfig tree;                                              // depth 7
+    SphereTreeConfig tree{};                                            // depth 7
     int modes = 128;  // the lowest ones; a body with fewer brings what it has
-    ClusterModesConfig clusters;
+    ClusterModesConfig clusters{};
     LabelFrame label_frame = LabelFrame::clustered;
     bool linear_centre = true;  // ModalModel::centre_map; without it labels are scaled element-wise
     /// Of the trajectories, in [0, 1): never seen in training. Without it as the recording says; see
     /// make_split.
     std::optional<double> held_out_share{};
     double random_frame_share = 0.1;  // of the other trajectories' frames, in [0, 1): likewise
-    MlpConfig mlp;
-    LocalConfig local;
-    CertifiedConfig certified;  // of bodies that bring their tetrahedra
-    std::uint64_t seed = 1;     // of the split, the clustering and the networks; overrides theirs
+    MlpConfig mlp{};
+    LocalConfig local{};
+    CertifiedConfig certified{};  // of bodies that bring their tetrahedra
+    std::uint64_t seed = 1;       // of the split, the clustering and the networks; overrides theirs
 };
 
 /// JSON text of the options: what TrainingFacts keep.
