@@ -114,13 +114,15 @@ float CertifiedBound::radius(std::span<const Block> blocks, const Eigen::Vector3
         const auto& M = block.M;
         const Lanes ax = block.anchor[0] - c.x(), ay = block.anchor[1] - c.y(), az = block.anchor[2] - c.z();
         const Lanes px = block.centre[0] - c.x(), py = block.centre[1] - c.y(), pz = block.centre[2] - c.z();
-        const Lanes u = M[0] * px + M[1] * py + M[2] * pz, v = M[3] * px + M[4] * py + M[5] * pz,
-                    w = M[6] * px + M[7] * py + M[8] * pz;
         const Lanes straight = (ax.square() + ay.square() + az.square()).sqrt() + block.straight;
-        const Lanes carried = (px.square() + py.square() + pz.square() +
-                               2 * (u.square() + v.square() + w.square()).sqrt() + squared_norm_bound(M))
-                                  .sqrt() +
-                              block.carried;
+        // |M^T p| by way of p's direction, lest squares of squares underflow.
+        const Lanes squared = px.square() + py.square() + pz.square(), p = squared.sqrt(),
+                    per_p = (p + std::numeric_limits<float>::min()).inverse();
+        const Lanes nx = px * per_p, ny = py * per_p, nz = pz * per_p;
+        const Lanes u = M[0] * nx + M[1] * ny + M[2] * nz, v = M[3] * nx + M[4] * ny + M[5] * nz,
+                    w = M[6] * nx + M[7] * ny + M[8] * nz;
+        const Lanes slope = (u.square() + v.square() + w.square()).sqrt();
+        const Lanes carried = (squared + 2 * p * slope + squared_norm_bound(M)).sqrt() + block.carried;
         most = most.max(straight.min(carried));
     }
     return most.maxCoeff();

@@ -262,8 +262,6 @@ class MpiTest : public DatasetTest {
         return run_mpi(folder(), options, command(name));
     }
 };
-}
-};
 
 TEST_F(MpiTest, AnyNumberOfRanksGivesTheSameFiles) {
     for (const char* ranks : {"1", "2", "3"}) {

@@ -18,8 +18,8 @@ using test::Model;
 std::shared_ptr<const CollisionTree> certified_tree(const Body& body) {
     auto tree = std::make_shared<CollisionTree>(
         make_exact_tree(body.surface.X.cast<float>(), body.surface.F, {.depth = 5, .min_leaf_faces = 2}));
-    tree->certified =
-        build_certified_model(tree->spheres, tree->faces, body.tets, body.W.cast<float>(), {.anchors = 12});
+    tree->certified = build_certified_model(tree->spheres, tree->faces, body.tets, body.W.cast<float>(),
+                                            {.anchors = 12, .regions = {.splits = 0}});
     return tree;
 }
 
@@ -33,6 +33,7 @@ TEST(RegionMotions, OfTheSimulatorAreThoseMeasuredFromThePositions) {
     const Vertices rounded = x.cast<float>();
     const std::span<const RegionMotion> measured = expected.measure(rounded);
     std::vector<RegionMotion> first;
+    float largest = 0;
     ElementPose plain;
     elastic.pose(x, plain);
     for (const int threads : {1, 4}) {
@@ -49,7 +50,7 @@ TEST(RegionMotions, OfTheSimulatorAreThoseMeasuredFromThePositions) {
             EXPECT_NEAR(meter.motions()[r].stretch, measured[r].stretch, 1e-5);
             EXPECT_NEAR(meter.motions()[r].deviation, measured[r].deviation, 1e-5);
             EXPECT_LT((meter.motions()[r].G - measured[r].G).norm(), 1e-5);
-            EXPECT_GT(measured[r].deviation, 1e-3);
+            largest = std::max(largest, measured[r].deviation);
         }
         if (first.empty()) first.assign(meter.motions().begin(), meter.motions().end());
         for (std::size_t r = 0; r < first.size(); ++r) {
@@ -57,6 +58,7 @@ TEST(RegionMotions, OfTheSimulatorAreThoseMeasuredFromThePositions) {
             EXPECT_EQ(meter.motions()[r].deviation, first[r].deviation);
         }
     }
+    EXPECT_GT(largest, 0.01f);
 }
 
 TEST(World, CertifiedBoundsFindTheFacePairsThatExactOnesFind) {
@@ -70,11 +72,12 @@ TEST(World, CertifiedBoundsFindTheFacePairsThatExactOnesFind) {
             body.bounds = kind;
             world.add_body(std::move(body));
         }
-        std::vector<long> pairs;
+        std::vector<FacePair> pairs;
         for (int i = 0; i < 60; ++i) {
             const WorldReport report = world.step(5e-3);
             EXPECT_EQ(report.failure, "");
-            pairs.push_back(report.face_pairs);
+            const std::vector<FacePair> now_touching = world.intersecting(0, 1);
+            pairs.insert(pairs.end(), now_touching.begin(), now_touching.end());
             const std::span<const RegionMotion> motion = world.motion(1);
             EXPECT_EQ(motion.empty(), kind != BoundKind::certified);
             // Those of the state that the step ended in, not of one before.
@@ -90,7 +93,7 @@ TEST(World, CertifiedBoundsFindTheFacePairsThatExactOnesFind) {
     };
     const auto [exact_pairs, exact_x] = run(BoundKind::exact);
     const auto [certified_pairs, certified_x] = run(BoundKind::certified);
-    EXPECT_GT(*std::ranges::max_element(exact_pairs), 10);
+    EXPECT_GT(exact_pairs.size(), 100u);
     EXPECT_EQ(exact_pairs, certified_pairs);
     EXPECT_EQ(exact_x, certified_x);
 }
