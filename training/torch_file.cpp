@@ -56,6 +56,10 @@ void save_torch(const std::filesystem::path& path, const TreeFile& file) {
     out.write("modal/rest", rest.transpose());
     out.write("modal/out_centre", modal.out_centre.transpose());
     out.write("modal/out_scale", modal.out_scale.transpose());
+    const auto m = static_cast<std::size_t>(shape.inputs);
+    std::vector<float> map(3 * nodes * m, 0.f);  // rows of its transpose, zero where there is none
+    std::copy_n(modal.centre_map.data(), modal.centre_map.size(), map.begin());
+    out.write("modal/centre_map", {nodes, 3, m}, std::span<const float>(map));
     out.write("modal/z_centre", modal.z_centre);
     out.write("modal/z_scale", modal.z_scale);
     out.write("modal/representatives", modal.modes.representatives);

@@ -41,6 +41,8 @@ class ModalTree(torch.nn.Module):
     def forward(self, x):
         x = x[:, self.representatives]
         R, t = self.align(x)
-        spheres = self.networks(self.code(x, R, t)) * self.out_scale + self.out_centre + self.rest
-        centres = spheres[..., :3] @ R.transpose(1, 2) + t[:, None]
+        zn = self.code(x, R, t)
+        spheres = self.networks(zn) * self.out_scale + self.out_centre + self.rest
+        centres = spheres[..., :3] + torch.einsum("nam,pm->pna", self.centre_map, zn)
+        centres = centres @ R.transpose(1, 2) + t[:, None]
         return torch.cat([centres, spheres[..., 3:].clamp(min=0)], -1)

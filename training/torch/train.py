@@ -91,11 +91,26 @@ class Tree:
         return codes, spheres - self.rest
 
 
-def scaled(x):
-    """x in [-1, 1] element by element, its centre and its half range."""
+def scaled(x, together=False):
+    """x in [-1, 1] element by element, its centre and its half range. together: with the largest half range of
+    the last axis for all of it."""
     low, high = x.amin(0), x.amax(0)
     centre, half = (low + high) / 2, (high - low) / 2
+    if together:
+        half = half.amax(-1, keepdim=True).expand_as(half)
     return (x - centre) * torch.where(half > 1e-38, 1 / half, torch.zeros_like(half)), centre, half
+
+
+def linear_centres(codes, spheres):
+    """The map [m, nodes, 3] of scaled codes that fits the centres best, ridge included; spheres less it."""
+    Z = codes.double()
+    Z = Z - Z.mean(0)
+    moments = Z.t() @ Z
+    moments.diagonal().add_(1e-4 * moments.trace() / len(moments) + 1e-30)
+    found = torch.linalg.solve(moments, Z.t() @ spheres[..., :3].double().flatten(1)).float()
+    rest = spheres.clone()
+    rest[..., :3] -= (codes @ found).view(*spheres.shape[:2], 3)
+    return found, rest
 
 
 class Networks(torch.nn.Module):
@@ -143,7 +158,7 @@ def train(codes, targets, options):
             optimizer.step()
             with torch.no_grad():
                 for p, old in zip(parameters, before):
-                    p.copy_(old + rate.view(-1, 1, 1) * (p - old))
+                    p.copy_(old + rate.view(-1, 1, 1) * (p - old - options.weight_decay * old))
             sums += loss.detach() * len(batch)
         loss = sums / poses
         better = loss < 0.99 * best
@@ -198,6 +213,9 @@ def main():
     parser.add_argument("--hidden", type=int, default=32)
     parser.add_argument("--batch", type=int, default=128)
     parser.add_argument("--rate", type=float, default=5e-3)
+    parser.add_argument("--weight-decay", type=float, default=0.1, help="as nbdtree train; the paper: 0")
+    parser.add_argument("--linear-centre", type=int, choices=[0, 1], default=1,
+                        help="a linear part of the centres beside the networks; the paper: 0")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     torch.manual_seed(options.seed)
@@ -211,7 +229,10 @@ def main():
                 codes.append(c)
                 spheres.append(s)
     codes, z_centre, z_half = scaled(torch.cat(codes))
-    targets, out_centre, out_half = scaled(torch.cat(spheres))
+    spheres = torch.cat(spheres)
+    if options.linear_centre:
+        centre_map, spheres = linear_centres(codes, spheres)
+    targets, out_centre, out_half = scaled(spheres, together=options.linear_centre)
     print(f"{len(codes)} training poses, {targets.shape[1]} nodes, on {options.device}", flush=True)
     weights, loss = train(codes, targets, options)
     numbers = {
@@ -221,6 +242,8 @@ def main():
         "out_centre": out_centre.t().contiguous(),
         "out_scale": out_half.t().contiguous(),
     }
+    if options.linear_centre:
+        numbers["centre_map"] = centre_map
     numbers = {name: values.cpu().numpy() for name, values in numbers.items()}
     write(options.tree, options.output, numbers, options.hidden,
           {"node_loss": loss.cpu().numpy(), "poses": len(codes)})
