@@ -36,6 +36,10 @@ void run(const TrainArguments& arguments, Output& out) {
     config.bounds.clear();
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
     const bool modal = std::ranges::find(arguments.bounds, "modal") != arguments.bounds.end();
+    if (rank.number > 0) {  // what is quick is not dealt out
+        std::erase(config.bounds, BoundKind::local);
+        if (config.bounds.empty()) return;
+    }
 
     TrainRun settings;
     settings.checkpoint = arguments.output + ".checkpoint";
@@ -72,7 +76,7 @@ void run(const TrainArguments& arguments, Output& out) {
         save_tree(arguments.output, file);
         std::filesystem::remove(settings.checkpoint);
     }
-    if (together) shared.leave();
+    if (together && modal) shared.leave();
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
 
     const TrainingFacts& facts = file.facts;
