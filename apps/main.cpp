@@ -77,10 +77,12 @@ int main(int argc, char** argv) {
     nbd::add_dataset(app, out);
     nbd::add_carry(app, out);
     nbd::add_train(app, out);
+    nbd::add_calibrate(app, out);
     nbd::add_evaluate(app, out);
     nbd::add_figures(app, out);
     nbd::add_transfer(app, out);
     nbd::add_export(app, out);
+    nbd::add_trust(app, out);
     nbd::add_simulate(app, out);
     nbd::add_validate(app, out);
     nbd::add_collide(app, out);

@@ -57,7 +57,7 @@ void StepTable::write(const std::filesystem::path& path) const {
            "newton_iterations,solver_iterations,"
            "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
            "inverted_elements,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
-           "near_pairs_missed\n";
+           "near_pairs_missed,audit_tests,audit_exact_tests,audit_us,audit_exact_us\n";
     for (const StepRow& row : rows_) {
         file.out() << fmt::format(
             "{},{:.9g},{},{},{},{},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.6g},{}", row.frame,
@@ -66,10 +66,12 @@ void StepTable::write(const std::filesystem::path& path) const {
             row.solver_converged ? 1 : 0, row.kinetic_energy, row.elastic_energy, row.gravity_energy,
             row.deepest_penetration, row.inverted_elements);
         if (row.audited)
-            file.out() << fmt::format(",{},{},{},{}\n", row.audit.intersecting, row.audit.intersecting_missed,
-                                      row.audit.near, row.audit.near_missed);
+            file.out() << fmt::format(",{},{},{},{},{},{},{:.6g},{:.6g}\n", row.audit.intersecting,
+                                      row.audit.intersecting_missed, row.audit.near, row.audit.near_missed,
+                                      row.audit.tests, row.audit.exact_tests, row.audit.us,
+                                      row.audit.exact_us);
         else
-            file.out() << ",,,,\n";
+            file.out() << ",,,,,,,,\n";
     }
     file.commit();
 }

@@ -15,11 +15,18 @@ concept Bound = requires(B bounds, VerticesRef x, int node) {
 };
 
 /// A bound that knows what it was trained on. strangeness() of the node that bound() was asked for last: how
-/// far its input lies from those of the training, 0 or more, about 1 at the edge of their range, not a number
-/// where the input is none. Above a limit that calibration sets, the node is bounded exactly instead.
+/// far its input lies from the midst of the training's, 0 or more, in any unit, not a number where the input
+/// is none; always 0 for a node that is exact whatever the pose. Calibrated margins grow with it, and above a
+/// limit that calibration sets the node is bounded exactly instead. The better it tells easy poses from hard
+/// ones, the smaller margins are.
 template <class B>
 concept GatedBound = Bound<B> && requires(B bounds, int node) {
     { bounds.strangeness(node) } -> std::same_as<float>;
 };
+
+/// What a calibrated margin is multiplied by: 1 at the limit, a tenth in the midst of what is known.
+inline float margin_weight(float strangeness, float limit) noexcept {
+    return limit > 0 ? 0.1f + 0.9f * strangeness / limit : 1;
+}
 
 }  // namespace nbd

@@ -27,8 +27,8 @@ void check_calibration(const Calibration& calibration, std::string_view bounds, 
     require(calibration.limits.empty() || calibration.limits.size() == nodes, "has ",
             calibration.limits.size(), " limits of its inputs for ", nodes, " nodes");
     for (std::size_t i = 0; i < calibration.limits.size(); ++i)
-        require(std::isfinite(calibration.limits[i]) && calibration.limits[i] > 0, "limit of node ", i,
-                "'s input is ", calibration.limits[i], ", allowed: finite and above 0");
+        require(std::isfinite(calibration.limits[i]) && calibration.limits[i] >= 0, "limit of node ", i,
+                "'s input is ", calibration.limits[i], ", allowed: finite and 0 or more");
 }
 
 }  // namespace nbd

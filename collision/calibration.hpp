@@ -14,8 +14,10 @@ struct Calibration {
     double confidence = 0;         // in (0, 1): share of trajectories that keep to it
     int trajectories = 0;          // that it was made from
     long poses = 0;                // of theirs
-    std::vector<float> margins{};  // [nodes] radii are multiplied by 1 + margin; finite, >= 0
-    std::vector<float> limits{};   // [nodes] largest strangeness() that is in range, > 0; none: no range gate
+    std::vector<float> margins{};  // [nodes] radii are multiplied by 1 + margin, for a GatedBound by
+                                   // 1 + margin * margin_weight(strangeness, limit); finite, >= 0
+    std::vector<float> limits{};   // [nodes] largest strangeness that is in range, finite, >= 0; for a
+                                   // GatedBound, others have none
 };
 
 /// Throws std::invalid_argument with what is wrong, `bounds` being the name of the bounds, unless the

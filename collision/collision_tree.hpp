@@ -27,6 +27,9 @@ constexpr bool is_exact(BoundKind kind) noexcept {
     return kind == BoundKind::exact || kind == BoundKind::boxes;
 }
 
+/// Whether a vertex of a node may stand outside such a bound, so that it wants calibration.
+constexpr bool can_miss(BoundKind kind) noexcept { return !is_exact(kind) && kind != BoundKind::certified; }
+
 /// Throws std::invalid_argument naming the known kinds.
 BoundKind bound_kind(std::string_view name);
 

@@ -15,12 +15,17 @@ class ModalBound {
     Sphere bound(int node) const noexcept {
         return to_world(align_, modal_sphere(*model_, *tree_, node, zn_));
     }
+    /// How much of the representatives' motion the modes do not see, in body sizes: the same for all nodes,
+    /// computed when first asked for in a pose.
+    float strangeness(int node) noexcept;
 
  private:
     const SphereTree* tree_;
     const ModalModel* model_;
     ModalCodeScratch scratch_;
-    Eigen::VectorXf zn_;  // [m] the code, scaled
+    Eigen::VectorXf z_, zn_;     // [m] the code, and scaled
+    Eigen::VectorXf explained_;  // [3 k] scratch
+    float unexplained_ = -1;     // of this pose; negative: not computed yet
     RigidTransform align_;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "collision/message.hpp"
@@ -31,10 +32,8 @@ Bounds make_bounds(const CollisionTree& tree, BoundKind kind) {
 SphereTrust trust_in(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {
     const auto calibration = tree.calibrations.find(kind);
     if (margin || calibration == tree.calibrations.end())
-        return {std::vector<float>(tree.spheres.nodes.size(), 1 + margin.value_or(0.f)), {}};
-    SphereTrust trust{calibration->second.margins, calibration->second.limits};
-    for (float& factor : trust.factors) factor += 1;
-    return trust;
+        return {std::vector<float>(tree.spheres.nodes.size(), margin.value_or(0.f)), {}};
+    return {calibration->second.margins, calibration->second.limits};
 }
 
 }  // namespace
@@ -73,6 +72,19 @@ void PosedTree::begin_pose(VerticesRef x, std::span<const RegionMotion> motion) 
 const Sphere& PosedTree::sphere(int node) noexcept {
     return std::visit([&](auto& bounds) -> const Sphere& { return state_->spheres.get(node, bounds); },
                       state_->bounds);
+}
+
+std::optional<float> PosedTree::strangeness(int node) noexcept {
+    return std::visit(
+        [node](auto& bounds) -> std::optional<float> {
+            if constexpr (GatedBound<std::remove_cvref_t<decltype(bounds)>>) {
+                bounds.bound(node);
+                return bounds.strangeness(node);
+            } else {
+                return std::nullopt;
+            }
+        },
+        state_->bounds);
 }
 
 int PosedTree::nodes_bounded() const noexcept { return state_->spheres.bounded(); }

@@ -37,6 +37,10 @@ class PosedTree {
     /// World-space sphere of a node in this pose.
     const Sphere& sphere(int node) noexcept;
 
+    /// How far a node's input in this pose lies from the training's, see GatedBound; nothing for bounds that
+    /// do not know.
+    std::optional<float> strangeness(int node) noexcept;
+
     /// How many distinct nodes' spheres this pose has computed so far.
     int nodes_bounded() const noexcept;
     /// And how many of them exactly, since their input was out of the calibrated range.

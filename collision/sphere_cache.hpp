@@ -12,9 +12,9 @@ namespace nbd {
 
 /// How the spheres of a bound are used, node by node.
 struct SphereTrust {
-    std::vector<float> factors;  // [nodes] of the radii
-    std::vector<float>
-        limits;  // [nodes] of strangeness(), above which a node is bounded exactly; none: no limit
+    std::vector<float> margins;  // [nodes] radii are multiplied by 1 + margin
+    std::vector<float> limits;   // [nodes] of strangeness, above which a node is bounded exactly, and margins
+                                 // grow with it; none: neither
 };
 
 /// The spheres of one pose, each computed when first asked for.
@@ -54,15 +54,21 @@ class SphereCache {
     Sphere compute(int node, B& bounds) noexcept {
         const auto i = static_cast<std::size_t>(node);
         Sphere sphere = bounds.bound(node);
+        float margin = trust_.margins[i];
         if constexpr (GatedBound<B>)
-            if (!trust_.limits.empty() && !(bounds.strangeness(node) <= trust_.limits[i])) {
-                ++out_of_range_;
-                using Rows = Eigen::Map<const Vertices, 0, Eigen::OuterStride<>>;
-                return bounding_sphere(Rows(x_, rows_, 3, Eigen::OuterStride<>(stride_)),
-                                       tree_->node_vertices(node));
+            if (!trust_.limits.empty()) {
+                const float strangeness = bounds.strangeness(node);
+                if (!(strangeness <= trust_.limits[i])) return exact_sphere(node);
+                margin *= margin_weight(strangeness, trust_.limits[i]);
             }
-        sphere.r *= trust_.factors[i];
+        sphere.r *= 1 + margin;
         return sphere;
+    }
+
+    Sphere exact_sphere(int node) noexcept {
+        ++out_of_range_;
+        using Rows = Eigen::Map<const Vertices, 0, Eigen::OuterStride<>>;
+        return bounding_sphere(Rows(x_, rows_, 3, Eigen::OuterStride<>(stride_)), tree_->node_vertices(node));
     }
 
     const SphereTree* tree_;

@@ -102,7 +102,7 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
     for (auto& slot : probes)
         for (const BoundKind kind : config.bounds)
             if (has_bounds(*tree, kind))
-                slot.push_back({PosedTree(tree, kind), Sums(margins, depths), Eigen::VectorXd()});
+                slot.push_back({PosedTree(tree, kind, 0.f), Sums(margins, depths), Eigen::VectorXd()});
     std::vector<std::optional<SolidMeter>> meters(frame_slots);
     for_each_pose(body, recording, chosen, [&](int slot, int, VerticesRef x, VerticesRef nodes) {
         auto& meter = meters[static_cast<std::size_t>(slot)];

@@ -43,7 +43,8 @@ HeldOut draw_held_out(std::vector<int> ids, double share, std::uint64_t seed) {
 }
 
 TrainingSplit make_split(const RecordingReader& recording, std::optional<double> held_out_share,
-                         double random_frame_share, std::uint64_t seed) {
+                         double random_frame_share, std::uint64_t seed, double calibration_share) {
+    check_share("calibration trajectories", calibration_share);
     check_share("random test frames", random_frame_share);
     const double share = held_out_share.value_or(0.2);
     HeldOut split;
@@ -56,28 +57,32 @@ TrainingSplit make_split(const RecordingReader& recording, std::optional<double>
             if (t.failure.empty() && t.frames > 0) ids.push_back(t.id);
         split = draw_held_out(std::move(ids), share, seed);
     }
-    if (split.train.empty())
+    HeldOut rest = draw_held_out(split.train, split.train.size() < 2 ? 0 : calibration_share,
+                                 counter_random(seed, 0, 2));
+    if (rest.train.empty())
         throw std::runtime_error(fmt::format(
             "{}: has {} complete trajectories, and holding out {} of them leaves none to train on",
-            recording.path().string(), split.held_out.size(),
-            std::max<std::size_t>(split.held_out.size(), share > 0)));
-    return {.train_trajectories = std::move(split.train),
+            recording.path().string(), split.train.size() + split.held_out.size(),
+            std::max(split.held_out.size() + rest.held_out.size(), std::size_t{share > 0})));
+    return {.train_trajectories = std::move(rest.train),
+            .calibration_trajectories = std::move(rest.held_out),
             .held_out_trajectories = std::move(split.held_out),
             .frame_seed = counter_random(seed, 0, 1),
             .random_frame_share = static_cast<float>(random_frame_share)};
 }
 
 std::vector<FrameId> frames_of(const RecordingReader& recording, const TrainingSplit& split, FrameSet set) {
-    const auto& trajectories =
-        set == FrameSet::held_out ? split.held_out_trajectories : split.train_trajectories;
+    const bool whole = set == FrameSet::held_out || set == FrameSet::calibration;
+    const auto& trajectories = set == FrameSet::held_out      ? split.held_out_trajectories
+                               : set == FrameSet::calibration ? split.calibration_trajectories
+                                                              : split.train_trajectories;
     std::vector<FrameId> frames;
     const auto& infos = recording.trajectories();
     for (std::size_t i = 0; i < infos.size(); ++i) {
         const int id = infos[i].id;
         if (std::ranges::find(trajectories, id) == trajectories.end()) continue;
         for (int frame = 0; frame < infos[i].frames; ++frame)
-            if (set == FrameSet::held_out ||
-                is_random_test_frame(split, id, frame) == (set == FrameSet::random_test))
+            if (whole || is_random_test_frame(split, id, frame) == (set == FrameSet::random_test))
                 frames.push_back({static_cast<int>(i), frame});
     }
     return frames;

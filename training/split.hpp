@@ -23,11 +23,14 @@ HeldOut draw_held_out(std::vector<int> ids, double share, std::uint64_t seed);
 /// Draws the trajectories that training never sees and fixes how frames are kept out of the others. Failed
 /// and empty trajectories are in neither list. held_out_share: of the complete trajectories, as in
 /// draw_held_out; without one, those that the manifest of a dataset names, and a fifth where there is none.
-/// random_frame_share: of the remaining frames, in [0, 1). Depends on the trajectories' ids, the shares and
-/// the seed, and on the manifest, alone. Throws std::invalid_argument on a share out of range,
-/// std::runtime_error where the recording has too few complete trajectories to leave one for training.
+/// calibration_share: of the others, kept for calibration, in [0, 1), none
+/// where there is one alone; so a dataset's held-out trajectories are
+/// the same with and without. random_frame_share: of the remaining frames, in [0, 1). Depends on the
+/// trajectories' ids, the shares and the seed, and on the manifest, alone. Throws std::invalid_argument on a
+/// share out of range, std::runtime_error where the recording has too few complete trajectories to leave one
+/// for training.
 TrainingSplit make_split(const RecordingReader& recording, std::optional<double> held_out_share,
-                         double random_frame_share, std::uint64_t seed);
+                         double random_frame_share, std::uint64_t seed, double calibration_share = 0);
 
 /// A frame of a recording.
 struct FrameId {
@@ -36,8 +39,8 @@ struct FrameId {
     auto operator<=>(const FrameId&) const = default;
 };
 
-/// The three parts that a split makes of a recording. Disjoint; together all frames of its trajectories.
-enum class FrameSet { train, random_test, held_out };
+/// The four parts that a split makes of a recording. Disjoint; together all frames of its trajectories.
+enum class FrameSet { train, random_test, calibration, held_out };
 
 /// Frames of one part, ascending. Trajectories that the recording does not have are skipped.
 std::vector<FrameId> frames_of(const RecordingReader& recording, const TrainingSplit& split, FrameSet set);

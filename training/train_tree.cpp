@@ -135,6 +135,7 @@ std::string to_json(const TrainConfig& c) {
         {"linear_centre", c.linear_centre},
         {"held_out_share",
          c.held_out_share ? nlohmann::ordered_json(*c.held_out_share) : nlohmann::ordered_json()},
+        {"calibration_share", c.calibration_share},
         {"random_frame_share", c.random_frame_share},
         {"hidden", c.mlp.hidden},
         {"batch", c.mlp.batch},
@@ -184,7 +185,7 @@ TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainCon
     facts.body_hash = body.hash;
     facts.config = to_json(config);
     facts.split = make_split(recording, config.held_out_share, config.random_frame_share,
-                             counter_random(config.seed, 0, 0));
+                             counter_random(config.seed, 0, 0), config.calibration_share);
     const std::vector<FrameId> frames = frames_of(recording, facts.split, FrameSet::train);
     facts.poses = static_cast<int>(frames.size());
     if (facts.poses < config.mlp.batch)

@@ -28,6 +28,8 @@ struct TrainConfig {
     /// Of the trajectories, in [0, 1): never seen in training. Without it as the recording says; see
     /// make_split.
     std::optional<double> held_out_share{};
+    double calibration_share =
+        0.25;  // of the others, that margins are calibrated on, in [0, 1); see make_split
     double random_frame_share = 0.1;  // of the other trajectories' frames, in [0, 1): likewise
     MlpConfig mlp{};
     LocalConfig local{};
@@ -58,7 +60,8 @@ struct TrainRun {
 };
 
 /// Builds and trains the whole tree of a body from a recording: sphere tree, and the bounds that the config
-/// names: clustered modes, BD-Tree and the networks of the paper, local bounds. Streams the recording; what
+/// names: clustered modes, BD-Tree and the networks of the paper, local bounds; not calibrated
+/// yet, see calibrate(). Streams the recording; what
 /// stays in memory is some numbers a pose and node. The same arguments give the same bits, whatever the
 /// threads and however often it was interrupted, on one machine type. Throws std::invalid_argument on a
 /// config out of range or, with `modal`, a body without modes, std::runtime_error on a recording of another

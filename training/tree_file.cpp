@@ -215,6 +215,7 @@ void write_facts(h5::Writer& file, const TrainingFacts& facts) {
     file.attribute("facts", "random_frame_share", facts.split.random_frame_share);
     file.write_text("facts/config", facts.config);
     file.write("facts/train_trajectories", facts.split.train_trajectories);
+    file.write("facts/calibration_trajectories", facts.split.calibration_trajectories);
     file.write("facts/held_out_trajectories", facts.split.held_out_trajectories);
     file.write("facts/node_loss", facts.node_loss);
 }
@@ -235,6 +236,8 @@ TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
     facts.config = file.read_text("facts/config");
     facts.split.train_trajectories = file.read<int>("facts/train_trajectories", {h5::any});
     facts.split.held_out_trajectories = file.read<int>("facts/held_out_trajectories", {h5::any});
+    if (file.has("facts/calibration_trajectories"))
+        facts.split.calibration_trajectories = file.read<int>("facts/calibration_trajectories", {h5::any});
     facts.node_loss = file.matrix<Eigen::VectorXf>("facts/node_loss", h5::any);
     const auto losses = static_cast<std::size_t>(facts.node_loss.size());
     if (losses != 0 && losses != nodes)

@@ -10,12 +10,14 @@
 
 namespace nbd {
 
-/// Which frames a tree was trained on, so that evaluation can use the others.
-/// Splits are by trajectory; within the training trajectories some frames drawn at random are kept out as
-/// well, because papers test on those.
+/// Which frames a tree was trained on, so that calibration and evaluation can use the others.
+/// Splits are by trajectory: those to train on, those that margins are calibrated on, and those that nothing
+/// but evaluation sees. Within the training trajectories some frames drawn at random are kept out as well,
+/// because papers test on those.
 struct TrainingSplit {
     std::vector<int> train_trajectories;  // ids
-    std::vector<int> held_out_trajectories;
+    std::vector<int> calibration_trajectories{};
+    std::vector<int> held_out_trajectories{};
     std::uint64_t frame_seed = 0;  // is_random_test_frame() draws from it
     float random_frame_share = 0;  // of the training trajectories' frames, kept out of training
 };

@@ -108,6 +108,14 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
             "audit of {} frames: {} of {} touching face pairs missed, {} of {} within contact distance",
             total.audited_frames, total.audit.intersecting_missed, total.audit.intersecting,
             total.audit.near_missed, total.audit.near));
+    if (total.audited_frames > 0)
+        out.text(fmt::format(
+            "audit: {} tests where exact bounds need {}; {:.1f} us a frame where they take {:.1f}",
+            total.audit.tests, total.audit.exact_tests, total.audit.us / total.audited_frames,
+            total.audit.exact_us / total.audited_frames));
+    if (total.nodes_out_of_range > 0)
+        out.warning(fmt::format("{} nodes were out of their calibrated range and bounded exactly",
+                                total.nodes_out_of_range));
     out.result({{"frames", frames},
                 {"steps", total.steps},
                 {"time", total.time},
@@ -122,7 +130,11 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
                 {"intersecting_pairs", total.audit.intersecting},
                 {"intersecting_pairs_missed", total.audit.intersecting_missed},
                 {"near_pairs", total.audit.near},
-                {"near_pairs_missed", total.audit.near_missed}});
+                {"near_pairs_missed", total.audit.near_missed},
+                {"audit_tests", total.audit.tests},
+                {"audit_exact_tests", total.audit.exact_tests},
+                {"audit_us", total.audit.us},
+                {"audit_exact_us", total.audit.exact_us}});
 }
 
 void run(const SimulateArguments& arguments, Output& out) {

@@ -5,12 +5,14 @@
 #include <filesystem>
 #include <memory>
 
+#include "apps/calibration_options.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/rank.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/load.hpp"
 #include "apps/option_checks.hpp"
 #include "apps/train/shared_training.hpp"
+#include "training/calibrate.hpp"
 #include "training/recording.hpp"
 #include "training/train_tree.hpp"
 
@@ -21,6 +23,7 @@ struct TrainArguments {
     std::string body, recording, output, frame = "clustered";
     std::vector<std::string> bounds{"modal", "local"};
     TrainConfig config;
+    CalibrateConfig calibrate;
 };
 
 void run(const TrainArguments& arguments, Output& out) {
@@ -65,14 +68,21 @@ void run(const TrainArguments& arguments, Output& out) {
             "{0}: has no modes, which modal bounds need; make them with: nbdtree modes {0}", arguments.body));
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
+    const RecordingReader recording(arguments.recording);
     TreeFile file;
     try {
-        file = train_tree(surface_body(body), RecordingReader(arguments.recording), config, settings);
+        file = train_tree(surface_body(body), recording, config, settings);
     } catch (const TrainingCancelled&) {
         throw Interrupted("the same command continues from " +
                           (together ? shared_folder : settings.checkpoint).string());
     }
     if (rank.number == 0) {
+        if (file.facts.split.calibration_trajectories.empty()) {
+            out.warning("no trajectories were kept for calibration: the bounds keep no stated miss rate");
+        } else {
+            out.text("calibrating");
+            calibrate(file, recording, arguments.calibrate);
+        }
         save_tree(arguments.output, file);
         std::filesystem::remove(settings.checkpoint);
     }
@@ -82,12 +92,15 @@ void run(const TrainArguments& arguments, Output& out) {
     const TrainingFacts& facts = file.facts;
     const auto nodes = file.tree.spheres.nodes.size();
     out.text(fmt::format(
-        "{}: {} nodes trained on {} poses of {} trajectories in {:.1f} s; {} trajectories held out",
+        "{}: {} nodes trained on {} poses of {} trajectories in {:.1f} s; {} to calibrate on, {} held out",
         arguments.output, nodes, facts.poses, facts.split.train_trajectories.size(), seconds,
-        facts.split.held_out_trajectories.size()));
+        facts.split.calibration_trajectories.size(), facts.split.held_out_trajectories.size()));
+    for (const auto& [kind, calibration] : file.tree.calibrations)
+        out.text(describe(kind, calibration, file.tree.spheres));
     nlohmann::ordered_json result = {{"nodes", nodes},
                                      {"poses", facts.poses},
                                      {"train_trajectories", facts.split.train_trajectories},
+                                     {"calibration_trajectories", facts.split.calibration_trajectories},
                                      {"held_out_trajectories", facts.split.held_out_trajectories},
                                      {"seconds", seconds}};
     if (modal) {
@@ -155,6 +168,12 @@ void add_train(CLI::App& app, Output& out) {
         ->add_option("--held-out", config.held_out_share,
                      "Share of the trajectories that training never sees; without it as the dataset says")
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
+    command
+        ->add_option("--calibration", config.calibration_share,
+                     "Share of the others that margins are calibrated on; 0: bounds keep no stated miss rate")
+        ->capture_default_str()
+        ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
+    add_calibration_options(*command, arguments->calibrate);
     command
         ->add_option("--random-frames", config.random_frame_share,
                      "Share of the other frames kept out as well")

@@ -209,6 +209,39 @@ TEST(ModalBound, IsTheNetworksSphereInTheWorld) {
     }
 }
 
+TEST(ModalBound, IsStrangerTheLessTheModesSeeOfAPose) {
+    std::mt19937 random(8);
+    const auto s = shapes::torus(20, 12);
+    const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
+    const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
+    ModalModel model = shapes::random_model(tree, modes.clustered, 32, 6);
+    ModalBound bound(tree, model);
+    // The residual by hand, in a pose that no alignment turns.
+    const Vertices x = shapes::wobbled(s.X, random, 0.2f);
+    ModalCodeScratch scratch;
+    Eigen::VectorXf z(9);
+    const ClusteredModes& seen = modes.clustered;
+    const RigidTransform align = modal_code(seen, x, scratch, z);
+    double sum = 0;
+    for (Eigen::Index i = 0; i < seen.w.size(); ++i) {
+        const Eigen::Vector3f y =
+            align.R.transpose() *
+            (x.row(seen.representatives[static_cast<std::size_t>(i)]).transpose() - align.t);
+        const Eigen::Vector3f explained = seen.X.row(i).transpose() + seen.U.middleRows<3>(3 * i) * z;
+        sum += static_cast<double>(seen.w[i] * (y - explained).squaredNorm());
+    }
+    const double expected =
+        std::sqrt(sum / static_cast<double>(seen.w.sum())) / static_cast<double>(tree.rest[0].r);
+    EXPECT_GT(expected, 0.01);
+    bound.begin_pose(x);
+    EXPECT_NEAR(bound.strangeness(0), expected, 1e-5);
+    EXPECT_EQ(bound.strangeness(5), bound.strangeness(0));
+    bound.begin_pose(shapes::moved(s.X, shapes::random_motion(random, 1)));
+    EXPECT_NEAR(bound.strangeness(0), 0, 1e-5);
+    bound.begin_pose(Vertices::Constant(s.X.rows(), 3, NAN));
+    EXPECT_TRUE(std::isnan(bound.strangeness(3)));
+}
+
 TEST(Bounds, MoveWithARigidMotion) {
     std::mt19937 random(7);
     const auto s = shapes::torus(30, 14);

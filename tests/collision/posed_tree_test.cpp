@@ -133,7 +133,7 @@ TEST_F(PosedTreeTest, RefusesACalibrationThatDoesNotFit) {
     EXPECT_EQ(with([](Calibration& c) { c.limits = {1}; }),
               "calibration of modal bounds: has 1 limits of its inputs for 15 nodes");
     EXPECT_EQ(with([&](Calibration& c) { (c.limits = fifteen)[7] = INFINITY; }),
-              "calibration of modal bounds: limit of node 7's input is inf, allowed: finite and above 0");
+              "calibration of modal bounds: limit of node 7's input is inf, allowed: finite and 0 or more");
 }
 
 /// Half of the exact spheres, the stranger the higher the node's number; none for node 5.
@@ -149,7 +149,7 @@ struct HalfSpheres {
     float strangeness(int node) const { return node == 5 ? NAN : 0.1f * static_cast<float>(node); }
 };
 
-TEST(SphereCache, TakesTheExactSphereOfANodeThatIsOutOfRangeAndCountsIt) {
+TEST(SphereCache, GrowsMarginsWithStrangenessAndTakesTheExactSphereOfANodeOutOfRange) {
     const auto s = shapes::torus(16, 10);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
     // Rows that lie apart, as a caller's vertices may.
@@ -158,15 +158,16 @@ TEST(SphereCache, TakesTheExactSphereOfANodeThatIsOutOfRangeAndCountsIt) {
     const Eigen::Map<const Vertices, 0, Eigen::OuterStride<>> x(wide.data(), s.X.rows(), 3,
                                                                 Eigen::OuterStride<>(5));
     HalfSpheres half{&tree, {}};
-    const std::vector<float> factors(15, 3.f);
-    SphereCache gated(tree, {factors, std::vector<float>(15, 0.85f)}), open(tree, {factors, {}});
+    const std::vector<float> margins(15, 2.f);
+    SphereCache gated(tree, {margins, std::vector<float>(15, 0.85f)}), open(tree, {margins, {}});
     half.begin_pose(x);
     gated.begin_pose(x);
     open.begin_pose(x);
     for (int node = 0; node < 15; ++node) {
         const Sphere exact = bounding_sphere(s.X, tree.node_vertices(node));
         const bool strange = node == 5 || node > 8;
-        EXPECT_EQ(gated.get(node, half).r, strange ? exact.r : exact.r * 0.5f * 3) << node;
+        const float grown = 0.5f * exact.r * (1 + 2 * (0.1f + 0.9f * 0.1f * static_cast<float>(node) / 0.85f));
+        EXPECT_FLOAT_EQ(gated.get(node, half).r, strange ? exact.r : grown) << node;
         EXPECT_EQ(open.get(node, half).r, exact.r * 0.5f * 3);
     }
     EXPECT_EQ(gated.out_of_range(), 7);

@@ -102,7 +102,7 @@ TEST_F(Evaluate, ModalBoundsAreTightAndAMarginTakesInWhatIsOutside) {
 TEST_F(Evaluate, AgreesWithACountByHand) {
     const RecordingReader data(folder / "other.h5");
     const auto posed_tree = std::make_shared<const CollisionTree>(tree->tree);
-    PosedTree posed(posed_tree, BoundKind::modal);
+    PosedTree posed(posed_tree, BoundKind::modal, 0.f);
     long outside = 0, vertices = 0;
     double radius_error = 0;
     Vertices x;

@@ -55,7 +55,7 @@ inline TreeFile example_tree(const ExampleTree& config) {
     facts.body_hash = std::string(64, 'b');
     facts.recording_hash = std::string(64, 'c');
     facts.config = "{\"depth\": 7,\n \"modes\": 128}";
-    facts.split = {{0, 2, 5}, {1, 3}, ~std::uint64_t{0}, 0.1f};
+    facts.split = {{0, 2, 5}, {4, 6}, {1, 3}, ~std::uint64_t{0}, 0.1f};
     facts.poses = 1234;
     facts.node_loss = Eigen::VectorXf::Random(nodes).cwiseAbs();
     facts.code_error = 0.07;

@@ -54,6 +54,32 @@ TEST_F(Split, DependsOnTheSeedAlone) {
     EXPECT_NE(held_out(1), held_out(2));
 }
 
+TEST_F(Split, TakesCalibrationTrajectoriesFromThoseThatAreNotHeldOut) {
+    const auto data = recording(20, 6, {3, 11});
+    const TrainingSplit without = make_split(data, 0.25, 0.2, 5),
+                        split = make_split(data, 0.25, 0.2, 5, 0.25);
+    EXPECT_EQ(split.held_out_trajectories, without.held_out_trajectories);
+    EXPECT_TRUE(without.calibration_trajectories.empty());
+    EXPECT_EQ(split.calibration_trajectories.size(), 3u);  // a quarter of 13, rounded
+    std::vector<int> together = split.train_trajectories;
+    together.insert(together.end(), split.calibration_trajectories.begin(),
+                    split.calibration_trajectories.end());
+    std::ranges::sort(together);
+    EXPECT_EQ(together, without.train_trajectories);
+
+    std::set<FrameId> seen;
+    for (const FrameSet set :
+         {FrameSet::train, FrameSet::random_test, FrameSet::calibration, FrameSet::held_out})
+        for (const FrameId& frame : frames_of(data, split, set)) EXPECT_TRUE(seen.insert(frame).second);
+    EXPECT_EQ(seen.size(), complete_frames(data).size());
+    EXPECT_EQ(frames_of(data, split, FrameSet::calibration).size(), 3u * 6);
+
+    EXPECT_TRUE(make_split(recording(1, 4), 0, 0, 1, 0.5).calibration_trajectories.empty());
+    EXPECT_EQ(make_split(recording(2, 4), 0, 0, 1, 0.1).calibration_trajectories.size(), 1u);
+    EXPECT_EQ(error_of([&] { make_split(data, 0, 0, 1, 1); }),
+              "share of calibration trajectories 1, allowed is [0, 1)");
+}
+
 TEST_F(Split, HoldsOutAtLeastOneAndKeepsAtLeastOne) {
     const auto data = recording(3, 4);
     EXPECT_EQ(make_split(data, 0.01, 0, 1).held_out_trajectories.size(), 1u);

@@ -49,6 +49,7 @@ void expect_same(const TrainingFacts& a, const TrainingFacts& b) {
     EXPECT_EQ(a.recording_hash, b.recording_hash);
     EXPECT_EQ(a.config, b.config);
     EXPECT_EQ(a.split.train_trajectories, b.split.train_trajectories);
+    EXPECT_EQ(a.split.calibration_trajectories, b.split.calibration_trajectories);
     EXPECT_EQ(a.split.held_out_trajectories, b.split.held_out_trajectories);
     EXPECT_EQ(a.split.frame_seed, b.split.frame_seed);
     EXPECT_EQ(a.split.random_frame_share, b.split.random_frame_share);

@@ -1,0 +1,55 @@
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "apps/calibration_options.hpp"
+#include "apps/commands/commands.hpp"
+#include "apps/load.hpp"
+#include "training/recording.hpp"
+#include "training/tree_file.hpp"
+
+namespace nbd {
+namespace {
+
+struct CalibrateArguments {
+    std::string tree, recording, output;
+    CalibrateConfig config;
+};
+
+void run(const CalibrateArguments& arguments, Output& out) {
+    check_output(arguments.output, {arguments.recording});
+    TreeFile file = load_tree(arguments.tree);
+    calibrate(file, RecordingReader(arguments.recording), arguments.config);
+    save_tree(arguments.output, file);
+    nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
+    for (const auto& [kind, calibration] : file.tree.calibrations) {
+        out.text(describe(kind, calibration, file.tree.spheres));
+        bounds.push_back({{"bound", name(kind)},
+                          {"miss_rate", calibration.miss_rate},
+                          {"confidence", calibration.confidence},
+                          {"trajectories", calibration.trajectories},
+                          {"poses", calibration.poses},
+                          {"margins", calibration.margins},
+                          {"limits", calibration.limits}});
+    }
+    out.result({{"bounds", bounds}});
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& app, Output& out) {
+    auto arguments = std::make_shared<CalibrateArguments>();
+    CLI::App* command = app.add_subcommand(
+        "calibrate", "Gives a tree's bounds new margins, for another miss rate or from other poses");
+    command->footer(
+        "DATA is the recording of the training, whose trajectories kept for calibration are used, or "
+        "another\n"
+        "recording of the body, of which all complete trajectories are.");
+    command->add_option("TREE", arguments->tree, "Tree file")->required();
+    command->add_option("DATA", arguments->recording, "Recording of the body")->required();
+    command->add_option("-o,--output", arguments->output, "Tree file to write; may be TREE")->required();
+    add_calibration_options(*command, arguments->config);
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+}  // namespace nbd

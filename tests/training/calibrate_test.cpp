@@ -1,0 +1,245 @@
+#include "training/calibrate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "collision/bound.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/shapes.hpp"
+#include "training/conformal.hpp"
+#include "training/interval.hpp"
+#include "training/random_splits.hpp"
+
+namespace nbd {
+namespace {
+
+using test::error_of;
+
+TEST(LevelAtRate, LeavesAsManyAboveAsTheRateAllows) {
+    std::vector<float> scores;
+    for (int i = 30; i > 0; --i) scores.push_back(static_cast<float>(i));
+    EXPECT_EQ(level_at_rate(scores, 0), 30);
+    EXPECT_EQ(level_at_rate(scores, 0.033), 30);  // less than one of 30
+    EXPECT_EQ(level_at_rate(scores, 0.1), 27);
+    for (const double rate : {0.0, 0.05, 0.1, 0.5}) {
+        const float level = level_at_rate(scores, rate);
+        EXPECT_LE(rate_above(scores, level), rate + 1e-9);
+        EXPECT_GT(rate_above(scores, std::nextafter(level, 0.f)), rate);
+    }
+}
+
+TEST(ConfidentLevel, IsTheRankOfSplitConformalPrediction) {
+    TrajectoryScores scores;
+    for (const float worst : {5.f, 1.f, 4.f, 2.f, 3.f, 9.f, 8.f, 7.f, 6.f}) scores.push_back({0, worst, 0});
+    EXPECT_EQ(confident_level(scores, 0.1, 0.9), 9);  // the 9th of 9: ceil(10 * 0.9)
+    EXPECT_EQ(confident_level(scores, 0.1, 0.8), 8);
+    EXPECT_EQ(confident_level(scores, 0.1, 0.75), 8);
+    EXPECT_EQ(confident_level(scores, 0.34, 0.9), 0);  // one of three may miss
+    EXPECT_EQ(error_of([&] { confident_level(scores, 0.1, 0.91); }),
+              "9 trajectories cannot promise anything with a confidence of 0.91; allowed: up to 0.9");
+}
+
+TEST(MeanLevel, CountsTheWorstTrajectoryTwiceAndIsTheLeastThatKeepsTheRate) {
+    std::mt19937 random(1);
+    std::normal_distribution<float> normal;
+    TrajectoryScores scores(7);
+    for (auto& trajectory : scores)
+        for (const float shift = normal(random); trajectory.size() < 40;)
+            trajectory.push_back(shift + normal(random));
+    const auto mean = [&](float level) {
+        double sum = 0, worst = 0;
+        for (const auto& trajectory : scores) {
+            sum += rate_above(trajectory, level);
+            worst = std::max(worst, rate_above(trajectory, level));
+        }
+        return (sum + worst) / 8;
+    };
+    for (const double rate : {0.01, 0.05, 0.3}) {
+        const float level = mean_level(scores, rate);
+        EXPECT_LE(mean(level), rate);
+        EXPECT_GT(mean(std::nextafter(level, -10.f)), rate);
+    }
+}
+
+TEST(ShareInterval, IsThatOfClopperAndPearson) {
+    const Interval none = share_interval(0, 20), some = share_interval(3, 20), all = share_interval(20, 20);
+    EXPECT_EQ(none.low, 0);
+    EXPECT_NEAR(none.high, 1 - std::pow(0.025, 1.0 / 20), 1e-9);
+    EXPECT_NEAR(some.low, 0.0320709, 1e-6);
+    EXPECT_NEAR(some.high, 0.3789268, 1e-6);
+    EXPECT_NEAR(all.low, std::pow(0.025, 1.0 / 20), 1e-9);
+    EXPECT_EQ(all.high, 1);
+}
+
+TEST(MeanInterval, HoldsTheMeanAboutAsOftenAsItSays) {
+    std::mt19937 random(2);
+    std::normal_distribution<double> normal(3, 1);
+    int held = 0;
+    for (int i = 0; i < 200; ++i) {
+        std::vector<double> draws(40);
+        for (double& draw : draws) draw = normal(random);
+        const Interval interval = mean_interval(draws, static_cast<std::uint64_t>(i));
+        held += interval.low <= 3 && 3 <= interval.high;
+    }
+    EXPECT_GE(held, 180);
+    EXPECT_LE(held, 199);
+}
+
+/// Scores of a made-up bound, with all that makes frames and nodes alike: each trajectory has a severity of
+/// its own with a heavy tail, and a phase that moves slowly; each node has its own scale.
+class MadeUpBound {
+ public:
+    explicit MadeUpBound(bool gated) : gated_(gated) {
+        const auto s = shapes::torus(16, 12);
+        tree_ = build_sphere_tree(s.X, s.F, {.depth = 4});
+    }
+
+    const SphereTree& tree() const { return tree_; }
+
+    BoundScores scores(int trajectories, int poses, unsigned seed) const {
+        std::mt19937 random(seed);
+        std::normal_distribution<float> normal;
+        const auto nodes = static_cast<Eigen::Index>(tree_.nodes.size());
+        BoundScores scores{
+            {}, PoseRows(trajectories * poses, nodes), PoseRows(trajectories * poses, gated_ ? nodes : 0)};
+        for (int t = 0; t < trajectories; ++t) {
+            const float severity = std::exp(0.7f * normal(random));
+            float phase = normal(random);
+            for (int p = 0; p < poses; ++p) {
+                phase = 0.95f * phase + 0.3f * normal(random);
+                const auto row = static_cast<Eigen::Index>(scores.trajectories.size());
+                scores.trajectories.push_back(t);
+                for (Eigen::Index i = 0; i < nodes; ++i) {
+                    const float strange = severity * std::abs(phase + 0.2f * normal(random));
+                    const float scale = 0.01f * static_cast<float>(1 + i % 5);
+                    scores.excess(row, i) = scale * (0.3f + strange) * normal(random);
+                    if (gated_) scores.strangeness(row, i) = strange;
+                }
+            }
+        }
+        return scores;
+    }
+
+ private:
+    bool gated_;
+    SphereTree tree_;
+};
+
+/// Over 400 random splits into calibration and test the promise is kept as often as the theory says. The rule
+/// of the mean can only raise levels, so it is left out where equality is asked for.
+TEST(Calibration, KeepsItsPromiseAsOftenAsTheTheorySays) {
+    constexpr int repetitions = 400, calibration_count = 19, test_count = 5, poses = 25;
+    for (const double confidence : {0.5, 0.9}) {
+        const MadeUpBound bound(false);
+        int kept = 0;
+        for (int repetition = 0; repetition < repetitions; ++repetition) {
+            // Trajectories are independent, so fresh draws are random splits of an endless pool.
+            const BoundScores pool =
+                bound.scores(calibration_count + test_count, poses, static_cast<unsigned>(repetition));
+            TrajectoryScores trajectories(calibration_count + test_count);
+            for (Eigen::Index p = 0; p < pool.excess.rows(); ++p) {
+                auto& trajectory =
+                    trajectories[static_cast<std::size_t>(pool.trajectories[static_cast<std::size_t>(p)])];
+                trajectory.insert(trajectory.end(), pool.excess.row(p).begin(), pool.excess.row(p).end());
+            }
+            const TrajectoryScores known(trajectories.begin(), trajectories.begin() + calibration_count);
+            const float level = confident_level(known, 0.01, confidence);
+            for (int t = calibration_count; t < calibration_count + test_count; ++t)
+                kept += rate_above(trajectories[static_cast<std::size_t>(t)], level) <= 0.01;
+        }
+        // Exactly ceil(20 c) / 20, since levels have no ties; the tests of one split share its calibration,
+        // whose own share is Beta(k, 20 - k) distributed.
+        const double share = static_cast<double>(kept) / (repetitions * test_count);
+        const double between = confidence * (1 - confidence) / 21,
+                     within = confidence * (1 - confidence) / test_count;
+        EXPECT_NEAR(share, confidence, 4 * std::sqrt((between + within) / repetitions)) << confidence;
+    }
+}
+
+TEST(Calibration, KeepsItsPromiseForEveryDepthOverRandomSplitsOfOnePool) {
+    for (const bool gated : {false, true}) {
+        const MadeUpBound bound(gated);
+        const BoundScores shape = bound.scores(30, 20, 1), pool = bound.scores(60, 20, 2);
+        const auto rows =
+            check_random_splits(bound.tree(), shape, pool, {.miss_rate = 0.02, .confidence = 0.8}, 200);
+        ASSERT_EQ(rows.size(), 5u);
+        for (const RandomSplitsRow& row : rows) {
+            EXPECT_EQ(row.calibration, 30);
+            EXPECT_EQ(row.test, 30);
+            // All splits share one pool, whose mean over all splits is exact: 25 of 31.
+            EXPECT_GE(row.keeping, 0.8 - 0.02) << row.depth << gated;
+            // Expected: at most 0.02 + 1 / 31. A vacuous margin would miss nothing.
+            EXPECT_LE(row.nodes_missing, 0.02 + 1.0 / 31) << row.depth << gated;
+            EXPECT_GT(row.nodes_missing, 0.0005) << row.depth << gated;
+        }
+    }
+}
+
+TEST(Calibration, OfARateWithoutEnoughTrajectoriesIsRefused) {
+    const MadeUpBound bound(false);
+    const BoundScores few = bound.scores(4, 10, 3);
+    EXPECT_EQ(error_of([&] { calibrate(bound.tree(), few, few, {.confidence = 0.9}); }),
+              "4 trajectories cannot promise anything with a confidence of 0.9; allowed: up to 0.8");
+    EXPECT_EQ(calibrate(bound.tree(), few, few, {}).confidence, 0.8);
+    EXPECT_EQ(calibrate(bound.tree(), few, bound.scores(12, 10, 3), {}).confidence, 0.9);
+}
+
+TEST(Calibration, TakesEachNodesScaleAndLimitFromTheShape) {
+    const MadeUpBound bound(true);
+    const BoundScores shape = bound.scores(30, 20, 4), scores = bound.scores(30, 20, 5);
+    const Calibration calibration =
+        calibrate(bound.tree(), shape, scores, {.miss_rate = 0.02, .confidence = 0.8});
+    EXPECT_EQ(calibration.trajectories, 30);
+    EXPECT_EQ(calibration.poses, 600);
+    for (std::size_t i = 0; i < calibration.limits.size(); ++i)
+        EXPECT_EQ(calibration.limits[i], shape.strangeness.col(static_cast<Eigen::Index>(i)).maxCoeff());
+    // Nodes 15 to 30 are the leaves; those of scale 5 need more than those of scale 1.
+    EXPECT_GT(calibration.margins[19], 1.5f * calibration.margins[15]);
+    check_calibration(calibration, "test", bound.tree().nodes.size());
+}
+
+TEST(Calibration, GivesNoMarginToNodesThatAreAlwaysExact) {
+    const MadeUpBound bound(true);
+    BoundScores shape = bound.scores(20, 20, 6), scores = bound.scores(20, 20, 7);
+    for (BoundScores* s : {&shape, &scores}) {
+        s->strangeness.col(20).setZero();
+        s->excess.col(20).setConstant(-1e-8f);
+    }
+    const Calibration calibration = calibrate(bound.tree(), shape, scores, {.miss_rate = 0.02});
+    EXPECT_EQ(calibration.margins[20], 0);
+    EXPECT_EQ(calibration.limits[20], 0);
+    EXPECT_GT(calibration.margins[21], 0);
+}
+
+TEST(Calibration, CountsAPoseOutOfRangeAsBoundedExactly) {
+    const MadeUpBound bound(true);
+    const BoundScores shape = bound.scores(20, 20, 8);
+    const Calibration calibration =
+        calibrate(bound.tree(), shape, bound.scores(20, 20, 9), {.miss_rate = 0.02});
+    BoundScores far = bound.scores(1, 3, 10);
+    far.excess.setConstant(10);
+    EXPECT_TRUE(misses(calibration, far).all());
+    far.strangeness.row(1).setConstant(1e6f);
+    far.strangeness.row(2).setConstant(NAN);
+    const auto missed = misses(calibration, far);
+    EXPECT_TRUE(missed.row(0).all());
+    EXPECT_FALSE(missed.row(1).any());
+    EXPECT_FALSE(missed.row(2).any());
+    EXPECT_NEAR(miss_rates(bound.tree(), calibration, far, 3).at(0), 1.0 / 3, 1e-9);
+}
+
+TEST(Calibration, RefusesBoundsOfRadiusZeroInOneLine) {
+    const MadeUpBound bound(false);
+    const BoundScores shape = bound.scores(20, 20, 11);
+    BoundScores scores = bound.scores(20, 20, 12);
+    scores.excess.col(7).setConstant(INFINITY);
+    EXPECT_EQ(error_of([&] { calibrate(bound.tree(), shape, scores, {}); }),
+              "bounds of depth 3 have radius 0 in too many poses to be calibrated");
+    EXPECT_EQ(error_of([&] { calibrate(bound.tree(), scores, shape, {}); }),
+              "node 7 has bounds of radius 0 in too many poses to be calibrated");
+}
+
+}  // namespace
+}  // namespace nbd

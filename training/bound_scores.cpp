@@ -1,0 +1,59 @@
+#include "training/bound_scores.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/posed_tree.hpp"
+
+namespace nbd {
+namespace {
+
+/// Largest distance of the listed vertices from a point.
+double reach(VerticesRef x, std::span<const int> vertices, const Eigen::Vector3f& from) {
+    double squared = 0;
+    for (const int v : vertices)
+        squared = std::max(squared, (x.row(v).transpose() - from).cast<double>().squaredNorm());
+    return std::sqrt(squared);
+}
+
+}  // namespace
+
+BoundScores score_bounds(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree,
+                         BoundKind kind, const RecordingReader& recording, std::span<const FrameId> frames) {
+    std::vector<PosedTree> posed;
+    for (int slot = 0; slot < frame_slots; ++slot) posed.emplace_back(tree, kind, 0.f);
+    const auto poses = static_cast<Eigen::Index>(frames.size());
+    const auto nodes = static_cast<Eigen::Index>(tree->spheres.nodes.size());
+    const bool gated = posed[0].strangeness(0).has_value();
+    BoundScores scores{{}, PoseRows(poses, nodes), PoseRows(poses, gated ? nodes : 0)};
+    for (const FrameId& frame : frames)
+        scores.trajectories.push_back(
+            recording.trajectories()[static_cast<std::size_t>(frame.trajectory)].id);
+    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+        PosedTree& pose = posed[static_cast<std::size_t>(slot)];
+        pose.begin_pose(x);
+        for (int i = 0; i < nodes; ++i) {
+            const Sphere& s = pose.sphere(i);
+            const double needed = reach(x, tree->spheres.node_vertices(i), s.c);
+            scores.excess(index, i) =
+                needed > 0 ? static_cast<float>(needed / static_cast<double>(s.r) - 1) : -1.f;
+            if (gated) scores.strangeness(index, i) = *pose.strangeness(i);
+        }
+    });
+    return scores;
+}
+
+BoundScores only(const BoundScores& scores, std::span<const int> trajectories) {
+    std::vector<Eigen::Index> rows;
+    BoundScores some;
+    for (std::size_t i = 0; i < scores.trajectories.size(); ++i)
+        if (std::ranges::find(trajectories, scores.trajectories[i]) != trajectories.end()) {
+            rows.push_back(static_cast<Eigen::Index>(i));
+            some.trajectories.push_back(scores.trajectories[i]);
+        }
+    some.excess = scores.excess(rows, Eigen::all);
+    some.strangeness = scores.strangeness(rows, Eigen::all);
+    return some;
+}
+
+}  // namespace nbd
