@@ -35,7 +35,7 @@ auto Audit::Side::measured(const Question& question) {
     const auto answer = question();
     us += watch.microseconds();
     const QueryCounters& count = query.counters();
-    tests += count.sphere_tests + count.box_tests + count.triangle_tests;
+    tests += count.node_tests + count.box_tests + count.triangle_tests;
     return answer;
 }
 
