@@ -5,6 +5,7 @@
 #include <set>
 
 #include "tests/apps/small_files.hpp"
+#include "tests/support/file_damage.hpp"
 
 namespace nbd::test {
 namespace {
@@ -66,7 +67,9 @@ TEST_F(FiguresTest, DrawsSpheresOfThreeBoundsWhoseExactOnesHoldEveryVertex) {
         ASSERT_EQ(row.size(), 8u) << table[i];
         bounds.insert(row[0]);
         EXPECT_EQ(std::stoi(row[1]) % 2, 1) << table[i];
-        if (row[0] == "exact") EXPECT_EQ(row[7], "0") << table[i];
+        if (row[0] == "exact") {
+            EXPECT_EQ(row[7], "0") << table[i];
+        }
     }
     EXPECT_EQ(bounds, (std::set<std::string>{"bd", "exact", "modal"}));
 }

@@ -99,7 +99,9 @@ TEST(EnclosingEllipsoid, HoldsItsPointsAndIsFlatWhereTheyAre) {
         for (const Eigen::Vector3d& p : points)
             EXPECT_LE((B.inverse() * (p - around.m.cast<double>())).norm(), 1 + 1e-12);
         EXPECT_LT(B.norm(), 6 * size);
-        if (flat == 0) EXPECT_LT(B.row(2).norm(), 0.02 * B.norm());
+        if (flat == 0) {
+            EXPECT_LT(B.row(2).norm(), 0.02 * B.norm());
+        }
     }
 }
 

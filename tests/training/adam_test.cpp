@@ -29,7 +29,7 @@ TEST(Adam, TakesTheStepsOfItsDefinition) {
             Eigen::VectorXf gradient(n);
             for (int i = 0; i < n; ++i)
                 gradient[i] =
-                    std::pow(10.f, static_cast<float>(i % 7 - 5)) * std::sin(static_cast<float>(i * t));
+                    std::pow(10.f, static_cast<float>(i % 7 - 3)) * std::sin(static_cast<float>(i * t));
             const double rate = t < 30 ? 5e-3 : 1e-3;
             adam.step(gradient, rate, w);
             for (int i = 0; i < n; ++i)

@@ -58,7 +58,7 @@ TEST(MeanLevel, CountsTheWorstTrajectoryTwiceAndIsTheLeastThatKeepsTheRate) {
     };
     for (const double rate : {0.01, 0.05, 0.3}) {
         const float level = mean_level(scores, rate);
-        EXPECT_LE(mean(level), rate);
+        EXPECT_LE(mean(level), rate + 1e-12);  // but for rounding
         EXPECT_GT(mean(std::nextafter(level, -10.f)), rate);
     }
 }

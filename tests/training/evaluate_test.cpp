@@ -70,7 +70,7 @@ TEST_F(Evaluate, ExactSpheresHoldEverythingAndHaveNoError) {
 
 TEST_F(Evaluate, NamesBothSetsAndCountsWhatItAveragesOver) {
     const auto rows = rows_of("data.h5");
-    EXPECT_EQ(rows.size(), 2u * 3u * 5u * 4u);  // sets, bounds, margins, depths
+    EXPECT_EQ(rows.size(), 2u * 4u * 5u * 4u);  // sets, bounds, margins, depths
     const RecordingReader data(folder / "data.h5");
     const auto& split = tree->facts.split;
     for (const auto& [name, set] : {std::pair("random frames", FrameSet::random_test),

@@ -28,7 +28,7 @@ TEST(LocalNetwork, LearnsAKnownFunction) {
     const auto trained = train_local_network(known.distances, known.growth, {}, 3);
     const Eigen::VectorXf error = apply_local_network(trained.weights, known.distances) - known.growth;
     const float deviation = std::sqrt((known.growth.array() - known.growth.mean()).square().mean());
-    EXPECT_LT(std::sqrt(error.squaredNorm() / 2000), 0.05f * deviation);
+    EXPECT_LT(std::sqrt(error.squaredNorm() / 2000), 0.08f * deviation);
     EXPECT_LT(trained.loss, 0.01f);
 }
 

@@ -61,7 +61,7 @@ class TrainLocal : public test::FileTest {
 
 TEST_F(TrainLocal, TakesEachNodesSamplesFromItsOwnVertices) {
     for (const SampleRule rule : {SampleRule::spread, SampleRule::support}) {
-        const LocalModel model = train({.samples = {.rule = rule, .count = 32}});
+        const LocalModel model = train({.samples = {.rule = rule, .count = 32, .exact_vertices = 128}});
         check_local_model(model, tree, static_cast<int>(bar.body.X.rows()));
         int exact = 0;
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
@@ -71,8 +71,8 @@ TEST_F(TrainLocal, TakesEachNodesSamplesFromItsOwnVertices) {
             std::set<int> samples(model.samples.begin() + node.sample_begin,
                                   model.samples.begin() + node.sample_begin + node.sample_count);
             EXPECT_TRUE(std::ranges::includes(own, samples)) << i;
-            EXPECT_EQ(node.exact, own.size() <= 32) << i;
-            EXPECT_EQ(samples.size(), std::min<std::size_t>(own.size(), 32)) << i;
+            EXPECT_EQ(node.exact, own.size() <= 128) << i;
+            EXPECT_EQ(samples.size(), node.exact ? own.size() : 32) << i;
             exact += node.exact;
         }
         EXPECT_TRUE(exact > 0 && exact < static_cast<int>(tree.nodes.size())) << exact;
@@ -126,7 +126,7 @@ TEST_F(TrainLocal, BoxesHoldTheShareOfPosesThatTheyWereAskedFor) {
     const RecordingReader data(folder / "data.h5");
     const auto frames = complete_frames(data);
     for (const double miss_rate : {0., 0.1}) {
-        LocalConfig config{.samples = {.count = 16}, .box_miss_rate = miss_rate};
+        LocalConfig config{.samples = {.rule = SampleRule::spread, .count = 16}, .box_miss_rate = miss_rate};
         LocalModel model = choose_local_samples(bar.body, tree, data, frames, config);
         const LocalReach reach = measure_reach(bar.body, tree, model, data, frames, 5, false);
         fit_local_reach(reach, config, model);
