@@ -57,8 +57,8 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
     json_of(dataset("one.h5", "1", "3", "3"));
     json_of(dataset("two.h5", "2", "3", "3"));
     EXPECT_TRUE(bytes("one.shards/000000-000002.h5") == bytes("two.shards/000000-000002.h5"));
-    const nlohmann::json data = json_of(dataset("data.h5", "2", "8", "20"));
-    EXPECT_EQ(data["frames"], 160);
+    const nlohmann::json data = json_of(dataset("data.h5", "2", "12", "20"));
+    EXPECT_EQ(data["frames"], 240);
     EXPECT_EQ(data["failed"], 0);
     const auto train = [](const char* output, const char* threads) {
         return std::vector<std::string>{"train", "beam.h5",    "data.h5", "-o",        output, "--depth",
