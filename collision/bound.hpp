@@ -24,9 +24,9 @@ concept GatedBound = Bound<B> && requires(B bounds, int node) {
     { bounds.strangeness(node) } -> std::same_as<float>;
 };
 
-/// What a calibrated margin is multiplied by: 1 at the limit, a tenth in the midst of what is known.
+/// What a calibrated margin is multiplied by: 1 at the limit, little in the midst of what is known.
 inline float margin_weight(float strangeness, float limit) noexcept {
-    return limit > 0 ? 0.1f + 0.9f * strangeness / limit : 1;
+    return limit > 0 ? 0.03f + 0.97f * strangeness / limit : 1;
 }
 
 }  // namespace nbd

@@ -93,8 +93,8 @@ void check_numbers(const LocalModel& model, int i) {
     const float sum = Eigen::Map<const Eigen::VectorXf>(block, node.sample_count).sum();
     require(std::abs(sum - 1) < 1e-3f, "the weights of the centre of node ", i, " sum to ", sum,
             " instead of 1");
-    const float* inverse_half = block + 2 * node.sample_count;
-    require(std::all_of(inverse_half, inverse_half + node.sample_count, [](float v) { return v >= 0; }),
+    const float* inverse_deviation = block + 2 * node.sample_count;
+    require(std::all_of(inverse_deviation, inverse_deviation + node.sample_count, [](float v) { return v >= 0; }),
             "the range of a sample of node ", i, " is negative");
     const LocalModel::Reach reach = model.reach(i);
     require(reach.low >= 0 && reach.low <= reach.high && reach.box_growth >= 0, "the reach of node ", i,
@@ -107,7 +107,7 @@ void check_numbers(const LocalModel& model, int i) {
 LocalSphere local_sphere(const LocalModel& model, int node, const PoseView& pose) noexcept {
     const LocalModel::Node& n = model.nodes[static_cast<std::size_t>(node)];
     const float* weights = model.values.data() + n.value_begin;
-    const float *middle = weights + n.sample_count, *inverse_half = middle + n.sample_count;
+    const float *mean = weights + n.sample_count, *inverse_deviation = mean + n.sample_count;
     const Samples samples(model, n, pose);
     const Eigen::Vector3f c = centre(samples, weights);
 
@@ -116,8 +116,8 @@ LocalSphere local_sphere(const LocalModel& model, int node, const PoseView& pose
         const Samples::Group& group = samples.groups[g];
         squared[g] = (group.x - c[0]).square() + (group.y - c[1]).square() + (group.z - c[2]).square();
         most = most.max(squared[g]);
-        strange = strange.max((squared[g] - LanesMap(middle + g * lanes)).abs() *
-                              LanesMap(inverse_half + g * lanes));
+        strange = strange.max((squared[g] - LanesMap(mean + g * lanes)).abs() *
+                              LanesMap(inverse_deviation + g * lanes));
     }
     // Each difference, square and sum rounds by half an ulp: 4 ulp cover them all.
     constexpr float slack = 1 + 4 * std::numeric_limits<float>::epsilon();
@@ -128,7 +128,8 @@ LocalSphere local_sphere(const LocalModel& model, int node, const PoseView& pose
     if (!model.network || n.exact) return {{c, distance + reach.growth}, strangeness};
     float distances[LocalModel::max_samples];
     for (int g = 0; g < samples.count; ++g) Eigen::Map<Lanes>(distances + g * lanes) = squared[g].sqrt();
-    const float growth = reach.growth + network(inverse_half + n.sample_count, distances, n.sample_count);
+    const float growth =
+        reach.growth + network(inverse_deviation + n.sample_count, distances, n.sample_count);
     return {{c, distance + std::clamp(growth, reach.low, reach.high)}, strangeness};
 }
 

@@ -35,10 +35,10 @@ struct LocalModel {
     bool network = false;
     std::vector<Node> nodes;
     std::vector<int> samples;  // vertices; a node with fewer fills its last group with its first one
-    /// Blocks: weight of every sample in the centre [count], sum 1; middle [count] and 1 / half width [count]
-    /// of the range of its squared distance from the centre in training, m^2; with a network W1 [16, count],
-    /// b1, W2 [16, 16], b2, w3 [16], every matrix column-major, metres in and metres out; Reach, filled up
-    /// to 16.
+    /// Blocks: weight of every sample in the centre [count], sum 1; mean [count] and 1 / standard
+    /// deviation [count] of its squared distance from the centre in training, m^2; with a network W1 [16,
+    /// count], b1, W2 [16, 16], b2, w3 [16], every matrix column-major, metres in and metres out; Reach,
+    /// filled up to 16.
     std::vector<float> values;
 
     /// Floats of a block.
@@ -65,7 +65,7 @@ struct PoseView {
 struct LocalSphere {
     Sphere sphere;          // world space
     float strangeness = 0;  // see GatedBound: how far any sample's squared distance from the centre lies from
-                            // the middle of its range in training, in half widths; 0 for exact nodes
+                            // its mean in training, in standard deviations; 0 for exact nodes
 };
 
 /// Sphere of `node` in a pose. Contains the node's samples, and the whole node where that is exact.

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "collision/bounding_sphere.hpp"
 #include "collision/counter_random.hpp"
@@ -51,17 +50,13 @@ LocalReach measure_reach(const SurfaceBody& body, const SphereTree& tree, const 
     struct Scratch {
         Vertices turned;
         std::vector<Box> boxes;
-        PoseRows low, high;  // squared distances so far
+        Eigen::ArrayXd sum, square_sum;  // [samples] of squared distances so far
     };
     const auto all_samples = static_cast<Eigen::Index>(model.samples.size());
-    constexpr float inf = std::numeric_limits<float>::infinity();
     std::vector<Scratch> scratch(frame_slots);
-    for (Scratch& s : scratch) {
-        s.low = PoseRows::Constant(1, all_samples, inf);
-        s.high = PoseRows::Zero(1, all_samples);
-    }
+    for (Scratch& s : scratch) s.sum = s.square_sum = Eigen::ArrayXd::Zero(all_samples);
     for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
-        auto& [turned, boxes, low, high] = scratch[static_cast<std::size_t>(slot)];
+        auto& [turned, boxes, sum, square_sum] = scratch[static_cast<std::size_t>(slot)];
         const auto& f = frames[static_cast<std::size_t>(index)];
         const auto stream =
             static_cast<std::uint64_t>(f.trajectory) << 32 | static_cast<std::uint64_t>(f.frame);
@@ -89,19 +84,21 @@ LocalReach measure_reach(const SurfaceBody& body, const SphereTree& tree, const 
                 const float squared =
                     (x.row(samples[static_cast<std::size_t>(k)]).transpose() - c).squaredNorm();
                 const Eigen::Index sample = n.sample_begin + k;
-                low(0, sample) = std::min(low(0, sample), squared);
-                high(0, sample) = std::max(high(0, sample), squared);
+                sum[sample] += double{squared};
+                square_sum[sample] += double{squared} * double{squared};
                 if (with_samples && !n.exact)
                     reach.samples[static_cast<std::size_t>(i)](index, k) = std::sqrt(squared);
             }
         }
     });
-    reach.squared_low = scratch.front().low;
-    reach.squared_high = scratch.front().high;
+    Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(all_samples), square_sum = sum;
     for (const Scratch& s : scratch) {
-        reach.squared_low = reach.squared_low.cwiseMin(s.low);
-        reach.squared_high = reach.squared_high.cwiseMax(s.high);
+        sum += s.sum;
+        square_sum += s.square_sum;
     }
+    const double count = std::max<double>(1, static_cast<double>(poses));
+    reach.squared_mean = sum / count;
+    reach.squared_deviation = (square_sum / count - reach.squared_mean.square()).max(0).sqrt();
     return reach;
 }
 

@@ -16,9 +16,9 @@ struct LocalReach {
     PoseRows box;       // [poses, nodes] by how much the samples' box must grow on its worst side. The box's
                         // axes are turned at random in every pose
     PoseRows exact;     // [poses, nodes] radius of the exact sphere
-    PoseRows squared_low, squared_high;  // [1, samples of all nodes] least and largest squared distance of
-                                         // each sample from its centre, m^2
-    std::vector<PoseRows> samples;       // [nodes] of [poses, samples]: distances from the centre; on request
+    Eigen::ArrayXd squared_mean, squared_deviation;  // [samples of all nodes] mean and standard deviation of
+                                                     // each sample's squared distance from its centre, m^2
+    std::vector<PoseRows> samples;  // [nodes] of [poses, samples]: distances from the centre; on request
 };
 
 /// Streams the frames once. model: whose samples and centres are given; its reach is ignored. with_samples:

@@ -44,16 +44,15 @@ LocalModel make_model(const std::vector<NodeSamples>& nodes, bool network) {
     return model;
 }
 
-/// Middles and inverse half widths of the ranges that the node's samples had in training. No range is
-/// narrower than 1 % of its middle, so that rounding is not taken for strange.
+/// Means and inverse deviations of what the node's samples had in training. No deviation is smaller than
+/// 0.3 % of its mean, so that rounding is not taken for strange.
 void fit_range(const LocalReach& reach, const LocalModel::Node& node, float* values) {
     for (int k = 0; k < node.sample_count; ++k) {
-        const float low = reach.squared_low(0, node.sample_begin + k),
-                    high = reach.squared_high(0, node.sample_begin + k);
-        const float middle = 0.5f * (low + high);
-        values[k] = middle;
-        values[node.sample_count + k] =
-            1 / std::max({0.5f * (high - low), 0.01f * middle, std::numeric_limits<float>::min()});
+        const double mean = reach.squared_mean[node.sample_begin + k],
+                     deviation = reach.squared_deviation[node.sample_begin + k];
+        values[k] = static_cast<float>(mean);
+        values[node.sample_count + k] = static_cast<float>(
+            1 / std::max({deviation, 0.003 * mean, double{std::numeric_limits<float>::min()}}));
     }
 }
 

@@ -28,8 +28,7 @@ struct TrainConfig {
     /// Of the trajectories, in [0, 1): never seen in training. Without it as the recording says; see
     /// make_split.
     std::optional<double> held_out_share{};
-    double calibration_share =
-        0.25;  // of the others, that margins are calibrated on, in [0, 1); see make_split
+    double calibration_share = 0.25;  // of the others, in [0, 1): kept for calibration
     double random_frame_share = 0.1;  // of the other trajectories' frames, in [0, 1): likewise
     MlpConfig mlp{};
     LocalConfig local{};

@@ -26,8 +26,8 @@ LocalSphere reference(const LocalModel& model, int node, const Vertices& x) {
     };
     const Eigen::RowVector3d c = take(k, 1).transpose() * y;
     const Eigen::VectorXd d = (y.rowwise() - c).rowwise().norm();
-    const Eigen::VectorXd middle = take(k, 1), inverse_half = take(k, 1);
-    const double strangeness = (d.cwiseAbs2() - middle).cwiseAbs().cwiseProduct(inverse_half).maxCoeff();
+    const Eigen::VectorXd mean = take(k, 1), inverse_deviation = take(k, 1);
+    const double strangeness = (d.cwiseAbs2() - mean).cwiseAbs().cwiseProduct(inverse_deviation).maxCoeff();
     const LocalModel::Reach reach = model.reach(node);
     double growth = reach.growth;
     if (model.network) {

@@ -113,13 +113,14 @@ TEST_F(TrainLocal, KnowsThePosesOfItsTrainingAndFindsOthersStrange) {
     visit(model, "data.h5", [&](int, const Sphere&, float strangeness, const Sphere&, const Vertices&) {
         known = std::max(known, strangeness);
     });
-    EXPECT_NEAR(known, 1, 1e-3);
+    EXPECT_GT(known, 1);  // in standard deviations
+    EXPECT_LT(known, 10);
     Vertices x;
     apply_embedding(bar.body.W, bar.pose(0, 0, 1.5, Eigen::Quaterniond::Identity(), {0, 0, 0}), x);
-    EXPECT_GT(local_sphere(model, 0, VerticesRef(x)).strangeness, 2);
+    EXPECT_GT(local_sphere(model, 0, VerticesRef(x)).strangeness, 1.5f * known);
     x = bar.body.X;
     x.col(1) *= 0.01f;
-    for (int i = 0; i < 3; ++i) EXPECT_GT(local_sphere(model, i, VerticesRef(x)).strangeness, 1.2f) << i;
+    for (int i = 0; i < 3; ++i) EXPECT_GT(local_sphere(model, i, VerticesRef(x)).strangeness, known) << i;
 }
 
 TEST_F(TrainLocal, BoxesHoldTheShareOfPosesThatTheyWereAskedFor) {

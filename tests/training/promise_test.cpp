@@ -1,0 +1,190 @@
+#include "training/promise.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "collision/posed_tree.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/file_damage.hpp"
+#include "tests/support/on_threads.hpp"
+#include "tests/training/bar.hpp"
+#include "training/calibrate.hpp"
+#include "training/contact_scenes.hpp"
+#include "training/random_splits.hpp"
+#include "training/split.hpp"
+#include "training/train_tree.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Bar;
+using test::error_of;
+
+/// A bar whose local bounds were trained on 30 trajectories of 12 frames and calibrated on 15 others.
+class Promise : public test::FileTest {
+ protected:
+    void SetUp() override {
+        test::FileTest::SetUp();
+        bar.record(folder / "data.h5", 60, 12, 2);
+        const RecordingReader data(folder / "data.h5");
+        const TrainConfig config{.bounds = {BoundKind::local},
+                                 .tree = {.depth = 3},
+                                 .held_out_share = 0.25,
+                                 .calibration_share = 1.0 / 3,
+                                 .random_frame_share = 0,
+                                 .local = {.samples = {.count = 16}}};
+        file = train_tree(bar.body, data, config);
+        calibrate(file, data, {.miss_rate = 0.02});
+        tree = std::make_shared<const CollisionTree>(file.tree);
+        held_out = frames_of(data, file.facts.split, FrameSet::held_out);
+    }
+
+    Bar bar{0, 5};
+    TreeFile file;
+    std::shared_ptr<const CollisionTree> tree;
+    std::vector<FrameId> held_out;
+};
+
+TEST_F(Promise, IsMadeFromTheTrajectoriesKeptForIt) {
+    const Calibration& calibration = file.tree.calibrations.at(BoundKind::local);
+    EXPECT_EQ(calibration.trajectories, 15);
+    EXPECT_EQ(calibration.poses, 15 * 12);
+    EXPECT_EQ(calibration.miss_rate, 0.02);
+    EXPECT_EQ(calibration.confidence, 0.9);
+    EXPECT_EQ(calibration.limits.size(), tree->spheres.nodes.size());
+    EXPECT_GT(std::ranges::max(calibration.margins), 0);
+    EXPECT_LT(std::ranges::max(calibration.margins), 0.5);
+    EXPECT_EQ(file.tree.calibrations.size(), 1u);
+}
+
+TEST_F(Promise, IsCountedAsQueriesUseTheBounds) {
+    const RecordingReader data(folder / "data.h5");
+    const auto rows = check_promise(bar.body, tree, BoundKind::local, data, held_out);
+    ASSERT_EQ(rows.size(), 4u);
+    // Depth 3 by hand.
+    PosedTree posed(tree, BoundKind::local);
+    Vertices nodes, x;
+    double missing = 0, inflation = 0;
+    for (const FrameId& frame : held_out) {
+        data.read(frame.trajectory, frame.frame, 1, nodes);
+        apply_embedding(bar.body.W, nodes, x);
+        posed.begin_pose(x);
+        for (int i = 7; i < 15; ++i) {
+            const Sphere s = posed.sphere(i);
+            float farthest = 0, exact = 0;
+            Eigen::RowVector3f mean = Eigen::RowVector3f::Zero();
+            const auto vertices = tree->spheres.node_vertices(i);
+            for (const int v : vertices) mean += x.row(v) / static_cast<float>(vertices.size());
+            for (const int v : vertices) {
+                farthest = std::max(farthest, (x.row(v).transpose() - s.c).norm());
+                exact = std::max(exact, (x.row(v) - mean).norm());
+            }
+            missing += farthest > s.r;
+            inflation += s.r / exact - 1;
+        }
+    }
+    const double all = static_cast<double>(held_out.size()) * 8;
+    EXPECT_NEAR(rows[3].nodes_missing, missing / all, 1.5 / all);
+    EXPECT_NEAR(rows[3].inflation, inflation / all, 1e-4);
+    EXPECT_GT(rows[3].inflation, 0);
+    for (const PromiseRow& row : rows) {
+        EXPECT_EQ(row.trajectories, 15);
+        EXPECT_LE(row.nodes_missing_mean.low, row.nodes_missing);
+        EXPECT_GE(row.nodes_missing_mean.high, row.nodes_missing);
+        EXPECT_LE(row.keeping_share.low, row.keeping / 15.0);
+        EXPECT_GE(row.keeping, 10);  // of 15, promised 0.9
+    }
+    const std::string csv = to_csv(rows), text = to_text(rows);
+    EXPECT_EQ(std::ranges::count(csv, '\n'), 5);
+    EXPECT_NE(text.find("local bounds as calibrated, 180 poses of 15 trajectories; promised: at most 2 %"),
+              std::string::npos);
+}
+
+TEST_F(Promise, IsKeptFarOutsideTheTrainingSinceNodesAreThenBoundedExactly) {
+    RecordingWriter writer(folder / "flat.h5");
+    const int handle = writer.begin_trajectory({.body_hash = bar.body.hash}, Bar::nodes);
+    for (int f = 0; f < 10; ++f) {
+        Vertices x = bar.frame(2, 3, f);
+        x.col(1) *= 0.02f;
+        writer.add_frame(handle, f, x);
+    }
+    writer.end_trajectory(handle);
+    writer.finish();
+    const RecordingReader flat(folder / "flat.h5");
+    for (const PromiseRow& row :
+         check_promise(bar.body, tree, BoundKind::local, flat, complete_frames(flat))) {
+        EXPECT_GT(row.out_of_range, 0.5) << row.depth;
+        EXPECT_EQ(row.nodes_missing, 0) << row.depth;
+    }
+}
+
+TEST_F(Promise, OfBoundsWithoutCalibrationIsRefused) {
+    const RecordingReader data(folder / "data.h5");
+    EXPECT_EQ(error_of([&] { check_promise(bar.body, tree, BoundKind::exact, data, held_out); }),
+              "exact bounds of the tree are not calibrated");
+    EXPECT_EQ(error_of([&] { check_promise(bar.body, tree, BoundKind::local, data, {}); }),
+              "no frame to check a promise on");
+    TreeFile none = file;
+    none.facts.split.calibration_trajectories.clear();
+    EXPECT_NE(error_of([&] { calibrate(none, data, {}); }).find("no trajectories to calibrate on"),
+              std::string::npos);
+}
+
+TEST_F(Promise, OnAnotherRecordingIsCalibratedWithHalvesOfIt) {
+    bar.record(folder / "other.h5", 20, 10, 77);
+    calibrate(file, RecordingReader(folder / "other.h5"), {.miss_rate = 0.1, .confidence = 0.5});
+    const Calibration& calibration = file.tree.calibrations.at(BoundKind::local);
+    EXPECT_EQ(calibration.trajectories, 10);
+    EXPECT_EQ(calibration.confidence, 0.5);
+}
+
+TEST_F(Promise, IsTestedOverRandomSplitsOfWhatTrainingDidNotSee) {
+    const RecordingReader data(folder / "data.h5");
+    const auto rows = check_random_splits(file, BoundKind::local, data, 40);
+    ASSERT_EQ(rows.size(), 4u);
+    for (const RandomSplitsRow& row : rows) {
+        EXPECT_EQ(row.calibration + row.test, 30);
+        EXPECT_GE(row.keeping, 0.9 - 0.05) << row.depth;
+        EXPECT_LE(row.nodes_missing, 0.02 + 1.0 / 16) << row.depth;
+    }
+}
+
+TEST_F(Promise, ContactScenesCountThePairsThatABoundLoses) {
+    const RecordingReader data(folder / "data.h5");
+    auto shrunk = std::make_shared<CollisionTree>(file.tree);
+    shrunk->calibrations.clear();
+    LocalModel& local = *shrunk->local;
+    for (const LocalModel::Node& node : local.nodes) {
+        const auto block = static_cast<std::size_t>(
+            node.value_begin + LocalModel::block_size(node.sample_count, false) - LocalModel::lanes);
+        if (!node.exact) local.values[block] -= 0.2f;
+    }
+    const BoundKind kinds[] = {BoundKind::exact, BoundKind::local, BoundKind::modal};
+    const ContactScenesConfig config{.scenes = 30};
+    const auto run = [&] { return check_contact_scenes(bar.body, shrunk, kinds, data, held_out, config); };
+    const auto rows = run();
+    ASSERT_EQ(rows.size(), 2u);  // the tree has no modal bounds
+    EXPECT_EQ(rows[0].bound, BoundKind::exact);
+    EXPECT_EQ(rows[0].missed, 0);
+    EXPECT_EQ(rows[0].leaf_pairs, rows[0].exact_leaf_pairs);
+    EXPECT_GE(rows[0].scenes, 25);
+    EXPECT_GT(rows[0].face_pairs, 200);
+    EXPECT_EQ(rows[1].face_pairs, rows[0].face_pairs);
+    EXPECT_GT(rows[1].missed, 10);
+    EXPECT_GT(rows[1].scenes_missing, 1);
+    EXPECT_LT(rows[1].missed, rows[1].face_pairs);
+    const double share = static_cast<double>(rows[1].missed) / static_cast<double>(rows[1].face_pairs);
+    EXPECT_LE(rows[1].missed_share.low, share);
+    EXPECT_GE(rows[1].missed_share.high, share);
+    const auto again = test::on_threads(2, run);
+    EXPECT_EQ(to_csv(again), to_csv(rows));
+
+    const auto calibrated = check_contact_scenes(bar.body, tree, kinds, data, held_out, config);
+    EXPECT_LT(calibrated[1].missed, rows[1].missed / 10);
+    EXPECT_EQ(error_of([&] { check_contact_scenes(bar.body, tree, kinds, data, held_out, {.scenes = 0}); }),
+              "0 contact scenes 0.1 radii deep; allowed: 1 or more, and above 0 to 1");
+}
+
+}  // namespace
+}  // namespace nbd
