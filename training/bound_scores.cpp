@@ -24,6 +24,7 @@ BoundScores score_bounds(const SurfaceBody& body, const std::shared_ptr<const Co
     for (int slot = 0; slot < frame_slots; ++slot) posed.emplace_back(tree, kind, 0.f);
     const auto poses = static_cast<Eigen::Index>(frames.size());
     const auto nodes = static_cast<Eigen::Index>(tree->spheres.nodes.size());
+    posed[0].begin_pose(body.X);  // strangeness is that of a pose
     const bool gated = posed[0].strangeness(0).has_value();
     BoundScores scores{{}, PoseRows(poses, nodes), PoseRows(poses, gated ? nodes : 0)};
     for (const FrameId& frame : frames)

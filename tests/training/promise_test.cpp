@@ -103,7 +103,8 @@ TEST_F(Promise, IsCountedAsQueriesUseTheBounds) {
 
 TEST_F(Promise, IsKeptFarOutsideTheTrainingSinceNodesAreThenBoundedExactly) {
     RecordingWriter writer(folder / "flat.h5");
-    const int handle = writer.begin_trajectory({.body_hash = bar.body.hash}, Bar::nodes);
+    const int handle =
+        writer.begin_trajectory({.body_hash = bar.body.hash, .recipe = {}, .failure = {}}, Bar::nodes);
     for (int f = 0; f < 10; ++f) {
         Vertices x = bar.frame(2, 3, f);
         x.col(1) *= 0.02f;
