@@ -73,10 +73,10 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
 
     const nlohmann::json table =
         json_of({"evaluate", "tree.h5", "data.h5", "--margins", "0,0.1", "--csv", "table.csv"});
-    ASSERT_EQ(table["rows"].size(), 100u);  // two sets, four bounds, two margins, five depths
+    ASSERT_EQ(table["rows"].size(), 100u);  // two sets, five bounds, two margins, five depths
     for (const auto& row : table["rows"])
         EXPECT_TRUE(row["bound"] == "modal" || row["bound"] == "local" || row["nodes_missing"] == 0) << row;
-    EXPECT_EQ(std::ranges::count(bytes("table.csv"), '\n'), 81);
+    EXPECT_EQ(std::ranges::count(bytes("table.csv"), '\n'), 101);
 
     folder.write("scene.json", R"({"bodies": [
         {"body": "beam.h5", "tree": "tree.h5", "bounds": "modal", "margin": 0.1},
