@@ -24,7 +24,7 @@ struct LocalSamplesConfig {
     SampleRule rule = SampleRule::support;
     int count = 0;       // samples of a node, a multiple of 16 up to 128; 0: as few as `tolerance` takes
     int max_count = 64;  // where `tolerance` decides
-    double tolerance = 0.002;  // mean relative error of the radius on the poses that samples are chosen from
+    double tolerance = 0.001;  // mean relative error of the radius on the poses that samples are chosen from
     int exact_vertices = 32;   // nodes of at most so many vertices take them all; up to 128
     double spread_share = 0.25;  // of the samples, with `support`
     double side_weight = 0.25;   // of each side of the box against the radius, with `support`

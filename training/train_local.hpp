@@ -14,7 +14,7 @@ namespace nbd {
 /// How local bounds are trained. Every number is in metres of the body, so a tree fits its body's size alone.
 struct LocalConfig {
     LocalSamplesConfig samples{};
-    int sample_poses = 1000;  // that samples are chosen from, evenly spread over the training poses
+    int sample_poses = 2000;  // that samples are chosen from, evenly spread over the training poses
     bool network = false;     // else what vertices reach beyond the samples is a constant of the node
     LocalNetworkConfig networks{};
     double box_miss_rate = 1e-3;  // share of training poses in which a node's box may be too small

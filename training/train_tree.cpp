@@ -188,9 +188,10 @@ TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainCon
                              counter_random(config.seed, 0, 0), config.calibration_share);
     const std::vector<FrameId> frames = frames_of(recording, facts.split, FrameSet::train);
     facts.poses = static_cast<int>(frames.size());
-    if (facts.poses < config.mlp.batch)
-        throw std::runtime_error(fmt::format("{}: {} training poses, at least one batch of {} needed",
-                                             recording.path().string(), facts.poses, config.mlp.batch));
+    const int needed = trains(config, BoundKind::modal) ? config.mlp.batch : 1;
+    if (facts.poses < needed)
+        throw std::runtime_error(fmt::format("{}: {} training poses, at least {} needed",
+                                             recording.path().string(), facts.poses, needed));
 
     run.enter("reading");
     facts.recording_hash = recording_hash(recording);

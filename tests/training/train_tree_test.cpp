@@ -121,7 +121,7 @@ TEST_F(TrainTree, RefusesTooFewPosesAndBadOptions) {
         change(config);
         return error_of([&] { train_tree(bar.body, data, config); });
     };
-    EXPECT_NE(error([](auto&) {}).find("training poses, at least one batch of 32 needed"), std::string::npos);
+    EXPECT_NE(error([](auto&) {}).find("training poses, at least 32 needed"), std::string::npos);
     EXPECT_EQ(error([](auto& c) { c.modes = 0; }), "0 modes, at least 1 needed");
     EXPECT_EQ(error([](auto& c) { c.bounds = {}; }), "no bounds to train; allowed: modal, local");
     EXPECT_EQ(error([](auto& c) { c.bounds = {BoundKind::bd}; }),

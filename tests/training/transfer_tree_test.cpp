@@ -17,7 +17,9 @@ class TransferTree : public test::FileTest {
  protected:
     TreeFile trained() const {
         coarse.record(folder / "data.h5", 12, 25, 2);
-        TrainConfig config{.bounds = {BoundKind::local}, .tree = {.depth = 4}};
+        TrainConfig config;
+        config.bounds = {BoundKind::local};
+        config.tree.depth = 4;
         TreeFile file = train_tree(coarse.body, RecordingReader(folder / "data.h5"), config);
         const std::size_t nodes = file.tree.spheres.nodes.size();
         file.tree.calibrations[BoundKind::local] = {.miss_rate = 0.01,
@@ -73,8 +75,13 @@ TEST_F(TransferTree, RefusesOtherSurfacesAndTreesWithoutLocalBounds) {
     SurfaceBody other = fine.body;
     other.X *= 1.5f;
     EXPECT_NE(test::refusal([&] { transfer_tree(before, other); }), "");
-    SurfaceBody coarser = Bar(0, 1).body;
-    EXPECT_NE(test::refusal([&] { transfer_tree(before, coarser); }).find("node "), std::string::npos);
+    const SurfaceBody coarser = Bar(0, 1).body;
+    EXPECT_NE(test::refusal([&] { transfer_tree(before, coarser); }).find("off the surface's nearest vertex"),
+              std::string::npos);
+    SurfaceBody part = fine.body;
+    part.F = fine.body.F.topRows(40).eval();
+    EXPECT_NE(test::refusal([&] { transfer_tree(before, part); }).find("gets no face of the surface"),
+              std::string::npos);
     before.tree.local.reset();
     before.tree.calibrations.clear();
     EXPECT_EQ(test::refusal([&] { transfer_tree(before, fine.body); }),
