@@ -12,8 +12,8 @@ namespace fs = std::filesystem;
 class SharedTrainingTest : public SmallFiles {
  protected:
     static std::vector<std::string> train(const std::string& output) {
-        return {"train", "box.h5", "data.h5", "-o",       output, "--depth",    "3", "-m",
-                "8",     "-k",     "16",      "--epochs", "40",   "--held-out", "0", "-q"};
+        return {"train", "box.h5",   "data.h5", "-o",         output, "--depth",       "3", "-m", "8", "-k",
+                "16",    "--epochs", "40",      "--held-out", "0",    "--calibration", "0", "-q"};
     }
 
     static void SetUpTestSuite() {

@@ -44,7 +44,7 @@ class SmallFiles : public BoxFolder {
         BoxFolder::SetUpTestSuite();
         make({"dataset", "box.h5", "-o", "data.h5", "--trajectories", "3", "--steps-per-frame", "1", "-q"});
         make({"train", "box.h5", "data.h5", "-o", "tree.h5", "--depth", "2", "-m", "8", "-k", "16",
-              "--epochs", "5", "--held-out", "0", "-q"});
+              "--epochs", "5", "--held-out", "0", "--calibration", "0", "-q"});
     }
 };
 
