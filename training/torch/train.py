@@ -189,6 +189,8 @@ def write(template, output, numbers, hidden, facts):
                     del file["bd/modes"]
                     file.move("modal/modes", "bd/modes")
                 del file["modal"]
+            if "calibration/modal" in file:  # a promise of the old networks; `nbdtree calibrate` makes a new one
+                del file["calibration/modal"]
             group = file.create_group("modal")
             group["modes"] = h5py.SoftLink("/bd/modes")
             group.attrs["hidden"] = np.int64(hidden)
