@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
 #include "tests/apps/small_files.hpp"
 #include "tests/support/file_damage.hpp"
@@ -105,7 +106,8 @@ TEST_F(FiguresTest, CarriesARecordingToAFinerSurfaceOfTheSameTetrahedra) {
     EXPECT_EQ(fine.status, 0) << fine.err;
     EXPECT_GT(nlohmann::json::parse(fine.out)["face_pairs"], nlohmann::json::parse(coarse.out)["face_pairs"]);
 
-    make({"mesh", "box.obj", "-o", "other_tets.h5", "--grading", "0.1", "--nodes", "400", "-q"});
+    write("other.obj", obj_file(box(0.3, 0.1, 0.1, 3)));
+    make({"mesh", "other.obj", "-o", "other_tets.h5", "-q"});
     const Ran refused =
         run(folder(), {"carry", "data.h5", "--from", "box.h5", "--to", "other_tets.h5", "-o", "no.h5"});
     EXPECT_EQ(refused.status, 1);
