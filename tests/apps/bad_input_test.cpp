@@ -66,7 +66,9 @@ const std::string ours = "allowed: a file that nbdtree wrote";
 
 TEST_F(BadInputTest, CommandLine) {
     const std::string known =
-        "; known commands: mesh, modes, dataset, train, evaluate, transfer, simulate, validate, collide, "
+        "; known commands: mesh, modes, dataset, carry, train, calibrate, evaluate, figures, transfer, "
+        "export, "
+        "trust, simulate, validate, collide, "
         "inspect, "
         "bench";
     expect_refused({

@@ -97,7 +97,7 @@ TEST_F(FiguresTest, CarriesARecordingToAFinerSurfaceOfTheSameTetrahedra) {
     make({"modes", "fine.h5", "-m", "8", "-q"});
     make({"carry", "data.h5", "--from", "box.h5", "--to", "fine.h5", "-o", "fine_data.h5", "-q"});
     make({"train", "fine.h5", "fine_data.h5", "-o", "fine_tree.h5", "--depth", "2", "-m", "8", "-k", "16",
-          "--epochs", "5", "--held-out", "0", "-q"});
+          "--epochs", "5", "--held-out", "0", "--calibration", "0", "-q"});
     // What moves alike has the same exact sphere around it, whatever the surface that is laid over it.
     const Ran coarse = run(folder(), {"collide", "tree.h5@data.h5:1:30", "tree.h5@data.h5:1:30", "--json"});
     const Ran fine =

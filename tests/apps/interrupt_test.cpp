@@ -48,9 +48,9 @@ TEST_F(InterruptTest, KeepsTheFramesOfASimulation) {
 
 TEST_F(InterruptTest, TrainingResumesToTheSameTree) {
     const auto train = [](const std::string& output) {
-        return std::vector<std::string>{"train",    "box.h5", "data.h5",    "-o", output, "--depth",
-                                        "5",        "-m",     "8",          "-k", "16",   "-q",
-                                        "--epochs", "2000",   "--held-out", "0"};
+        return std::vector<std::string>{
+            "train", "box.h5",   "data.h5", "-o",         output, "--depth",       "5", "-m", "8", "-k", "16",
+            "-q",    "--epochs", "2000",    "--held-out", "0",    "--calibration", "0"};
     };
     make(train("whole.h5"));
     auto expected = listing(folder());
