@@ -57,7 +57,7 @@ TEST_F(InterruptTest, TrainingResumesToTheSameTree) {
     expected.insert("again.h5.checkpoint");
     auto on_one_thread = train("again.h5");  // so that it is still at work when Ctrl-C comes
     on_one_thread.insert(on_one_thread.end(), {"--threads", "1"});
-    const Ran ran = run_and_interrupt(folder(), on_one_thread, std::chrono::milliseconds(300));
+    const Ran ran = run_and_interrupt(folder(), on_one_thread, std::chrono::milliseconds(200));
     EXPECT_EQ(ran.status, 130);
     EXPECT_EQ(ran.err, "nbdtree: error: interrupted: the same command continues from again.h5.checkpoint\n");
     EXPECT_EQ(listing(folder()), expected);
