@@ -1,7 +1,9 @@
 #include "training/evaluate.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -46,6 +48,9 @@ void run(const EvaluateArguments& arguments, Output& out) {
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
 
     const TreeFile tree = load_tree(arguments.tree);
+    if (std::ranges::none_of(config.bounds, [&](BoundKind kind) { return has_bounds(tree.tree, kind); }))
+        throw std::runtime_error(
+            fmt::format("{}: has no {} bounds", arguments.tree, fmt::join(arguments.bounds, ", ")));
     const RecordingReader recording(arguments.recording);
     const std::vector<EvaluationRow> rows = evaluate(tree, recording, config);
     if (!arguments.html.empty()) {
