@@ -1,22 +1,9 @@
 #include "apps/audit.hpp"
 
-#include <algorithm>
-#include <iterator>
-
+#include "collision/missing_pairs.hpp"
 #include "sim/stopwatch.hpp"
 
 namespace nbd {
-namespace {
-
-/// How many of the exact pairs are not among the found ones. Both sorted.
-long missing(std::span<const FacePair> exact, std::span<const FacePair> found) {
-    std::vector<FacePair> missed;
-    std::ranges::set_difference(exact, found, std::back_inserter(missed));
-    return static_cast<long>(missed.size());
-}
-
-}  // namespace
-
 AuditCount& AuditCount::operator+=(const AuditCount& other) {
     intersecting += other.intersecting;
     intersecting_missed += other.intersecting_missed;
@@ -82,10 +69,10 @@ AuditCount Audit::check(World& world) {
         for (std::size_t b = a + 1; b < bodies; ++b) {
             const auto crossing = exact_.intersecting(a, b);
             count.intersecting += static_cast<long>(crossing.size());
-            count.intersecting_missed += missing(crossing, scene_.intersecting(a, b));
+            count.intersecting_missed += missing_pairs(crossing, scene_.intersecting(a, b));
             const auto near = exact_.within(a, b, distance);
             count.near += static_cast<long>(near.size());
-            count.near_missed += missing(near, scene_.within(a, b, distance));
+            count.near_missed += missing_pairs(near, scene_.within(a, b, distance));
         }
     count.tests = scene_.tests;
     count.exact_tests = exact_.tests;

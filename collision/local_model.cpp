@@ -94,8 +94,9 @@ void check_numbers(const LocalModel& model, int i) {
     require(std::abs(sum - 1) < 1e-3f, "the weights of the centre of node ", i, " sum to ", sum,
             " instead of 1");
     const float* inverse_deviation = block + 2 * node.sample_count;
-    require(std::all_of(inverse_deviation, inverse_deviation + node.sample_count, [](float v) { return v >= 0; }),
-            "the range of a sample of node ", i, " is negative");
+    require(
+        std::all_of(inverse_deviation, inverse_deviation + node.sample_count, [](float v) { return v >= 0; }),
+        "the range of a sample of node ", i, " is negative");
     const LocalModel::Reach reach = model.reach(i);
     require(reach.low >= 0 && reach.low <= reach.high && reach.box_growth >= 0, "the reach of node ", i,
             " is ", reach.low, " to ", reach.high, " and ", reach.box_growth,

@@ -166,7 +166,8 @@ TEST(SphereCache, GrowsMarginsWithStrangenessAndTakesTheExactSphereOfANodeOutOfR
     for (int node = 0; node < 15; ++node) {
         const Sphere exact = bounding_sphere(s.X, tree.node_vertices(node));
         const bool strange = node == 5 || node > 8;
-        const float grown = 0.5f * exact.r * (1 + 2 * (0.03f + 0.97f * 0.1f * static_cast<float>(node) / 0.85f));
+        const float grown =
+            0.5f * exact.r * (1 + 2 * (0.03f + 0.97f * 0.1f * static_cast<float>(node) / 0.85f));
         EXPECT_FLOAT_EQ(gated.get(node, half).r, strange ? exact.r : grown) << node;
         EXPECT_EQ(open.get(node, half).r, exact.r * 0.5f * 3);
     }
