@@ -2,6 +2,7 @@
 
 #include <concepts>
 
+#include "collision/box.hpp"
 #include "collision/geometry.hpp"
 
 namespace nbd {
@@ -12,6 +13,12 @@ template <class B>
 concept Bound = requires(B bounds, VerticesRef x, int node) {
     bounds.begin_pose(x);
     { bounds.bound(node) } -> std::same_as<Sphere>;
+};
+
+/// A bound whose volumes are axis-aligned boxes; bound() is then the sphere around one.
+template <class B>
+concept BoxBound = Bound<B> && requires(B bounds, int node) {
+    { bounds.box(node) } -> std::convertible_to<Box>;
 };
 
 /// A bound that knows what it was trained on. strangeness() of the node that bound() was asked for last: how

@@ -19,6 +19,11 @@ inline Box empty_box() noexcept {
 
 inline Box joined(const Box& s, const Box& t) noexcept { return {s.lo.min(t.lo), s.hi.max(t.hi)}; }
 
+/// How far `inner` stands out of `outer` on the worst side; below 0 where there is room on all of them.
+inline float outside(const Box& outer, const Box& inner) noexcept {
+    return (outer.lo - inner.lo).max(inner.hi - outer.hi).head<3>().maxCoeff();
+}
+
 /// The smallest box: its sides are coordinates of the triangle, so nothing is rounded.
 inline Box bounding_box(const Triangle& t) noexcept {
     const Eigen::Array3f lo = t.a.cwiseMin(t.b).cwiseMin(t.c), hi = t.a.cwiseMax(t.b).cwiseMax(t.c);

@@ -15,7 +15,8 @@ struct Calibration {
     int trajectories = 0;          // that it was made from
     long poses = 0;                // of theirs
     std::vector<float> margins{};  // [nodes] radii are multiplied by 1 + margin, for a GatedBound by
-                                   // 1 + margin * margin_weight(strangeness, limit); finite, >= 0
+                                   // 1 + margin * margin_weight(strangeness, limit); finite, >= 0. Sides of
+                                   // `local_boxes` move outward by as many spreads instead
     std::vector<float> limits{};   // [nodes] largest strangeness that is in range, finite, >= 0; for a
                                    // GatedBound, others have none
 };

@@ -39,6 +39,8 @@ bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
             return tree.modal.has_value();
         case BoundKind::local:
             return tree.local.has_value();
+        case BoundKind::local_boxes:
+            return tree.local && !tree.local->boxes.empty();
         case BoundKind::certified:
             return tree.certified.has_value();
     }
@@ -57,6 +59,8 @@ std::string_view name(BoundKind kind) noexcept {
             return "modal";
         case BoundKind::local:
             return "local";
+        case BoundKind::local_boxes:
+            return "local_boxes";
         case BoundKind::certified:
             return "certified";
     }
@@ -66,8 +70,8 @@ std::string_view name(BoundKind kind) noexcept {
 BoundKind bound_kind(std::string_view name) {
     for (const BoundKind kind : bound_kinds)
         if (name == nbd::name(kind)) return kind;
-    throw std::invalid_argument(
-        message("unknown bounds \"", name, "\", known: exact, boxes, bd, modal, local, certified"));
+    throw std::invalid_argument(message("unknown bounds \"", name,
+                                        "\", known: exact, boxes, bd, modal, local, local_boxes, certified"));
 }
 
 }  // namespace nbd

@@ -13,13 +13,14 @@
 
 namespace nbd {
 
-enum class BoundKind { exact, boxes, bd, modal, local, certified };
+enum class BoundKind { exact, boxes, bd, modal, local, local_boxes, certified };
 
 /// All of them, in order.
-inline constexpr BoundKind bound_kinds[] = {BoundKind::exact, BoundKind::boxes, BoundKind::bd,
-                                            BoundKind::modal, BoundKind::local, BoundKind::certified};
+inline constexpr BoundKind bound_kinds[] = {BoundKind::exact,    BoundKind::boxes, BoundKind::bd,
+                                            BoundKind::modal,    BoundKind::local, BoundKind::local_boxes,
+                                            BoundKind::certified};
 
-/// "exact", "boxes", "bd", "modal", "local", "certified".
+/// "exact", "boxes", "bd", "modal", "local", "local_boxes", "certified".
 std::string_view name(BoundKind kind) noexcept;
 
 /// Whether bounds of this kind are the smallest there are and need no more than the surface.
@@ -29,6 +30,11 @@ constexpr bool is_exact(BoundKind kind) noexcept {
 
 /// Whether a vertex of a node may stand outside such a bound, so that it wants calibration.
 constexpr bool can_miss(BoundKind kind) noexcept { return !is_exact(kind) && kind != BoundKind::certified; }
+
+/// Whether such a bound is an axis-aligned box; the others are spheres.
+constexpr bool is_box(BoundKind kind) noexcept {
+    return kind == BoundKind::boxes || kind == BoundKind::local_boxes;
+}
 
 /// Throws std::invalid_argument naming the known kinds.
 BoundKind bound_kind(std::string_view name);

@@ -4,6 +4,7 @@
 
 #include "collision/bound.hpp"
 #include "collision/box.hpp"
+#include "collision/positions.hpp"
 #include "collision/sphere_tree.hpp"
 
 namespace nbd {
@@ -14,7 +15,8 @@ class ExactBoxes {
  public:
     /// tree: referred to.
     explicit ExactBoxes(const SphereTree& tree);
-    void begin_pose(VerticesRef x) noexcept;
+    /// x: all of them required before.
+    void begin_pose(const Positions& x) noexcept;
 
     /// The smallest box around the node's vertices.
     const Box& box(int node) const noexcept { return boxes_[static_cast<std::size_t>(node)]; }

@@ -27,8 +27,8 @@ LeafBoxes::LeafBoxes(const CollisionTree& tree)
     corners_ = tree.faces(tree.spheres.faces, Eigen::all);
 }
 
-void LeafBoxes::begin_pose(VerticesRef x) noexcept {
-    x_ = PaddedPositions(x);
+void LeafBoxes::begin_pose(const Positions& x) noexcept {
+    x_ = x;
     ++pose_;
 }
 
@@ -50,6 +50,7 @@ Box LeafBoxes::refit_faces(const Node& leaf) noexcept {
 int LeafBoxes::refit(int leaf) noexcept {
     if (poses_[static_cast<std::size_t>(leaf)] == pose_) return 0;
     poses_[static_cast<std::size_t>(leaf)] = pose_;
+    x_.require(tree_->spheres.node_vertices(leaf));
     const auto [begin, end] = ranges_[static_cast<std::size_t>(leaf)];
     for (int i = end; i-- > begin;) {
         const Node& n = node(i);

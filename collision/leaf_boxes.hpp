@@ -5,7 +5,7 @@
 
 #include "collision/collision_tree.hpp"
 #include "collision/face_boxes.hpp"
-#include "collision/padded_positions.hpp"
+#include "collision/positions.hpp"
 
 namespace nbd {
 
@@ -26,8 +26,8 @@ class LeafBoxes {
     /// tree: referred to.
     explicit LeafBoxes(const CollisionTree& tree);
 
-    /// x: all positions, referred to until the next pose.
-    void begin_pose(VerticesRef x) noexcept;
+    /// x: referred to until the next pose.
+    void begin_pose(const Positions& x) noexcept;
 
     /// Makes the boxes under a leaf of the sphere tree fit the pose. Returns how many it computed: 0 when
     /// they did already. Until the first pose all boxes are empty.
@@ -56,7 +56,7 @@ class LeafBoxes {
     Box refit_faces(const Node& leaf) noexcept;
 
     const CollisionTree* tree_;
-    PaddedPositions x_;
+    Positions x_;
     std::vector<Range> ranges_;  // [sphere tree nodes], empty but for leaves
     std::vector<Node> nodes_;    // per leaf, breadth first
     std::vector<Box> boxes_;

@@ -12,18 +12,18 @@ class LocalBound {
     explicit LocalBound(const LocalModel& model) : model_(&model) {}
 
     /// x: referred to until the next pose.
-    void begin_pose(VerticesRef x) noexcept { pose_ = x; }
+    void begin_pose(const Positions& x) noexcept { x_ = x; }
     Sphere bound(int node) noexcept {
-        const LocalSphere local = local_sphere(*model_, node, pose_);
+        x_.require(model_->node_samples(node));
+        const LocalSphere local = local_sphere(*model_, node, x_);
         strangeness_ = local.strangeness;
         return local.sphere;
     }
     float strangeness(int) const noexcept { return strangeness_; }
-    Box box(int node) const noexcept { return local_box(*model_, node, pose_); }
 
  private:
     const LocalModel* model_;
-    PoseView pose_;
+    Positions x_;
     float strangeness_ = 0;  // of the last sphere
 };
 static_assert(GatedBound<LocalBound>);

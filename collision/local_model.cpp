@@ -24,12 +24,12 @@ struct Samples {
     Group groups[max_groups];
     int count;
 
-    Samples(const LocalModel& model, const LocalModel::Node& node, const PoseView& pose) noexcept
+    Samples(const LocalModel& model, const LocalModel::Node& node, const Positions& pose) noexcept
         : count(node.sample_count / lanes) {
         const int* rows = model.samples.data() + node.sample_begin;
         for (int g = 0; g < count; ++g)
             for (int lane = 0; lane < lanes; ++lane) {
-                const float* position = pose.x + pose.stride * rows[g * lanes + lane];
+                const float* position = pose.data(rows[g * lanes + lane]);
                 groups[g].x[lane] = position[0];
                 groups[g].y[lane] = position[1];
                 groups[g].z[lane] = position[2];
@@ -98,14 +98,18 @@ void check_numbers(const LocalModel& model, int i) {
         std::all_of(inverse_deviation, inverse_deviation + node.sample_count, [](float v) { return v >= 0; }),
         "the range of a sample of node ", i, " is negative");
     const LocalModel::Reach reach = model.reach(i);
-    require(reach.low >= 0 && reach.low <= reach.high && reach.box_growth >= 0, "the reach of node ", i,
-            " is ", reach.low, " to ", reach.high, " and ", reach.box_growth,
-            ", allowed: an ascending range and a growth, 0 or more");
+    require(reach.low >= 0 && reach.low <= reach.high, "the reach of node ", i, " is ", reach.low, " to ",
+            reach.high, ", allowed: an ascending range, 0 or more");
+    if (model.boxes.empty()) return;
+    const LocalModel::BoxFit& fit = model.boxes[static_cast<std::size_t>(i)];
+    for (const float number : {fit.growth, fit.mean, fit.inverse_deviation})
+        require(number >= 0 && std::isfinite(number), "the box of node ", i, " has a number ", number,
+                ", allowed: finite, 0 or more");
 }
 
 }  // namespace
 
-LocalSphere local_sphere(const LocalModel& model, int node, const PoseView& pose) noexcept {
+LocalSphere local_sphere(const LocalModel& model, int node, const Positions& pose) noexcept {
     const LocalModel::Node& n = model.nodes[static_cast<std::size_t>(node)];
     const float* weights = model.values.data() + n.value_begin;
     const float *mean = weights + n.sample_count, *inverse_deviation = mean + n.sample_count;
@@ -134,19 +138,6 @@ LocalSphere local_sphere(const LocalModel& model, int node, const PoseView& pose
     return {{c, distance + std::clamp(growth, reach.low, reach.high)}, strangeness};
 }
 
-Box local_box(const LocalModel& model, int node, const PoseView& pose) noexcept {
-    const Samples samples(model, model.nodes[static_cast<std::size_t>(node)], pose);
-    Samples::Group lo = samples.groups[0], hi = lo;
-    for (int g = 1; g < samples.count; ++g) {
-        const Samples::Group& group = samples.groups[g];
-        lo = {lo.x.min(group.x), lo.y.min(group.y), lo.z.min(group.z)};
-        hi = {hi.x.max(group.x), hi.y.max(group.y), hi.z.max(group.z)};
-    }
-    const float growth = model.reach(node).box_growth;
-    return {{lo.x.minCoeff() - growth, lo.y.minCoeff() - growth, lo.z.minCoeff() - growth, 0},
-            {hi.x.maxCoeff() + growth, hi.y.maxCoeff() + growth, hi.z.maxCoeff() + growth, 0}};
-}
-
 void check_local_model(const LocalModel& model, const SphereTree& tree, int vertex_count) {
     require(model.nodes.size() == tree.nodes.size(), "has ", model.nodes.size(), " nodes, but the tree has ",
             tree.nodes.size());
@@ -160,6 +151,8 @@ void check_local_model(const LocalModel& model, const SphereTree& tree, int vert
         samples += count;
         values += LocalModel::block_size(count, model.network);
     }
+    require(model.boxes.empty() || model.boxes.size() == model.nodes.size(), "has boxes of ",
+            model.boxes.size(), " nodes instead of ", model.nodes.size(), " or none");
     require(model.samples.size() == static_cast<std::size_t>(samples) &&
                 model.values.size() == static_cast<std::size_t>(values),
             "has ", model.samples.size(), " samples and ", model.values.size(), " numbers instead of ",

@@ -2,9 +2,10 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <span>
 #include <vector>
 
-#include "collision/box.hpp"
+#include "collision/positions.hpp"
 #include "collision/sphere_tree.hpp"
 
 namespace nbd {
@@ -13,7 +14,8 @@ namespace nbd {
 /// samples. Centre: a fixed affine combination of them, so it follows every rigid motion without any
 /// alignment. Radius: the largest distance from the centre to a sample, plus what the vertices in between
 /// reach beyond: a constant of the node or a small ReLU network of these distances, which no rigid motion
-/// changes. Box: that of the samples, grown by a constant. Nothing of the rest of the body is read.
+/// changes. Box: that of the samples, grown by a share of
+/// their spread. Nothing of the rest of the body is read.
 struct LocalModel {
     static constexpr int lanes = 16;         // samples and hidden units come in groups of so many
     static constexpr int hidden = 16;        // width of both layers of a network
@@ -29,7 +31,13 @@ struct LocalModel {
     struct Reach {
         float growth = 0;         // added to the largest distance; with a network its last bias
         float low = 0, high = 0;  // what a network's result is kept in: the range seen in training
-        float box_growth = 0;     // moves each side of the samples' box outward
+    };
+    /// How far a node's vertices reach beyond the box of its samples. The unit is the samples' spread, the
+    /// root mean square of their distances from their mean, so that a patch that stretches has more of it.
+    struct BoxFit {
+        float growth = 0;             // each side of the box moves outward by growth * spread
+        float mean = 0;               // of spread^2 in training, m^2
+        float inverse_deviation = 0;  // 1 / its standard deviation there
     };
 
     bool network = false;
@@ -40,26 +48,22 @@ struct LocalModel {
     /// count], b1, W2 [16, 16], b2, w3 [16], every matrix column-major, metres in and metres out; Reach,
     /// filled up to 16.
     std::vector<float> values;
+    std::vector<BoxFit> boxes;  // [nodes], or none: then there are no boxes
 
     /// Floats of a block.
     static constexpr int block_size(int sample_count, bool network) noexcept {
         const int weights = network ? hidden * (sample_count + 1) + hidden * (hidden + 1) + hidden : 0;
         return 3 * sample_count + weights + lanes;
     }
+    std::span<const int> node_samples(int node) const noexcept {
+        const Node& n = nodes[static_cast<std::size_t>(node)];
+        return {samples.data() + n.sample_begin, static_cast<std::size_t>(n.sample_count)};
+    }
     Reach reach(int node) const noexcept {
         const Node& n = nodes[static_cast<std::size_t>(node)];
         const float* last = values.data() + n.value_begin + block_size(n.sample_count, network) - lanes;
-        return {last[0], last[1], last[2], last[3]};
+        return {last[0], last[1], last[2]};
     }
-};
-
-/// All positions of a pose: vertex v stands at x + stride * v.
-struct PoseView {
-    const float* x = nullptr;
-    std::ptrdiff_t stride = 3;
-
-    PoseView() = default;
-    PoseView(VerticesRef pose) noexcept : x(pose.data()), stride(pose.outerStride()) {}
 };
 
 struct LocalSphere {
@@ -68,11 +72,9 @@ struct LocalSphere {
                             // its mean in training, in standard deviations; 0 for exact nodes
 };
 
-/// Sphere of `node` in a pose. Contains the node's samples, and the whole node where that is exact.
-LocalSphere local_sphere(const LocalModel& model, int node, const PoseView& pose) noexcept;
-
-/// Box of `node`, world space, likewise.
-Box local_box(const LocalModel& model, int node, const PoseView& pose) noexcept;
+/// Sphere of `node` in a pose, whose samples have been required. Contains the node's samples, and the whole
+/// node where that is exact.
+LocalSphere local_sphere(const LocalModel& model, int node, const Positions& pose) noexcept;
 
 /// Throws std::invalid_argument with what is wrong unless the model fits a tree over a surface of
 /// `vertex_count` vertices: for models that come from a file.

@@ -27,7 +27,7 @@ void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, 
         const SphereTree::Node& node_b = b.tree->spheres.nodes[static_cast<std::size_t>(pair.b)];
         ++counters.node_tests;
         bool first_is_larger;
-        if constexpr (std::same_as<A, ExactBoxes> && std::same_as<B, ExactBoxes>) {
+        if constexpr (BoxBound<A> && BoxBound<B>) {
             if (apart(bounds_a.box(pair.a), bounds_b.box(pair.b), distance)) continue;
             first_is_larger = face_count(node_a) >= face_count(node_b);
         } else {

@@ -15,12 +15,14 @@ namespace {
 
 using Bounds = decltype(PosedTreeState::bounds);
 
-Bounds make_bounds(const CollisionTree& tree, BoundKind kind) {
+Bounds make_bounds(const CollisionTree& tree, BoundKind kind, const Trust& trust) {
     if (kind == BoundKind::exact) return ExactBound(tree.spheres);
     if (kind == BoundKind::boxes) return ExactBoxes(tree.spheres);
     if (kind == BoundKind::bd && tree.bd) return BdBound(tree.spheres, *tree.bd);
     if (kind == BoundKind::modal && tree.modal) return ModalBound(tree.spheres, *tree.modal);
     if (kind == BoundKind::local && tree.local) return LocalBound(*tree.local);
+    if (kind == BoundKind::local_boxes && has_bounds(tree, kind))
+        return LocalBoxes(tree.spheres, *tree.local, trust);
     if (kind == BoundKind::certified && tree.certified) return CertifiedBound(tree.spheres, *tree.certified);
     std::string available = "exact";
     for (const BoundKind other : bound_kinds)
@@ -29,7 +31,11 @@ Bounds make_bounds(const CollisionTree& tree, BoundKind kind) {
         message("the collision tree has no model for \"", name(kind), "\" bounds, only for ", available));
 }
 
-SphereTrust trust_in(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {
+Trust no_margins(const CollisionTree& tree) {
+    return {std::vector<float>(tree.spheres.nodes.size(), 0.f), {}};
+}
+
+Trust trust_in(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {
     const auto calibration = tree.calibrations.find(kind);
     if (margin || calibration == tree.calibrations.end())
         return {std::vector<float>(tree.spheres.nodes.size(), margin.value_or(0.f)), {}};
@@ -46,9 +52,10 @@ PosedTree::PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, 
         throw std::invalid_argument(message("margin is ", *margin, ", but exact boxes take none"));
     check_collision_tree(*tree);
     const CollisionTree& t = *tree;
+    const Trust trust = trust_in(t, kind, margin);
     state_ = std::make_unique<PosedTreeState>(
-        PosedTreeState{std::move(tree), kind, make_bounds(t, kind),
-                       SphereCache(t.spheres, trust_in(t, kind, margin)), LeafBoxes(t)});
+        PosedTreeState{std::move(tree), kind, make_bounds(t, kind, trust),
+                       SphereCache(t.spheres, is_box(kind) ? no_margins(t) : trust), LeafBoxes(t)});
 }
 
 PosedTree::PosedTree(PosedTree&&) noexcept = default;
@@ -57,16 +64,42 @@ PosedTree::~PosedTree() = default;
 
 void PosedTree::begin_pose(VerticesRef x, std::span<const RegionMotion> motion) noexcept {
     assert(x.rows() == state_->tree->vertex_count);
+    state_->begin_pose(x, motion);
+}
+
+void PosedTree::begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion) noexcept {
+    assert(x.vertex_count() == state_->tree->vertex_count);
+    const CollisionTree& tree = *state_->tree;
+    if (is_exact(state_->kind)) x.compute_all();
+    if (state_->kind == BoundKind::bd) x.compute(tree.bd->modes.representatives);
+    if (state_->kind == BoundKind::modal) x.compute(tree.modal->modes.representatives);
+    state_->begin_pose(Positions(x), motion);
+}
+
+void PosedTreeState::begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept {
     std::visit(
-        [&](auto& bounds) {
-            if constexpr (requires { bounds.begin_pose(x, motion); })
-                bounds.begin_pose(x, motion);
+        [&](auto& b) {
+            if constexpr (requires { b.begin_pose(x, motion); })
+                b.begin_pose(x, motion);
+            else if constexpr (requires { b.begin_pose(x); })
+                b.begin_pose(x);
             else
-                bounds.begin_pose(x);
+                b.begin_pose(x.rows());
+        },
+        bounds);
+    spheres.begin_pose(x);
+    boxes.begin_pose(x);
+}
+
+std::optional<Box> PosedTree::box(int node) noexcept {
+    return std::visit(
+        [node](auto& bounds) -> std::optional<Box> {
+            if constexpr (BoxBound<std::remove_cvref_t<decltype(bounds)>>)
+                return bounds.box(node);
+            else
+                return std::nullopt;
         },
         state_->bounds);
-    state_->spheres.begin_pose(x);
-    state_->boxes.begin_pose(x);
 }
 
 const Sphere& PosedTree::sphere(int node) noexcept {
@@ -87,9 +120,15 @@ std::optional<float> PosedTree::strangeness(int node) noexcept {
         state_->bounds);
 }
 
-int PosedTree::nodes_bounded() const noexcept { return state_->spheres.bounded(); }
+int PosedTree::nodes_bounded() const noexcept {
+    const auto* boxes = std::get_if<LocalBoxes>(&state_->bounds);
+    return boxes ? boxes->bounded() : state_->spheres.bounded();
+}
 
-int PosedTree::nodes_out_of_range() const noexcept { return state_->spheres.out_of_range(); }
+int PosedTree::nodes_out_of_range() const noexcept {
+    const auto* boxes = std::get_if<LocalBoxes>(&state_->bounds);
+    return boxes ? boxes->out_of_range() : state_->spheres.out_of_range();
+}
 
 const CollisionTree& PosedTree::tree() const noexcept { return *state_->tree; }
 

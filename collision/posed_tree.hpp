@@ -4,10 +4,12 @@
 #include <optional>
 #include <span>
 
+#include "collision/box.hpp"
 #include "collision/collision_tree.hpp"
 
 namespace nbd {
 
+class EmbeddedPositions;
 struct PosedTreeState;
 
 /// A body's collision tree in its current pose. Spheres are computed when first asked for in a pose and
@@ -34,8 +36,15 @@ class PosedTree {
     /// the exact sphere of every node. The others ignore it.
     void begin_pose(VerticesRef x, std::span<const RegionMotion> motion = {}) noexcept;
 
-    /// World-space sphere of a node in this pose.
+    /// Likewise with positions that are computed where they are read: all of them for `exact` and `boxes`,
+    /// few for the others. x: its pose has begun; referred to until the next call.
+    void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion = {}) noexcept;
+
+    /// World-space sphere of a node in this pose; of bounds that are boxes, the one around the box.
     const Sphere& sphere(int node) noexcept;
+
+    /// World-space box of a node in this pose; nothing for bounds that are spheres.
+    std::optional<Box> box(int node) noexcept;
 
     /// How far a node's input in this pose lies from the training's, see GatedBound; nothing for bounds that
     /// do not know.

@@ -9,6 +9,7 @@
 #include "collision/exact_boxes.hpp"
 #include "collision/leaf_boxes.hpp"
 #include "collision/local_bound.hpp"
+#include "collision/local_boxes.hpp"
 #include "collision/modal_bound.hpp"
 #include "collision/posed_tree.hpp"
 #include "collision/sphere_cache.hpp"
@@ -20,9 +21,11 @@ namespace nbd {
 struct PosedTreeState {
     std::shared_ptr<const CollisionTree> tree;
     BoundKind kind;
-    std::variant<ExactBound, ExactBoxes, BdBound, ModalBound, LocalBound, CertifiedBound> bounds;
+    std::variant<ExactBound, ExactBoxes, BdBound, ModalBound, LocalBound, LocalBoxes, CertifiedBound> bounds;
     SphereCache spheres;
     LeafBoxes boxes;
+
+    void begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept;
 };
 
 }  // namespace nbd

@@ -6,29 +6,22 @@
 
 #include "collision/bound.hpp"
 #include "collision/bounding_sphere.hpp"
+#include "collision/positions.hpp"
 #include "collision/sphere_tree.hpp"
+#include "collision/trust.hpp"
 
 namespace nbd {
-
-/// How the spheres of a bound are used, node by node.
-struct SphereTrust {
-    std::vector<float> margins;  // [nodes] radii are multiplied by 1 + margin
-    std::vector<float> limits;   // [nodes] of strangeness, above which a node is bounded exactly, and margins
-                                 // grow with it; none: neither
-};
 
 /// The spheres of one pose, each computed when first asked for.
 class SphereCache {
  public:
     /// tree: referred to; its rest spheres are what the nodes have until the first pose.
-    SphereCache(const SphereTree& tree, SphereTrust trust)
+    SphereCache(const SphereTree& tree, Trust trust)
         : tree_(&tree), trust_(std::move(trust)), spheres_(tree.rest), poses_(tree.rest.size(), 0) {}
 
-    /// x: all positions, referred to until the next pose.
-    void begin_pose(VerticesRef x) noexcept {
-        x_ = x.data();
-        rows_ = x.rows();
-        stride_ = x.outerStride();
+    /// x: referred to until the next pose.
+    void begin_pose(const Positions& x) noexcept {
+        x_ = x;
         ++pose_;
         bounded_ = 0;
         out_of_range_ = 0;
@@ -67,16 +60,15 @@ class SphereCache {
 
     Sphere exact_sphere(int node) noexcept {
         ++out_of_range_;
-        using Rows = Eigen::Map<const Vertices, 0, Eigen::OuterStride<>>;
-        return bounding_sphere(Rows(x_, rows_, 3, Eigen::OuterStride<>(stride_)), tree_->node_vertices(node));
+        x_.require(tree_->node_vertices(node));
+        return bounding_sphere(x_.rows(), tree_->node_vertices(node));
     }
 
     const SphereTree* tree_;
-    SphereTrust trust_;
+    Trust trust_;
     std::vector<Sphere> spheres_;
     std::vector<std::uint64_t> poses_;  // the pose each sphere belongs to
-    const float* x_ = nullptr;
-    Eigen::Index rows_ = 0, stride_ = 0;
+    Positions x_;
     std::uint64_t pose_ = 0;
     int bounded_ = 0, out_of_range_ = 0;
 };

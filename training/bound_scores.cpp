@@ -1,8 +1,13 @@
 #include "training/bound_scores.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
+#include "collision/exact_boxes.hpp"
+#include "collision/local_boxes.hpp"
 #include "collision/posed_tree.hpp"
 
 namespace nbd {
@@ -16,24 +21,18 @@ double reach(VerticesRef x, std::span<const int> vertices, const Eigen::Vector3f
     return std::sqrt(squared);
 }
 
-}  // namespace
-
-BoundScores score_bounds(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree,
-                         BoundKind kind, const RecordingReader& recording, std::span<const FrameId> frames) {
+/// The margins that spheres needed.
+void score_spheres(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
+                   const RecordingReader& recording, std::span<const FrameId> frames, BoundScores& scores) {
     std::vector<PosedTree> posed;
     for (int slot = 0; slot < frame_slots; ++slot) posed.emplace_back(tree, kind, 0.f);
-    const auto poses = static_cast<Eigen::Index>(frames.size());
-    const auto nodes = static_cast<Eigen::Index>(tree->spheres.nodes.size());
     posed[0].begin_pose(body.X);  // strangeness is that of a pose
     const bool gated = posed[0].strangeness(0).has_value();
-    BoundScores scores{{}, PoseRows(poses, nodes), PoseRows(poses, gated ? nodes : 0)};
-    for (const FrameId& frame : frames)
-        scores.trajectories.push_back(
-            recording.trajectories()[static_cast<std::size_t>(frame.trajectory)].id);
+    if (gated) scores.strangeness.resize(scores.excess.rows(), scores.excess.cols());
     for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
         PosedTree& pose = posed[static_cast<std::size_t>(slot)];
         pose.begin_pose(x);
-        for (int i = 0; i < nodes; ++i) {
+        for (int i = 0; i < scores.excess.cols(); ++i) {
             const Sphere& s = pose.sphere(i);
             const double needed = reach(x, tree->spheres.node_vertices(i), s.c);
             scores.excess(index, i) =
@@ -41,6 +40,44 @@ BoundScores score_bounds(const SurfaceBody& body, const std::shared_ptr<const Co
             if (gated) scores.strangeness(index, i) = *pose.strangeness(i);
         }
     });
+}
+
+/// The margins that `local_boxes` needed, in spreads.
+void score_boxes(const SurfaceBody& body, const CollisionTree& tree, const RecordingReader& recording,
+                 std::span<const FrameId> frames, BoundScores& scores) {
+    const LocalModel& model = *tree.local;
+    std::vector<ExactBoxes> exact(frame_slots, ExactBoxes(tree.spheres));
+    scores.strangeness.resize(scores.excess.rows(), scores.excess.cols());
+    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+        ExactBoxes& truth = exact[static_cast<std::size_t>(slot)];
+        truth.begin_pose(x);
+        for (int i = 0; i < scores.excess.cols(); ++i) {
+            const SampleBox samples = sample_box(model, i, x);
+            const float needed = outside(samples.box, truth.box(i));
+            scores.excess(index, i) =
+                needed > 0 ? needed / samples.spread - model.boxes[static_cast<std::size_t>(i)].growth : -1.f;
+            scores.strangeness(index, i) = samples.strangeness;
+        }
+    });
+}
+
+}  // namespace
+
+BoundScores score_bounds(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree,
+                         BoundKind kind, const RecordingReader& recording, std::span<const FrameId> frames) {
+    if (!has_bounds(*tree, kind))
+        throw std::invalid_argument(fmt::format("the tree has no {} bounds", name(kind)));
+    BoundScores scores;
+    scores.excess.resize(static_cast<Eigen::Index>(frames.size()),
+                         static_cast<Eigen::Index>(tree->spheres.nodes.size()));
+    scores.strangeness.resize(scores.excess.rows(), 0);
+    for (const FrameId& frame : frames)
+        scores.trajectories.push_back(
+            recording.trajectories()[static_cast<std::size_t>(frame.trajectory)].id);
+    if (kind == BoundKind::local_boxes)
+        score_boxes(body, *tree, recording, frames, scores);
+    else
+        score_spheres(body, tree, kind, recording, frames, scores);
     return scores;
 }
 

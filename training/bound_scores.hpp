@@ -13,7 +13,8 @@ namespace nbd {
 struct BoundScores {
     std::vector<int> trajectories;  // [poses] ids
     PoseRows excess;       // [poses, nodes] (distance of the farthest vertex from the centre) / r - 1: the
-                           // relative margin that the node needed. Infinite where r is 0
+                           // relative margin that the node needed. Infinite where r is 0. Of `local_boxes`
+                           // the margin in spreads
     PoseRows strangeness;  // [poses, nodes] of a GatedBound; no columns for others
 };
 

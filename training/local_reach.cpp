@@ -3,9 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "collision/bounding_sphere.hpp"
 #include "collision/counter_random.hpp"
+#include "collision/local_boxes.hpp"
 
 namespace nbd {
 
@@ -42,7 +44,7 @@ LocalReach measure_reach(const SurfaceBody& body, const SphereTree& tree, const 
     const auto poses = static_cast<Eigen::Index>(frames.size());
     const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
     LocalReach reach;
-    for (PoseRows* rows : {&reach.distance, &reach.growth, &reach.box, &reach.exact})
+    for (PoseRows* rows : {&reach.distance, &reach.growth, &reach.box, &reach.spread, &reach.exact})
         rows->resize(poses, nodes);
     if (with_samples)
         for (const LocalModel::Node& node : model.nodes)
@@ -66,20 +68,15 @@ LocalReach measure_reach(const SurfaceBody& body, const SphereTree& tree, const 
             const int node = static_cast<int>(i);
             const std::span<const int> vertices = tree.node_vertices(node);
             const LocalModel::Node& n = model.nodes[static_cast<std::size_t>(i)];
-            const auto samples = std::span(model.samples)
-                                     .subspan(static_cast<std::size_t>(n.sample_begin),
-                                              static_cast<std::size_t>(n.sample_count));
+            const std::span<const int> samples = model.node_samples(node);
             const Eigen::Vector3f c = local_sphere(model, node, x).sphere.c;
             reach.distance(index, i) = largest_distance(x, samples, c);
             reach.exact(index, i) = bounding_sphere(x, vertices).r;
             reach.growth(index, i) = largest_distance(x, vertices, c) - reach.distance(index, i);
-            Box seen = empty_box();
-            for (const int v : samples) {
-                const Eigen::Array4f p(turned(v, 0), turned(v, 1), turned(v, 2), 0);
-                seen = joined(seen, {p, p});
-            }
-            const Box& all = boxes[static_cast<std::size_t>(i)];
-            reach.box(index, i) = std::max((seen.lo - all.lo).maxCoeff(), (all.hi - seen.hi).maxCoeff());
+            const SampleBox seen = sample_box(model, node, turned);
+            reach.box(index, i) = outside(seen.box, boxes[static_cast<std::size_t>(i)]) /
+                                  std::max(seen.spread, std::numeric_limits<float>::min());
+            reach.spread(index, i) = seen.spread;
             for (Eigen::Index k = 0; k < n.sample_count; ++k) {
                 const float squared =
                     (x.row(samples[static_cast<std::size_t>(k)]).transpose() - c).squaredNorm();

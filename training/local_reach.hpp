@@ -13,8 +13,9 @@ namespace nbd {
 struct LocalReach {
     PoseRows distance;  // [poses, nodes] largest distance from the centre to a sample
     PoseRows growth;    // [poses, nodes] largest distance to any of the node's vertices, minus that
-    PoseRows box;       // [poses, nodes] by how much the samples' box must grow on its worst side. The box's
-                        // axes are turned at random in every pose
+    PoseRows box;       // [poses, nodes] by how many spreads the samples' box must grow on its worst side.
+                        // The box's axes are turned at random in every pose
+    PoseRows spread;    // [poses, nodes] of the samples, see LocalModel::BoxFit
     PoseRows exact;     // [poses, nodes] radius of the exact sphere
     Eigen::ArrayXd squared_mean, squared_deviation;  // [samples of all nodes] mean and standard deviation of
                                                      // each sample's squared distance from its centre, m^2

@@ -32,6 +32,7 @@ std::vector<Vertices> some_poses(const SurfaceBody& body, const RecordingReader&
 LocalModel make_model(const std::vector<NodeSamples>& nodes, bool network) {
     LocalModel model;
     model.network = network;
+    model.boxes.resize(nodes.size());
     for (const NodeSamples& node : nodes) {
         const int count = static_cast<int>(node.vertices.size());
         const auto begin = model.values.size();
@@ -62,6 +63,15 @@ float upper_quantile(Eigen::VectorXf numbers, double miss_rate) {
     float* nth = numbers.data() + numbers.size() - 1 - std::min(above, numbers.size() - 1);
     std::nth_element(numbers.data(), nth, numbers.data() + numbers.size());
     return *nth;
+}
+
+/// As fit_range().
+LocalModel::BoxFit fit_box(const LocalReach& reach, Eigen::Index node, double miss_rate) {
+    const Eigen::ArrayXd squared = reach.spread.col(node).cast<double>().array().square();
+    const double mean = squared.mean(), deviation = std::sqrt((squared - mean).square().mean());
+    const double least = std::max(0.003 * mean, double{std::numeric_limits<float>::min()});
+    return {std::max(0.f, upper_quantile(reach.box.col(node), miss_rate)), static_cast<float>(mean),
+            static_cast<float>(1 / std::max(deviation, least))};
 }
 
 }  // namespace
@@ -111,8 +121,7 @@ void fit_local_reach(const LocalReach& reach, const LocalConfig& config, LocalMo
                 block + LocalModel::block_size(node.sample_count, model.network) - LocalModel::lanes;
             LocalModel::Reach fitted{.growth = static_cast<float>(growth.cast<double>().mean()),
                                      .low = 0,
-                                     .high = growth.maxCoeff(),
-                                     .box_growth = upper_quantile(reach.box.col(i), config.box_miss_rate)};
+                                     .high = growth.maxCoeff()};
             if (model.network) {
                 const Eigen::VectorXf weights =
                     train_local_network(reach.samples[static_cast<std::size_t>(i)], growth, networks,
@@ -121,7 +130,8 @@ void fit_local_reach(const LocalReach& reach, const LocalConfig& config, LocalMo
                 std::copy_n(weights.data(), weights.size() - 1, block + 3 * node.sample_count);
                 fitted.growth = weights[weights.size() - 1];
             }
-            last[0] = fitted.growth, last[1] = fitted.low, last[2] = fitted.high, last[3] = fitted.box_growth;
+            last[0] = fitted.growth, last[1] = fitted.low, last[2] = fitted.high;
+            model.boxes[static_cast<std::size_t>(i)] = fit_box(reach, i, config.box_miss_rate);
         },
         1);
 }

@@ -114,8 +114,10 @@ TreeFile transfer_tree(const TreeFile& trained, const SurfaceBody& body) {
     tree.spheres = sphere_tree_like(trained.tree.spheres, leaves_of_faces(trained, body), body.X, body.F);
     tree.local = trained.tree.local;
     move_samples(trained, body, *tree.local);
-    const auto calibration = trained.tree.calibrations.find(BoundKind::local);
-    if (calibration != trained.tree.calibrations.end()) tree.calibrations.insert(*calibration);
+    for (const BoundKind kind : {BoundKind::local, BoundKind::local_boxes}) {
+        const auto calibration = trained.tree.calibrations.find(kind);
+        if (calibration != trained.tree.calibrations.end()) tree.calibrations.insert(*calibration);
+    }
     file.facts = trained.facts;
     file.facts.body_hash = body.hash;
     file.facts.node_loss.resize(0);

@@ -18,6 +18,7 @@ const h5::Format tree_format{"nbdtree tree", 1};
 using IntRows = Eigen::Matrix<int, Eigen::Dynamic, 6, Eigen::RowMajor>;
 using LocalNodeRows = Eigen::Matrix<int, Eigen::Dynamic, 2, Eigen::RowMajor>;  // samples, exact
 using SphereRows = Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor>;
+using LocalBoxRows = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 // Everything is deflated: index arrays shrink to a third, float32 by a tenth.
 constexpr auto packing = h5::Packing::deflate;
@@ -185,6 +186,13 @@ void write_local(h5::Writer& file, const LocalModel& local) {
     file.write("local/nodes", nodes, packing);
     file.write("local/samples", local.samples, packing);
     file.write("local/values", local.values, packing);
+    if (local.boxes.empty()) return;
+    LocalBoxRows boxes(nodes.rows(), 3);
+    for (Eigen::Index i = 0; i < boxes.rows(); ++i) {
+        const LocalModel::BoxFit& fit = local.boxes[static_cast<std::size_t>(i)];
+        boxes.row(i) << fit.growth, fit.mean, fit.inverse_deviation;
+    }
+    file.write("local/boxes", boxes, packing);
 }
 
 LocalModel read_local(const h5::Reader& file, std::size_t nodes) {
@@ -203,6 +211,10 @@ LocalModel read_local(const h5::Reader& file, std::size_t nodes) {
     }
     local.samples = file.read<int>("local/samples", {static_cast<std::size_t>(samples)});
     local.values = file.read<float>("local/values", {static_cast<std::size_t>(values)});
+    if (!file.has("local/boxes")) return local;
+    const auto boxes = file.matrix<LocalBoxRows>("local/boxes", nodes, 3);
+    for (Eigen::Index i = 0; i < boxes.rows(); ++i)
+        local.boxes.push_back({boxes(i, 0), boxes(i, 1), boxes(i, 2)});
     return local;
 }
 

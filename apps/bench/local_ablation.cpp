@@ -105,8 +105,8 @@ void add_node(const Measured& sets, const LocalModel& model, std::size_t node, F
     row.inflation += static_cast<double>((test * (1 + margin) / truth - 1).mean());
     row.missing_bare += missing(1);
     row.nodes_missing += missing(1 + margin);
-    const float box_growth = model.reach(static_cast<int>(node)).box_growth;
-    row.box_growth += static_cast<double>((box_growth / truth).mean());
+    const float box_growth = model.boxes[node].growth;
+    row.box_growth += static_cast<double>((box_growth * sets.test.spread.col(i).array() / truth).mean());
     row.box_missing += (sets.test.box.col(i).array() > box_growth).cast<double>().mean();
 }
 
@@ -119,7 +119,7 @@ double nanoseconds_of_spheres(const LocalModel& model, const std::vector<int>& n
     for (int round = 0; round < 9; ++round) {
         const auto start = Clock::now();
         for (const Vertices& x : poses)
-            for (const int node : nodes) sum += local_sphere(model, node, VerticesRef(x)).sphere.r;
+            for (const int node : nodes) sum += local_sphere(model, node, x).sphere.r;
         rounds.push_back(std::chrono::duration<double, std::nano>(Clock::now() - start).count());
     }
     if (!std::isfinite(sum)) throw std::runtime_error("a local sphere is not finite");

@@ -18,10 +18,8 @@ CertifiedBound::CertifiedBound(const SphereTree& tree, const CertifiedModel& mod
     blocks_.resize(static_cast<std::size_t>((most + lanes - 1) / lanes));
 }
 
-void CertifiedBound::begin_pose(VerticesRef x, std::span<const RegionMotion> motion) noexcept {
-    x_ = x.data();
-    rows_ = x.rows();
-    stride_ = x.outerStride();
+void CertifiedBound::begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept {
+    x_ = x;
     motion_ = motion;
     most_stretch_ = 0;
     for (const RegionMotion& m : motion) most_stretch_ = std::max(most_stretch_, m.stretch);
@@ -29,7 +27,8 @@ void CertifiedBound::begin_pose(VerticesRef x, std::span<const RegionMotion> mot
 }
 
 Eigen::Vector3f CertifiedBound::position(int vertex) const noexcept {
-    return Eigen::Map<const Eigen::Vector3f>(x_ + stride_ * vertex);
+    x_.require(std::span(&vertex, 1));
+    return x_.point(vertex);
 }
 
 /// The largest |F - G| in a region, G being another region's.
@@ -130,9 +129,8 @@ float CertifiedBound::radius(std::span<const Block> blocks, const Eigen::Vector3
 
 Sphere CertifiedBound::bound(int node) noexcept {
     if (motion_.empty()) {
-        const Eigen::Map<const Vertices, 0, Eigen::OuterStride<>> x(x_, rows_, 3,
-                                                                    Eigen::OuterStride<>(stride_));
-        return bounding_sphere(x, tree_->node_vertices(node));
+        x_.require(tree_->node_vertices(node));
+        return bounding_sphere(x_.rows(), tree_->node_vertices(node));
     }
     const auto begin = static_cast<std::size_t>(model_->cell_begin[static_cast<std::size_t>(node)]),
                end = static_cast<std::size_t>(model_->cell_begin[static_cast<std::size_t>(node) + 1]);

@@ -6,6 +6,7 @@
 
 #include "collision/bound.hpp"
 #include "collision/certified/certified_model.hpp"
+#include "collision/positions.hpp"
 
 namespace nbd {
 
@@ -37,7 +38,7 @@ class CertifiedBound {
     CertifiedBound(const SphereTree& tree, const CertifiedModel& model);
 
     /// motion: one a region, or none. x and motion: referred to until the next call, x alone longer.
-    void begin_pose(VerticesRef x, std::span<const RegionMotion> motion = {}) noexcept;
+    void begin_pose(const Positions& x, std::span<const RegionMotion> motion = {}) noexcept;
     Sphere bound(int node) noexcept;
 
  private:
@@ -65,8 +66,7 @@ class CertifiedBound {
 
     const SphereTree* tree_;
     const CertifiedModel* model_;
-    const float* x_ = nullptr;
-    std::ptrdiff_t rows_ = 0, stride_ = 0;
+    Positions x_;
     std::span<const RegionMotion> motion_;
     float most_stretch_ = 0;
     std::uint64_t pose_ = 0;

@@ -249,7 +249,7 @@ TEST(Bounds, MoveWithARigidMotion) {
         std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 12, 90, 3)));
     for (const BoundKind kind : bound_kinds) {
         // A box, and so the sphere around it, depends on how its body is turned.
-        if (kind == BoundKind::boxes || !has_bounds(*tree, kind)) continue;
+        if (is_box(kind) || !has_bounds(*tree, kind)) continue;
         PosedTree here(tree, kind), there(tree, kind);
         for (int i = 0; i < 5; ++i) {
             const Vertices x = shapes::wobbled(s.X, random, 0.1f);

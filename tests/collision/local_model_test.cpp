@@ -4,7 +4,9 @@
 
 #include <cmath>
 
+#include "collision/exact_boxes.hpp"
 #include "collision/local_bound.hpp"
+#include "collision/local_boxes.hpp"
 #include "tests/collision/models.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -78,24 +80,41 @@ TEST_F(LocalModelTest, SphereFollowsItsEquations) {
     }
 }
 
-TEST_F(LocalModelTest, BoxIsThatOfTheSamplesGrown) {
+TEST_F(LocalModelTest, BoxIsThatOfTheSamplesGrownByAShareOfTheirSpread) {
     const LocalModel model = shapes::random_local_model(tree, true, 2);
-    LocalBound bound(model);
+    const float margin = 0.03f;
+    LocalBoxes bound(tree, model, {std::vector<float>(tree.nodes.size(), margin), {}});
     const Vertices x = pose(1);
     bound.begin_pose(x);
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
-        const LocalModel::Node& n = model.nodes[static_cast<std::size_t>(i)];
-        Eigen::Array3f lo = Eigen::Array3f::Constant(INFINITY), hi = -lo;
-        for (int k = 0; k < n.sample_count; ++k) {
-            const auto p =
-                x.row(model.samples[static_cast<std::size_t>(n.sample_begin + k)]).transpose().array();
-            lo = lo.min(p), hi = hi.max(p);
-        }
-        const float growth = model.reach(i).box_growth;
+        const std::span<const int> samples = model.node_samples(i);
+        const Eigen::MatrixX3d p =
+            x(std::vector<int>(samples.begin(), samples.end()), Eigen::all).cast<double>();
+        const Eigen::RowVector3d mean = p.colwise().mean();
+        const double spread = std::sqrt((p.rowwise() - mean).rowwise().squaredNorm().mean());
+        const double growth = (0.05 + double{margin}) * spread;
         const Box box = bound.box(i);
-        EXPECT_TRUE((box.lo.head<3>() == lo - growth).all() && (box.hi.head<3>() == hi + growth).all());
+        for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_NEAR(box.lo[axis], p.col(axis).minCoeff() - growth, 1e-5);
+            EXPECT_NEAR(box.hi[axis], p.col(axis).maxCoeff() + growth, 1e-5);
+        }
         EXPECT_EQ(box.lo[3], 0);
         EXPECT_EQ(box.hi[3], 0);
+    }
+    EXPECT_EQ(bound.bounded(), static_cast<int>(tree.nodes.size()));
+}
+
+TEST_F(LocalModelTest, BoxesOfStrangeNodesAreExact) {
+    const LocalModel model = shapes::random_local_model(tree, true, 2);
+    const std::vector<float> none(tree.nodes.size(), 0.f);
+    LocalBoxes bound(tree, model, {none, none});
+    ExactBoxes exact(tree);
+    const Vertices x = pose(1);
+    bound.begin_pose(x);
+    exact.begin_pose(x);
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        EXPECT_TRUE((bound.box(i).lo == exact.box(i).lo).all() && (bound.box(i).hi == exact.box(i).hi).all());
+        EXPECT_EQ(bound.out_of_range(), i + 1);
     }
 }
 
@@ -151,9 +170,11 @@ TEST_F(LocalModelTest, CheckNamesWhatIsWrong) {
     EXPECT_EQ(error([](M& m) { m.values[70] = -1; }),
               "local tree: the range of a sample of node 0 is negative");
     EXPECT_EQ(error([&](M& m) { reach(m, 4)[1] = 0.3f; }),
-              "local tree: the reach of node 4 is 0.3 to 0.2 and 0.01, allowed: an ascending range and a "
-              "growth, 0 or more");
-    EXPECT_EQ(error([&](M& m) { reach(m, 4)[3] = -1; }).substr(0, 34), "local tree: the reach of node 4 is");
+              "local tree: the reach of node 4 is 0.3 to 0.2, allowed: an ascending range, 0 or more");
+    EXPECT_EQ(error([](M& m) { m.boxes[4].growth = -1; }),
+              "local tree: the box of node 4 has a number -1, allowed: finite, 0 or more");
+    EXPECT_EQ(error([](M& m) { m.boxes.pop_back(); }),
+              "local tree: has boxes of 14 nodes instead of 15 or none");
 }
 
 }  // namespace

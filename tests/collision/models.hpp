@@ -97,9 +97,10 @@ inline LocalModel random_local_model(const SphereTree& tree, bool network, unsig
         for (std::size_t k = 0; k < count; ++k) sum += block[k] = 1 + 0.5f * uniform(random);
         for (std::size_t k = 0; k < count; ++k) block[k] /= sum;
         for (std::size_t k = 2 * count; k < 3 * count; ++k) block[k] = 10 + 5 * uniform(random);
-        const float reach[] = {0.02f * uniform(random), 0.f, 0.2f, 0.01f};
+        const float reach[] = {0.02f * uniform(random), 0.f, 0.2f};
         std::ranges::copy(reach, block.end() - LocalModel::lanes);
         model.values.insert(model.values.end(), block.begin(), block.end());
+        model.boxes.push_back({0.05f, tree.rest[static_cast<std::size_t>(i)].r, 1.f});
     }
     return model;
 }

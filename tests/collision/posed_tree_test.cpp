@@ -40,7 +40,7 @@ TEST_F(PosedTreeTest, CountsEachNodeOnceAPose) {
 
 TEST_F(PosedTreeTest, AMarginGrowsTheRadiusAlone) {
     for (const BoundKind kind : bound_kinds) {
-        if (kind == BoundKind::boxes || !has_bounds(*full, kind)) continue;
+        if (is_box(kind) || !has_bounds(*full, kind)) continue;
         PosedTree plain(full, kind), wide(full, kind, 0.25f);
         plain.begin_pose(s.X);
         wide.begin_pose(s.X);
@@ -88,7 +88,8 @@ TEST_F(PosedTreeTest, RefusesWhatItCannotBound) {
     auto without_bd = std::make_shared<CollisionTree>(*full);
     without_bd->bd.reset();
     EXPECT_EQ(test::refusal([&] { PosedTree(without_bd, BoundKind::bd); }),
-              "the collision tree has no model for \"bd\" bounds, only for exact, boxes, modal, local");
+              "the collision tree has no model for \"bd\" bounds, only for exact, boxes, modal, local, "
+              "local_boxes");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, -0.1f); }),
               "margin is -0.1, allowed: finite and 0 or more");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::boxes, 0.1f); }),
@@ -181,7 +182,7 @@ TEST(SphereCache, GrowsMarginsWithStrangenessAndTakesTheExactSphereOfANodeOutOfR
 TEST(BoundKinds, HaveNames) {
     for (const BoundKind kind : bound_kinds) EXPECT_EQ(bound_kind(name(kind)), kind);
     EXPECT_EQ(test::refusal([] { bound_kind("loca"); }),
-              "unknown bounds \"loca\", known: exact, boxes, bd, modal, local, certified");
+              "unknown bounds \"loca\", known: exact, boxes, bd, modal, local, local_boxes, certified");
 }
 
 }  // namespace

@@ -117,11 +117,11 @@ TEST_F(TrainLocal, KnowsThePosesOfItsTrainingAndFindsOthersStrange) {
     EXPECT_LT(known, 10);
     Vertices x;
     apply_embedding(bar.body.W, bar.pose(0, 0, 1.5, Eigen::Quaterniond::Identity(), {0, 0, 0}), x);
-    EXPECT_GT(local_sphere(model, 0, VerticesRef(x)).strangeness, 1.5f * known);
+    EXPECT_GT(local_sphere(model, 0, x).strangeness, 1.5f * known);
     x = bar.body.X;
     x.col(1) *= 0.01f;
     float flat = 0;
-    for (int i = 0; i < 3; ++i) flat = std::max(flat, local_sphere(model, i, VerticesRef(x)).strangeness);
+    for (int i = 0; i < 3; ++i) flat = std::max(flat, local_sphere(model, i, x).strangeness);
     EXPECT_GT(flat, known);
 }
 
@@ -136,7 +136,7 @@ TEST_F(TrainLocal, BoxesHoldTheShareOfPosesThatTheyWereAskedFor) {
         int wide = 0;
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
             if (model.nodes[static_cast<std::size_t>(i)].exact) continue;
-            const auto missed = (reach.box.col(i).array() > model.reach(i).box_growth).count();
+            const auto missed = (reach.box.col(i).array() > model.boxes[static_cast<std::size_t>(i)].growth).count();
             EXPECT_LE(static_cast<double>(missed), miss_rate * static_cast<double>(frames.size())) << i;
             wide += static_cast<double>(missed) > 0.9 * miss_rate * static_cast<double>(frames.size()) - 1;
         }
