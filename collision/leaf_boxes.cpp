@@ -1,30 +1,59 @@
 #include "collision/leaf_boxes.hpp"
 
+#include <algorithm>
+
 namespace nbd {
+namespace {
+
+/// How often `count` faces are halved until no more than eight are left.
+int halvings(int count) noexcept {
+    int n = 0;
+    for (; count > LeafBoxes::lanes; count = (count + 1) / 2) ++n;
+    return n;
+}
+
+}  // namespace
 
 LeafBoxes::LeafBoxes(const CollisionTree& tree)
     : tree_(&tree), ranges_(tree.spheres.nodes.size()), poses_(tree.spheres.nodes.size(), 0) {
+    std::size_t most = 0;
     for (std::size_t leaf = 0; leaf < ranges_.size(); ++leaf) {
         const SphereTree::Node& sphere_node = tree.spheres.nodes[leaf];
         if (!sphere_node.is_leaf()) continue;
         ranges_[leaf].begin = static_cast<int>(nodes_.size());
-        nodes_.push_back({.face_begin = sphere_node.face_begin, .face_end = sphere_node.face_end});
-        for (auto i = static_cast<std::size_t>(ranges_[leaf].begin); i < nodes_.size(); ++i) {
-            const Node node = nodes_[i];
-            const int count = node.face_end - node.face_begin, middle = node.face_begin + count / 2;
-            if (count <= leaf_faces) {
-                nodes_[i].leaf = static_cast<int>(face_boxes_.size());
-                face_boxes_.emplace_back();
-                continue;
-            }
-            nodes_[i].first_child = static_cast<int>(nodes_.size());
-            nodes_.push_back({.face_begin = node.face_begin, .face_end = middle});
-            nodes_.push_back({.face_begin = middle, .face_end = node.face_end});
-        }
+        add_nodes(sphere_node.face_begin, sphere_node.face_end);
         ranges_[leaf].end = static_cast<int>(nodes_.size());
+        most = std::max(most, static_cast<std::size_t>(ranges_[leaf].end - ranges_[leaf].begin));
     }
-    boxes_.assign(nodes_.size(), empty_box());
+    boxes_.resize(nodes_.size());
+    wholes_.resize(most, empty_box());
     corners_ = tree.faces(tree.spheres.faces, Eigen::all);
+}
+
+void LeafBoxes::add_nodes(int face_begin, int face_end) {
+    std::size_t next = nodes_.size();
+    nodes_.push_back({.first_slot = face_begin, .count = face_end - face_begin});
+    for (; next < nodes_.size(); ++next) {
+        const Node whole = nodes_[next];
+        const int left = halvings(whole.count);
+        if (left == 0) continue;
+        // Eight children but for the topmost node, so that the lowest ones are full.
+        const int parts = 1 << (left % 3 == 0 ? 3 : left % 3);
+        nodes_[next].first_child = static_cast<int>(nodes_.size());
+        nodes_[next].count = parts;
+        add_parts(whole.first_slot, whole.first_slot + whole.count, parts);
+    }
+}
+
+/// A node for each of `parts` parts, a power of 2, that halvings make.
+void LeafBoxes::add_parts(int face_begin, int face_end, int parts) {
+    if (parts == 1) {
+        nodes_.push_back({.first_slot = face_begin, .count = face_end - face_begin});
+        return;
+    }
+    const int middle = face_begin + (face_end - face_begin) / 2;
+    add_parts(face_begin, middle, parts / 2);
+    add_parts(middle, face_end, parts / 2);
 }
 
 void LeafBoxes::begin_pose(const Positions& x) noexcept {
@@ -32,19 +61,26 @@ void LeafBoxes::begin_pose(const Positions& x) noexcept {
     ++pose_;
 }
 
-Box LeafBoxes::refit_faces(const Node& leaf) noexcept {
-    std::array<Box, FaceBoxes::lanes> boxes;
+/// Fits the boxes of a node whose children are done. children: the boxes around those. Returns the box around
+/// all.
+Box LeafBoxes::refit_node(int i, const Box* children) noexcept {
+    const Node& n = node(i);
+    std::array<Box, lanes> boxes;
     boxes.fill(empty_box());
-    Box all = empty_box();
-    for (int slot = leaf.face_begin; slot < leaf.face_end; ++slot) {
-        const Eigen::Array4f a = x_[corners_(slot, 0)], b = x_[corners_(slot, 1)], c = x_[corners_(slot, 2)];
-        Box& box = boxes[static_cast<std::size_t>(slot - leaf.face_begin)];
-        box = {a.min(b).min(c), a.max(b).max(c)};
-        all = joined(all, box);
+    Box whole = empty_box();
+    for (int k = 0; k < n.count; ++k) {
+        Box& box = boxes[static_cast<std::size_t>(k)];
+        if (n.has_faces()) {
+            const int* v = corners(n.first_slot + k);
+            const Eigen::Array4f a = x_[v[0]], b = x_[v[1]], c = x_[v[2]];
+            box = {a.min(b).min(c), a.max(b).max(c)};
+        } else {
+            box = children[k];
+        }
+        whole = joined(whole, box);
     }
-    face_boxes_[static_cast<std::size_t>(leaf.leaf)] = FaceBoxes(boxes);
-    all.lo[3] = all.hi[3] = 0;
-    return all;
+    boxes_[static_cast<std::size_t>(i)] = BoxPack(boxes);
+    return whole;
 }
 
 int LeafBoxes::refit(int leaf) noexcept {
@@ -52,11 +88,8 @@ int LeafBoxes::refit(int leaf) noexcept {
     poses_[static_cast<std::size_t>(leaf)] = pose_;
     x_.require(tree_->spheres.node_vertices(leaf));
     const auto [begin, end] = ranges_[static_cast<std::size_t>(leaf)];
-    for (int i = end; i-- > begin;) {
-        const Node& n = node(i);
-        boxes_[static_cast<std::size_t>(i)] =
-            n.is_leaf() ? refit_faces(n) : joined(box(n.first_child), box(n.first_child + 1));
-    }
+    Box* wholes = wholes_.data();
+    for (int i = end; i-- > begin;) wholes[i - begin] = refit_node(i, wholes + (node(i).first_child - begin));
     return end - begin;
 }
 

@@ -1,10 +1,12 @@
 #include "collision/pair_query.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 
 #include "collision/closest_points.hpp"
+#include "collision/plane_filter.hpp"
 #include "collision/posed_tree_state.hpp"
 #include "collision/separation.hpp"
 #include "collision/triangle_triangle.hpp"
@@ -49,52 +51,79 @@ void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, 
     }
 }
 
-template <class Touch>
-void test_faces(const LeafBoxes& a, const LeafBoxes::Node& node_a, const LeafBoxes& b,
-                const LeafBoxes::Node& node_b, float distance, const Touch& touch,
-                std::vector<FacePair>& face_pairs, QueryCounters& counters) noexcept {
-    const FaceBoxes &boxes_a = a.face_boxes(node_a), &boxes_b = b.face_boxes(node_b);
-    const int count_a = node_a.face_end - node_a.face_begin, count_b = node_b.face_end - node_b.face_begin;
-    const float most = certain_square(distance);
-    counters.box_tests += count_a * count_b;
-    for (int i = 0; i < count_a; ++i) {
-        const Eigen::Array4f squared = squared_gaps(boxes_a, i, boxes_b);
-        if (squared.minCoeff() > most) continue;
-        const Triangle face_a = a.triangle(node_a.face_begin + i);
-        for (int j = 0; j < count_b; ++j) {
-            if (squared[j] > most) continue;
-            ++counters.triangle_tests;
-            if (touch(face_a, b.triangle(node_b.face_begin + j)))
-                face_pairs.push_back({a.face(node_a.face_begin + i), b.face(node_b.face_begin + j)});
-        }
-    }
+/// Calls f(k) for each bit k that is set, in ascending order.
+template <class F>
+void for_each_bit(unsigned mask, const F& f) {
+    for (; mask != 0; mask &= mask - 1) f(std::countr_zero(mask));
 }
 
-/// The walk over the boxes under a pair of leaves.
-template <class Touch>
+/// The walk over the boxes under a pair of leaves: all pairs of faces whose boxes are near.
 void walk_boxes(const LeafBoxes& a, int root_a, const LeafBoxes& b, int root_b, float distance,
-                const Touch& touch, std::vector<NodePair>& stack, std::vector<FacePair>& face_pairs,
+                std::vector<NodePair>& stack, std::vector<SlotPair>& near_faces,
                 QueryCounters& counters) noexcept {
+    const float most = certain_square(distance);
     stack.assign(1, {root_a, root_b});
     while (!stack.empty()) {
         const NodePair pair = stack.back();
         stack.pop_back();
-        ++counters.box_tests;
-        if (apart(a.box(pair.a), b.box(pair.b), distance)) continue;
-
         const LeafBoxes::Node &node_a = a.node(pair.a), &node_b = b.node(pair.b);
-        const int faces_a = node_a.face_end - node_a.face_begin,
-                  faces_b = node_b.face_end - node_b.face_begin;
-        if (node_a.is_leaf() && node_b.is_leaf()) {
-            test_faces(a, node_a, b, node_b, distance, touch, face_pairs, counters);
-        } else if (node_b.is_leaf() || (!node_a.is_leaf() && faces_a >= faces_b)) {
-            stack.push_back({node_a.first_child, pair.b});
-            stack.push_back({node_a.first_child + 1, pair.b});
-        } else {
-            stack.push_back({pair.a, node_b.first_child});
-            stack.push_back({pair.a, node_b.first_child + 1});
+        const BoxPack &boxes_a = a.boxes(pair.a), &boxes_b = b.boxes(pair.b);
+        counters.box_tests += node_a.count * node_b.count;
+        unsigned any = 0;  // of b's boxes
+        for (int i = 0; i < node_a.count; ++i) {
+            const unsigned mask = near(boxes_b, boxes_a.box(i), most);
+            any |= mask;
+            if (mask == 0 || (node_a.has_faces() && !node_b.has_faces())) continue;
+            if (node_b.has_faces() && !node_a.has_faces())
+                stack.push_back({node_a.first_child + i, pair.b});
+            else if (node_b.has_faces())
+                for_each_bit(mask, [&](int j) {
+                    near_faces.push_back({node_a.first_slot + i, node_b.first_slot + j});
+                });
+            else
+                for_each_bit(mask, [&](int j) {
+                    stack.push_back({node_a.first_child + i, node_b.first_child + j});
+                });
         }
+        if (node_a.has_faces() && !node_b.has_faces())
+            for_each_bit(any, [&](int j) { stack.push_back({pair.a, node_b.first_child + j}); });
     }
+}
+
+/// Up to 16 of the faces, the last one in the lanes left over.
+template <int SlotPair::*slot>
+TrianglePack pack(const LeafBoxes& boxes, std::span<const SlotPair> pairs) noexcept {
+    constexpr int lanes = TrianglePack::lanes;
+    TrianglePack packed;
+    for (int first = 0; first < lanes; first += 4)
+        for (int corner = 0; corner < 3; ++corner) {
+            Eigen::Array44f positions;
+            for (int k = 0; k < 4; ++k) {
+                const auto i = std::min(static_cast<std::size_t>(first + k), pairs.size() - 1);
+                positions.col(k) = boxes.positions()[boxes.corners(pairs[i].*slot)[corner]];
+            }
+            const Eigen::Array44f by_axis = positions.transpose();
+            TrianglePack::Corner& packed_corner = packed.corners[static_cast<std::size_t>(corner)];
+            packed_corner.x.segment<4>(first) = by_axis.col(0);
+            packed_corner.y.segment<4>(first) = by_axis.col(1);
+            packed_corner.z.segment<4>(first) = by_axis.col(2);
+        }
+    return packed;
+}
+
+/// Keeps those that intersect.
+void keep_intersecting(const LeafBoxes& a, const LeafBoxes& b, std::vector<SlotPair>& near_faces) noexcept {
+    std::size_t kept = 0;
+    for (std::size_t first = 0; first < near_faces.size(); first += TrianglePack::lanes) {
+        const auto count = std::min<std::size_t>(TrianglePack::lanes, near_faces.size() - first);
+        const auto pairs = std::span<const SlotPair>(near_faces).subspan(first, count);
+        const unsigned mask = may_intersect(pack<&SlotPair::a>(a, pairs), pack<&SlotPair::b>(b, pairs));
+        for_each_bit(mask & ((1u << count) - 1), [&](int k) {
+            const SlotPair pair = pairs[static_cast<std::size_t>(k)];
+            if (triangles_intersect(a.triangle(pair.a), b.triangle(pair.b))) near_faces[kept++] = pair;
+        });
+    }
+    near_faces.resize(kept);
 }
 
 }  // namespace
@@ -118,35 +147,42 @@ void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noex
     counters_.leaf_pairs = static_cast<long>(leaf_pairs_.size());
 }
 
-template <class Touch>
-void PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance, const Touch& touch) noexcept {
+template <class Narrow>
+void PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance, const Narrow& narrow) noexcept {
     find_leaf_pairs(a, b, distance);
     face_pairs_.clear();
     LeafBoxes &boxes_a = a.state_->boxes, &boxes_b = b.state_->boxes;
+    near_.clear();
     for (const LeafPair& pair : leaf_pairs_) {
         counters_.boxes_refitted += boxes_a.refit(pair.a) + boxes_b.refit(pair.b);
-        walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), distance, touch, stack_,
-                   face_pairs_, counters_);
+        walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), distance, stack_, near_,
+                   counters_);
     }
+    counters_.triangle_tests = static_cast<long>(near_.size());
+    narrow(boxes_a, boxes_b);
+    for (const SlotPair& pair : near_) face_pairs_.push_back({boxes_a.face(pair.a), boxes_b.face(pair.b)});
     // Every face belongs to one leaf, so no pair comes twice.
     std::ranges::sort(face_pairs_);
     counters_.face_pairs = static_cast<long>(face_pairs_.size());
 }
 
 std::span<const FacePair> PairQuery::intersecting(PosedTree& a, PosedTree& b) noexcept {
-    find_face_pairs(a, b, 0, [](const Triangle& s, const Triangle& t) { return triangles_intersect(s, t); });
+    find_face_pairs(
+        a, b, 0, [&](const LeafBoxes& in_a, const LeafBoxes& in_b) { keep_intersecting(in_a, in_b, near_); });
     return face_pairs_;
 }
 
 std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float distance) noexcept {
-    find_face_pairs(a, b, distance, [distance](const Triangle& s, const Triangle& t) {
-        return triangle_distance(s, t) <= double{distance};
+    find_face_pairs(a, b, distance, [&](const LeafBoxes& in_a, const LeafBoxes& in_b) {
+        std::erase_if(near_, [&](const SlotPair& pair) {
+            return !(triangle_distance(in_a.triangle(pair.a), in_b.triangle(pair.b)) <= double{distance});
+        });
     });
     return face_pairs_;
 }
 
 std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept {
-    find_face_pairs(a, b, distance, [](const Triangle&, const Triangle&) { return true; });
+    find_face_pairs(a, b, distance, [](const LeafBoxes&, const LeafBoxes&) {});
     return face_pairs_;
 }
 

@@ -25,6 +25,8 @@ struct NodePair {
     auto operator<=>(const NodePair&) const = default;
 };
 using LeafPair = NodePair;
+/// A position in each of two trees' `faces`.
+using SlotPair = NodePair;
 
 /// Queries between two posed trees, by one walk down both sphere trees at once: it starts with the roots
 /// and replaces the larger node of a pair that collides (or the one that is no leaf) by its children, so a
@@ -56,13 +58,14 @@ class PairQuery {
 
  private:
     void find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept;
-    template <class Touch>
-    void find_face_pairs(PosedTree& a, PosedTree& b, float distance, const Touch& touch) noexcept;
+    template <class Narrow>
+    void find_face_pairs(PosedTree& a, PosedTree& b, float distance, const Narrow& narrow) noexcept;
 
     QueryCounters counters_;
     std::vector<LeafPair> leaf_pairs_;
     std::vector<FacePair> face_pairs_;
     std::vector<NodePair> stack_;
+    std::vector<SlotPair> near_;  // faces of a pair of leaves whose boxes are near
 };
 
 }  // namespace nbd

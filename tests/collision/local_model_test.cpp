@@ -174,7 +174,7 @@ TEST_F(LocalModelTest, CheckNamesWhatIsWrong) {
     EXPECT_EQ(error([](M& m) { m.boxes[4].growth = -1; }),
               "local tree: the box of node 4 has a number -1, allowed: finite, 0 or more");
     EXPECT_EQ(error([](M& m) { m.boxes.pop_back(); }),
-              "local tree: has boxes of 14 nodes instead of 15 or none");
+              "local tree: has boxes of 62 nodes instead of 63 or none");
 }
 
 }  // namespace

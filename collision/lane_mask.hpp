@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
+namespace nbd {
+
+/// Bit k is set unless x[k] > limit.
+inline unsigned not_above(const Eigen::Array<float, 8, 1>& x, float limit) noexcept {
+#ifdef __AVX__
+    const __m256 above = _mm256_cmp_ps(_mm256_loadu_ps(x.data()), _mm256_set1_ps(limit), _CMP_GT_OQ);
+    return ~static_cast<unsigned>(_mm256_movemask_ps(above)) & 0xffu;
+#else
+    unsigned mask = 0;
+    for (int k = 0; k < 8; ++k) mask |= static_cast<unsigned>(!(x[k] > limit)) << k;
+    return mask;
+#endif
+}
+
+}  // namespace nbd
