@@ -1,7 +1,5 @@
 #include "collision/leaf_boxes.hpp"
 
-#include <algorithm>
-
 namespace nbd {
 namespace {
 
@@ -16,17 +14,15 @@ int halvings(int count) noexcept {
 
 LeafBoxes::LeafBoxes(const CollisionTree& tree)
     : tree_(&tree), ranges_(tree.spheres.nodes.size()), poses_(tree.spheres.nodes.size(), 0) {
-    std::size_t most = 0;
     for (std::size_t leaf = 0; leaf < ranges_.size(); ++leaf) {
         const SphereTree::Node& sphere_node = tree.spheres.nodes[leaf];
         if (!sphere_node.is_leaf()) continue;
         ranges_[leaf].begin = static_cast<int>(nodes_.size());
         add_nodes(sphere_node.face_begin, sphere_node.face_end);
         ranges_[leaf].end = static_cast<int>(nodes_.size());
-        most = std::max(most, static_cast<std::size_t>(ranges_[leaf].end - ranges_[leaf].begin));
     }
     boxes_.resize(nodes_.size());
-    wholes_.resize(most, empty_box());
+    wholes_.assign(nodes_.size(), empty_box());
     corners_ = tree.faces(tree.spheres.faces, Eigen::all);
 }
 
@@ -61,13 +57,12 @@ void LeafBoxes::begin_pose(const Positions& x) noexcept {
     ++pose_;
 }
 
-/// Fits the boxes of a node whose children are done. children: the boxes around those. Returns the box around
-/// all.
-Box LeafBoxes::refit_node(int i, const Box* children) noexcept {
+/// Fits the boxes of a node whose children are done.
+void LeafBoxes::refit_node(int i) noexcept {
     const Node& n = node(i);
     std::array<Box, lanes> boxes;
     boxes.fill(empty_box());
-    Box whole = empty_box();
+    Box all = empty_box();
     for (int k = 0; k < n.count; ++k) {
         Box& box = boxes[static_cast<std::size_t>(k)];
         if (n.has_faces()) {
@@ -75,12 +70,13 @@ Box LeafBoxes::refit_node(int i, const Box* children) noexcept {
             const Eigen::Array4f a = x_[v[0]], b = x_[v[1]], c = x_[v[2]];
             box = {a.min(b).min(c), a.max(b).max(c)};
         } else {
-            box = children[k];
+            box = whole(n.first_child + k);
         }
-        whole = joined(whole, box);
+        all = joined(all, box);
     }
     boxes_[static_cast<std::size_t>(i)] = BoxPack(boxes);
-    return whole;
+    all.lo[3] = all.hi[3] = 0;
+    wholes_[static_cast<std::size_t>(i)] = all;
 }
 
 int LeafBoxes::refit(int leaf) noexcept {
@@ -88,8 +84,7 @@ int LeafBoxes::refit(int leaf) noexcept {
     poses_[static_cast<std::size_t>(leaf)] = pose_;
     x_.require(tree_->spheres.node_vertices(leaf));
     const auto [begin, end] = ranges_[static_cast<std::size_t>(leaf)];
-    Box* wholes = wholes_.data();
-    for (int i = end; i-- > begin;) wholes[i - begin] = refit_node(i, wholes + (node(i).first_child - begin));
+    for (int i = end; i-- > begin;) refit_node(i);
     return end - begin;
 }
 

@@ -39,6 +39,13 @@ class LeafBoxes {
     const Node& node(int i) const noexcept { return nodes_[static_cast<std::size_t>(i)]; }
     /// Of its children or faces, in their order.
     const BoxPack& boxes(int i) const noexcept { return boxes_[static_cast<std::size_t>(i)]; }
+    /// Around all of them.
+    const Box& whole(int i) const noexcept { return wholes_[static_cast<std::size_t>(i)]; }
+
+    /// Has the cache bring what refit(leaf) will read, where that reads anything.
+    void fetch(int leaf) const noexcept {
+        if (poses_[static_cast<std::size_t>(leaf)] != pose_) x_.fetch(tree_->spheres.node_vertices(leaf));
+    }
 
     /// Row of the face array at position `slot` of the sphere tree's `faces`.
     int face(int slot) const noexcept { return tree_->spheres.faces[static_cast<std::size_t>(slot)]; }
@@ -57,14 +64,14 @@ class LeafBoxes {
 
     void add_nodes(int face_begin, int face_end);
     void add_parts(int face_begin, int face_end, int parts);
-    Box refit_node(int i, const Box* children) noexcept;
+    void refit_node(int i) noexcept;
 
     const CollisionTree* tree_;
     Positions x_;
     std::vector<Range> ranges_;  // [sphere tree nodes], empty but for leaves
     std::vector<Node> nodes_;    // per leaf, breadth first
     std::vector<BoxPack> boxes_;
-    std::vector<Box> wholes_;           // scratch: [most nodes of a leaf] around all boxes of a node
+    std::vector<Box> wholes_;
     Faces corners_;                     // of the face in each slot
     std::vector<std::uint64_t> poses_;  // [sphere tree nodes] the pose each leaf's boxes belong to
     std::uint64_t pose_ = 0;

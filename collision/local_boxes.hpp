@@ -43,6 +43,10 @@ class LocalBoxes {
         }
         return entry.box;
     }
+    /// Has the cache bring what box(node) will read, where that reads anything.
+    void fetch(int node) const noexcept {
+        if (entries_[static_cast<std::size_t>(node)].pose != pose_) x_.fetch(model_->node_samples(node));
+    }
     /// The sphere around that box.
     Sphere bound(int node) noexcept { return sphere_around(box(node)); }
 

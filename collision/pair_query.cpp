@@ -16,37 +16,51 @@ namespace {
 
 int face_count(const SphereTree::Node& node) noexcept { return node.face_end - node.face_begin; }
 
-/// The walk of PairQuery over the sphere trees, for one pair of kinds of bounds.
+/// How many pairs of a level ahead a node's data is fetched.
+constexpr std::size_t fetch_ahead = 6;
+
+template <Bound B>
+void fetch(const B& bounds, int node) noexcept {
+    if constexpr (requires { bounds.fetch(node); }) bounds.fetch(node);
+}
+
+/// The walk of PairQuery over the sphere trees, for one pair of kinds of bounds. Level by level, so that
+/// what the next nodes read can be fetched meanwhile. level: scratch.
 template <Bound A, Bound B>
 void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, float distance,
-                std::vector<NodePair>& stack, std::vector<LeafPair>& leaf_pairs,
+                std::vector<NodePair>& level, std::vector<NodePair>& next, std::vector<LeafPair>& leaf_pairs,
                 QueryCounters& counters) noexcept {
-    stack.assign(1, {0, 0});
-    while (!stack.empty()) {
-        const NodePair pair = stack.back();
-        stack.pop_back();
-        const SphereTree::Node& node_a = a.tree->spheres.nodes[static_cast<std::size_t>(pair.a)];
-        const SphereTree::Node& node_b = b.tree->spheres.nodes[static_cast<std::size_t>(pair.b)];
-        ++counters.node_tests;
-        bool first_is_larger;
-        if constexpr (BoxBound<A> && BoxBound<B>) {
-            if (apart(bounds_a.box(pair.a), bounds_b.box(pair.b), distance)) continue;
-            first_is_larger = face_count(node_a) >= face_count(node_b);
-        } else {
-            const Sphere& sphere_a = a.spheres.get(pair.a, bounds_a);
-            const Sphere& sphere_b = b.spheres.get(pair.b, bounds_b);
-            if (apart(sphere_a, sphere_b, distance)) continue;
-            first_is_larger = sphere_a.r >= sphere_b.r;
-        }
+    for (level.assign(1, {0, 0}); !level.empty(); std::swap(level, next)) {
+        next.clear();
+        counters.node_tests += static_cast<long>(level.size());
+        for (std::size_t i = 0; i < level.size(); ++i) {
+            const NodePair pair = level[i];
+            if (i + fetch_ahead < level.size()) {
+                fetch(bounds_a, level[i + fetch_ahead].a);
+                fetch(bounds_b, level[i + fetch_ahead].b);
+            }
+            const SphereTree::Node& node_a = a.tree->spheres.nodes[static_cast<std::size_t>(pair.a)];
+            const SphereTree::Node& node_b = b.tree->spheres.nodes[static_cast<std::size_t>(pair.b)];
+            bool first_is_larger;
+            if constexpr (BoxBound<A> && BoxBound<B>) {
+                if (apart(bounds_a.box(pair.a), bounds_b.box(pair.b), distance)) continue;
+                first_is_larger = face_count(node_a) >= face_count(node_b);
+            } else {
+                const Sphere& sphere_a = a.spheres.get(pair.a, bounds_a);
+                const Sphere& sphere_b = b.spheres.get(pair.b, bounds_b);
+                if (apart(sphere_a, sphere_b, distance)) continue;
+                first_is_larger = sphere_a.r >= sphere_b.r;
+            }
 
-        if (node_a.is_leaf() && node_b.is_leaf()) {
-            leaf_pairs.push_back(pair);
-        } else if (node_b.is_leaf() || (!node_a.is_leaf() && first_is_larger)) {
-            stack.push_back({node_a.first_child, pair.b});
-            stack.push_back({node_a.first_child + 1, pair.b});
-        } else {
-            stack.push_back({pair.a, node_b.first_child});
-            stack.push_back({pair.a, node_b.first_child + 1});
+            if (node_a.is_leaf() && node_b.is_leaf()) {
+                leaf_pairs.push_back(pair);
+            } else if (node_b.is_leaf() || (!node_a.is_leaf() && first_is_larger)) {
+                next.push_back({node_a.first_child, pair.b});
+                next.push_back({node_a.first_child + 1, pair.b});
+            } else {
+                next.push_back({pair.a, node_b.first_child});
+                next.push_back({pair.a, node_b.first_child + 1});
+            }
         }
     }
 }
@@ -70,10 +84,10 @@ void walk_boxes(const LeafBoxes& a, int root_a, const LeafBoxes& b, int root_b, 
         const BoxPack &boxes_a = a.boxes(pair.a), &boxes_b = b.boxes(pair.b);
         counters.box_tests += node_a.count * node_b.count;
         unsigned any = 0;  // of b's boxes
-        for (int i = 0; i < node_a.count; ++i) {
+        for_each_bit(near(boxes_a, b.whole(pair.b), most), [&](int i) {
             const unsigned mask = near(boxes_b, boxes_a.box(i), most);
             any |= mask;
-            if (mask == 0 || (node_a.has_faces() && !node_b.has_faces())) continue;
+            if (mask == 0 || (node_a.has_faces() && !node_b.has_faces())) return;
             if (node_b.has_faces() && !node_a.has_faces())
                 stack.push_back({node_a.first_child + i, pair.b});
             else if (node_b.has_faces())
@@ -84,7 +98,7 @@ void walk_boxes(const LeafBoxes& a, int root_a, const LeafBoxes& b, int root_b, 
                 for_each_bit(mask, [&](int j) {
                     stack.push_back({node_a.first_child + i, node_b.first_child + j});
                 });
-        }
+        });
         if (node_a.has_faces() && !node_b.has_faces())
             for_each_bit(any, [&](int j) { stack.push_back({pair.a, node_b.first_child + j}); });
     }
@@ -139,7 +153,8 @@ void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noex
     const int bounded_before = bounded(), out_of_range_before = out_of_range();
     std::visit(
         [&](auto& bounds_a, auto& bounds_b) {
-            walk_nodes(*a.state_, bounds_a, *b.state_, bounds_b, distance, stack_, leaf_pairs_, counters_);
+            walk_nodes(*a.state_, bounds_a, *b.state_, bounds_b, distance, stack_, next_, leaf_pairs_,
+                       counters_);
         },
         a.state_->bounds, b.state_->bounds);
     counters_.nodes_bounded = bounded() - bounded_before;
@@ -153,7 +168,12 @@ void PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance, cons
     face_pairs_.clear();
     LeafBoxes &boxes_a = a.state_->boxes, &boxes_b = b.state_->boxes;
     near_.clear();
-    for (const LeafPair& pair : leaf_pairs_) {
+    for (std::size_t i = 0; i < leaf_pairs_.size(); ++i) {
+        const LeafPair pair = leaf_pairs_[i];
+        if (i + 1 < leaf_pairs_.size()) {
+            boxes_a.fetch(leaf_pairs_[i + 1].a);
+            boxes_b.fetch(leaf_pairs_[i + 1].b);
+        }
         counters_.boxes_refitted += boxes_a.refit(pair.a) + boxes_b.refit(pair.b);
         walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), distance, stack_, near_,
                    counters_);

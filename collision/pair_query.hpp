@@ -64,7 +64,7 @@ class PairQuery {
     QueryCounters counters_;
     std::vector<LeafPair> leaf_pairs_;
     std::vector<FacePair> face_pairs_;
-    std::vector<NodePair> stack_;
+    std::vector<NodePair> stack_, next_;
     std::vector<SlotPair> near_;  // faces of a pair of leaves whose boxes are near
 };
 

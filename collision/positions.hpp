@@ -28,6 +28,14 @@ class Positions {
         if (source_) source_->compute(vertices);
     }
 
+    /// Has the cache bring them; nothing where they are computed on demand.
+    void fetch(std::span<const int> vertices) const noexcept {
+#ifdef __GNUC__
+        if (source_) return;
+        for (const int v : vertices) __builtin_prefetch(data(v));
+#endif
+    }
+
     /// Vertex `v` as four floats, so that it fits a vector register: x, y, z and something, finite or not,
     /// that must not be looked at.
     Eigen::Array4f operator[](int v) const noexcept {
