@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "collision/bounding_box.hpp"
 #include "collision/bounding_sphere.hpp"
 #include "collision/posed_tree.hpp"
 
@@ -28,23 +30,51 @@ struct Sums {
     }
 };
 
+/// What became of a node: its vertices outside, and its size over that of the smallest of its kind, minus 1.
+struct NodeOutcome {
+    long outside = 0;
+    double inflation = 0;
+};
+
+double inflation(double size, double exact) {
+    return size / std::max(exact, double{std::numeric_limits<float>::min()}) - 1;
+}
+
+NodeOutcome outcome(const Sphere& s, VerticesRef x, std::span<const int> vertices) {
+    const double r = s.r;
+    NodeOutcome result{0, inflation(r, bounding_sphere(x, vertices).r)};
+    for (const int v : vertices)
+        result.outside += (x.row(v).transpose() - s.c).cast<double>().squaredNorm() > r * r;
+    return result;
+}
+
+/// The size of a box is its diagonal.
+NodeOutcome outcome(const Box& box, VerticesRef x, std::span<const int> vertices) {
+    const Box exact = bounding_box(x, vertices);
+    const auto size = [](const Box& b) { return double{(b.hi - b.lo).matrix().norm()}; };
+    NodeOutcome result{0, inflation(size(box), size(exact))};
+    for (const int v : vertices) {
+        const Eigen::Array3f p = x.row(v).transpose();
+        result.outside += !((p >= box.lo.head<3>()).all() && (p <= box.hi.head<3>()).all());
+    }
+    return result;
+}
+
 void add_pose(PosedTree& posed, VerticesRef x, std::vector<Sums>& depths) {
     posed.begin_pose(x);
     const SphereTree& tree = posed.tree().spheres;
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
         const int exact_before = posed.nodes_out_of_range();
-        const Sphere &s = posed.sphere(i), exact = bounding_sphere(x, tree.node_vertices(i));
-        const double r = s.r;
-        long outside = 0;
-        for (const int v : tree.node_vertices(i))
-            outside += (x.row(v).transpose() - s.c).cast<double>().squaredNorm() > r * r;
+        const std::span<const int> vertices = tree.node_vertices(i);
+        const std::optional<Box> box = posed.box(i);
+        const NodeOutcome node = box ? outcome(*box, x, vertices) : outcome(posed.sphere(i), x, vertices);
         Sums& sums = depths[static_cast<std::size_t>(tree.nodes[static_cast<std::size_t>(i)].depth)];
         sums.nodes += 1;
-        sums.vertices += static_cast<long>(tree.node_vertices(i).size());
-        sums.missing += outside > 0;
-        sums.outside += outside;
+        sums.vertices += static_cast<long>(vertices.size());
+        sums.missing += node.outside > 0;
+        sums.outside += node.outside;
         sums.out_of_range += posed.nodes_out_of_range() - exact_before;
-        sums.inflation += r / std::max(double{exact.r}, double{std::numeric_limits<float>::min()}) - 1;
+        sums.inflation += node.inflation;
     }
 }
 

@@ -47,15 +47,42 @@ class Promise : public test::FileTest {
 };
 
 TEST_F(Promise, IsMadeFromTheTrajectoriesKeptForIt) {
-    const Calibration& calibration = file.tree.calibrations.at(BoundKind::local);
-    EXPECT_EQ(calibration.trajectories, 15);
-    EXPECT_EQ(calibration.poses, 15 * 12);
-    EXPECT_EQ(calibration.miss_rate, 0.02);
-    EXPECT_EQ(calibration.confidence, 0.9);
-    EXPECT_EQ(calibration.limits.size(), tree->spheres.nodes.size());
-    EXPECT_GT(std::ranges::max(calibration.margins), 0);
-    EXPECT_LT(std::ranges::max(calibration.margins), 0.5);
-    EXPECT_EQ(file.tree.calibrations.size(), 1u);
+    for (const BoundKind kind : {BoundKind::local, BoundKind::local_boxes}) {
+        const Calibration& calibration = file.tree.calibrations.at(kind);
+        EXPECT_EQ(calibration.trajectories, 15);
+        EXPECT_EQ(calibration.poses, 15 * 12);
+        EXPECT_EQ(calibration.miss_rate, 0.02);
+        EXPECT_EQ(calibration.confidence, 0.9);
+        EXPECT_EQ(calibration.limits.size(), tree->spheres.nodes.size());
+        EXPECT_GT(std::ranges::max(calibration.margins), 0);
+        EXPECT_LT(std::ranges::max(calibration.margins), 0.5);
+    }
+    EXPECT_EQ(file.tree.calibrations.size(), 2u);
+}
+
+TEST_F(Promise, OfBoxesIsKeptByBoxes) {
+    const RecordingReader data(folder / "data.h5");
+    const auto rows = check_promise(bar.body, tree, BoundKind::local_boxes, data, held_out);
+    ASSERT_EQ(rows.size(), 4u);
+    PosedTree posed(tree, BoundKind::local_boxes);
+    Vertices nodes, x;
+    double missing = 0;
+    for (const FrameId& frame : held_out) {
+        data.read(frame.trajectory, frame.frame, 1, nodes);
+        apply_embedding(bar.body.W, nodes, x);
+        posed.begin_pose(x);
+        for (int i = 7; i < 15; ++i) {
+            bool inside = true;
+            for (const int v : tree->spheres.node_vertices(i))
+                for (int axis = 0; axis < 3; ++axis)
+                    inside = inside && x(v, axis) >= posed.box(i)->lo[axis] &&
+                             x(v, axis) <= posed.box(i)->hi[axis];
+            missing += !inside;
+        }
+    }
+    EXPECT_NEAR(rows[3].nodes_missing, missing / (8. * static_cast<double>(held_out.size())), 1e-9);
+    EXPECT_GT(rows[3].inflation, 0);
+    EXPECT_LT(rows[3].inflation, 0.5);
 }
 
 TEST_F(Promise, IsCountedAsQueriesUseTheBounds) {
