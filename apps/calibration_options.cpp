@@ -18,6 +18,12 @@ void add_calibration_options(CLI::App& command, CalibrateConfig& config) {
                     "Share of fresh trajectories that keep to it; without it 0.9, or the most that the "
                     "calibration trajectories can promise")
         ->check(share);
+    command
+        .add_option("--out-of-range", config.out_of_range,
+                    "Share of the inputs known from training that are too strange for a node, which is then "
+                    "bounded exactly")
+        ->capture_default_str()
+        ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
 }
 
 std::string describe(BoundKind kind, const Calibration& calibration, const SphereTree& tree) {

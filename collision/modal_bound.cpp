@@ -1,6 +1,8 @@
 #include "collision/modal_bound.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace nbd {
 
@@ -11,28 +13,46 @@ ModalBound::ModalBound(const SphereTree& tree, const ModalModel& model)
       model_(&model),
       z_(Eigen::VectorXf::Zero(model.mode_count())),
       zn_(z_),
-      explained_(Eigen::VectorXf::Zero(model.modes.U.rows())) {}
+      difference_(z_),
+      whitened_(z_) {
+    const std::vector<int>& representatives = model.modes.representatives;
+    const int vertex_count = tree.vertices.empty() ? 0 : std::ranges::max(tree.vertices) + 1;
+    std::vector<int> row_of(static_cast<std::size_t>(vertex_count), -1);
+    for (std::size_t k = 0; k < representatives.size(); ++k)
+        if (representatives[k] < vertex_count)
+            row_of[static_cast<std::size_t>(representatives[k])] = static_cast<int>(k);
+    for (const int v : tree.vertices) {
+        seen_begin_.push_back(static_cast<int>(seen_.size()));
+        if (const int row = row_of[static_cast<std::size_t>(v)]; row >= 0) seen_.push_back(row);
+    }
+    seen_begin_.push_back(static_cast<int>(seen_.size()));
+}
 
 void ModalBound::begin_pose(VerticesRef x) noexcept {
     align_ = modal_code(model_->modes, x, scratch_, z_);
     zn_ = (z_ - model_->z_centre).cwiseProduct(model_->z_scale);
-    unexplained_ = -1;
+    code_strangeness_ = -1;
 }
 
-float ModalBound::strangeness(int) noexcept {
-    if (unexplained_ < 0) {
-        const ClusteredModes& modes = model_->modes;
-        explained_.noalias() = modes.U * z_;
-        double sum = 0;
-        for (Eigen::Index i = 0; i < modes.w.size(); ++i) {
-            const float w = modes.w[i];  // that the code's differences are weighted with
-            const Eigen::Vector3f moved = scratch_.d.segment<3>(3 * i) / w;
-            sum += static_cast<double>(w * (moved - explained_.segment<3>(3 * i)).squaredNorm());
+float ModalBound::strangeness(int node) noexcept {
+    if (!(code_strangeness_ >= 0)) {
+        code_strangeness_ = 0;
+        if (const auto m = static_cast<float>(model_->code_mean.size()); m > 0) {
+            difference_ = zn_ - model_->code_mean;
+            whitened_.noalias() = model_->code_whitening * difference_;
+            code_strangeness_ = std::sqrt(whitened_.squaredNorm() / m);
         }
-        unexplained_ =
-            static_cast<float>(std::sqrt(sum / static_cast<double>(modes.w.sum()))) / tree_->rest[0].r;
     }
-    return unexplained_;
+    const SphereTree::Node& n = tree_->nodes[static_cast<std::size_t>(node)];
+    const auto begin = static_cast<std::size_t>(seen_begin_[static_cast<std::size_t>(n.vertex_begin)]),
+               end = static_cast<std::size_t>(seen_begin_[static_cast<std::size_t>(n.vertex_end)]);
+    float squared = last_.r * last_.r;
+    for (const int row : std::span(seen_).subspan(begin, end - begin))
+        squared = std::max(squared, (scratch_.x.row(row).transpose() - last_.c).squaredNorm());
+    float outside = 0 * (last_.c.sum() + last_.r);  // not a number where the sphere is none
+    if (squared > last_.r * last_.r) outside = std::sqrt(squared) / last_.r - 1;
+    constexpr float radii = 20;  // what standing outside by a radius weighs, in standard deviations
+    return code_strangeness_ + radii * outside;
 }
 
 }  // namespace nbd

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "collision/bound.hpp"
 #include "collision/modal_model.hpp"
 
@@ -12,21 +14,27 @@ class ModalBound {
     /// tree and model: referred to.
     ModalBound(const SphereTree& tree, const ModalModel& model);
     void begin_pose(VerticesRef x) noexcept;
-    Sphere bound(int node) const noexcept {
-        return to_world(align_, modal_sphere(*model_, *tree_, node, zn_));
+    Sphere bound(int node) noexcept {
+        last_ = to_world(align_, modal_sphere(*model_, *tree_, node, zn_));
+        return last_;
     }
-    /// How much of the representatives' motion the modes do not see, in body sizes: the same for all nodes,
-    /// computed when first asked for in a pose.
+    /// How far the pose's code lies from those that are known, in standard deviations (the root mean square
+    /// over uncorrelated directions; 0 where the model does not say), and how far the node's representatives
+    /// stand outside its sphere, 5 % of the radius weighing as much as one standard deviation. The first sees
+    /// poses that the networks never saw, the second nodes that they get wrong.
     float strangeness(int node) noexcept;
 
  private:
     const SphereTree* tree_;
     const ModalModel* model_;
+    std::vector<int> seen_;        // rows of the representatives among the tree's vertices, in their order
+    std::vector<int> seen_begin_;  // [vertices of the tree + 1] where those from a vertex on begin
     ModalCodeScratch scratch_;
-    Eigen::VectorXf z_, zn_;     // [m] the code, and scaled
-    Eigen::VectorXf explained_;  // [3 k] scratch
-    float unexplained_ = -1;     // of this pose; negative: not computed yet
+    Eigen::VectorXf z_, zn_;                 // [m] the code, and scaled
+    Eigen::VectorXf difference_, whitened_;  // [m] scratch
+    float code_strangeness_ = -1;            // of this pose; negative: not computed yet
     RigidTransform align_;
+    Sphere last_;  // that bound() gave
 };
 
 }  // namespace nbd

@@ -87,6 +87,14 @@ void check_modal_model(const ModalModel& model, const SphereTree& tree, int vert
             "the linear part of the centres is ", map.rows(), " x ", map.cols(), " instead of ", m, " x ",
             3 * nodes);
     require(map.allFinite(), "the linear part of the centres is not finite");
+    require(model.code_mean.size() == model.code_whitening.rows() &&
+                (model.code_mean.size() == 0 || model.code_mean.size() == m) &&
+                model.code_whitening.cols() == model.code_whitening.rows(),
+            "the spread of the codes has a mean of ", model.code_mean.size(), " numbers and ",
+            model.code_whitening.rows(), " x ", model.code_whitening.cols(), " more, allowed: ", m, " and ",
+            m, " x ", m, ", or none");
+    require(model.code_mean.allFinite() && model.code_whitening.allFinite(),
+            "the spread of the codes is not finite");
     const auto bad = std::ranges::find_if_not(model.weights, [](float w) { return std::isfinite(w); });
     require(bad == model.weights.end(), "a weight of node ",
             (bad - model.weights.begin()) / model.weights_per_node(), " is not finite");

@@ -24,6 +24,10 @@ struct ModalModel {
     std::vector<float> weights;             // [nodes * weights_per_node()]
     Eigen::MatrixXf out_centre, out_scale;  // [4, nodes]
     Eigen::MatrixXf centre_map;             // [m, 3 * nodes], x y z of node 0 first; empty: none
+    /// Where the scaled codes of known poses lie: their mean [m], and a matrix [m, m] that takes the
+    /// difference from it to coordinates that are uncorrelated and have variance 1. Both empty: not measured.
+    Eigen::VectorXf code_mean;
+    Eigen::MatrixXf code_whitening;
 
     int mode_count() const noexcept { return static_cast<int>(modes.U.cols()); }
     int weights_per_node() const noexcept {

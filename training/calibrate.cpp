@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "collision/bound.hpp"
+#include "training/code_spread.hpp"
 #include "training/conformal.hpp"
 #include "training/recording_hash.hpp"
 #include "training/split.hpp"
@@ -83,14 +84,26 @@ int count_trajectories(std::vector<int> ids) {
     return static_cast<int>(std::unique(ids.begin(), ids.end()) - ids.begin());
 }
 
-/// Each node's quantile: what is exceeded at the rate that may be missed.
+/// Of each node's strangeness, the level that a share of the poses exceeds, finite; 0 where it is always 0
+/// alone.
+std::vector<float> range_limits(const PoseRows& strangeness, double share) {
+    std::vector<float> limits, column;
+    for (Eigen::Index i = 0; i < strangeness.cols(); ++i) {
+        column.assign(strangeness.col(i).begin(), strangeness.col(i).end());
+        const float level = level_at_rate(column, share);
+        limits.push_back(
+            std::min(level > 0 ? level : std::ranges::max(column), std::numeric_limits<float>::max()));
+    }
+    return limits;
+}
+
+/// What each node needed at a rate, 0 or more.
 Eigen::RowVectorXf first_margins(const PoseRows& needed, double rate) {
     Eigen::RowVectorXf margins(needed.cols());
     std::vector<float> column;
     for (Eigen::Index i = 0; i < needed.cols(); ++i) {
         column.assign(needed.col(i).begin(), needed.col(i).end());
-        margins[i] = level_at_rate(column, rate);
-        if (margins[i] == never) margins[i] = 0;
+        margins[i] = std::max(0.f, level_at_rate(column, rate));
         if (!std::isfinite(margins[i]))
             throw std::runtime_error(
                 fmt::format("node {} has bounds of radius 0 in too many poses to be calibrated", i));
@@ -110,25 +123,24 @@ Calibration calibrate(const SphereTree& tree, const BoundScores& shape, const Bo
                             .poses = scores.excess.rows()};
     const auto trajectories = static_cast<std::size_t>(calibration.trajectories);
     calibration.confidence = config.confidence.value_or(std::min(0.9, most_confidence(trajectories)));
-    if (shape.strangeness.cols() > 0) {
-        const Eigen::RowVectorXf largest = shape.strangeness.colwise().maxCoeff();
-        calibration.limits.assign(largest.begin(), largest.end());
-    }
-    const Eigen::RowVectorXf first = first_margins(needed_margins(calibration, shape), config.miss_rate);
+    calibration.limits = range_limits(shape.strangeness, config.out_of_range);
+    constexpr double caution = 0.1;
+    const Eigen::RowVectorXf first =
+        first_margins(needed_margins(calibration, shape), caution * config.miss_rate);
     // What is needed beyond the first margin: the scores that conformal prediction is about.
     PoseRows lifts = needed_margins(calibration, scores).rowwise() - first;
     calibration.margins.resize(tree.nodes.size());
     for (int depth = 0; depth <= tree.depth(); ++depth) {
         const Level level = level_of(tree, depth);
         const TrajectoryScores groups = by_trajectory(lifts, scores.trajectories, level);
-        const float lift = std::max(confident_level(groups, config.miss_rate, calibration.confidence),
-                                    mean_level(groups, config.miss_rate));
+        const float lift = std::max({0.f, confident_level(groups, config.miss_rate, calibration.confidence),
+                                     mean_level(groups, config.miss_rate)});
         if (lift == INFINITY)
             throw std::runtime_error(
                 fmt::format("bounds of depth {} have radius 0 in too many poses to be calibrated", depth));
         for (Eigen::Index i = level.begin; i < level.begin + level.count; ++i)
             calibration.margins[static_cast<std::size_t>(i)] =
-                always_exact(calibration, i) ? 0 : std::max(0.f, first[i] + lift + rounding);
+                always_exact(calibration, i) ? 0 : first[i] + lift + rounding;
     }
     check_calibration(calibration, "the", tree.nodes.size());
     return calibration;
@@ -165,6 +177,7 @@ void calibrate(TreeFile& file, const RecordingReader& recording, const Calibrate
         throw std::runtime_error(fmt::format("{}: no trajectories to calibrate on; training kept none for it",
                                              recording.path().string()));
     shape = spread(shape, config.shape_poses);
+    if (file.tree.modal) measure_code_spread(body, recording, shape, *file.tree.modal);
     file.tree.calibrations.clear();
     const auto tree = std::make_shared<const CollisionTree>(file.tree);
     for (const BoundKind kind : bound_kinds) {

@@ -12,7 +12,8 @@ struct CalibrateConfig {
     double miss_rate = 1e-3;  // in (0, 1)
     /// In (0, 1). Without one 0.9, or, of fewer than nine trajectories, the most that they can promise.
     std::optional<double> confidence{};
-    int shape_poses = 4000;  // at most, evenly spread: what is known of the nodes beforehand
+    double out_of_range = 0.02;  // in [0, 1): share of known inputs, node by node, that are too strange
+    int shape_poses = 4000;      // at most, evenly spread: what is known of the nodes beforehand
 };
 
 /// Margins and limits by split-conformal calibration. The promise, for each depth of the tree on its own:
@@ -26,11 +27,14 @@ struct CalibrateConfig {
 /// the calibration trajectories themselves, the worst counted twice, is at most `miss_rate`: see
 /// mean_level(). A promise for each node by itself at such rates would take some 1 / miss_rate trajectories.
 ///
-/// How: `shape`, from other trajectories, gives each node a limit of its strangeness (the largest seen there)
-/// and a first margin (the quantile there); from there on both are constants. `scores` then lift the margins
-/// of all nodes of a depth by the same amount, the least that keeps the promise. A margin below 0 becomes 0.
-/// Throws std::invalid_argument on a config out of range, no poses, more confidence than there are
-/// trajectories for, std::runtime_error where a margin would be infinite.
+/// How: `shape`, from other trajectories, gives each node a limit of its strangeness, which `out_of_range` of
+/// its inputs there exceed, and a first margin, which it needed there at a tenth of the rate; from there on
+/// both are constants. `scores` then lift the margins of all nodes of a depth by the same amount, the least
+/// that keeps the promise, and never below the first margins: what is known to be needed is not taken back
+/// because the calibration's poses happen to be mild. So limits and margins leave something for poses that
+/// are like none of those, of which nothing can be promised. Throws std::invalid_argument on a config out of
+/// range, no poses, more confidence than there are trajectories for, std::runtime_error where a margin would
+/// be infinite.
 Calibration calibrate(const SphereTree& tree, const BoundScores& shape, const BoundScores& scores,
                       const CalibrateConfig& config);
 
@@ -41,7 +45,8 @@ Eigen::ArrayXX<bool> misses(const Calibration& calibration, const BoundScores& s
 std::vector<double> miss_rates(const SphereTree& tree, const Calibration& calibration,
                                const BoundScores& scores, int depth);
 
-/// Calibrates all bounds of a trained tree that can miss. On the recording that it was trained on: the shape
+/// Calibrates all bounds of a trained tree that can miss; what `modal` ones know of the spread of codes is
+/// measured on the shape's poses first. On the recording that it was trained on: the shape
 /// from the training's poses, the promise from the trajectories kept for it. On another recording of the
 /// body: each from half of the complete trajectories. Bounds that were calibrated before are calibrated anew.
 /// Throws as above, and std::runtime_error where no trajectories are left.

@@ -123,6 +123,9 @@ void write_modal(h5::Writer& file, const ModalModel& modal) {
     file.write("modal/out_centre", modal.out_centre, packing);
     file.write("modal/out_scale", modal.out_scale, packing);
     if (modal.centre_map.size() > 0) file.write("modal/centre_map", modal.centre_map, packing);
+    if (modal.code_mean.size() == 0) return;
+    file.write("modal/code_mean", modal.code_mean, packing);
+    file.write("modal/code_whitening", modal.code_whitening, packing);
 }
 
 ModalModel read_modal(const h5::Reader& file, std::size_t nodes) {
@@ -142,6 +145,10 @@ ModalModel read_modal(const h5::Reader& file, std::size_t nodes) {
     modal.out_scale = file.matrix<Eigen::MatrixXf>("modal/out_scale", ModalModel::outputs, nodes);
     if (file.has("modal/centre_map"))
         modal.centre_map = file.matrix<Eigen::MatrixXf>("modal/centre_map", m, 3 * nodes);
+    if (file.has("modal/code_mean")) {
+        modal.code_mean = file.matrix<Eigen::VectorXf>("modal/code_mean", m);
+        modal.code_whitening = file.matrix<Eigen::MatrixXf>("modal/code_whitening", m, m);
+    }
     return modal;
 }
 
@@ -330,6 +337,8 @@ TreeFile load_tree(const std::filesystem::path& path) {
     if (file.has("local")) tree.local = read_local(file, nodes);
     for (const BoundKind kind : bound_kinds)
         if (file.has(calibration_group(kind))) tree.calibrations[kind] = read_calibration(file, kind, nodes);
+    // Made when strangeness was something else: worth nothing now.
+    if (tree.modal && tree.modal->code_mean.size() == 0) tree.calibrations.erase(BoundKind::modal);
     if (file.has("certified")) {
         tree.certified = read_certified(file, nodes);
         result.solid = read_solid(file);

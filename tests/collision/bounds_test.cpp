@@ -209,37 +209,50 @@ TEST(ModalBound, IsTheNetworksSphereInTheWorld) {
     }
 }
 
-TEST(ModalBound, IsStrangerTheLessTheModesSeeOfAPose) {
+TEST(ModalBound, IsStrangeByItsCodeAndByRepresentativesOutside) {
     std::mt19937 random(8);
     const auto s = shapes::torus(20, 12);
     const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
     ModalModel model = shapes::random_model(tree, modes.clustered, 32, 6);
-    ModalBound bound(tree, model);
-    // The residual by hand, in a pose that no alignment turns.
+    for (Eigen::Index i = 0; i < model.out_centre.cols(); i += 2) model.out_centre(3, i) += 1;  // ample
+    model.code_mean = Eigen::VectorXf::LinSpaced(9, -0.2f, 0.1f);
+    model.code_whitening = Eigen::MatrixXf::NullaryExpr(
+        9, 9, [&](Eigen::Index, Eigen::Index) { return shapes::uniform(random); });
+    ModalModel unmeasured = model;
+    unmeasured.code_mean.resize(0);
+    unmeasured.code_whitening.resize(0, 0);
+    ModalBound bound(tree, model), outside_alone(tree, unmeasured);
     const Vertices x = shapes::wobbled(s.X, random, 0.2f);
     ModalCodeScratch scratch;
     Eigen::VectorXf z(9);
-    const ClusteredModes& seen = modes.clustered;
-    const RigidTransform align = modal_code(seen, x, scratch, z);
-    double sum = 0;
-    for (Eigen::Index i = 0; i < seen.w.size(); ++i) {
-        const Eigen::Vector3f y =
-            align.R.transpose() *
-            (x.row(seen.representatives[static_cast<std::size_t>(i)]).transpose() - align.t);
-        const Eigen::Vector3f explained = seen.X.row(i).transpose() + seen.U.middleRows<3>(3 * i) * z;
-        sum += static_cast<double>(seen.w[i] * (y - explained).squaredNorm());
-    }
-    const double expected =
-        std::sqrt(sum / static_cast<double>(seen.w.sum())) / static_cast<double>(tree.rest[0].r);
-    EXPECT_GT(expected, 0.01);
+    modal_code(modes.clustered, x, scratch, z);
+    const Eigen::VectorXf zn = (z - model.z_centre).cwiseProduct(model.z_scale);
+    const float code = (model.code_whitening * (zn - model.code_mean)).norm() / 3;
+    EXPECT_GT(code, 0.1f);
     bound.begin_pose(x);
-    EXPECT_NEAR(bound.strangeness(0), expected, 1e-5);
-    EXPECT_EQ(bound.strangeness(5), bound.strangeness(0));
-    bound.begin_pose(shapes::moved(s.X, shapes::random_motion(random, 1)));
-    EXPECT_NEAR(bound.strangeness(0), 0, 1e-5);
-    bound.begin_pose(Vertices::Constant(s.X.rows(), 3, NAN));
-    EXPECT_TRUE(std::isnan(bound.strangeness(3)));
+    outside_alone.begin_pose(x);
+    int with_some = 0, with_none = 0;
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        const Sphere sphere = bound.bound(i);
+        const auto vertices = tree.node_vertices(i);
+        float farthest = sphere.r;
+        for (const int v : modes.clustered.representatives)
+            if (std::ranges::find(vertices, v) != vertices.end())
+                farthest = std::max(farthest, (x.row(v).transpose() - sphere.c).norm());
+        const float outside = 20 * (farthest / sphere.r - 1);
+        ++(outside > 0 ? with_some : with_none);
+        EXPECT_NEAR(bound.strangeness(i), code + outside, 1e-4f * (code + outside)) << i;
+        outside_alone.bound(i);
+        EXPECT_NEAR(outside_alone.strangeness(i), outside, 1e-4f * (1 + outside)) << i;
+    }
+    EXPECT_GT(with_some, 2);
+    EXPECT_GT(with_none, 2);
+    for (ModalBound* b : {&bound, &outside_alone}) {
+        b->begin_pose(Vertices::Constant(s.X.rows(), 3, NAN));
+        b->bound(3);
+        EXPECT_TRUE(std::isnan(b->strangeness(3)));
+    }
 }
 
 TEST(Bounds, MoveWithARigidMotion) {

@@ -126,6 +126,20 @@ TEST(CheckModalModel, NamesWhatIsWrong) {
               "modal tree: the linear part of the centres is 3 x 8 instead of 3 x 9");
     EXPECT_EQ(error([](M& m) { m.centre_map.setConstant(3, 9, NAN); }),
               "modal tree: the linear part of the centres is not finite");
+    EXPECT_EQ(error([](M& m) {
+                  m.code_mean.setZero(3);
+                  m.code_whitening.setZero(3, 3);
+              }),
+              "");
+    EXPECT_EQ(
+        error([](M& m) { m.code_mean.setZero(3); }),
+        "modal tree: the spread of the codes has a mean of 3 numbers and 0 x 0 more, allowed: 3 and 3 x 3, "
+        "or none");
+    EXPECT_EQ(error([](M& m) {
+                  m.code_mean.setZero(3);
+                  m.code_whitening.setConstant(3, 3, INFINITY);
+              }),
+              "modal tree: the spread of the codes is not finite");
     EXPECT_EQ(error([](M& m) { m.out_centre(0, 0) = NAN; }),
               "modal tree: the scaling of the outputs is not finite");
 }

@@ -40,6 +40,8 @@ inline TreeFile example_tree(const ExampleTree& config) {
     tree.modal->out_centre = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
     tree.modal->out_scale = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
     tree.modal->centre_map = Eigen::MatrixXf::Random(config.modes, 3 * nodes);
+    tree.modal->code_mean = Eigen::VectorXf::Random(config.modes);
+    tree.modal->code_whitening = Eigen::MatrixXf::Random(config.modes, config.modes);
 
     tree.local = shapes::random_local_model(tree.spheres, false, 3);
 

@@ -40,7 +40,7 @@ class Promise : public test::FileTest {
         held_out = frames_of(data, file.facts.split, FrameSet::held_out);
     }
 
-    Bar bar{0, 5};
+    Bar bar{0, 5}, bar_with_modes{8, 5};
     TreeFile file;
     std::shared_ptr<const CollisionTree> tree;
     std::vector<FrameId> held_out;
@@ -143,6 +143,38 @@ TEST_F(Promise, IsKeptFarOutsideTheTrainingSinceNodesAreThenBoundedExactly) {
     for (const PromiseRow& row :
          check_promise(bar.body, tree, BoundKind::local, flat, complete_frames(flat))) {
         EXPECT_GT(row.out_of_range, 0.5) << row.depth;
+        EXPECT_EQ(row.nodes_missing, 0) << row.depth;
+    }
+}
+
+TEST_F(Promise, OfModalBoundsIsKeptFarOutsideTheTrainingToo) {
+    const RecordingReader data(folder / "data.h5");
+    const TrainConfig config{.bounds = {BoundKind::modal},
+                             .tree = {.depth = 2},
+                             .clusters = {.k_means = {.clusters = 40}, .initialisations = 1},
+                             .held_out_share = 0.25,
+                             .calibration_share = 1.0 / 3,
+                             .random_frame_share = 0,
+                             .mlp = {.max_epochs = 10}};
+    TreeFile modal = train_tree(bar_with_modes.body, data, config);
+    calibrate(modal, data, {.miss_rate = 0.02});
+    const auto trained = std::make_shared<const CollisionTree>(modal.tree);
+    for (const PromiseRow& row :
+         check_promise(bar_with_modes.body, trained, BoundKind::modal, data, held_out))
+        EXPECT_LT(row.out_of_range, 0.3) << row.depth;
+    // Bent and stretched well beyond the training.
+    RecordingWriter writer(folder / "far.h5");
+    const int handle =
+        writer.begin_trajectory({.body_hash = bar.body.hash, .recipe = {}, .failure = {}}, Bar::nodes);
+    for (int f = 0; f < 10; ++f)
+        writer.add_frame(handle, f,
+                         bar.pose(2.5 + 0.1 * f, 1.5, 0.5, Eigen::Quaterniond::Identity(), {0, 0, 0}));
+    writer.end_trajectory(handle);
+    writer.finish();
+    const RecordingReader far(folder / "far.h5");
+    for (const PromiseRow& row :
+         check_promise(bar_with_modes.body, trained, BoundKind::modal, far, complete_frames(far))) {
+        EXPECT_EQ(row.out_of_range, 1) << row.depth;
         EXPECT_EQ(row.nodes_missing, 0) << row.depth;
     }
 }

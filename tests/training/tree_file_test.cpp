@@ -96,6 +96,8 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
         EXPECT_EQ(a.tree.modal->out_centre, b.tree.modal->out_centre);
         EXPECT_EQ(a.tree.modal->out_scale, b.tree.modal->out_scale);
         EXPECT_EQ(a.tree.modal->centre_map, b.tree.modal->centre_map);
+        EXPECT_EQ(a.tree.modal->code_mean, b.tree.modal->code_mean);
+        EXPECT_EQ(a.tree.modal->code_whitening, b.tree.modal->code_whitening);
     }
     ASSERT_EQ(a.tree.local.has_value(), b.tree.local.has_value());
     if (a.tree.local) {
@@ -115,6 +117,16 @@ TEST_F(TreeFileTest, GivesBackWhatWasSaved) {
     save_tree(folder / "tree.h5", file);
     expect_same(load_tree(folder / "tree.h5"), file);
     EXPECT_EQ(files_in_folder(), 1u);
+}
+
+TEST_F(TreeFileTest, DoesNotTrustModalCalibrationsFromBeforeTheSpreadOfCodesWasMeasured) {
+    TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
+    file.tree.modal->code_mean.resize(0);
+    file.tree.modal->code_whitening.resize(0, 0);
+    save_tree(folder / "old.h5", file);
+    file.tree.calibrations.erase(BoundKind::modal);
+    EXPECT_FALSE(file.tree.calibrations.empty());
+    expect_same(load_tree(folder / "old.h5"), file);
 }
 
 TEST_F(TreeFileTest, NeedsNoModels) {

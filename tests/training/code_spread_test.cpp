@@ -1,0 +1,71 @@
+#include "training/code_spread.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/error_of.hpp"
+#include "tests/support/file_damage.hpp"
+#include "tests/support/on_threads.hpp"
+#include "tests/training/bar.hpp"
+#include "training/cluster_modes.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Bar;
+using test::error_of;
+
+class CodeSpread : public test::FileTest {};
+
+TEST_F(CodeSpread, MakesKnownCodesUncorrelatedOfVarianceOne) {
+    const Bar bar(6);
+    bar.record(folder / "data.h5", 40, 10, 3);
+    const RecordingReader data(folder / "data.h5");
+    const std::vector<FrameId> frames = complete_frames(data);
+    ModalModel model;
+    model.modes = cluster_modes(bar.body, data, frames, {.k_means = {.clusters = 40}}).modes;
+    model.z_centre = Eigen::VectorXf::Constant(6, 0.3f);
+    model.z_scale = Eigen::VectorXf::LinSpaced(6, 0.5f, 2.f);
+    measure_code_spread(bar.body, data, frames, model);
+    ASSERT_EQ(model.code_mean.size(), 6);
+
+    Eigen::MatrixXd codes(static_cast<Eigen::Index>(frames.size()), 6);
+    ModalCodeScratch scratch;
+    Eigen::VectorXf z(6);
+    Vertices nodes, x;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        data.read(frames[i].trajectory, frames[i].frame, 1, nodes);
+        apply_embedding(bar.body.W, nodes, x);
+        modal_code(model.modes, x, scratch, z);
+        codes.row(static_cast<Eigen::Index>(i)) =
+            (z - model.z_centre).cwiseProduct(model.z_scale).cast<double>().transpose();
+    }
+    const Eigen::VectorXd mean = codes.colwise().mean().transpose();
+    EXPECT_LT((mean - model.code_mean.cast<double>()).norm(), 1e-6 * (1 + mean.norm()));
+    codes.rowwise() -= mean.transpose();
+    Eigen::MatrixXd covariance = codes.transpose() * codes / static_cast<double>(codes.rows());
+    covariance.diagonal().array() += 1e-3 * covariance.trace() / 6;  // for what the poses hardly show
+    const Eigen::MatrixXd whitening = model.code_whitening.cast<double>();
+    EXPECT_LT((whitening * covariance * whitening.transpose() - Eigen::MatrixXd::Identity(6, 6)).norm(),
+              1e-4);
+}
+
+TEST_F(CodeSpread, IsTheSameOnAnyNumberOfThreadsAndNeedsPoses) {
+    const Bar bar(5);
+    bar.record(folder / "data.h5", 8, 10, 4);
+    const RecordingReader data(folder / "data.h5");
+    const std::vector<FrameId> frames = complete_frames(data);
+    ModalModel model;
+    model.modes = cluster_modes(bar.body, data, frames, {.k_means = {.clusters = 30}}).modes;
+    model.z_centre = Eigen::VectorXf::Zero(5);
+    model.z_scale = Eigen::VectorXf::Ones(5);
+    ModalModel other = model;
+    test::on_threads(1, [&] { measure_code_spread(bar.body, data, frames, model); });
+    test::on_threads(4, [&] { measure_code_spread(bar.body, data, frames, other); });
+    EXPECT_EQ(model.code_mean, other.code_mean);
+    EXPECT_EQ(model.code_whitening, other.code_whitening);
+    EXPECT_EQ(error_of([&] { measure_code_spread(bar.body, data, {}, model); }),
+              "no poses to measure the spread of codes on");
+}
+
+}  // namespace
+}  // namespace nbd
