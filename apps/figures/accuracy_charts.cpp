@@ -17,6 +17,7 @@ Dash dash_of(BoundKind kind) {
         case BoundKind::bd:
             return Dash::dashed;
         case BoundKind::exact:
+        case BoundKind::certified:
             return Dash::mixed;
         case BoundKind::modal:
             return Dash::solid;

@@ -7,11 +7,9 @@
 namespace nbd {
 namespace {
 
-/// Those of the tree but `exact`.
-std::vector<BoundKind> bounds_of(const CollisionTree& tree) {
-    std::vector<BoundKind> bounds;
-    for (const BoundKind kind : {BoundKind::modal, BoundKind::bd})
-        if (has_bounds(tree, kind)) bounds.push_back(kind);
+/// Those of a list that the tree has.
+std::vector<BoundKind> bounds_of(const CollisionTree& tree, std::vector<BoundKind> bounds) {
+    std::erase_if(bounds, [&](BoundKind kind) { return !has_bounds(tree, kind); });
     return bounds;
 }
 
@@ -26,8 +24,10 @@ int trajectories_of(const std::vector<FrameId>& frames) {
 BodyFigures make_body_figures(const std::string& body, const TreeFile& file, const RecordingReader& recording,
                               int max_frames) {
     const auto tree = std::make_shared<const CollisionTree>(file.tree);
-    std::vector<BoundKind> bounds = bounds_of(*tree);
-    const EvaluateConfig config{.bounds = bounds, .margins = chart_margins(), .max_frames = max_frames};
+    const EvaluateConfig config{
+        .bounds = bounds_of(*tree, {BoundKind::modal, BoundKind::local, BoundKind::bd, BoundKind::certified}),
+        .margins = chart_margins(),
+        .max_frames = max_frames};
     BodyFigures figures;
     figures.rows.body = body;
     const std::vector<TestFrames> sets = test_frames(file, recording);
@@ -37,8 +37,10 @@ BodyFigures make_body_figures(const std::string& body, const TreeFile& file, con
         figures.sets.push_back({set.name, static_cast<int>(rows.front().poses), trajectories_of(set.frames)});
     }
     figures.pose = typical_pose(file, recording, sets.back().frames);
-    bounds.insert(bounds.begin() + (bounds.empty() ? 0 : 1), BoundKind::exact);
-    figures.spheres = spheres_in_pose(tree, figures.pose.x, bounds);
+    // `certified` ones would need the motion of the tetrahedra.
+    figures.spheres = spheres_in_pose(
+        tree, figures.pose.x,
+        bounds_of(*tree, {BoundKind::modal, BoundKind::exact, BoundKind::local, BoundKind::bd}));
     figures.spheres_page =
         sphere_page(fmt::format("{}: spheres of a test pose ({}: trajectory {}, frame {})", body,
                                 sets.back().name, figures.pose.trajectory, figures.pose.frame),

@@ -40,6 +40,8 @@ std::string label_of(BoundKind kind) {
             return "BD-Tree";
         case BoundKind::modal:
             return "predicted (modal)";
+        case BoundKind::local:
+            return "predicted (local)";
         default:
             return std::string(name(kind));
     }
@@ -115,7 +117,7 @@ std::vector<NodeSphere> spheres_in_pose(const std::shared_ptr<const CollisionTre
                                         const std::vector<BoundKind>& bounds) {
     std::vector<NodeSphere> spheres;
     for (const BoundKind kind : bounds) {
-        PosedTree posed(tree, kind);
+        PosedTree posed(tree, kind, 0.f);
         posed.begin_pose(x);
         for (int i = 0; i < static_cast<int>(tree->spheres.nodes.size()); ++i) {
             const int depth = tree->spheres.nodes[static_cast<std::size_t>(i)].depth;

@@ -17,7 +17,7 @@ struct NodeSphere {
     int outside = 0;  // of the node's vertices
 };
 
-/// Spheres of all nodes at depths 1, 3, 5, 7, as far down as the tree goes, of each bound.
+/// Spheres of all nodes at depths 1, 3, 5, 7, as far down as the tree goes, of each bound, without margins.
 /// x: pose, [vertex_count, 3]. Throws as PosedTree where the tree lacks a bound.
 std::vector<NodeSphere> spheres_in_pose(const std::shared_ptr<const CollisionTree>& tree, VerticesRef x,
                                         const std::vector<BoundKind>& bounds);

@@ -48,8 +48,8 @@ TEST_F(FiguresTest, WritesEveryFigureAsTableAndPictures) {
     std::string margins = "0";
     for (int percent = 1; percent <= 25; ++percent)
         margins += ",0." + std::string(percent < 10 ? "0" : "") + std::to_string(percent);
-    make({"evaluate", "tree.h5", "data.h5", "--bounds", "modal,bd", "--margins", margins, "--csv",
-          "table.csv", "-q"});
+    make({"evaluate", "tree.h5", "data.h5", "--bounds", "modal,local,bd,certified", "--margins", margins,
+          "--csv", "table.csv", "-q"});
     const auto ours = lines(read_bytes(folder() / "figures/bounds.csv")),
                evaluated = lines(read_bytes(folder() / "table.csv"));
     ASSERT_EQ(ours.size(), 2 * evaluated.size() - 1);
@@ -57,7 +57,7 @@ TEST_F(FiguresTest, WritesEveryFigureAsTableAndPictures) {
     for (std::size_t i = 1; i < evaluated.size(); ++i) EXPECT_EQ(ours[i], "ONE," + evaluated[i]);
 }
 
-TEST_F(FiguresTest, DrawsSpheresOfThreeBoundsWhoseExactOnesHoldEveryVertex) {
+TEST_F(FiguresTest, DrawsSpheresOfBoundsWhoseExactOnesHoldEveryVertex) {
     make({"figures", "-o", "pictures", "--body", "BOX", "tree.h5", "data.h5", "-q"});
     const auto table = lines(read_bytes(folder() / "pictures/figure10_BOX.csv"));
     ASSERT_GT(table.size(), 1u);
@@ -72,7 +72,7 @@ TEST_F(FiguresTest, DrawsSpheresOfThreeBoundsWhoseExactOnesHoldEveryVertex) {
             EXPECT_EQ(row[7], "0") << table[i];
         }
     }
-    EXPECT_EQ(bounds, (std::set<std::string>{"bd", "exact", "modal"}));
+    EXPECT_EQ(bounds, (std::set<std::string>{"bd", "exact", "local", "modal"}));
 }
 
 TEST_F(FiguresTest, ReportsOnATreeInOneFileThatNeedsNoOther) {
