@@ -156,7 +156,8 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
 std::vector<TestFrames> test_frames(const TreeFile& file, const RecordingReader& recording) {
     check_recording(surface_body(file), recording);
     std::vector<TestFrames> sets;
-    if (recording_hash(recording) == file.facts.recording_hash) {
+    if (const std::string& known = file.facts.recording_hash;
+        recording_hash(recording) == known || recording.label("carried_from_sha256") == known) {
         const TrainingSplit& split = file.facts.split;
         sets.push_back({"random frames", frames_of(recording, split, FrameSet::random_test)});
         sets.push_back({"held-out trajectories", frames_of(recording, split, FrameSet::held_out)});

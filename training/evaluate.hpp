@@ -49,9 +49,9 @@ struct TestFrames {
 };
 
 /// What training did not see: of the recording that the tree was trained on, the random test frames and the
-/// held-out trajectories; of any other recording of the body, all of it. Empty sets are left out. Reads the
-/// recording once. Throws std::runtime_error where tree and recording are not of one body or nothing is left
-/// to test on.
+/// held-out trajectories, also where `nbdtree carry` brought them, or some of them, to another surface; of
+/// any other recording of the body, all of it. Empty sets are left out. Reads the recording once. Throws
+/// std::runtime_error where tree and recording are not of one body or nothing is left to test on.
 std::vector<TestFrames> test_frames(const TreeFile& tree, const RecordingReader& recording);
 
 /// Evaluates a trained tree on all of its test_frames(), set by set. Throws what test_frames() and

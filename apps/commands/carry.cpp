@@ -8,6 +8,7 @@
 #include "apps/option_checks.hpp"
 #include "meshing/body.hpp"
 #include "training/recording.hpp"
+#include "training/recording_hash.hpp"
 
 namespace nbd {
 namespace {
@@ -51,6 +52,7 @@ void run(const CarryArguments& arguments, Output& out) {
     const int count = arguments.trajectories > 0 ? std::min(arguments.trajectories, all) : all;
 
     RecordingWriter writer(arguments.output);
+    writer.label("carried_from_sha256", recording_hash(recording));
     int frames = 0;
     for (int i = 0; i < count; ++i) {
         TrajectoryInfo info = infos[static_cast<std::size_t>(i)];

@@ -84,6 +84,37 @@ TEST_F(Evaluate, NamesBothSetsAndCountsWhatItAveragesOver) {
     }
 }
 
+TEST_F(Evaluate, KeepsTheSplitOnPartOfTheRecordingThatWasCarriedElsewhere) {
+    const RecordingReader data(folder / "data.h5");
+    const int held_out = tree->facts.split.held_out_trajectories.at(0);
+    const auto copy = [&](const char* name, const std::string& source) {
+        RecordingWriter writer(folder / name);
+        writer.label("carried_from_sha256", source);
+        Vertices x;
+        for (const int id : {held_out, tree->facts.split.train_trajectories.at(0)}) {
+            const int handle = writer.begin_trajectory(
+                {.id = id, .body_hash = bar->body.hash, .recipe = {}, .failure = {}}, Bar::nodes);
+            for (int f = 0; f < 5; ++f) {
+                data.read(id, f, 1, x);
+                writer.add_frame(handle, f, x);
+            }
+            writer.end_trajectory(handle);
+        }
+        writer.finish();
+        return test_frames(*tree, RecordingReader(folder / name));
+    };
+    const auto sets = copy("carried.h5", tree->facts.recording_hash);
+    EXPECT_EQ(sets.back().name, "held-out trajectories");
+    ASSERT_EQ(sets.back().frames.size(), 5u);
+    const RecordingReader carried(folder / "carried.h5");
+    for (const FrameId& frame : sets.back().frames)
+        EXPECT_EQ(carried.trajectories()[static_cast<std::size_t>(frame.trajectory)].id, held_out);
+    const auto strange = copy("strange.h5", std::string(64, '0'));
+    ASSERT_EQ(strange.size(), 1u);
+    EXPECT_EQ(strange[0].name, "other recording");
+    EXPECT_EQ(strange[0].frames.size(), 10u);
+}
+
 TEST_F(Evaluate, ModalBoundsAreTightAndAMarginTakesInWhatIsOutside) {
     const auto rows = rows_of("data.h5");
     for (int depth = 0; depth <= 3; ++depth) {
