@@ -7,8 +7,9 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <vector>
 
-#include "collision/local_model.hpp"
+#include "collision/collision_tree.hpp"
 
 namespace nbd {
 
@@ -68,7 +69,9 @@ inline CLI::Validator sample_count() {
 
 /// The names of bounds.
 inline CLI::Validator bounds_name() {
-    return CLI::IsMember({"exact", "boxes", "bd", "modal", "local", "certified"});
+    std::vector<std::string> names;
+    for (const BoundKind kind : bound_kinds) names.emplace_back(name(kind));
+    return CLI::IsMember(names);
 }
 
 }  // namespace nbd

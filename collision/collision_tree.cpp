@@ -32,6 +32,7 @@ bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
     switch (kind) {
         case BoundKind::exact:
         case BoundKind::boxes:
+        case BoundKind::automatic:
             return true;
         case BoundKind::bd:
             return tree.bd.has_value();
@@ -63,6 +64,8 @@ std::string_view name(BoundKind kind) noexcept {
             return "local_boxes";
         case BoundKind::certified:
             return "certified";
+        case BoundKind::automatic:
+            return "auto";
     }
     return "unknown";
 }
@@ -70,8 +73,9 @@ std::string_view name(BoundKind kind) noexcept {
 BoundKind bound_kind(std::string_view name) {
     for (const BoundKind kind : bound_kinds)
         if (name == nbd::name(kind)) return kind;
-    throw std::invalid_argument(message("unknown bounds \"", name,
-                                        "\", known: exact, boxes, bd, modal, local, local_boxes, certified"));
+    throw std::invalid_argument(
+        message("unknown bounds \"", name,
+                "\", known: exact, boxes, bd, modal, local, local_boxes, certified, auto"));
 }
 
 }  // namespace nbd

@@ -13,14 +13,14 @@
 
 namespace nbd {
 
-enum class BoundKind { exact, boxes, bd, modal, local, local_boxes, certified };
+enum class BoundKind { exact, boxes, bd, modal, local, local_boxes, certified, automatic };
 
 /// All of them, in order.
-inline constexpr BoundKind bound_kinds[] = {BoundKind::exact,    BoundKind::boxes, BoundKind::bd,
-                                            BoundKind::modal,    BoundKind::local, BoundKind::local_boxes,
-                                            BoundKind::certified};
+inline constexpr BoundKind bound_kinds[] = {BoundKind::exact,     BoundKind::boxes,    BoundKind::bd,
+                                            BoundKind::modal,     BoundKind::local,    BoundKind::local_boxes,
+                                            BoundKind::certified, BoundKind::automatic};
 
-/// "exact", "boxes", "bd", "modal", "local", "local_boxes", "certified".
+/// "exact", "boxes", "bd", "modal", "local", "local_boxes", "certified", "auto".
 std::string_view name(BoundKind kind) noexcept;
 
 /// Whether bounds of this kind are the smallest there are and need no more than the surface.
@@ -28,12 +28,15 @@ constexpr bool is_exact(BoundKind kind) noexcept {
     return kind == BoundKind::exact || kind == BoundKind::boxes;
 }
 
-/// Whether a vertex of a node may stand outside such a bound, so that it wants calibration.
-constexpr bool can_miss(BoundKind kind) noexcept { return !is_exact(kind) && kind != BoundKind::certified; }
+/// Whether a vertex of a node may stand outside such a bound, so that it wants a calibration of its own
+/// (`auto` has that of `local_boxes`).
+constexpr bool can_miss(BoundKind kind) noexcept {
+    return !is_exact(kind) && kind != BoundKind::certified && kind != BoundKind::automatic;
+}
 
 /// Whether such a bound is an axis-aligned box; the others are spheres.
 constexpr bool is_box(BoundKind kind) noexcept {
-    return kind == BoundKind::boxes || kind == BoundKind::local_boxes;
+    return kind == BoundKind::boxes || kind == BoundKind::local_boxes || kind == BoundKind::automatic;
 }
 
 /// Throws std::invalid_argument naming the known kinds.

@@ -62,8 +62,8 @@ Box LocalBoxes::compute(int node) noexcept {
         margin *= margin_weight(samples.strangeness, trust_.limits[i]);
     }
     const float growth = (model_->boxes[i].growth + margin) * samples.spread;
-    return {samples.box.lo - Eigen::Array4f(growth, growth, growth, 0),
-            samples.box.hi + Eigen::Array4f(growth, growth, growth, 0)};
+    const Eigen::Array4f outward = Eigen::Array4f(1, 1, 1, 0) * growth;
+    return {samples.box.lo - outward, samples.box.hi + outward};
 }
 
 }  // namespace nbd

@@ -24,6 +24,8 @@ Bounds make_bounds(const CollisionTree& tree, BoundKind kind, const Trust& trust
     if (kind == BoundKind::local_boxes && has_bounds(tree, kind))
         return LocalBoxes(tree.spheres, *tree.local, trust);
     if (kind == BoundKind::certified && tree.certified) return CertifiedBound(tree.spheres, *tree.certified);
+    if (kind == BoundKind::automatic)
+        return AutoBoxes(tree.spheres, tree.local ? &*tree.local : nullptr, trust);
     std::string available = "exact";
     for (const BoundKind other : bound_kinds)
         if (other != BoundKind::exact && has_bounds(tree, other)) available.append(", ").append(name(other));
@@ -36,7 +38,8 @@ Trust no_margins(const CollisionTree& tree) {
 }
 
 Trust trust_in(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {
-    const auto calibration = tree.calibrations.find(kind);
+    const auto calibration =
+        tree.calibrations.find(kind == BoundKind::automatic ? BoundKind::local_boxes : kind);
     if (margin || calibration == tree.calibrations.end())
         return {std::vector<float>(tree.spheres.nodes.size(), margin.value_or(0.f)), {}};
     return {calibration->second.margins, calibration->second.limits};
@@ -121,13 +124,25 @@ std::optional<float> PosedTree::strangeness(int node) noexcept {
 }
 
 int PosedTree::nodes_bounded() const noexcept {
-    const auto* boxes = std::get_if<LocalBoxes>(&state_->bounds);
-    return boxes ? boxes->bounded() : state_->spheres.bounded();
+    return std::visit(
+        [&](const auto& bounds) {
+            if constexpr (requires { bounds.bounded(); })
+                return bounds.bounded();
+            else
+                return state_->spheres.bounded();
+        },
+        state_->bounds);
 }
 
 int PosedTree::nodes_out_of_range() const noexcept {
-    const auto* boxes = std::get_if<LocalBoxes>(&state_->bounds);
-    return boxes ? boxes->out_of_range() : state_->spheres.out_of_range();
+    return std::visit(
+        [&](const auto& bounds) {
+            if constexpr (requires { bounds.out_of_range(); })
+                return bounds.out_of_range();
+            else
+                return state_->spheres.out_of_range();
+        },
+        state_->bounds);
 }
 
 const CollisionTree& PosedTree::tree() const noexcept { return *state_->tree; }

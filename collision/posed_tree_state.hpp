@@ -3,6 +3,7 @@
 #include <memory>
 #include <variant>
 
+#include "collision/auto_boxes.hpp"
 #include "collision/bd_bound.hpp"
 #include "collision/certified/certified_bound.hpp"
 #include "collision/exact_bound.hpp"
@@ -21,7 +22,9 @@ namespace nbd {
 struct PosedTreeState {
     std::shared_ptr<const CollisionTree> tree;
     BoundKind kind;
-    std::variant<ExactBound, ExactBoxes, BdBound, ModalBound, LocalBound, LocalBoxes, CertifiedBound> bounds;
+    std::variant<ExactBound, ExactBoxes, BdBound, ModalBound, LocalBound, LocalBoxes, CertifiedBound,
+                 AutoBoxes>
+        bounds;
     SphereCache spheres;
     LeafBoxes boxes;
 

@@ -28,6 +28,11 @@ class Positions {
         if (source_) source_->compute(vertices);
     }
 
+    void require_all() const noexcept {
+        if (source_) source_->compute_all();
+    }
+    bool on_demand() const noexcept { return source_ != nullptr; }
+
     /// Has the cache bring them; nothing where they are computed on demand.
     void fetch(std::span<const int> vertices) const noexcept {
 #ifdef __GNUC__

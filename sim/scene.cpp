@@ -138,8 +138,8 @@ void read_source(JsonObject& from, const std::filesystem::path& base, SceneBody&
 
 void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody& body) {
     body.tree = read_path(from, "tree", base);
-    body.bounds =
-        bound_kind(from.choice("bounds", "exact", {"exact", "boxes", "bd", "modal", "local", "certified"}));
+    body.bounds = bound_kind(from.choice(
+        "bounds", "exact", {"exact", "boxes", "bd", "modal", "local", "local_boxes", "certified", "auto"}));
     body.margin = from.optional_number("margin", {0, 10, "between 0 and 10"});
     if (is_exact(body.bounds)) return;
     if (!from.has("tree"))

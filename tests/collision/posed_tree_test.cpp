@@ -82,14 +82,14 @@ TEST_F(PosedTreeTest, RefusesWhatItCannotBound) {
     EXPECT_EQ(test::refusal([&] { PosedTree(nullptr, BoundKind::exact); }),
               "a posed tree needs a collision tree, got none");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::bd); }),
-              "the collision tree has no model for \"bd\" bounds, only for exact, boxes");
+              "the collision tree has no model for \"bd\" bounds, only for exact, boxes, auto");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::modal); }),
-              "the collision tree has no model for \"modal\" bounds, only for exact, boxes");
+              "the collision tree has no model for \"modal\" bounds, only for exact, boxes, auto");
     auto without_bd = std::make_shared<CollisionTree>(*full);
     without_bd->bd.reset();
     EXPECT_EQ(test::refusal([&] { PosedTree(without_bd, BoundKind::bd); }),
               "the collision tree has no model for \"bd\" bounds, only for exact, boxes, modal, local, "
-              "local_boxes");
+              "local_boxes, auto");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, -0.1f); }),
               "margin is -0.1, allowed: finite and 0 or more");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::boxes, 0.1f); }),
@@ -182,7 +182,7 @@ TEST(SphereCache, GrowsMarginsWithStrangenessAndTakesTheExactSphereOfANodeOutOfR
 TEST(BoundKinds, HaveNames) {
     for (const BoundKind kind : bound_kinds) EXPECT_EQ(bound_kind(name(kind)), kind);
     EXPECT_EQ(test::refusal([] { bound_kind("loca"); }),
-              "unknown bounds \"loca\", known: exact, boxes, bd, modal, local, local_boxes, certified");
+              "unknown bounds \"loca\", known: exact, boxes, bd, modal, local, local_boxes, certified, auto");
 }
 
 }  // namespace

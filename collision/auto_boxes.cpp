@@ -1,0 +1,39 @@
+#include "collision/auto_boxes.hpp"
+
+#include <utility>
+
+namespace nbd {
+
+static_assert(BoxBound<AutoBoxes>);
+
+AutoBoxes::AutoBoxes(const SphereTree& tree, const LocalModel* model, Trust trust)
+    : tree_(&tree), exact_(tree), asked_(tree.nodes.size(), 0) {
+    if (!model || model->boxes.empty()) return;
+    local_.emplace(tree, *model, std::move(trust));
+    samples_ = static_cast<double>(model->samples.size()) / static_cast<double>(model->nodes.size());
+}
+
+bool AutoBoxes::learned_is_cheaper(bool on_demand) const noexcept {
+    if (!local_) return false;
+    // What a vertex costs among all of them, in a node's samples, and a learned node beside its samples, as
+    // `nbdtree bench peers` measures them, in ns; a position that is computed on demand costs its weights.
+    constexpr double vertex = 1.1, sample = 2, node = 20, weights = 15;
+    const double own = on_demand ? weights : 0.;
+    const double exact = static_cast<double>(tree_->vertices.size()) * (vertex + own);
+    const double learned = bounded() * (node + samples_ * (sample + own));
+    return learned < exact;
+}
+
+void AutoBoxes::begin_pose(const Positions& x) noexcept {
+    learned_ = learned_is_cheaper(x.on_demand());
+    ++pose_;
+    bounded_ = 0;
+    if (learned_) {
+        local_->begin_pose(x);
+    } else {
+        x.require_all();
+        exact_.begin_pose(x);
+    }
+}
+
+}  // namespace nbd

@@ -1,0 +1,53 @@
+#include "collision/auto_boxes.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/collision/models.hpp"
+
+namespace nbd {
+namespace {
+
+class AutoBoxesTest : public ::testing::Test {
+ protected:
+    bool equal(const Box& s, const Box& t) const { return (s.lo == t.lo).all() && (s.hi == t.hi).all(); }
+
+    shapes::Surface s = shapes::bar(40, 40, 0.1f);
+    SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 7});
+    LocalModel model = shapes::random_local_model(tree, false, 3);
+    Trust trust{std::vector<float>(tree.nodes.size(), 0.f), {}};
+};
+
+TEST_F(AutoBoxesTest, AreLearnedWhileFewNodesAreAskedForAndExactWhenManyWere) {
+    AutoBoxes boxes(tree, &model, trust);
+    LocalBoxes learned(tree, model, trust);
+    ExactBoxes exact(tree);
+    learned.begin_pose(s.X);
+    exact.begin_pose(s.X);
+    const auto ask = [&](int nodes) {
+        boxes.begin_pose(s.X);
+        for (int i = 0; i < nodes; ++i)
+            EXPECT_TRUE(equal(boxes.box(i), boxes.learned() ? learned.box(i) : exact.box(i))) << i;
+        EXPECT_EQ(boxes.bounded(), nodes);
+        return boxes.learned();
+    };
+    EXPECT_TRUE(ask(3));  // before anything was asked for, nothing is the cheapest
+    const int all = static_cast<int>(tree.nodes.size());
+    EXPECT_TRUE(ask(all));
+    EXPECT_FALSE(ask(all));
+    EXPECT_FALSE(ask(3));
+    EXPECT_TRUE(ask(3));
+}
+
+TEST_F(AutoBoxesTest, AreExactWhereThereIsNothingLearned) {
+    AutoBoxes boxes(tree, nullptr, trust);
+    ExactBoxes exact(tree);
+    exact.begin_pose(s.X);
+    for (int pose = 0; pose < 3; ++pose) {
+        boxes.begin_pose(s.X);
+        EXPECT_TRUE(equal(boxes.box(5), exact.box(5)));
+        EXPECT_FALSE(boxes.learned());
+    }
+}
+
+}  // namespace
+}  // namespace nbd
