@@ -1,5 +1,9 @@
 #include "collision/leaf_boxes.hpp"
 
+#include <algorithm>
+
+#include "collision/bounding_box.hpp"
+
 namespace nbd {
 namespace {
 
@@ -12,18 +16,19 @@ int halvings(int count) noexcept {
 
 }  // namespace
 
-LeafBoxes::LeafBoxes(const CollisionTree& tree)
-    : tree_(&tree), ranges_(tree.spheres.nodes.size()), poses_(tree.spheres.nodes.size(), 0) {
-    for (std::size_t leaf = 0; leaf < ranges_.size(); ++leaf) {
+LeafBoxes::LeafBoxes(const CollisionTree& tree) : tree_(&tree), roots_(tree.spheres.nodes.size(), -1) {
+    corners_ = tree.faces(tree.spheres.faces, Eigen::all);
+    for (std::size_t leaf = 0; leaf < roots_.size(); ++leaf) {
         const SphereTree::Node& sphere_node = tree.spheres.nodes[leaf];
         if (!sphere_node.is_leaf()) continue;
-        ranges_[leaf].begin = static_cast<int>(nodes_.size());
+        roots_[leaf] = static_cast<int>(nodes_.size());
         add_nodes(sphere_node.face_begin, sphere_node.face_end);
-        ranges_[leaf].end = static_cast<int>(nodes_.size());
     }
+    list_vertices();
     boxes_.resize(nodes_.size());
     wholes_.assign(nodes_.size(), empty_box());
-    corners_ = tree.faces(tree.spheres.faces, Eigen::all);
+    fitted_.assign(nodes_.size(), 0);
+    opened_.assign(nodes_.size(), 0);
 }
 
 void LeafBoxes::add_nodes(int face_begin, int face_end) {
@@ -52,17 +57,44 @@ void LeafBoxes::add_parts(int face_begin, int face_end, int parts) {
     add_parts(middle, face_end, parts / 2);
 }
 
+void LeafBoxes::list_vertices() {
+    // Children come after their parent, and their faces one after another: last slots are known from the end.
+    std::vector<int> ends(nodes_.size());
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+        const Node& n = nodes_[i];
+        ends[i] = n.has_faces() ? n.first_slot + n.count
+                                : ends[static_cast<std::size_t>(n.first_child + n.count - 1)];
+    }
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+        Node& n = nodes_[i];
+        n.vertex_begin = static_cast<int>(vertices_.size());
+        vertices_.insert(vertices_.end(), corners(n.first_slot), corners(ends[i]));
+        const auto begin = vertices_.begin() + n.vertex_begin;
+        std::sort(begin, vertices_.end());
+        vertices_.erase(std::unique(begin, vertices_.end()), vertices_.end());
+        n.vertex_end = static_cast<int>(vertices_.size());
+    }
+}
+
 void LeafBoxes::begin_pose(const Positions& x) noexcept {
     x_ = x;
     ++pose_;
+    opened_count_ = 0;
 }
 
-/// Fits the boxes of a node whose children are done.
-void LeafBoxes::refit_node(int i) noexcept {
+void LeafBoxes::fit_root(int root) noexcept {
+    std::uint64_t& fitted = fitted_[static_cast<std::size_t>(root)];
+    if (fitted == pose_) return;
+    fitted = pose_;
+    const std::span<const int> vertices = vertices_of(node(root));
+    x_.require(vertices);
+    wholes_[static_cast<std::size_t>(root)] = bounding_box(x_, vertices);
+}
+
+void LeafBoxes::fit(int i) noexcept {
     const Node& n = node(i);
     std::array<Box, lanes> boxes;
     boxes.fill(empty_box());
-    Box all = empty_box();
     for (int k = 0; k < n.count; ++k) {
         Box& box = boxes[static_cast<std::size_t>(k)];
         if (n.has_faces()) {
@@ -70,22 +102,13 @@ void LeafBoxes::refit_node(int i) noexcept {
             const Eigen::Array4f a = x_[v[0]], b = x_[v[1]], c = x_[v[2]];
             box = {a.min(b).min(c), a.max(b).max(c)};
         } else {
-            box = whole(n.first_child + k);
+            const int child = n.first_child + k;
+            wholes_[static_cast<std::size_t>(child)] = box = bounding_box(x_, vertices_of(node(child)));
         }
-        all = joined(all, box);
     }
     boxes_[static_cast<std::size_t>(i)] = BoxPack(boxes);
-    all.lo[3] = all.hi[3] = 0;
-    wholes_[static_cast<std::size_t>(i)] = all;
-}
-
-int LeafBoxes::refit(int leaf) noexcept {
-    if (poses_[static_cast<std::size_t>(leaf)] == pose_) return 0;
-    poses_[static_cast<std::size_t>(leaf)] = pose_;
-    x_.require(tree_->spheres.node_vertices(leaf));
-    const auto [begin, end] = ranges_[static_cast<std::size_t>(leaf)];
-    for (int i = end; i-- > begin;) refit_node(i);
-    return end - begin;
+    opened_[static_cast<std::size_t>(i)] = pose_;
+    ++opened_count_;
 }
 
 }  // namespace nbd

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "collision/box_pack.hpp"
@@ -9,10 +10,10 @@
 
 namespace nbd {
 
-/// A small tree of boxes under every leaf of a sphere tree, eight to a node, refitted as a whole when its
-/// leaf is first visited in a pose. Its nodes cut the leaf's range of faces into eighths again and again, by
-/// three halvings each, the topmost one by fewer where that fills the lowest ones: build_sphere_tree() orders
-/// the faces so that such parts are compact.
+/// A small tree of boxes under every leaf of a sphere tree, eight to a node, made where a query looks in a
+/// pose and nowhere else. Its nodes cut the leaf's range of faces into eighths again and again, by three
+/// halvings each, the topmost one by fewer where that fills the lowest ones: build_sphere_tree() orders the
+/// faces so that such parts are compact.
 class LeafBoxes {
  public:
     static constexpr int lanes = BoxPack::lanes;
@@ -21,6 +22,7 @@ class LeafBoxes {
         int first_child = -1;  // the children are first_child up to first_child + count - 1; -1: faces
         int first_slot = 0;    // of the faces: their slots in the sphere tree's `faces`
         int count = 0;         // children or faces, 1 to 8
+        int vertex_begin = 0, vertex_end = 0;  // of all its faces, without repeats
         bool has_faces() const noexcept { return first_child < 0; }
     };
 
@@ -30,21 +32,26 @@ class LeafBoxes {
     /// x: referred to until the next pose.
     void begin_pose(const Positions& x) noexcept;
 
-    /// Makes the boxes under a leaf of the sphere tree fit the pose. Returns how many it computed: 0 when
-    /// they did already. Until the first pose all boxes are empty.
-    int refit(int leaf) noexcept;
-
     /// The node that spans all faces of a leaf of the sphere tree.
-    int root(int leaf) const noexcept { return ranges_[static_cast<std::size_t>(leaf)].begin; }
+    int root(int leaf) const noexcept { return roots_[static_cast<std::size_t>(leaf)]; }
     const Node& node(int i) const noexcept { return nodes_[static_cast<std::size_t>(i)]; }
-    /// Of its children or faces, in their order.
-    const BoxPack& boxes(int i) const noexcept { return boxes_[static_cast<std::size_t>(i)]; }
-    /// Around all of them.
+
+    /// Makes the box around a root fit the pose; before anything below it is looked at.
+    void fit_root(int root) noexcept;
+    /// The box around all faces of a node: a root that fits, or a child of an open node.
     const Box& whole(int i) const noexcept { return wholes_[static_cast<std::size_t>(i)]; }
 
-    /// Has the cache bring what refit(leaf) will read, where that reads anything.
-    void fetch(int leaf) const noexcept {
-        if (poses_[static_cast<std::size_t>(leaf)] != pose_) x_.fetch(tree_->spheres.node_vertices(leaf));
+    /// Makes the boxes of a node's children or faces fit the pose, and returns them in their order.
+    const BoxPack& open(int i) noexcept {
+        if (opened_[static_cast<std::size_t>(i)] != pose_) fit(i);
+        return boxes_[static_cast<std::size_t>(i)];
+    }
+    /// Nodes opened in this pose.
+    long opened() const noexcept { return opened_count_; }
+
+    /// Has the cache bring what fit_root(root) will read, where that reads anything.
+    void fetch(int root) const noexcept {
+        if (fitted_[static_cast<std::size_t>(root)] != pose_) x_.fetch(vertices_of(node(root)));
     }
 
     /// Row of the face array at position `slot` of the sphere tree's `faces`.
@@ -58,23 +65,26 @@ class LeafBoxes {
     const Positions& positions() const noexcept { return x_; }
 
  private:
-    struct Range {  // of nodes
-        int begin = 0, end = 0;
-    };
-
     void add_nodes(int face_begin, int face_end);
     void add_parts(int face_begin, int face_end, int parts);
-    void refit_node(int i) noexcept;
+    void list_vertices();
+    void fit(int i) noexcept;
+    std::span<const int> vertices_of(const Node& n) const noexcept {
+        return std::span(vertices_).subspan(static_cast<std::size_t>(n.vertex_begin),
+                                            static_cast<std::size_t>(n.vertex_end - n.vertex_begin));
+    }
 
     const CollisionTree* tree_;
     Positions x_;
-    std::vector<Range> ranges_;  // [sphere tree nodes], empty but for leaves
-    std::vector<Node> nodes_;    // per leaf, breadth first
+    std::vector<int> roots_;   // [sphere tree nodes], -1 but for leaves
+    std::vector<Node> nodes_;  // per leaf, breadth first
+    std::vector<int> vertices_;
     std::vector<BoxPack> boxes_;
     std::vector<Box> wholes_;
-    Faces corners_;                     // of the face in each slot
-    std::vector<std::uint64_t> poses_;  // [sphere tree nodes] the pose each leaf's boxes belong to
+    Faces corners_;                               // of the face in each slot
+    std::vector<std::uint64_t> fitted_, opened_;  // [nodes] the pose a root's box and a node's pack belong to
     std::uint64_t pose_ = 0;
+    long opened_count_ = 0;
 };
 
 }  // namespace nbd

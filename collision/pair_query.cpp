@@ -72,19 +72,25 @@ void for_each_bit(unsigned mask, const F& f) {
 }
 
 /// The walk over the boxes under a pair of leaves: all pairs of faces whose boxes are near.
-void walk_boxes(const LeafBoxes& a, int root_a, const LeafBoxes& b, int root_b, float distance,
+void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, float distance,
                 std::vector<NodePair>& stack, std::vector<SlotPair>& near_faces,
                 QueryCounters& counters) noexcept {
     const float most = certain_square(distance);
+    a.fit_root(root_a);
+    b.fit_root(root_b);
+    if (apart(a.whole(root_a), b.whole(root_b), distance)) return;
     stack.assign(1, {root_a, root_b});
     while (!stack.empty()) {
         const NodePair pair = stack.back();
         stack.pop_back();
         const LeafBoxes::Node &node_a = a.node(pair.a), &node_b = b.node(pair.b);
-        const BoxPack &boxes_a = a.boxes(pair.a), &boxes_b = b.boxes(pair.b);
+        const BoxPack& boxes_a = a.open(pair.a);
+        const unsigned near_b = near(boxes_a, b.whole(pair.b), most);
+        if (near_b == 0) continue;
+        const BoxPack& boxes_b = b.open(pair.b);
         counters.box_tests += node_a.count * node_b.count;
         unsigned any = 0;  // of b's boxes
-        for_each_bit(near(boxes_a, b.whole(pair.b), most), [&](int i) {
+        for_each_bit(near_b, [&](int i) {
             const unsigned mask = near(boxes_b, boxes_a.box(i), most);
             any |= mask;
             if (mask == 0 || (node_a.has_faces() && !node_b.has_faces())) return;
@@ -168,16 +174,18 @@ void PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance, cons
     face_pairs_.clear();
     LeafBoxes &boxes_a = a.state_->boxes, &boxes_b = b.state_->boxes;
     near_.clear();
+    const auto opened = [&] { return boxes_a.opened() + (&a == &b ? 0 : boxes_b.opened()); };
+    const long opened_before = opened();
     for (std::size_t i = 0; i < leaf_pairs_.size(); ++i) {
         const LeafPair pair = leaf_pairs_[i];
         if (i + 1 < leaf_pairs_.size()) {
-            boxes_a.fetch(leaf_pairs_[i + 1].a);
-            boxes_b.fetch(leaf_pairs_[i + 1].b);
+            boxes_a.fetch(boxes_a.root(leaf_pairs_[i + 1].a));
+            boxes_b.fetch(boxes_b.root(leaf_pairs_[i + 1].b));
         }
-        counters_.boxes_refitted += boxes_a.refit(pair.a) + boxes_b.refit(pair.b);
         walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), distance, stack_, near_,
                    counters_);
     }
+    counters_.boxes_refitted = opened() - opened_before;
     counters_.triangle_tests = static_cast<long>(near_.size());
     narrow(boxes_a, boxes_b);
     for (const SlotPair& pair : near_) face_pairs_.push_back({boxes_a.face(pair.a), boxes_b.face(pair.b)});

@@ -13,7 +13,7 @@ struct QueryCounters {
     long nodes_out_of_range = 0;  // of them exactly: their input was out of the calibrated range
     long node_tests = 0;          // pairs of tree nodes compared
     long leaf_pairs = 0;          // leaf pairs whose bounds overlap
-    long boxes_refitted = 0;      // boxes of the trees under leaves
+    long boxes_refitted = 0;      // nodes of the trees under leaves, of up to eight boxes each
     long box_tests = 0;
     long triangle_tests = 0;
     long face_pairs = 0;  // reported
