@@ -19,10 +19,12 @@ class Positions {
     Positions(const Vertices& x) noexcept : Positions(VerticesRef(x)) {}
     template <int Options, class Stride>
     Positions(const Eigen::Map<const Vertices, Options, Stride>& x) noexcept : Positions(VerticesRef(x)) {}
-    explicit Positions(EmbeddedPositions& source) noexcept : Positions(VerticesRef(source.rows())) {
-        source_ = &source;
-        last_ = -1;  // its rows have four numbers each
-    }
+    explicit Positions(EmbeddedPositions& source) noexcept
+        : x_(source.rows().data()),
+          rows_(source.vertex_count()),
+          stride_(source.rows().outerStride()),
+          last_(-1),  // its rows have four numbers each
+          source_(&source) {}
 
     void require(std::span<const int> vertices) const noexcept {
         if (source_) source_->compute(vertices);

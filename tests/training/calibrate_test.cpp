@@ -212,7 +212,7 @@ TEST(Calibration, KeepsWhatTheShapeNeededWhereItsOwnPosesAreMild) {
     mild.excess.array() -= 1;
     const Calibration calibration = calibrate(bound.tree(), shape, mild, {.miss_rate = 0.02});
     // A tenth of the rate: one of 600 poses may miss.
-    const auto missed = misses(calibration, shape).cast<int>();
+    const Eigen::ArrayXXi missed = misses(calibration, shape).cast<int>();
     EXPECT_LE(missed.colwise().sum().maxCoeff(), 1);
     EXPECT_EQ(missed.sum(), missed.cols());
 }
