@@ -28,8 +28,14 @@ class AutoBoxes {
         return exact_.box(node);
     }
     Sphere bound(int node) noexcept { return sphere_around(box(node)); }
-    void fetch(int node) const noexcept {
-        if (learned_) local_->fetch(node);
+    void fetch_node(int node) const noexcept {
+        if (learned_) local_->fetch_node(node);
+    }
+    void fetch_samples(int node) const noexcept {
+        if (learned_) local_->fetch_samples(node);
+    }
+    void fetch_positions(int node) const noexcept {
+        if (learned_) local_->fetch_positions(node);
     }
 
     /// Nodes that were asked for in this pose, and how many of learned ones' were out of range.

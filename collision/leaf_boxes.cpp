@@ -27,7 +27,6 @@ LeafBoxes::LeafBoxes(const CollisionTree& tree) : tree_(&tree), roots_(tree.sphe
     list_vertices();
     boxes_.resize(nodes_.size());
     wholes_.assign(nodes_.size(), empty_box());
-    fitted_.assign(nodes_.size(), 0);
     opened_.assign(nodes_.size(), 0);
 }
 
@@ -82,19 +81,12 @@ void LeafBoxes::begin_pose(const Positions& x) noexcept {
     opened_count_ = 0;
 }
 
-void LeafBoxes::fit_root(int root) noexcept {
-    std::uint64_t& fitted = fitted_[static_cast<std::size_t>(root)];
-    if (fitted == pose_) return;
-    fitted = pose_;
-    const std::span<const int> vertices = vertices_of(node(root));
-    x_.require(vertices);
-    wholes_[static_cast<std::size_t>(root)] = bounding_box(x_, vertices);
-}
-
 void LeafBoxes::fit(int i) noexcept {
     const Node& n = node(i);
+    x_.require(vertices_of(n));
     std::array<Box, lanes> boxes;
     boxes.fill(empty_box());
+    Box all = empty_box();
     for (int k = 0; k < n.count; ++k) {
         Box& box = boxes[static_cast<std::size_t>(k)];
         if (n.has_faces()) {
@@ -105,8 +97,11 @@ void LeafBoxes::fit(int i) noexcept {
             const int child = n.first_child + k;
             wholes_[static_cast<std::size_t>(child)] = box = bounding_box(x_, vertices_of(node(child)));
         }
+        all = joined(all, box);
     }
     boxes_[static_cast<std::size_t>(i)] = BoxPack(boxes);
+    all.lo[3] = all.hi[3] = 0;
+    wholes_[static_cast<std::size_t>(i)] = all;
     opened_[static_cast<std::size_t>(i)] = pose_;
     ++opened_count_;
 }

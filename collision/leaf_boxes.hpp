@@ -6,6 +6,7 @@
 
 #include "collision/box_pack.hpp"
 #include "collision/collision_tree.hpp"
+#include "collision/fetch.hpp"
 #include "collision/positions.hpp"
 
 namespace nbd {
@@ -36,12 +37,11 @@ class LeafBoxes {
     int root(int leaf) const noexcept { return roots_[static_cast<std::size_t>(leaf)]; }
     const Node& node(int i) const noexcept { return nodes_[static_cast<std::size_t>(i)]; }
 
-    /// Makes the box around a root fit the pose; before anything below it is looked at.
-    void fit_root(int root) noexcept;
-    /// The box around all faces of a node: a root that fits, or a child of an open node.
+    /// The box around all faces of a node that was opened, or whose parent was.
     const Box& whole(int i) const noexcept { return wholes_[static_cast<std::size_t>(i)]; }
 
-    /// Makes the boxes of a node's children or faces fit the pose, and returns them in their order.
+    /// Makes the boxes of a node's children or faces fit the pose, and returns them in their order. A node
+    /// other than a root: after its parent.
     const BoxPack& open(int i) noexcept {
         if (opened_[static_cast<std::size_t>(i)] != pose_) fit(i);
         return boxes_[static_cast<std::size_t>(i)];
@@ -49,9 +49,18 @@ class LeafBoxes {
     /// Nodes opened in this pose.
     long opened() const noexcept { return opened_count_; }
 
-    /// Has the cache bring what fit_root(root) will read, where that reads anything.
-    void fetch(int root) const noexcept {
-        if (fitted_[static_cast<std::size_t>(root)] != pose_) x_.fetch(vertices_of(node(root)));
+    /// Have the cache bring what opening a root will read, where that reads anything: first which vertices,
+    /// then where they are.
+    void fetch_vertices(int root) const noexcept {
+        if (opened_[static_cast<std::size_t>(root)] != pose_) fetch_lines(vertices_of(node(root)));
+    }
+    void fetch_positions(int root) const noexcept {
+        if (opened_[static_cast<std::size_t>(root)] != pose_) x_.fetch(vertices_of(node(root)));
+    }
+    /// Likewise for a node below an open one.
+    void fetch_node(int i) const noexcept {
+        fetch_line(&boxes_[static_cast<std::size_t>(i)]);
+        fetch_line(corners(node(i).first_slot));
     }
 
     /// Row of the face array at position `slot` of the sphere tree's `faces`.
@@ -81,8 +90,8 @@ class LeafBoxes {
     std::vector<int> vertices_;
     std::vector<BoxPack> boxes_;
     std::vector<Box> wholes_;
-    Faces corners_;                               // of the face in each slot
-    std::vector<std::uint64_t> fitted_, opened_;  // [nodes] the pose a root's box and a node's pack belong to
+    Faces corners_;                      // of the face in each slot
+    std::vector<std::uint64_t> opened_;  // [nodes] the pose that boxes belong to
     std::uint64_t pose_ = 0;
     long opened_count_ = 0;
 };

@@ -43,8 +43,16 @@ class LocalBoxes {
         }
         return entry.box;
     }
-    /// Has the cache bring what box(node) will read, where that reads anything.
-    void fetch(int node) const noexcept {
+    /// Have the cache bring what box(node) will read, where that reads anything: first where the node keeps
+    /// it, then which samples, then where these are.
+    void fetch_node(int node) const noexcept {
+        fetch_line(&entries_[static_cast<std::size_t>(node)]);
+        fetch_line(&model_->nodes[static_cast<std::size_t>(node)]);
+    }
+    void fetch_samples(int node) const noexcept {
+        if (entries_[static_cast<std::size_t>(node)].pose != pose_) fetch_lines(model_->node_samples(node));
+    }
+    void fetch_positions(int node) const noexcept {
         if (entries_[static_cast<std::size_t>(node)].pose != pose_) x_.fetch(model_->node_samples(node));
     }
     /// The sphere around that box.

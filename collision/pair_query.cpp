@@ -16,12 +16,21 @@ namespace {
 
 int face_count(const SphereTree::Node& node) noexcept { return node.face_end - node.face_begin; }
 
-/// How many pairs of a level ahead a node's data is fetched.
-constexpr std::size_t fetch_ahead = 6;
-
-template <Bound B>
-void fetch(const B& bounds, int node) noexcept {
-    if constexpr (requires { bounds.fetch(node); }) bounds.fetch(node);
+/// Fetches what bounds of the nodes some pairs ahead will read, in three stages, each of which needs the one
+/// before to have come.
+template <class A, class B>
+void fetch_ahead(const A& bounds_a, const B& bounds_b, const std::vector<NodePair>& level,
+                 std::size_t i) noexcept {
+    constexpr std::size_t nodes = 15, samples = 10, positions = 5;
+    const auto fetch = [&](const auto& bounds, int NodePair::*node) {
+        if constexpr (requires { bounds.fetch_positions(0); }) {
+            if (i + nodes < level.size()) bounds.fetch_node(level[i + nodes].*node);
+            if (i + samples < level.size()) bounds.fetch_samples(level[i + samples].*node);
+            if (i + positions < level.size()) bounds.fetch_positions(level[i + positions].*node);
+        }
+    };
+    fetch(bounds_a, &NodePair::a);
+    fetch(bounds_b, &NodePair::b);
 }
 
 /// The walk of PairQuery over the sphere trees, for one pair of kinds of bounds. Level by level, so that
@@ -35,10 +44,7 @@ void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, 
         counters.node_tests += static_cast<long>(level.size());
         for (std::size_t i = 0; i < level.size(); ++i) {
             const NodePair pair = level[i];
-            if (i + fetch_ahead < level.size()) {
-                fetch(bounds_a, level[i + fetch_ahead].a);
-                fetch(bounds_b, level[i + fetch_ahead].b);
-            }
+            fetch_ahead(bounds_a, bounds_b, level, i);
             const SphereTree::Node& node_a = a.tree->spheres.nodes[static_cast<std::size_t>(pair.a)];
             const SphereTree::Node& node_b = b.tree->spheres.nodes[static_cast<std::size_t>(pair.b)];
             bool first_is_larger;
@@ -76,8 +82,8 @@ void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, float distan
                 std::vector<NodePair>& stack, std::vector<SlotPair>& near_faces,
                 QueryCounters& counters) noexcept {
     const float most = certain_square(distance);
-    a.fit_root(root_a);
-    b.fit_root(root_b);
+    a.open(root_a);
+    b.open(root_b);
     if (apart(a.whole(root_a), b.whole(root_b), distance)) return;
     stack.assign(1, {root_a, root_b});
     while (!stack.empty()) {
@@ -103,6 +109,8 @@ void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, float distan
             else
                 for_each_bit(mask, [&](int j) {
                     stack.push_back({node_a.first_child + i, node_b.first_child + j});
+                    a.fetch_node(stack.back().a);
+                    b.fetch_node(stack.back().b);
                 });
         });
         if (node_a.has_faces() && !node_b.has_faces())
@@ -178,9 +186,13 @@ void PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance, cons
     const long opened_before = opened();
     for (std::size_t i = 0; i < leaf_pairs_.size(); ++i) {
         const LeafPair pair = leaf_pairs_[i];
+        if (i + 2 < leaf_pairs_.size()) {
+            boxes_a.fetch_vertices(boxes_a.root(leaf_pairs_[i + 2].a));
+            boxes_b.fetch_vertices(boxes_b.root(leaf_pairs_[i + 2].b));
+        }
         if (i + 1 < leaf_pairs_.size()) {
-            boxes_a.fetch(boxes_a.root(leaf_pairs_[i + 1].a));
-            boxes_b.fetch(boxes_b.root(leaf_pairs_[i + 1].b));
+            boxes_a.fetch_positions(boxes_a.root(leaf_pairs_[i + 1].a));
+            boxes_b.fetch_positions(boxes_b.root(leaf_pairs_[i + 1].b));
         }
         walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), distance, stack_, near_,
                    counters_);

@@ -3,6 +3,7 @@
 #include <span>
 
 #include "collision/embedded_positions.hpp"
+#include "collision/fetch.hpp"
 #include "collision/geometry.hpp"
 
 namespace nbd {
@@ -37,10 +38,8 @@ class Positions {
 
     /// Has the cache bring them; nothing where they are computed on demand.
     void fetch(std::span<const int> vertices) const noexcept {
-#ifdef __GNUC__
         if (source_) return;
-        for (const int v : vertices) __builtin_prefetch(data(v));
-#endif
+        for (const int v : vertices) fetch_line(data(v));
     }
 
     /// Vertex `v` as four floats, so that it fits a vector register: x, y, z and something, finite or not,
