@@ -11,6 +11,7 @@
 #include "training/code_spread.hpp"
 #include "training/conformal.hpp"
 #include "training/recording_hash.hpp"
+#include "training/shape_scores.hpp"
 #include "training/split.hpp"
 
 namespace nbd {
@@ -177,12 +178,13 @@ void calibrate(TreeFile& file, const RecordingReader& recording, const Calibrate
         throw std::runtime_error(fmt::format("{}: no trajectories to calibrate on; training kept none for it",
                                              recording.path().string()));
     shape = spread(shape, config.shape_poses);
-    if (file.tree.modal) measure_code_spread(body, recording, shape, *file.tree.modal);
+    if (file.tree.modal)
+        fit_code_spread(scaled_codes(body, recording, shape, *file.tree.modal), *file.tree.modal);
     file.tree.calibrations.clear();
     const auto tree = std::make_shared<const CollisionTree>(file.tree);
     for (const BoundKind kind : bound_kinds) {
         if (!can_miss(kind) || !has_bounds(file.tree, kind)) continue;
-        const BoundScores known = score_bounds(body, tree, kind, recording, shape);
+        const BoundScores known = score_shape(body, *tree, kind, recording, shape);
         const BoundScores scores = score_bounds(body, tree, kind, recording, frames);
         try {
             file.tree.calibrations[kind] = calibrate(tree->spheres, known, scores, config);

@@ -4,13 +4,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "training/mlp.hpp"
-
 namespace nbd {
 
-void measure_code_spread(const SurfaceBody& body, const RecordingReader& recording,
-                         std::span<const FrameId> frames, ModalModel& model) {
-    if (frames.empty()) throw std::invalid_argument("no poses to measure the spread of codes on");
+PoseRows scaled_codes(const SurfaceBody& body, const RecordingReader& recording,
+                      std::span<const FrameId> frames, const ModalModel& model) {
     const Eigen::Index m = model.mode_count();
     PoseRows codes(static_cast<Eigen::Index>(frames.size()), m);
     std::vector<ModalCodeScratch> scratch(frame_slots);
@@ -20,6 +17,12 @@ void measure_code_spread(const SurfaceBody& body, const RecordingReader& recordi
         modal_code(model.modes, x, scratch[s], z[s]);
         codes.row(index) = (z[s] - model.z_centre).cwiseProduct(model.z_scale).transpose();
     });
+    return codes;
+}
+
+void fit_code_spread(const PoseRows& codes, ModalModel& model) {
+    if (codes.rows() == 0) throw std::invalid_argument("no poses to measure the spread of codes on");
+    const Eigen::Index m = codes.cols();
     const Eigen::MatrixXd Z = codes.cast<double>();
     const Eigen::RowVectorXd mean = Z.colwise().mean();
     const Eigen::MatrixXd centred = Z.rowwise() - mean;

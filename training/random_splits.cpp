@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "training/recording_hash.hpp"
+#include "training/shape_scores.hpp"
 #include "training/split.hpp"
 
 namespace nbd {
@@ -57,7 +58,7 @@ std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind
         config = {.miss_rate = found->second.miss_rate, .confidence = found->second.confidence};
     const std::vector<FrameId> known =
         spread(frames_of(recording, file.facts.split, FrameSet::train), config.shape_poses);
-    return check_random_splits(tree->spheres, score_bounds(body, tree, kind, recording, known),
+    return check_random_splits(tree->spheres, score_shape(body, *tree, kind, recording, known),
                                score_bounds(body, tree, kind, recording, pool), config, splits);
 }
 

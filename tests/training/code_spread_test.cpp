@@ -7,6 +7,7 @@
 #include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
 #include "training/cluster_modes.hpp"
+#include "training/shape_scores.hpp"
 
 namespace nbd {
 namespace {
@@ -25,7 +26,7 @@ TEST_F(CodeSpread, MakesKnownCodesUncorrelatedOfVarianceOne) {
     model.modes = cluster_modes(bar.body, data, frames, {.k_means = {.clusters = 40}}).modes;
     model.z_centre = Eigen::VectorXf::Constant(6, 0.3f);
     model.z_scale = Eigen::VectorXf::LinSpaced(6, 0.5f, 2.f);
-    measure_code_spread(bar.body, data, frames, model);
+    fit_code_spread(scaled_codes(bar.body, data, frames, model), model);
     ASSERT_EQ(model.code_mean.size(), 6);
 
     Eigen::MatrixXd codes(static_cast<Eigen::Index>(frames.size()), 6);
@@ -58,13 +59,38 @@ TEST_F(CodeSpread, IsTheSameOnAnyNumberOfThreadsAndNeedsPoses) {
     model.modes = cluster_modes(bar.body, data, frames, {.k_means = {.clusters = 30}}).modes;
     model.z_centre = Eigen::VectorXf::Zero(5);
     model.z_scale = Eigen::VectorXf::Ones(5);
-    ModalModel other = model;
-    test::on_threads(1, [&] { measure_code_spread(bar.body, data, frames, model); });
-    test::on_threads(4, [&] { measure_code_spread(bar.body, data, frames, other); });
-    EXPECT_EQ(model.code_mean, other.code_mean);
-    EXPECT_EQ(model.code_whitening, other.code_whitening);
-    EXPECT_EQ(error_of([&] { measure_code_spread(bar.body, data, {}, model); }),
+    const auto on = [&](int threads) {
+        return test::on_threads(threads, [&] { return scaled_codes(bar.body, data, frames, model); });
+    };
+    EXPECT_EQ(on(1), on(4));
+    EXPECT_EQ(error_of([&] { fit_code_spread(PoseRows(0, 5), model); }),
               "no poses to measure the spread of codes on");
+}
+
+TEST_F(CodeSpread, CallsThePosesItIsMeasuredOnAsStrangeAsFreshOnes) {
+    const Bar bar(6);
+    bar.record(folder / "data.h5", 12, 4, 5);
+    const RecordingReader data(folder / "data.h5");
+    const std::vector<FrameId> frames = complete_frames(data);
+    CollisionTree tree = make_exact_tree(bar.body.X, bar.body.F, {.depth = 1});
+    ModalModel& model = tree.modal.emplace();
+    model.modes = cluster_modes(bar.body, data, frames, {.k_means = {.clusters = 40}}).modes;
+    model.z_centre = Eigen::VectorXf::Zero(6);
+    model.z_scale = Eigen::VectorXf::Ones(6);
+    model.hidden = 4;
+    model.weights.assign(3 * static_cast<std::size_t>(model.weights_per_node()), 0.f);
+    model.out_centre = model.out_scale = Eigen::MatrixXf::Zero(4, 3);
+    model.out_centre.row(3).setConstant(10);  // nothing stands outside
+    fit_code_spread(scaled_codes(bar.body, data, frames, model), model);
+    const auto known = std::make_shared<const CollisionTree>(tree);
+    const BoundScores plain = score_bounds(bar.body, known, BoundKind::modal, data, frames),
+                      fair = score_shape(bar.body, tree, BoundKind::modal, data, frames);
+    EXPECT_EQ(fair.trajectories, plain.trajectories);
+    EXPECT_EQ(fair.excess, plain.excess);
+    // Left out of a mean of squares that is 1 with it, a pose's own share counts in full.
+    EXPECT_GT(fair.strangeness.col(0).mean(), 1.05f * plain.strangeness.col(0).mean());
+    EXPECT_EQ(score_shape(bar.body, tree, BoundKind::modal, data, std::span(frames).first(4)).strangeness,
+              plain.strangeness.topRows(4));  // one trajectory leaves nothing to compare with
 }
 
 }  // namespace
