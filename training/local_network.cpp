@@ -22,9 +22,8 @@ namespace {
 using dense_kernel::Adjacent;
 using dense_kernel::multiply;
 
-constexpr int H = LocalModel::hidden;
-
-/// Where the parts of the weights lie, for so many samples.
+/// Where the parts of the weights of a network of width H lie, for so many samples.
+template <int H>
 struct Shape {
     int inputs;
     int b1() const noexcept { return H * inputs; }
@@ -50,9 +49,10 @@ struct Scaling {
 };
 
 /// One batch through a network and back.
+template <int H>
 class Batch {
  public:
-    Batch(Shape shape, int capacity)
+    Batch(Shape<H> shape, int capacity)
         : shape_(shape),
           x_(capacity * shape.inputs),
           target_(capacity),
@@ -113,24 +113,25 @@ class Batch {
         g[shape_.b3()] = d3_.head(n).sum();
         g.segment<H>(shape_.w3()).noalias() = h2.matrix() * d3_.head(n);
         // Through ReLU: a neuron that gave 0 passes nothing back.
-        d2 = (w.segment<H>(shape_.w3()) * d3_.head(n).transpose()).array() * (h2 > 0).cast<float>();
+        d2 = (w.segment<H>(shape_.w3()) * d3_.head(n).transpose()).array() * (h2 > 0).template cast<float>();
         multiply<H, Adjacent::n>(d2_.data(), count_, h1_.data(), H, H, nullptr, g.data() + shape_.W2());
         g.segment<H>(shape_.b2()) = d2.rowwise().sum();
         Eigen::Map<Eigen::Matrix<float, H, H>>(rows_.data()) =
             Eigen::Map<const Eigen::Matrix<float, H, H>>(w.data() + shape_.W2()).transpose();
         multiply<H, Adjacent::k>(rows_.data(), H, d2_.data(), H, count_, nullptr, d1_.data());
-        d1 *= (h1 > 0).cast<float>();
+        d1 *= (h1 > 0).template cast<float>();
         multiply<H, Adjacent::n>(d1_.data(), count_, x_.data(), shape_.inputs, shape_.inputs, nullptr,
                                  g.data());
         g.segment<H>(shape_.b1()) = d1.rowwise().sum();
     }
 
-    Shape shape_;
+    Shape<H> shape_;
     int count_ = 0;
     Eigen::VectorXf x_, target_, h1_, h2_, d1_, d2_, d3_, rows_;
 };
 
-Eigen::VectorXf initial_network(Shape shape, std::uint64_t seed, std::uint64_t stream) {
+template <int H>
+Eigen::VectorXf initial_network(Shape<H> shape, std::uint64_t seed, std::uint64_t stream) {
     Eigen::VectorXf w = Eigen::VectorXf::Zero(shape.weights());
     const auto draw = [&](int begin, int end, double width) {
         for (int i = begin; i < end; ++i)
@@ -153,7 +154,8 @@ void shuffle(std::vector<int>& order, std::uint64_t seed, std::uint64_t stream, 
 }
 
 /// Takes the scalings of inputs and output into the weights.
-void unscale(Shape shape, const std::vector<Scaling>& inputs, const Scaling& output, Eigen::VectorXf& w) {
+template <int H>
+void unscale(Shape<H> shape, const std::vector<Scaling>& inputs, const Scaling& output, Eigen::VectorXf& w) {
     for (int i = 0; i < shape.inputs; ++i) {
         const Scaling& s = inputs[static_cast<std::size_t>(i)];
         w.segment<H>(H * i) *= s.factor;
@@ -164,22 +166,10 @@ void unscale(Shape shape, const std::vector<Scaling>& inputs, const Scaling& out
     w[shape.b3()] = w[shape.b3()] * width + output.mean;
 }
 
-}  // namespace
-
-void check_network_config(const LocalNetworkConfig& c) {
-    const auto require = [](bool ok, const char* what, auto value, const char* allowed) {
-        if (!ok) throw std::invalid_argument(fmt::format("{} {}, allowed is {}", what, value, allowed));
-    };
-    require(c.epochs >= 1, "epochs of a local network:", c.epochs, "1 or more");
-    require(c.batch >= 1, "batch of a local network:", c.batch, "1 or more");
-    require(c.learning_rate > 0 && c.learning_rate <= 1, "learning rate of a local network", c.learning_rate,
-            "(0, 1]");
-    require(c.quantile >= 0 && c.quantile < 1, "quantile of a local network", c.quantile, "[0, 1)");
-}
-
-TrainedLocalNetwork train_local_network(const PoseRows& distances, const Eigen::VectorXf& growth,
-                                        const LocalNetworkConfig& config, std::uint64_t stream) {
-    const Shape shape{static_cast<int>(distances.cols())};
+template <int H>
+TrainedLocalNetwork train_network(const PoseRows& distances, const Eigen::VectorXf& growth,
+                                  const LocalNetworkConfig& config, std::uint64_t stream) {
+    const Shape<H> shape{static_cast<int>(distances.cols())};
     const int poses = static_cast<int>(distances.rows());
     PoseRows inputs(poses, shape.inputs);
     std::vector<Scaling> scalings;
@@ -193,7 +183,7 @@ TrainedLocalNetwork train_local_network(const PoseRows& distances, const Eigen::
     TrainedLocalNetwork result{.weights = initial_network(shape, config.seed, stream)};
     if (output.factor == 0) result.weights.setZero();  // nothing to learn but the mean
     Adam adam(shape.weights(), 0);
-    Batch batch(shape, std::min(config.batch, poses));
+    Batch<H> batch(shape, std::min(config.batch, poses));
     Eigen::VectorXf gradient(shape.weights());
     std::vector<int> order(static_cast<std::size_t>(poses));
     std::iota(order.begin(), order.end(), 0);
@@ -215,13 +205,39 @@ TrainedLocalNetwork train_local_network(const PoseRows& distances, const Eigen::
     return result;
 }
 
-Eigen::VectorXf apply_local_network(const Eigen::VectorXf& w, const PoseRows& distances) {
-    const Shape shape{static_cast<int>(distances.cols())};
+template <int H>
+Eigen::VectorXf apply_network(const Eigen::VectorXf& w, const PoseRows& distances) {
+    const Shape<H> shape{static_cast<int>(distances.cols())};
     const Eigen::Map<const Eigen::MatrixXf> W1(w.data(), H, shape.inputs), W2(w.data() + shape.W2(), H, H);
     const Eigen::MatrixXf h1 =
         ((W1 * distances.transpose()).colwise() + w.segment<H>(shape.b1())).cwiseMax(0);
     const Eigen::MatrixXf h2 = ((W2 * h1).colwise() + w.segment<H>(shape.b2())).cwiseMax(0);
     return (h2.transpose() * w.segment<H>(shape.w3())).array() + w[shape.b3()];
+}
+
+}  // namespace
+
+void check_network_config(const LocalNetworkConfig& c) {
+    const auto require = [](bool ok, const char* what, auto value, const char* allowed) {
+        if (!ok) throw std::invalid_argument(fmt::format("{} {}, allowed is {}", what, value, allowed));
+    };
+    require(c.epochs >= 1, "epochs of a local network:", c.epochs, "1 or more");
+    require(c.batch >= 1, "batch of a local network:", c.batch, "1 or more");
+    require(c.learning_rate > 0 && c.learning_rate <= 1, "learning rate of a local network", c.learning_rate,
+            "(0, 1]");
+    require(c.hidden == 16 || c.hidden == 32, "width of a local network:", c.hidden, "16 or 32");
+    require(c.quantile >= 0 && c.quantile < 1, "quantile of a local network", c.quantile, "[0, 1)");
+}
+
+TrainedLocalNetwork train_local_network(const PoseRows& distances, const Eigen::VectorXf& growth,
+                                        const LocalNetworkConfig& config, std::uint64_t stream) {
+    return config.hidden == 32 ? train_network<32>(distances, growth, config, stream)
+                               : train_network<16>(distances, growth, config, stream);
+}
+
+Eigen::VectorXf apply_local_network(const Eigen::VectorXf& w, const PoseRows& distances) {
+    const bool wide = w.size() == Shape<32>{static_cast<int>(distances.cols())}.weights();
+    return wide ? apply_network<32>(w, distances) : apply_network<16>(w, distances);
 }
 
 }  // namespace nbd

@@ -10,6 +10,7 @@ namespace nbd {
 /// How the small networks of local bounds are trained: Adam, random batches, a rate that falls along a half
 /// cosine to 0.
 struct LocalNetworkConfig {
+    int hidden = 16;  // width of both layers: 16, which a LocalModel takes, or 32, for comparison
     int epochs = 60;
     int batch = 128;
     double learning_rate = 5e-3;

@@ -79,6 +79,9 @@ LocalModel::BoxFit fit_box(const LocalReach& reach, Eigen::Index node, double mi
 void check_local_config(const LocalConfig& config) {
     check_samples_config(config.samples);
     check_network_config(config.networks);
+    if (config.networks.hidden != LocalModel::hidden)
+        throw std::invalid_argument(
+            fmt::format("local networks {} wide, allowed is {}", config.networks.hidden, LocalModel::hidden));
     if (config.sample_poses < 1)
         throw std::invalid_argument(
             fmt::format("{} poses to choose samples from, at least 1 needed", config.sample_poses));

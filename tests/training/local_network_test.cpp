@@ -25,11 +25,13 @@ struct Known {
 
 TEST(LocalNetwork, LearnsAKnownFunction) {
     const Known known;
-    const auto trained = train_local_network(known.distances, known.growth, {}, 3);
-    const Eigen::VectorXf error = apply_local_network(trained.weights, known.distances) - known.growth;
-    const float deviation = std::sqrt((known.growth.array() - known.growth.mean()).square().mean());
-    EXPECT_LT(std::sqrt(error.squaredNorm() / 2000), 0.08f * deviation);
-    EXPECT_LT(trained.loss, 0.01f);
+    for (const int hidden : {16, 32}) {
+        const auto trained = train_local_network(known.distances, known.growth, {.hidden = hidden}, 3);
+        const Eigen::VectorXf error = apply_local_network(trained.weights, known.distances) - known.growth;
+        const float deviation = std::sqrt((known.growth.array() - known.growth.mean()).square().mean());
+        EXPECT_LT(std::sqrt(error.squaredNorm() / 2000), 0.08f * deviation) << hidden;
+        EXPECT_LT(trained.loss, 0.01f) << hidden;
+    }
 }
 
 TEST(LocalNetwork, WithPinballLossGivesTheQuantile) {
