@@ -16,11 +16,14 @@ namespace nbd {
 
 namespace {
 
-enum class Fit { mean, quantile, linear, network, network_quantile };
-constexpr Fit fits[] = {Fit::mean, Fit::quantile, Fit::linear, Fit::network, Fit::network_quantile};
+enum class Fit { mean, quantile, linear, network, network_quantile, network_32, network_relative };
+constexpr Fit fits[] = {
+    Fit::mean,       Fit::quantile,        Fit::linear, Fit::network, Fit::network_quantile,
+    Fit::network_32, Fit::network_relative};
 
 const char* name(Fit fit) {
-    constexpr const char* names[] = {"mean", "quantile", "linear", "network", "network quantile"};
+    constexpr const char* names[] = {"mean",       "quantile",        "linear", "network", "network quantile",
+                                     "network 32", "network relative"};
     return names[static_cast<int>(fit)];
 }
 
@@ -41,6 +44,11 @@ Eigen::VectorXd linear_fit(const PoseRows& distances, const Eigen::VectorXf& gro
     Eigen::MatrixXd G = A.transpose() * A;
     G.diagonal().array() += 1e-6 * G.trace() / static_cast<double>(G.rows());
     return G.ldlt().solve(A.transpose() * growth.cast<double>());
+}
+
+/// Rows in units of their own.
+PoseRows over(const PoseRows& rows, const Eigen::VectorXf& units) {
+    return rows.array().colwise() / units.array();
 }
 
 /// The three sets of frames as one choice of samples sees them.
@@ -75,7 +83,22 @@ Growth predict(const Measured& sets, std::size_t node, Fit fit, const LocalAblat
         });
     }
     LocalNetworkConfig networks = config.local.networks;
-    networks.quantile = fit == Fit::network ? 0 : 1 - config.miss_rate;
+    if (fit == Fit::network_quantile) networks.quantile = 1 - config.miss_rate;
+    if (fit == Fit::network_32) networks.hidden = 32;
+    if (fit == Fit::network_relative) {
+        const Eigen::VectorXf largest = sets.train.distance.col(i);
+        const Eigen::VectorXf w =
+            train_local_network(over(distances, largest), growth.cwiseQuotient(largest), networks, node)
+                .weights;
+        const auto grown = [&](const LocalReach& set) -> Eigen::VectorXf {
+            const Eigen::VectorXf unit = set.distance.col(i);
+            return apply_local_network(w, over(set.samples[node], unit))
+                .cwiseProduct(unit)
+                .cwiseMax(0)
+                .cwiseMin(growth.maxCoeff());
+        };
+        return {grown(sets.calibration), grown(sets.test)};
+    }
     const Eigen::VectorXf w = train_local_network(distances, growth, networks, node).weights;
     return both([&](const PoseRows& d) { return apply_local_network(w, d); });
 }
@@ -217,7 +240,9 @@ std::vector<LocalAblationRow> ablate_local_bounds(const SurfaceBody& body, const
                         row.box_missing += node.box_missing / count;
                     }
                     const bool network = fit == Fit::network || fit == Fit::network_quantile;
-                    row.nanoseconds = nanoseconds_of_spheres(network ? wide : model, levels[depth], poses);
+                    if (fit != Fit::network_32 && fit != Fit::network_relative)
+                        row.nanoseconds =
+                            nanoseconds_of_spheres(network ? wide : model, levels[depth], poses);
                     rows.push_back(row);
                 }
             }

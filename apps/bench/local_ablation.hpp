@@ -23,7 +23,8 @@ struct LocalAblationRow {
     std::string rule;     // of choosing samples, see SampleRule
     std::string samples;  // asked for
     std::string fit;      // of what vertices reach beyond samples: mean, quantile, linear, network, network
-                          // quantile
+                          // quantile, network 32 (of that width), network relative (everything over the
+                          // largest distance)
     int depth = 0;
     double mean_samples = 0;   // of a node
     double radius_error = 0;   // mean of |r - r_exact| / r_exact at margin 0
@@ -32,7 +33,8 @@ struct LocalAblationRow {
     double missing_bare = 0;   // likewise at margin 0
     double box_growth = 0;     // mean growth of the samples' box over the node's radius
     double box_missing = 0;    // share of nodes and poses where the grown box misses a vertex
-    double nanoseconds = 0;    // a sphere, median over rounds, all nodes of the depth in turn
+    double nanoseconds = 0;    // a sphere, median over rounds, all nodes of the depth in turn; 0 where bounds
+                               // have no such network
 };
 
 /// Trains every choice on the training trajectories of the split, calibrates it on every second of the

@@ -154,6 +154,11 @@ void add_bench_local(CLI::App& bench, Output& out) {
         ->capture_default_str()
         ->check(not_negative());
     command
+        ->add_option("--box-miss-rate", config.local.box_miss_rate,
+                     "Of a node in a pose, that the growth of boxes lets pass in training")
+        ->capture_default_str()
+        ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
+    command
         ->add_option("--miss-rate", config.miss_rate, "Of a node in a pose, that margins are calibrated for")
         ->capture_default_str()
         ->check(between(0, 0.5));

@@ -57,7 +57,8 @@ void run(const EvaluateArguments& arguments, Output& out) {
         const std::string body = std::filesystem::path(arguments.tree).stem().string();
         const BodyFigures figures = make_body_figures(body, tree, recording, config.max_frames);
         h5::AtomicFile file(arguments.html);
-        file.out() << html_report(tree, figures, out.command_line);
+        file.out() << html_report(tree, figures, check_promises(tree, recording, config.max_frames),
+                                  out.command_line);
         file.commit();
     }
     if (!arguments.csv.empty()) {

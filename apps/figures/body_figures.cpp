@@ -48,4 +48,17 @@ BodyFigures make_body_figures(const std::string& body, const TreeFile& file, con
     return figures;
 }
 
+std::vector<PromiseRow> check_promises(const TreeFile& file, const RecordingReader& recording,
+                                       int max_frames) {
+    const auto tree = std::make_shared<const CollisionTree>(file.tree);
+    std::vector<FrameId> frames = test_frames(file, recording).back().frames;
+    if (max_frames > 0) frames = spread(frames, max_frames);
+    std::vector<PromiseRow> promises;
+    for (const auto& [kind, calibration] : tree->calibrations) {
+        const auto rows = check_promise(surface_body(file), tree, kind, recording, frames);
+        promises.insert(promises.end(), rows.begin(), rows.end());
+    }
+    return promises;
+}
+
 }  // namespace nbd

@@ -81,4 +81,32 @@ std::vector<std::string> verdicts(const std::vector<EvaluationRow>& rows) {
     return sentences;
 }
 
+std::vector<std::string> verdicts(const std::vector<PromiseRow>& promises) {
+    std::vector<std::string> sentences;
+    for (auto begin = promises.begin(); begin != promises.end();) {
+        const auto end = std::find_if(begin, promises.end(),
+                                      [&](const PromiseRow& row) { return row.bound != begin->bound; });
+        const auto worst = std::max_element(begin, end, [](const PromiseRow& a, const PromiseRow& b) {
+            return a.nodes_missing < b.nodes_missing;
+        });
+        double inflation = 0, out_of_range = 0;
+        for (auto row = begin; row != end; ++row) {
+            inflation += row->inflation / static_cast<double>(end - begin);
+            out_of_range += row->out_of_range / static_cast<double>(end - begin);
+        }
+        sentences.push_back(fmt::format(
+            "With their calibrated margins {} bounds missed {:.2g} % of the nodes at the worst depth ({}), "
+            "where "
+            "{:g} % were promised in {:.3g} % of the trajectories and kept in {} of {}; their radii are "
+            "{:.1f} % "
+            "larger than the exact ones in the mean, and {:.1f} % of the nodes were out of range and bounded "
+            "exactly.",
+            name(begin->bound), 100 * worst->nodes_missing, worst->depth, 100 * worst->miss_rate,
+            100 * worst->confidence, worst->keeping, worst->trajectories, 100 * inflation,
+            100 * out_of_range));
+        begin = end;
+    }
+    return sentences;
+}
+
 }  // namespace nbd

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "training/evaluate.hpp"
+#include "training/promise.hpp"
 
 namespace nbd {
 
@@ -11,5 +12,9 @@ namespace nbd {
 /// miss at most one node in a thousand at every depth, what that costs. Judged on the last set of the rows.
 /// rows: of evaluate_frames(), with ascending margins from 0, not empty.
 std::vector<std::string> verdicts(const std::vector<EvaluationRow>& rows);
+
+/// What each calibrated bound, used as queries use it, may be trusted with, likewise. promises: of
+/// check_promise(), a bound's rows side by side.
+std::vector<std::string> verdicts(const std::vector<PromiseRow>& promises);
 
 }  // namespace nbd

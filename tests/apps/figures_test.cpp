@@ -81,6 +81,7 @@ TEST_F(FiguresTest, ReportsOnATreeInOneFileThatNeedsNoOther) {
     EXPECT_TRUE(page.starts_with("<!DOCTYPE html>"));
     EXPECT_TRUE(page.ends_with("</html>\n"));
     EXPECT_NE(page.find("modal bounds"), std::string::npos);
+    EXPECT_EQ(page.find("As calibrated"), std::string::npos);  // it is not
     EXPECT_NE(page.find("nbdtree evaluate tree.h5 data.h5 --html report.html"), std::string::npos);
     std::size_t pictures = 0;
     for (std::size_t at = page.find(" src=\""); at != std::string::npos; at = page.find(" src=\"", at + 1)) {
