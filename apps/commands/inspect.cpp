@@ -2,12 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <fstream>
 #include <memory>
 #include <stdexcept>
 
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/shard.hpp"
 #include "apps/dataset/variety.hpp"
+#include "collision/flat/flat_file.hpp"
+#include "collision/flat_tree.hpp"
 #include "training/dataset_manifest.hpp"
 
 namespace nbd {
@@ -31,6 +35,31 @@ std::string inspect_dataset(const std::filesystem::path& path) {
     return text + to_text(variety_from_json(manifest.variety)) + '\n';
 }
 
+/// The file, where it begins as a flat tree does; nothing else of it is read.
+bool begins_as_flat_tree(const std::filesystem::path& path) {
+    std::array<char, FlatHeader::known_magic.size()> beginning{};
+    std::ifstream(path, std::ios::binary).read(beginning.data(), beginning.size());
+    return is_flat_file(std::as_bytes(std::span(beginning)));
+}
+
+/// What a flat tree holds, after it was loaded with all its checks.
+std::string inspect_flat_tree(const std::filesystem::path& path) {
+    const CollisionTree tree = load_flat_tree(path);
+    std::string text = fmt::format("{}: flat tree, version {}, {} bytes\n", path.string(),
+                                   FlatHeader::known_version, std::filesystem::file_size(path));
+    const std::vector<std::byte> file = write_flat_tree(tree);
+    const FlatReader reader(file);
+    for (const FlatArray& array : reader.arrays())
+        text += fmt::format("{:<40} {} {} x {}\n", array.name, array.type, array.rows, array.columns);
+    return text;
+}
+
+std::string inspect_container(const std::filesystem::path& path) {
+    std::string report = h5::inspect(path);
+    if (is_dataset_view(path)) report += inspect_dataset(path);
+    return report;
+}
+
 }  // namespace
 
 void add_inspect(CLI::App& app, Output& out) {
@@ -38,8 +67,8 @@ void add_inspect(CLI::App& app, Output& out) {
     CLI::App* command = app.add_subcommand("inspect", "What a file of ours holds, and whether it is whole");
     command->add_option("FILE", *path, "Body, recording, dataset or tree file")->required();
     command->final_callback([path, &out] {
-        std::string report = h5::inspect(*path);
-        if (is_dataset_view(*path)) report += inspect_dataset(*path);
+        const std::string report =
+            begins_as_flat_tree(*path) ? inspect_flat_tree(*path) : inspect_container(*path);
         out.text(report);
         out.result({{"file", *path}, {"whole", true}, {"report", report}});
     });

@@ -1,0 +1,190 @@
+#include "collision/flat_tree.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <stdexcept>
+#include <system_error>
+
+#include "collision/flat/flat_fields.hpp"
+#include "collision/message.hpp"
+
+namespace nbd {
+namespace {
+
+// The fields of a tree: `file` is a FlatFieldWriter or a FlatFieldReader, the other argument const or not.
+// Names in brackets must be all members of a struct, in order, so that a new one cannot be forgotten.
+
+constexpr auto sphere_fields = [](auto& file, auto& spheres) {
+    using Node = SphereTree::Node;
+    auto& [nodes, faces, vertices, rest] = spheres;
+    file.table("topology/nodes", nodes, FlatColumn{"first_child", &Node::first_child},
+               FlatColumn{"depth", &Node::depth}, FlatColumn{"face_begin", &Node::face_begin},
+               FlatColumn{"face_end", &Node::face_end}, FlatColumn{"vertex_begin", &Node::vertex_begin},
+               FlatColumn{"vertex_end", &Node::vertex_end});
+    file.field("topology/faces", faces);
+    file.field("topology/vertices", vertices);
+    file.table("topology/rest_spheres", rest, FlatColumn{"c", &Sphere::c}, FlatColumn{"r", &Sphere::r});
+};
+
+constexpr auto modes_fields = [](auto& file, const std::string& group, auto& modes) {
+    auto& [representatives, w, X, U] = modes;
+    file.field(group + "/representatives", representatives);
+    file.field(group + "/w", w);
+    file.field(group + "/X", X);
+    file.field(group + "/U", U);
+};
+
+constexpr auto bd_fields = [](auto& file, auto& bd) {
+    auto& [modes, code_to_q, Ubar, dr] = bd;
+    modes_fields(file, "bd/modes", modes);
+    file.field("bd/code_to_q", code_to_q);
+    file.field("bd/Ubar", Ubar);
+    file.field("bd/dr", dr);
+};
+
+constexpr auto modal_fields = [](auto& file, auto& modal) {
+    auto& [modes, hidden, z_centre, z_scale, weights, out_centre, out_scale, centre_map, code_mean,
+           code_whitening] = modal;
+    modes_fields(file, "modal/modes", modes);
+    file.field("modal/hidden", hidden);
+    file.field("modal/z_centre", z_centre);
+    file.field("modal/z_scale", z_scale);
+    file.field("modal/weights", weights);
+    file.field("modal/out_centre", out_centre);
+    file.field("modal/out_scale", out_scale);
+    file.field("modal/centre_map", centre_map);
+    file.field("modal/code_mean", code_mean);
+    file.field("modal/code_whitening", code_whitening);
+};
+
+constexpr auto local_fields = [](auto& file, auto& local) {
+    using Node = LocalModel::Node;
+    using Fit = LocalModel::BoxFit;
+    auto& [network, nodes, samples, values, boxes] = local;
+    file.field("local/network", network);
+    file.table("local/nodes", nodes, FlatColumn{"sample_begin", &Node::sample_begin},
+               FlatColumn{"sample_count", &Node::sample_count}, FlatColumn{"value_begin", &Node::value_begin},
+               FlatColumn{"exact", &Node::exact});
+    file.field("local/samples", samples);
+    file.field("local/values", values);
+    file.table("local/boxes", boxes, FlatColumn{"growth", &Fit::growth}, FlatColumn{"mean", &Fit::mean},
+               FlatColumn{"inverse_deviation", &Fit::inverse_deviation});
+};
+
+constexpr auto certified_fields = [](auto& file, auto& certified) {
+    using Cell = CertifiedModel::Cell;
+    using Pair = CertifiedModel::RegionPair;
+    using Leg = CertifiedModel::Leg;
+    auto& [regions, cell_begin, cells, legs, pairs, rounding, reach] = certified;
+    auto& [of_tet, sample_begin, samples] = regions;
+    file.field("certified/regions/of_tet", of_tet);
+    file.field("certified/regions/sample_begin", sample_begin);
+    file.field("certified/regions/samples", samples);
+    file.field("certified/cell_begin", cell_begin);
+    file.table("certified/cells", cells, FlatColumn{"anchor", &Cell::anchor},
+               FlatColumn{"carrier", &Cell::carrier}, FlatColumn{"leg_begin", &Cell::leg_begin},
+               FlatColumn{"leg_end", &Cell::leg_end}, FlatColumn{"path", &Cell::path},
+               FlatColumn{"weight", &Cell::weight}, FlatColumn{"m", &Cell::m}, FlatColumn{"B", &Cell::B});
+    file.table("certified/legs", legs, FlatColumn{"pair", &Leg::pair}, FlatColumn{"length", &Leg::length});
+    file.table("certified/pairs", pairs, FlatColumn{"carrier", &Pair::carrier},
+               FlatColumn{"other", &Pair::other});
+    file.field("certified/rounding", rounding);
+    file.field("certified/reach", reach);
+};
+
+constexpr auto tree_fields = [](auto& file, auto& tree) {
+    auto& [vertex_count, faces, spheres, bd, modal, local, certified, calibrations] = tree;
+    file.field("surface/vertex_count", vertex_count);
+    file.field("surface/faces", faces);
+    sphere_fields(file, spheres);
+    file.optional("bd", bd, bd_fields);
+    file.optional("modal", modal, modal_fields);
+    file.optional("local", local, local_fields);
+    file.optional("certified", certified, certified_fields);
+    for (const BoundKind kind : bound_kinds) {
+        const std::string group = message("calibration/", name(kind));
+        file.entry(group, calibrations, kind, [&](auto& part, auto& calibration) {
+            auto& [miss_rate, confidence, trajectories, poses, margins, limits] = calibration;
+            part.field(group + "/miss_rate", miss_rate);
+            part.field(group + "/confidence", confidence);
+            part.field(group + "/trajectories", trajectories);
+            part.field(group + "/poses", poses);
+            part.field(group + "/margins", margins);
+            part.field(group + "/limits", limits);
+        });
+    }
+};
+
+[[noreturn]] void fail(const std::filesystem::path& path, const auto&... parts) {
+    throw std::runtime_error(message(path.string(), ": ", parts...));
+}
+
+/// The file's bytes; of a foreign one, which may be large, no more than it takes to see that.
+std::vector<std::byte> file_content(const std::filesystem::path& path) {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(path, error);
+    if (error) fail(path, "cannot be read: ", error.message());
+    errno = 0;
+    std::ifstream in(path, std::ios::binary);
+    std::vector<std::byte> content;
+    const auto read_to = [&](std::uintmax_t end) {
+        const std::size_t begin = content.size();
+        content.resize(static_cast<std::size_t>(end));
+        in.read(reinterpret_cast<char*>(content.data() + begin), static_cast<std::streamsize>(end - begin));
+        if (!in) fail(path, "cannot be read: ", std::generic_category().message(errno));
+    };
+    read_to(std::min<std::uintmax_t>(size, sizeof(FlatHeader)));
+    if (is_flat_file(content)) read_to(size);
+    return content;
+}
+
+}  // namespace
+
+CollisionTree read_flat_tree(std::span<const std::byte> file) {
+    FlatFieldReader reader(file);
+    CollisionTree tree;
+    tree_fields(reader, tree);
+    reader.finish();
+    try {
+        check_collision_tree(tree);
+    } catch (const std::invalid_argument& e) {
+        throw std::runtime_error(e.what());
+    }
+    return tree;
+}
+
+std::vector<std::byte> write_flat_tree(const CollisionTree& tree) {
+    check_collision_tree(tree);
+    FlatFieldWriter writer;
+    tree_fields(writer, tree);
+    return writer.finish();
+}
+
+CollisionTree load_flat_tree(const std::filesystem::path& path) {
+    const std::vector<std::byte> content = file_content(path);
+    try {
+        return read_flat_tree(content);
+    } catch (const std::runtime_error& e) {
+        fail(path, e.what());
+    }
+}
+
+void save_flat_tree(const std::filesystem::path& path, const CollisionTree& tree) {
+    const std::vector<std::byte> bytes = write_flat_tree(tree);
+    std::filesystem::path partial = path;
+    partial += ".partial";
+    errno = 0;
+    std::ofstream out(partial, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    std::error_code error(errno, std::generic_category());
+    if (out) std::filesystem::rename(partial, path, error);
+    if (!out || error) {
+        std::error_code ignored;
+        std::filesystem::remove(partial, ignored);
+        fail(path, "cannot be written: ", error.message());
+    }
+}
+
+}  // namespace nbd

@@ -1,0 +1,55 @@
+// inputs FOLDER: two trees, poses of both and, from every face against every other, the answer that the
+// program must give to them.
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "collision/flat_tree.hpp"
+#include "collision/triangle_triangle.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nbd {
+namespace {
+
+Triangle triangle(const Vertices& x, const Faces& F, Eigen::Index f) {
+    return {x.row(F(f, 0)), x.row(F(f, 1)), x.row(F(f, 2))};
+}
+
+void write(std::ofstream& out, const Vertices& x) {
+    out.write(reinterpret_cast<const char*>(x.data()),
+              static_cast<std::streamsize>(x.size() * sizeof(float)));
+}
+
+int make_inputs(const std::filesystem::path& folder) {
+    const shapes::Surface torus = shapes::torus(24, 12), bar = shapes::bar(16, 9);
+    save_flat_tree(folder / "torus.nbd", make_exact_tree(torus.X, torus.F));
+    save_flat_tree(folder / "bar.nbd", make_exact_tree(bar.X, bar.F, {.depth = 4}));
+
+    std::ofstream torus_poses(folder / "torus.f32", std::ios::binary),
+        bar_poses(folder / "bar.f32", std::ios::binary), expected(folder / "expected.csv");
+    expected << "frame,face_a,face_b\n";
+    std::mt19937 random(4);
+    int pairs = 0;
+    for (int frame = 0; frame < 6; ++frame) {
+        const auto place = [&](const Vertices& X) -> Vertices {
+            return shapes::moved(shapes::wobbled(X, random, 0.05f), shapes::random_motion(random, 0.4f));
+        };
+        const Vertices x = place(torus.X), y = place(bar.X);
+        write(torus_poses, x);
+        write(bar_poses, y);
+        for (Eigen::Index i = 0; i < torus.F.rows(); ++i)
+            for (Eigen::Index j = 0; j < bar.F.rows(); ++j)
+                if (triangles_intersect(triangle(x, torus.F, i), triangle(y, bar.F, j))) {
+                    expected << frame << ',' << i << ',' << j << '\n';
+                    ++pairs;
+                }
+    }
+    std::printf("%d face pairs cross\n", pairs);
+    return pairs > 100 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace nbd
+
+int main(int, char** argv) { return nbd::make_inputs(argv[1]); }

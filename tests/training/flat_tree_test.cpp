@@ -1,0 +1,225 @@
+#include "collision/flat_tree.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "collision/certified/build_certified_model.hpp"
+#include "collision/flat/crc64.hpp"
+#include "collision/flat/flat_file.hpp"
+#include "collision/posed_tree.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/file_damage.hpp"
+#include "tests/support/solid_bodies.hpp"
+#include "tests/training/example_tree.hpp"
+
+namespace nbd {
+namespace {
+
+using test::error_of;
+using Bytes = std::vector<std::byte>;
+
+/// With all models but the certified one, calibrated.
+CollisionTree random_tree() { return test::example_tree({}).tree; }
+
+CollisionTree certified_tree() {
+    const test::SolidBody box = test::solid_box();
+    CollisionTree tree = make_exact_tree(box.X, box.F, {.depth = 3});
+    tree.certified = build_certified_model(tree.spheres, box.F, box.solid, box.W, {.anchors = 9});
+    return tree;
+}
+
+/// A file of some 10 kB, so that every byte can be tried.
+Bytes small_file() {
+    CollisionTree tree = test::example_tree({.grid = 4, .depth = 1, .modes = 2, .representatives = 4}).tree;
+    tree.modal.reset();
+    tree.calibrations.erase(BoundKind::modal);
+    return write_flat_tree(tree);
+}
+
+template <class T>
+void put(Bytes& file, std::size_t at, T value) {
+    std::memcpy(file.data() + at, &value, sizeof value);
+}
+
+/// As if the file had been written so.
+void renew_checksum(Bytes& file) {
+    const std::span<const std::byte> all(file);
+    const std::size_t at = offsetof(FlatHeader, checksum);
+    put(file, at, crc64(all.subspan(at + 8), crc64(all.first(at))));
+}
+
+TEST(Crc64, IsThatOfTheXzFormat) {
+    const std::string text = "123456789";
+    const auto bytes = std::as_bytes(std::span(text));
+    EXPECT_EQ(crc64(bytes), 0x995dc9bbdf1939fau);
+    EXPECT_EQ(crc64(bytes.subspan(4), crc64(bytes.first(4))), crc64(bytes));
+}
+
+class FlatTree : public test::FileTest {};
+
+TEST_F(FlatTree, AllModelsComeBackBitByBit) {
+    for (const CollisionTree& tree : {random_tree(), certified_tree()}) {
+        save_flat_tree(folder / "tree.nbd", tree);
+        EXPECT_EQ(files_in_folder(), 1u);
+        const CollisionTree again = load_flat_tree(folder / "tree.nbd");
+        EXPECT_EQ(write_flat_tree(again), write_flat_tree(tree));
+        EXPECT_EQ(again.faces, tree.faces);
+        ASSERT_EQ(again.calibrations.size(), tree.calibrations.size());
+        for (const BoundKind kind : bound_kinds) {
+            ASSERT_EQ(has_bounds(again, kind), has_bounds(tree, kind)) << name(kind);
+            if (!has_bounds(tree, kind)) continue;
+            PosedTree a(std::make_shared<const CollisionTree>(tree), kind),
+                b(std::make_shared<const CollisionTree>(again), kind);
+            const Vertices x = Vertices::Random(tree.vertex_count, 3);
+            a.begin_pose(x);
+            b.begin_pose(x);
+            for (int i = 0; i < static_cast<int>(tree.spheres.nodes.size()); ++i) {
+                EXPECT_EQ(a.sphere(i).c, b.sphere(i).c) << name(kind) << " of node " << i;
+                EXPECT_EQ(a.sphere(i).r, b.sphere(i).r) << name(kind) << " of node " << i;
+            }
+        }
+    }
+}
+
+TEST_F(FlatTree, ATreeFileAndItsFlatExportHoldTheSame) {
+    TreeFile file = test::example_tree({});
+    save_tree(folder / "tree.h5", file);
+    EXPECT_EQ(write_flat_tree(load_tree(folder / "tree.h5").tree), write_flat_tree(file.tree));
+}
+
+TEST_F(FlatTree, ArraysLieWhereTheTableSays) {
+    const CollisionTree tree = random_tree();
+    const Bytes file = write_flat_tree(tree);
+    FlatHeader header;
+    std::memcpy(&header, file.data(), sizeof header);
+    EXPECT_EQ(header.bytes, file.size());
+    bool found = false;
+    for (std::size_t i = 0; i < header.arrays; ++i) {
+        FlatEntry entry;
+        std::memcpy(&entry, file.data() + sizeof header + i * sizeof entry, sizeof entry);
+        EXPECT_EQ(entry.offset % 64, 0u) << entry.name;
+        if (entry.name != std::string("local/values")) continue;
+        found = true;
+        EXPECT_STREQ(entry.type, "<f4");
+        ASSERT_EQ(entry.rows, tree.local->values.size());
+        EXPECT_EQ(entry.columns, 1u);
+        EXPECT_EQ(
+            std::memcmp(file.data() + entry.offset, tree.local->values.data(), entry.rows * sizeof(float)),
+            0);
+    }
+    EXPECT_TRUE(found);
+}
+
+TEST_F(FlatTree, EveryByteThatFlipsIsFound) {
+    const Bytes whole = small_file();
+    ASSERT_EQ(error_of([&] { read_flat_tree(whole); }), "");
+    Bytes file = whole;
+    for (std::size_t i = 0; i < file.size(); ++i) {
+        file[i] ^= std::byte{1} << i % 8;
+        const std::string error = error_of<std::runtime_error>([&] { read_flat_tree(file); });
+        ASSERT_NE(error, "") << "byte " << i;
+        ASSERT_EQ(error.find('\n'), std::string::npos) << error;
+        file[i] = whole[i];
+    }
+}
+
+TEST_F(FlatTree, EveryTruncationIsFound) {
+    const Bytes whole = small_file();
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+        const std::string error =
+            error_of<std::runtime_error>([&] { read_flat_tree(std::span(whole).first(size)); });
+        ASSERT_NE(error, "") << size << " bytes";
+    }
+    Bytes longer = whole;
+    longer.resize(whole.size() + 64);
+    EXPECT_NE(error_of([&] { read_flat_tree(longer); }).find("as it says itself"), std::string::npos);
+}
+
+TEST_F(FlatTree, WhatAChecksumCannotTellIsFoundOrHarmless) {
+    // Whoever renews the checksum gets past it: then what is listed where must hold what it says.
+    const Bytes whole = small_file();
+    FlatHeader header;
+    std::memcpy(&header, whole.data(), sizeof header);
+    const std::size_t table_end = sizeof header + header.arrays * sizeof(FlatEntry);
+    std::size_t found = 0;
+    for (std::size_t i = offsetof(FlatHeader, arrays); i < table_end; ++i)
+        for (const auto flip : {std::byte{1}, std::byte{0x80}}) {
+            Bytes file = whole;
+            file[i] ^= flip;
+            renew_checksum(file);
+            found += !error_of<std::runtime_error>([&] { read_flat_tree(file); }).empty();
+        }
+    EXPECT_GT(found, (table_end - sizeof header) / 2);  // the rest are zeros behind the end of a name
+}
+
+TEST_F(FlatTree, ForeignFilesAreRefused) {
+    const auto path = folder / "tree.nbd";
+    const auto refused = [&](Bytes file) {
+        renew_checksum(file);
+        test::write_bytes(path, {reinterpret_cast<const char*>(file.data()), file.size()});
+        const std::string error = error_of<std::runtime_error>([&] { load_flat_tree(path); });
+        test::expect_clear(error, path);
+        return error.substr(path.string().size() + 2);
+    };
+    Bytes version = small_file(), order = version, other = version;
+    put(version, offsetof(FlatHeader, version), std::uint32_t{2});
+    EXPECT_EQ(refused(version), "is a flat tree of version 2; allowed: 1");
+    put(order, offsetof(FlatHeader, byte_order), std::uint32_t{0x04030201});
+    EXPECT_EQ(refused(order), "has its numbers in another byte order; allowed: little-endian");
+    put(other, 0, 'N');
+    EXPECT_EQ(refused(other), "is no flat tree; allowed: what `nbdtree export --flat` writes");
+
+    save_tree(path, test::example_tree({}));
+    EXPECT_EQ(error_of([&] { load_flat_tree(path); }),
+              path.string() + ": is no flat tree; allowed: what `nbdtree export --flat` writes");
+    EXPECT_EQ(error_of([&] { load_flat_tree(folder / "none.nbd"); }),
+              (folder / "none.nbd").string() + ": cannot be read: No such file or directory");
+    EXPECT_EQ(error_of([&] { load_flat_tree(folder); }),
+              folder.string() + ": cannot be read: Is a directory");
+}
+
+TEST_F(FlatTree, ArraysThatThisProgramDoesNotKnowAreRefused) {
+    // By another name, one is missing and one is unknown.
+    const std::string is = "local/samples", becomes = "local/examples";
+    Bytes file = small_file();
+    FlatHeader header;
+    std::memcpy(&header, file.data(), sizeof header);
+    for (std::size_t i = 0; i < header.arrays; ++i) {
+        char* name = reinterpret_cast<char*>(file.data() + sizeof header + i * sizeof(FlatEntry));
+        if (name == is) std::ranges::copy(becomes, name);
+    }
+    renew_checksum(file);
+    EXPECT_EQ(error_of([&] { read_flat_tree(file); }),
+              "holds no local/samples; allowed: flat trees of this program's version");
+
+    CollisionTree tree = random_tree();
+    tree.calibrations.erase(BoundKind::bd);
+    file = write_flat_tree(tree);
+    std::memcpy(&header, file.data(), sizeof header);
+    for (std::size_t i = 0; i < header.arrays; ++i) {
+        char* name = reinterpret_cast<char*>(file.data() + sizeof header + i * sizeof(FlatEntry));
+        if (std::string(name).starts_with("bd/")) name[0] = 'B';
+    }
+    renew_checksum(file);
+    EXPECT_EQ(error_of([&] { read_flat_tree(file); }),
+              "holds Bd/modes/representatives; allowed: what this program's version knows");
+}
+
+TEST_F(FlatTree, WhatCannotBeWrittenIsSaid) {
+    const CollisionTree tree = random_tree();
+    const auto path = folder / "no folder" / "tree.nbd";
+    EXPECT_EQ(error_of([&] { save_flat_tree(path, tree); }),
+              path.string() + ": cannot be written: No such file or directory");
+    std::filesystem::create_directory(folder / "taken");
+    EXPECT_EQ(error_of([&] { save_flat_tree(folder / "taken", tree); }),
+              (folder / "taken").string() + ": cannot be written: Is a directory");
+    EXPECT_EQ(files_in_folder(), 1u);
+    CollisionTree bad = tree;
+    bad.faces(0, 0) = tree.vertex_count;
+    EXPECT_NE(test::refusal([&] { save_flat_tree(folder / "bad.nbd", bad); }), "");
+    EXPECT_EQ(files_in_folder(), 1u);
+}
+
+}  // namespace
+}  // namespace nbd
