@@ -60,6 +60,7 @@ class PosedTree {
 
  private:
     std::unique_ptr<PosedTreeState> state_;
+    friend class ClosestQuery;
     friend class PairQuery;
 };
 

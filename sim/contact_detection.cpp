@@ -76,7 +76,7 @@ void ContactDetection::find(std::span<const ContactParty> bodies, std::span<cons
         boxes.push_back(
             body.tree ? grown(body.surface.box(), thickness + dt * fastest(body, Eigen::Vector3d::Zero()))
                       : empty_box());
-    const std::vector<BodyIndices> pairs = touching_boxes(boxes);
+    const std::span<const BodyIndices> pairs = sweep_.touching(boxes);
     std::erase_if(finders_, [&](const auto& f) { return !std::ranges::binary_search(pairs, f.first); });
     for (const BodyIndices pair : pairs) find_bodies(pair, bodies, config, thickness, dt_before, dt, report);
 }

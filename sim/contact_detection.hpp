@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "collision/pair_query.hpp"
+#include "collision/sweep.hpp"
 #include "sim/body_contact.hpp"
 #include "sim/elastic_body.hpp"
 #include "sim/obstacle.hpp"
 #include "sim/step_system.hpp"
-#include "sim/sweep.hpp"
 
 namespace nbd {
 
@@ -58,6 +58,7 @@ class ContactDetection {
                      double thickness, double dt_before, double dt, DetectionReport& report);
 
     std::map<BodyIndices, BodyContactFinder> finders_;  // pairs whose boxes touched in the last find()
+    Sweep sweep_;
     PairQuery query_;
     std::vector<Contact> contacts_;
 };

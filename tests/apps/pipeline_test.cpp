@@ -103,13 +103,14 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
     for (const char* bounds : {"modal", "local"})
         EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "moved.obj", {"--bounds", bounds, "--margin", "10"}), exact);
 
-    for (const char* file : {"beam.h5", "data.h5", "tree.h5", "scene.h5"})
+    EXPECT_EQ(json_of({"export", "--flat", "tree.h5", "-o", "tree.nbd"})["bytes"], bytes("tree.nbd").size());
+    for (const char* file : {"beam.h5", "data.h5", "tree.h5", "tree.nbd", "scene.h5"})
         EXPECT_EQ(json_of({"inspect", file})["whole"], true) << file;
-    EXPECT_EQ(
-        listing(folder / ""),
-        (std::set<std::string>{"beam.h5", "modes.csv", "one.h5", "one.shards", "two.h5", "two.shards",
-                               "data.h5", "data.shards", "tree.h5", "tree1.h5", "table.csv", "scene.json",
-                               "scene.h5", "scene.csv", "vtu", "scene.png", "moved.obj", "pairs.csv"}));
+    EXPECT_EQ(listing(folder / ""),
+              (std::set<std::string>{"beam.h5", "modes.csv", "one.h5", "one.shards", "two.h5", "two.shards",
+                                     "data.h5", "data.shards", "tree.h5", "tree1.h5", "tree.nbd", "table.csv",
+                                     "scene.json", "scene.h5", "scene.csv", "vtu", "scene.png", "moved.obj",
+                                     "pairs.csv"}));
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <memory>
 
+#include "collision/closest_query.hpp"
+#include "collision/many_body_query.hpp"
 #include "collision/pair_query.hpp"
 #include "tests/collision/models.hpp"
 
@@ -65,6 +67,9 @@ TEST(WarmQueries, AllocateNothing) {
         if (!has_bounds(*tree, kind)) continue;
         PosedTree a(tree, kind), b(tree, kind, kind == BoundKind::boxes ? 0.f : 0.1f);
         PairQuery query;
+        ClosestQuery closest;
+        ManyBodyQuery many;
+        PosedTree* const bodies[] = {&a, &b};
         std::mt19937 random(2);
         std::vector<Vertices> poses;
         for (int i = 0; i < 8; ++i)
@@ -79,6 +84,8 @@ TEST(WarmQueries, AllocateNothing) {
                 pairs += query.counters().face_pairs;
                 query.within(a, b, 0.02f);
                 query.leaf_pairs(a, b, 0.02f);
+                closest.closest(a, b);
+                pairs += static_cast<long>(many.intersecting(bodies).size());
                 a.sphere(17);
             }
         };

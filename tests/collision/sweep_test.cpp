@@ -1,7 +1,8 @@
-#include "sim/sweep.hpp"
+#include "collision/sweep.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 namespace nbd {
@@ -13,6 +14,7 @@ TEST(Sweep, FindsTheTouchingBoxesThatBruteForceFinds) {
         return least + (most - least) * static_cast<float>(random() % 4096) / 4096;
     };
     std::size_t touching = 0, apart = 0;
+    Sweep sweep;
     for (int round = 0; round < 20; ++round) {
         std::vector<Box> boxes;
         for (int i = 0; i < 40; ++i) {
@@ -28,7 +30,7 @@ TEST(Sweep, FindsTheTouchingBoxesThatBruteForceFinds) {
                 if (touch) expected.push_back({a, b});
                 ++(touch ? touching : apart);
             }
-        EXPECT_EQ(touching_boxes(boxes), expected);
+        EXPECT_TRUE(std::ranges::equal(sweep.touching(boxes), expected));
     }
     EXPECT_GT(touching, 500u);
     EXPECT_GT(apart, 500u);
@@ -36,8 +38,11 @@ TEST(Sweep, FindsTheTouchingBoxesThatBruteForceFinds) {
 
 TEST(Sweep, BoxesThatShareAFaceTouch) {
     const Box left{{0, 0, 0, 0}, {1, 1, 1, 0}}, right{{1, 0, 0, 0}, {2, 1, 1, 0}};
-    EXPECT_EQ(touching_boxes(std::vector{right, left}), (std::vector<BodyIndices>{{0, 1}}));
-    EXPECT_TRUE(touching_boxes({}).empty());
+    Sweep sweep;
+    const auto pairs = sweep.touching(std::vector{right, left});
+    ASSERT_EQ(pairs.size(), 1u);
+    EXPECT_EQ(pairs[0], (BodyIndices{0, 1}));
+    EXPECT_TRUE(sweep.touching({}).empty());
 }
 
 }  // namespace

@@ -1,0 +1,124 @@
+#include "collision/many_body_query.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <memory>
+#include <random>
+#include <thread>
+
+#include "tests/collision/models.hpp"
+
+namespace nbd {
+namespace {
+
+/// Threads that take turns as the operating system likes.
+Executor threads(int count) {
+    return [count](int tasks, const std::function<void(int)>& task) {
+        std::atomic<int> next{0};
+        std::vector<std::jthread> workers;
+        for (int i = 0; i < count; ++i)
+            workers.emplace_back([&] {
+                for (int k = next++; k < tasks; k = next++) task(k);
+            });
+    };
+}
+
+struct Answer {
+    BodyIndices bodies;
+    std::vector<FacePair> faces;
+    bool operator==(const Answer&) const = default;
+};
+
+std::vector<Answer> copied(std::span<const TouchingBodies> answers) {
+    std::vector<Answer> result;
+    for (const TouchingBodies& answer : answers)
+        result.push_back({answer.bodies, {answer.faces.begin(), answer.faces.end()}});
+    return result;
+}
+
+/// Some twenty tori and bars thrown together, in one pose.
+class ManyBodies : public ::testing::TestWithParam<BoundKind> {
+ protected:
+    ManyBodies() {
+        const shapes::Surface torus = shapes::torus(14, 8);
+        const auto tree = std::make_shared<const CollisionTree>(
+            shapes::full_tree(torus, shapes::make_modes(torus, 6, 40, 1)));
+        std::mt19937 random(6);
+        for (int i = 0; i < 18; ++i) {
+            x_.push_back(
+                shapes::moved(shapes::wobbled(torus.X, random, 0.05f), shapes::random_motion(random, 1.6f)));
+            trees_.emplace_back(tree, GetParam());
+        }
+        for (PosedTree& body : trees_) bodies_.push_back(&body);
+        begin_poses();
+    }
+
+    void begin_poses() {
+        for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].begin_pose(x_[i]);
+    }
+
+    std::vector<Vertices> x_;
+    std::vector<PosedTree> trees_;
+    std::vector<PosedTree*> bodies_;
+};
+
+TEST_P(ManyBodies, GetTheAnswersOfEachPairForItself) {
+    PairQuery query;
+    std::vector<Answer> expected;
+    for (int a = 0; a < 18; ++a)
+        for (int b = a + 1; b < 18; ++b) {
+            const auto faces =
+                query.within(trees_[static_cast<std::size_t>(a)], trees_[static_cast<std::size_t>(b)], 0.05f);
+            if (!faces.empty()) expected.push_back({{a, b}, {faces.begin(), faces.end()}});
+        }
+    ManyBodyQuery many;
+    EXPECT_EQ(copied(many.within(bodies_, 0.05f)), expected);
+    EXPECT_GE(expected.size(), 10u);
+    EXPECT_GE(many.pairs_asked(), static_cast<int>(expected.size()));
+    EXPECT_LT(many.pairs_asked(), 18 * 17 / 2);
+    EXPECT_LT(many.rounds(), many.pairs_asked());
+}
+
+TEST_P(ManyBodies, GetTheSameAnswersOnAnyNumberOfThreads) {
+    ManyBodyQuery one;
+    const std::vector<Answer> expected = copied(one.intersecting(bodies_));
+    ASSERT_GE(expected.size(), 8u);
+    for (const int count : {2, 5}) {
+        ManyBodyQuery many(threads(count));
+        for (int again = 0; again < 3; ++again) {
+            begin_poses();
+            EXPECT_EQ(copied(many.intersecting(bodies_)), expected) << count << " threads";
+        }
+    }
+}
+
+TEST_P(ManyBodies, AreBoundedOnceAPoseForAllTheirPairs) {
+    ManyBodyQuery many;
+    many.within(bodies_, 0.05f);
+    std::vector<int> bounded;
+    for (const PosedTree& body : trees_) bounded.push_back(body.nodes_bounded());
+    many.within(bodies_, 0.05f);
+    for (std::size_t i = 0; i < trees_.size(); ++i) EXPECT_EQ(trees_[i].nodes_bounded(), bounded[i]);
+}
+
+INSTANTIATE_TEST_SUITE_P(AllBounds, ManyBodies,
+                         ::testing::Values(BoundKind::exact, BoundKind::boxes, BoundKind::bd,
+                                           BoundKind::modal, BoundKind::local, BoundKind::local_boxes),
+                         [](const auto& info) { return std::string(name(info.param)); });
+
+TEST(ManyBodyQuery, BodiesWithoutAPoseTouchNothing) {
+    const shapes::Surface torus = shapes::torus(12, 8);
+    const auto tree = std::make_shared<const CollisionTree>(make_exact_tree(torus.X, torus.F));
+    PosedTree a(tree, BoundKind::boxes), b(tree, BoundKind::exact), c(tree, BoundKind::boxes);
+    PosedTree* bodies[] = {&a, &b, &c};
+    ManyBodyQuery many;
+    EXPECT_TRUE(many.intersecting(bodies).empty());
+    EXPECT_TRUE(many.intersecting({}).empty());
+    a.begin_pose(torus.X);
+    c.begin_pose(torus.X);
+    EXPECT_EQ(many.intersecting(bodies).size(), 1u);
+}
+
+}  // namespace
+}  // namespace nbd
