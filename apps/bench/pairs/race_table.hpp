@@ -1,0 +1,28 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "apps/bench/pairs/race.hpp"
+#include "apps/figures/canvas.hpp"
+
+namespace nbd {
+
+/// Rows of one race, and which it was.
+struct RaceTable {
+    std::string contact;  // "light", "heavy"
+    std::string order;    // of the vertices: "file", "tree"
+    std::vector<RaceRow> rows;
+};
+
+/// One line a row under a line of column names. Lines that begin with # name the machine.
+std::string to_csv(std::span<const RaceTable> tables);
+
+/// For reading: a line a method, fastest first, with the ratio to the fastest exact one that reads the
+/// surface.
+std::string to_text(const RaceTable& table);
+
+/// Total time by faces, a panel a contact and order; both axes logarithmic.
+Page to_page(std::span<const RaceTable> tables);
+
+}  // namespace nbd
