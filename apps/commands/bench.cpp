@@ -194,6 +194,8 @@ void add_bench(CLI::App& app, Output& out) {
     simulate->final_callback([arguments, &out] { run(*arguments, out); });
     add_bench_local(*bench, out);
     add_bench_peers(*bench, out);
+    add_bench_fig5(*bench, out);
+    add_bench_scaling(*bench, out);
 }
 
 }  // namespace nbd

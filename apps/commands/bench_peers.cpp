@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <string_view>
 
 #include "apps/bench/machine.hpp"
 #include "apps/bench/pairs/load_bench_bodies.hpp"
@@ -28,10 +29,15 @@ struct PeersArguments {
     RaceConfig race;
 };
 
+/// By name, or by how it begins where the pattern ends in *.
+bool matches(const std::string& method, std::string_view pattern) {
+    return pattern.ends_with('*') ? method.starts_with(pattern.substr(0, pattern.size() - 1))
+                                  : method == pattern;
+}
+
 bool wanted(const PeersArguments& arguments, const std::string& method) {
-    if (arguments.only.empty()) return true;
-    return std::ranges::any_of(arguments.only,
-                               [&](const std::string& start) { return method.starts_with(start); });
+    return arguments.only.empty() ||
+           std::ranges::any_of(arguments.only, [&](const std::string& p) { return matches(method, p); });
 }
 
 std::vector<PairMethodEntry> methods_for(const PeersArguments& arguments, const BenchBody& body) {
@@ -39,6 +45,7 @@ std::vector<PairMethodEntry> methods_for(const PeersArguments& arguments, const 
     for (auto& some : {tree_methods(body), box_methods(body, arguments.clusters), peer_methods()})
         all.insert(all.end(), some.begin(), some.end());
     std::erase_if(all, [&](const PairMethodEntry& method) { return !wanted(arguments, method.name); });
+    if (all.empty()) throw std::runtime_error("--methods names none of the methods");
     return all;
 }
 
@@ -86,6 +93,10 @@ void run(const PeersArguments& arguments, Output& out) {
     const std::vector<FrameId> frames = unseen_frames(bodies, recording);
     out.text(this_machine());
     for (const std::string& missing : missing_peers()) out.text(missing);
+    for (const BenchBody& body : bodies)
+        out.text(fmt::format("{} faces, a tree of {} nodes: {:.1f} MB", body.faces(),
+                             body.tree->spheres.nodes.size(),
+                             static_cast<double>(tree_bytes(*body.tree)) / 1e6));
 
     std::vector<RaceTable> tables;
     nlohmann::ordered_json result = nlohmann::ordered_json::array();
@@ -136,7 +147,9 @@ void add_bench_peers(CLI::App& bench, Output& out) {
         ->delimiter(',')
         ->check(CLI::IsMember({"file", "tree"}))
         ->capture_default_str();
-    command->add_option("--methods", arguments->only, "Those whose names begin so; without it all")
+    command
+        ->add_option("--methods", arguments->only,
+                     "Which, by name, or by how it begins with a * after it; without it all")
         ->delimiter(',');
     command->add_option("--clusters", arguments->clusters, "Faces of a cluster of lazy boxes")
         ->delimiter(',')

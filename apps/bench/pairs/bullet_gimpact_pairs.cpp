@@ -2,6 +2,7 @@
 
 #include "apps/bench/pairs/candidates.hpp"
 #include "apps/bench/pairs/peers.hpp"
+#include "collision/box.hpp"
 
 namespace nbd {
 namespace {

@@ -2,6 +2,7 @@
 
 #include "apps/bench/pairs/candidates.hpp"
 #include "apps/bench/pairs/peers.hpp"
+#include "collision/box.hpp"
 
 namespace nbd {
 namespace {
@@ -20,7 +21,8 @@ class CgalFaces {
         all_ = empty_box();
         for (std::size_t f = 0; f < boxes_.size(); ++f) {
             const Box box = bounding_box(faces_.face(static_cast<int>(f)));
-            boxes_[f] = CgalBox(box.lo.data(), box.hi.data());
+            float lo[] = {box.lo[0], box.lo[1], box.lo[2]}, hi[] = {box.hi[0], box.hi[1], box.hi[2]};
+            boxes_[f] = CgalBox(lo, hi);
             all_ = joined(all_, box);
         }
     }

@@ -4,6 +4,7 @@
 
 #include "apps/bench/pairs/candidates.hpp"
 #include "apps/bench/pairs/peers.hpp"
+#include "collision/box.hpp"
 
 namespace nbd {
 namespace {
@@ -34,7 +35,6 @@ class EmbreeScene {
 
     void update(VerticesRef x) {
         faces_.x = x.data();
-        rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
         rtcCommitGeometry(geometry_);
         rtcCommitScene(scene_);
     }

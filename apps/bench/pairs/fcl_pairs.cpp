@@ -1,6 +1,7 @@
-// This one first: the others use fit() of it before they declare it.
-#include <fcl/geometry/bvh/BVH_model.h>
+// clang-format off: utility.h first, the others use fit() of it before they declare it.
 #include <fcl/math/bv/utility.h>
+// clang-format on
+#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/detail/traversal/collision/bvh_collision_traversal_node.h>
 #include <fcl/narrowphase/detail/traversal/traversal_recurse.h>
 

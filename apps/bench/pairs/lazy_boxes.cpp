@@ -60,12 +60,13 @@ LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const
     corners_ = F(faces_, Eigen::all);
     std::vector<Range> ranges;
     cut(0, static_cast<int>(F.rows()), config.cluster_faces, ranges);
+    std::vector<std::vector<int>> lists;  // points of each cluster
     for (const Range& range : ranges) {
         std::vector<Range> blocks;
         cut(range.begin, range.end, std::max(1, (config.cluster_faces + lanes - 1) / lanes), blocks);
         clusters_.push_back(
             {static_cast<int>(blocks_.size()), static_cast<int>(blocks_.size() + blocks.size())});
-        cluster_points_.add(points_of(range));
+        lists.push_back(points_of(range));
         for (const Range& block : blocks) {
             const auto begin = static_cast<int>(groups_.size());
             cut(block.begin, block.end, lanes, groups_);
@@ -74,6 +75,10 @@ LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const
             if (W) add_vertices(block);
         }
     }
+    if (config.streamed)
+        streamed_.emplace(point_count(X, W), lists);
+    else
+        for (const std::vector<int>& list : lists) cluster_points_.add(list);
     cluster_boxes_.resize((clusters_.size() + lanes - 1) / lanes);
     block_boxes_.resize(clusters_.size());
     face_boxes_.resize(groups_.size());
@@ -113,8 +118,10 @@ void LazyBoxes::begin_pose(VerticesRef points) noexcept {
     x_ = W_ ? made_.data() : points_;
     ++pose_;
     all_ = empty_box();
+    std::span<const Box> streamed;
+    if (streamed_) streamed = streamed_->boxes(points_);
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
-        const Box box = cluster_points_.box(static_cast<int>(c), points_);
+        const Box box = streamed_ ? streamed[c] : cluster_points_.box(static_cast<int>(c), points_);
         cluster_boxes_[c / lanes].set(static_cast<int>(c % lanes), box);
         all_ = joined(all_, box);
     }
@@ -222,17 +229,6 @@ void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs
     for (FacePair& pair : pairs)
         pair = {a.faces_[static_cast<std::size_t>(pair.a)], b.faces_[static_cast<std::size_t>(pair.b)]};
     std::ranges::sort(pairs);
-}
-
-std::size_t LazyBoxes::bytes() const noexcept {
-    return faces_.capacity() * sizeof(int) + static_cast<std::size_t>(corners_.size()) * sizeof(int) +
-           (clusters_.capacity() + blocks_.capacity() + groups_.capacity() + block_vertices_.capacity()) *
-               sizeof(Range) +
-           cluster_points_.bytes() + block_points_.bytes() + vertices_.capacity() * sizeof(int) +
-           (cluster_boxes_.capacity() + block_boxes_.capacity() + face_boxes_.capacity()) *
-               sizeof(WideBoxes) +
-           (cluster_poses_.capacity() + block_poses_.capacity()) * sizeof(std::uint64_t) +
-           static_cast<std::size_t>(made_.size()) * sizeof(float);
 }
 
 }  // namespace nbd

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "apps/bench/pairs/point_boxes.hpp"
+#include "apps/bench/pairs/streamed_boxes.hpp"
 #include "apps/bench/pairs/wide_boxes.hpp"
 #include "collision/geometry.hpp"
 #include "training/surface_body.hpp"
@@ -13,6 +15,7 @@ namespace nbd {
 struct LazyBoxesConfig {
     /// Faces of a cluster, at most. It has up to 16 blocks, whose faces come in groups of up to 16.
     int cluster_faces = 1024;
+    bool streamed = false;  // the clusters' boxes by StreamedBoxes, else by PointBoxes
 };
 
 /// The strongest rival of learned bounds that we know of: exact, untrained, and nearly as cheap as reading
@@ -35,10 +38,11 @@ class LazyBoxes {
     /// points: [n, 3] surface, or nodes [N, 3] with an embedding; referred to until the next pose.
     void begin_pose(VerticesRef points) noexcept;
 
+    /// Around everything in this pose.
+    const Box& box() const noexcept { return all_; }
+
     /// Face pairs that intersect, sorted, into `pairs`.
     friend void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs);
-
-    std::size_t bytes() const noexcept;
 
  private:
     struct Range {
@@ -66,7 +70,8 @@ class LazyBoxes {
     std::vector<Range> blocks_;    // of groups
     std::vector<Range> groups_;    // of slots
     PointBoxes cluster_points_, block_points_;
-    std::vector<Range> block_vertices_;  // with an embedding: of vertices_
+    std::optional<StreamedBoxes> streamed_;  // in place of cluster_points_
+    std::vector<Range> block_vertices_;      // with an embedding: of vertices_
     std::vector<int> vertices_;
 
     std::vector<WideBoxes> cluster_boxes_;                    // sixteen clusters each

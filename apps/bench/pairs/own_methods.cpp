@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "apps/bench/pairs/lazy_boxes.hpp"
+#include "collision/embedded_positions.hpp"
 #include "collision/pair_query.hpp"
 
 namespace nbd {
@@ -27,24 +28,67 @@ class TreeMethod final : public PairMethod {
     PairQuery query_;
 };
 
-class LazyBoxesMethod final : public PairMethod {
+/// Over the nodes: positions are computed where they are read.
+class EmbeddedTreeMethod final : public PairMethod {
  public:
-    LazyBoxesMethod(const LazyBoxes& boxes, bool over_nodes)
-        : a_(boxes), b_(boxes), over_nodes_(over_nodes) {}
+    EmbeddedTreeMethod(const BenchBody& body, BoundKind kind)
+        : a_(body.tree, kind), b_(body.tree, kind), x_a_(embedding(body.surface.W)), x_b_(x_a_) {}
 
     void update(const BenchPose& a, const BenchPose& b) override {
-        a_.begin_pose(over_nodes_ ? a.nodes : a.x);
-        b_.begin_pose(over_nodes_ ? b.nodes : b.x);
+        x_a_.begin_pose(a.nodes);
+        x_b_.begin_pose(b.nodes);
+        a_.begin_pose(x_a_);
+        b_.begin_pose(x_b_);
+    }
+    std::span<const FacePair> query() override { return query_.intersecting(a_, b_); }
+
+ private:
+    static EmbeddedPositions embedding(const SurfaceEmbedding& W) {
+        const auto count = static_cast<std::size_t>(W.nonZeros());
+        return {{W.outerIndexPtr(), static_cast<std::size_t>(W.rows()) + 1},
+                {W.innerIndexPtr(), count},
+                {W.valuePtr(), count},
+                static_cast<int>(W.cols())};
+    }
+
+    PosedTree a_, b_;
+    EmbeddedPositions x_a_, x_b_;
+    PairQuery query_;
+};
+
+/// What lazy boxes read in a pose.
+enum class Reads { surface, surface_from_nodes, nodes };
+
+class LazyBoxesMethod final : public PairMethod {
+ public:
+    LazyBoxesMethod(const BenchBody& body, const LazyBoxesConfig& config, Reads reads)
+        : W_(body.surface.W),
+          a_(reads == Reads::nodes ? LazyBoxes(body.surface.X, body.surface.F, W_, config)
+                                   : LazyBoxes(body.surface.X, body.surface.F, config)),
+          b_(a_),
+          reads_(reads) {}
+
+    void update(const BenchPose& a, const BenchPose& b) override {
+        if (reads_ == Reads::surface_from_nodes) {
+            apply_embedding(W_, a.nodes, x_a_);
+            apply_embedding(W_, b.nodes, x_b_);
+            a_.begin_pose(x_a_);
+            b_.begin_pose(x_b_);
+        } else {
+            a_.begin_pose(reads_ == Reads::nodes ? a.nodes : a.x);
+            b_.begin_pose(reads_ == Reads::nodes ? b.nodes : b.x);
+        }
     }
     std::span<const FacePair> query() override {
         intersecting_faces(a_, b_, pairs_);
         return pairs_;
     }
-    std::size_t bytes() const override { return a_.bytes() + b_.bytes(); }
 
  private:
+    const SurfaceEmbedding& W_;
     LazyBoxes a_, b_;
-    bool over_nodes_;
+    Reads reads_;
+    Vertices x_a_, x_b_;
     std::vector<FacePair> pairs_;
 };
 
@@ -77,16 +121,40 @@ int depth_of_leaves(int faces, int leaf_faces) {
     return depth;
 }
 
+bool finds_all(BoundKind kind) { return is_exact(kind) || kind == BoundKind::certified; }
+
 }  // namespace
+
+PairMethodEntry tree_method(BoundKind kind) {
+    return {std::string(name(kind)), finds_all(kind), false,
+            [kind](const BenchBody& body) { return std::make_unique<TreeMethod>(body.tree, kind); }};
+}
 
 std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
     std::vector<PairMethodEntry> methods;
     for (const BoundKind kind : bound_kinds)
-        if (has_bounds(*body.tree, kind))
-            methods.push_back({std::string(name(kind)), !can_miss(kind), false, [kind](const BenchBody& b) {
-                                   return std::make_unique<TreeMethod>(b.tree, kind);
-                               }});
+        if (has_bounds(*body.tree, kind)) methods.push_back(tree_method(kind));
+    for (const BoundKind kind : bound_kinds)
+        if (has_bounds(*body.tree, kind) && !finds_all(kind))
+            methods.push_back(
+                {fmt::format("{} from nodes", name(kind)), false, true,
+                 [kind](const BenchBody& b) { return std::make_unique<EmbeddedTreeMethod>(b, kind); }});
     return methods;
+}
+
+PairMethodEntry streamed_boxes_method(int cluster_faces) {
+    return {fmt::format("lazy boxes streamed {}", cluster_faces), true, false,
+            [cluster_faces](const BenchBody& body) {
+                return std::make_unique<LazyBoxesMethod>(body, LazyBoxesConfig{cluster_faces, true},
+                                                         Reads::surface);
+            }};
+}
+
+PairMethodEntry lazy_boxes_method(int cluster_faces) {
+    return {fmt::format("lazy boxes {}", cluster_faces), true, false, [cluster_faces](const BenchBody& body) {
+                return std::make_unique<LazyBoxesMethod>(body, LazyBoxesConfig{cluster_faces},
+                                                         Reads::surface);
+            }};
 }
 
 std::vector<PairMethodEntry> box_methods(const BenchBody& body, const std::vector<int>& clusters) {
@@ -100,18 +168,21 @@ std::vector<PairMethodEntry> box_methods(const BenchBody& body, const std::vecto
                      std::make_shared<const CollisionTree>(make_exact_tree(s.X, s.F, config)),
                      BoundKind::boxes);
              }});
-    for (const int faces : clusters)
-        methods.push_back({fmt::format("lazy boxes {}", faces), true, false, [faces](const BenchBody& b) {
-                               return std::make_unique<LazyBoxesMethod>(
-                                   LazyBoxes(b.surface.X, b.surface.F, {faces}), false);
-                           }});
+    for (const int faces : clusters) {
+        methods.push_back(lazy_boxes_method(faces));
+        methods.push_back(streamed_boxes_method(faces));
+    }
+    const auto over_nodes = [&](const char* name, Reads reads) {
+        for (const int faces : clusters)
+            methods.push_back(
+                {fmt::format("{} {}", name, faces), true, true, [faces, reads](const BenchBody& b) {
+                     return std::make_unique<LazyBoxesMethod>(b, LazyBoxesConfig{faces}, reads);
+                 }});
+    };
+    over_nodes("lazy boxes from nodes", Reads::surface_from_nodes);
     const SurfaceEmbedding& W = body.surface.W;
     if (std::all_of(W.valuePtr(), W.valuePtr() + W.nonZeros(), [](float w) { return w >= 0; }))
-        for (const int faces : clusters)
-            methods.push_back({fmt::format("cage boxes {}", faces), true, true, [faces](const BenchBody& b) {
-                                   return std::make_unique<LazyBoxesMethod>(
-                                       LazyBoxes(b.surface.X, b.surface.F, b.surface.W, {faces}), true);
-                               }});
+        over_nodes("cage boxes", Reads::nodes);
     return methods;
 }
 

@@ -26,9 +26,6 @@ class PairMethod {
 
     /// Face pairs that intersect, sorted by (a, b), without repeats. Valid until the next call.
     virtual std::span<const FacePair> query() = 0;
-
-    /// Memory that both bodies take beside their positions and faces, bytes; 0: not known.
-    virtual std::size_t bytes() const { return 0; }
 };
 
 /// A method by name, and how to set it up for a body.

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -21,9 +20,6 @@ class PointBoxes {
     Box box(int list, const float* x) const noexcept;
 
     int size() const noexcept { return static_cast<int>(ends_.size()); }
-    std::size_t bytes() const noexcept {
-        return floats_.capacity() * sizeof(int) + (ends_.capacity() + with_last_.capacity()) * sizeof(int);
-    }
 
  private:
     int last_;                    // four floats cannot be read from the last point, so it is kept apart

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "apps/bench/heap.hpp"
 #include "apps/bench/median.hpp"
 #include "apps/bench/pairs/lazy_boxes.hpp"
 #include "collision/missing_pairs.hpp"
@@ -54,6 +55,8 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
                 .reads_nodes = entry.reads_nodes,
                 .faces = body.faces(),
                 .scenes = static_cast<int>(stages.size())};
+    stand.enter(stages.front(), scenes.front());
+    const std::size_t heap = heap_bytes();
     std::unique_ptr<PairMethod> method;
     try {
         method = entry.make(body);
@@ -83,13 +86,13 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
             query.push_back(microseconds(end - middle));
             total.push_back(microseconds(end - begin));
         }
+        if (round == 0) row.bytes = heap_bytes() - heap;
         row.rounds = round;
         if (round > 0 && microseconds(Clock::now() - started) > 1e6 * config.most_seconds) break;
     }
     row.update_us = median(update);
     row.query_us = median(query);
     row.total_us = median(total);
-    row.bytes = method->bytes();
     return row;
 }
 
@@ -106,6 +109,12 @@ std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEnt
         done(rows.back());
     }
     return rows;
+}
+
+std::size_t tree_bytes(const CollisionTree& tree) {
+    const std::size_t before = heap_bytes();
+    const CollisionTree copy = tree;
+    return heap_bytes() - before;
 }
 
 }  // namespace nbd

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <vector>
@@ -23,8 +24,8 @@ struct RaceRow {
     double update_us = 0, query_us = 0, total_us = 0;
     double pairs = 0;               // mean a scene that intersect in truth
     long missed = 0, invented = 0;  // pairs not found, and found that are none; over all scenes
-    std::size_t bytes = 0;
-    std::string failure;  // why a method could not be raced
+    std::size_t bytes = 0;          // that both bodies take beside positions, faces and the tree they share
+    std::string failure;            // why a method could not be raced
 
     double recall() const { return pairs > 0 ? 1 - static_cast<double>(missed) / (pairs * scenes) : 1; }
 };
@@ -35,5 +36,8 @@ struct RaceRow {
 std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEntry>& methods,
                           std::span<const TouchingScene> scenes, const RaceConfig& config,
                           const std::function<void(const RaceRow&)>& done);
+
+/// What a body's tree takes, with all bounds it has, bytes; 0: not known.
+std::size_t tree_bytes(const CollisionTree& tree);
 
 }  // namespace nbd

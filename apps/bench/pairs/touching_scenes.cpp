@@ -40,21 +40,38 @@ std::optional<Overlap> find_overlap(Approach& approach, float touching, float ra
     return std::nullopt;
 }
 
-std::optional<TouchingScene> try_scene(const BenchBody& coarse, const RecordingReader& recording,
-                                       std::span<const FrameId> frames, int wanted, Approach& approach,
-                                       CounterRandom& random) {
-    const ContactPlacement placement = draw_contact_placement(frames, random);
-    const CentredPose a(coarse.surface, recording, placement.first),
-        b(coarse.surface, recording, placement.second);
-    const Vertices turned = b.x * placement.turn.transpose();
-    approach.start(a.x, turned, placement.from);
-    const float touching = approach.touching_distance();
-    const auto overlap = find_overlap(approach, touching, coarse.tree->spheres.rest[0].r, wanted);
-    if (!overlap) return std::nullopt;
-    TouchingScene scene{a.nodes, b.nodes * placement.turn.transpose(), overlap->pairs, overlap->depth};
-    scene.b.rowwise() += (touching - overlap->depth) * placement.from;
-    return scene;
-}
+/// A draw, and how far apart its bodies are when they touch.
+struct Meeting {
+    ContactPlacement placement;
+    CentredPose a, b;
+    float touching = 0;
+
+    Meeting(const BenchBody& coarse, const RecordingReader& recording, std::span<const FrameId> frames,
+            std::uint64_t seed, int draw, Approach& approach)
+        : Meeting(coarse, recording, draw_placement(frames, seed, draw), approach) {}
+
+    TouchingScene scene(const Overlap& overlap) const {
+        TouchingScene scene{a.nodes, b.nodes, overlap.pairs, overlap.depth};
+        scene.b.rowwise() += (touching - overlap.depth) * placement.from;
+        return scene;
+    }
+
+ private:
+    Meeting(const BenchBody& coarse, const RecordingReader& recording, const ContactPlacement& drawn,
+            Approach& approach)
+        : placement(drawn),
+          a(coarse.surface, recording, drawn.first),
+          b(coarse.surface, recording, drawn.second) {
+        b.nodes = (b.nodes * placement.turn.transpose()).eval();
+        b.x = (b.x * placement.turn.transpose()).eval();
+        approach.start(a.x, b.x, placement.from);
+        touching = approach.touching_distance();
+    }
+    static ContactPlacement draw_placement(std::span<const FrameId> frames, std::uint64_t seed, int draw) {
+        CounterRandom random(seed, static_cast<std::uint64_t>(draw));
+        return draw_contact_placement(frames, random);
+    }
+};
 
 }  // namespace
 
@@ -67,17 +84,70 @@ std::vector<TouchingScene> make_touching_scenes(const BenchBody& coarse, const R
     if (frames.empty()) throw std::invalid_argument("no frames to make scenes of");
     Approach approach(coarse.tree);
     std::vector<TouchingScene> scenes;
+    const float radius = coarse.tree->spheres.rest[0].r;
     const int most_draws = 50 * config.scenes;
     for (int draw = 0; static_cast<int>(scenes.size()) < config.scenes; ++draw) {
         if (draw == most_draws)
             throw std::runtime_error(
                 fmt::format("{} draws gave {} of {} scenes with {} to {} intersecting faces", draw,
                             scenes.size(), config.scenes, config.pairs, config.pairs + config.pairs / 2));
-        CounterRandom random(config.seed, static_cast<std::uint64_t>(draw));
-        if (auto scene = try_scene(coarse, recording, frames, config.pairs, approach, random))
-            scenes.push_back(std::move(*scene));
+        const Meeting meeting(coarse, recording, frames, config.seed, draw, approach);
+        if (const auto overlap = find_overlap(approach, meeting.touching, radius, config.pairs))
+            scenes.push_back(meeting.scene(*overlap));
     }
     return scenes;
+}
+
+std::vector<TouchingScene> make_scenes_of_depth(const BenchBody& coarse, const RecordingReader& recording,
+                                                std::span<const FrameId> frames, int scenes, double depth,
+                                                std::uint64_t seed) {
+    if (scenes < 1 || !(depth >= 0 && depth <= 2))
+        throw std::invalid_argument(
+            fmt::format("{} scenes {} radii deep; allowed: 1 or more, and 0 to 2", scenes, depth));
+    if (frames.empty()) throw std::invalid_argument("no frames to make scenes of");
+    Approach approach(coarse.tree);
+    std::vector<TouchingScene> made;
+    for (int draw = 0; draw < scenes; ++draw) {
+        const Meeting meeting(coarse, recording, frames, seed, draw, approach);
+        const float metres =
+            std::min(meeting.touching, static_cast<float>(depth) * coarse.tree->spheres.rest[0].r);
+        const auto pairs = static_cast<int>(approach.pairs_at(meeting.touching - metres).size());
+        made.push_back(meeting.scene({metres, pairs}));
+    }
+    return made;
+}
+
+std::vector<TouchingScene> recorded_scenes(const BenchBody& coarse, const RecordingReader& recording,
+                                           float distance, int most) {
+    const auto& bodies = recording.trajectories();
+    if (bodies.size() != 2 || bodies[0].frames != bodies[1].frames ||
+        bodies[0].body_hash != coarse.surface.hash || bodies[1].body_hash != coarse.surface.hash)
+        throw std::runtime_error(fmt::format("{}: a recorded scene of two copies of the first body is needed",
+                                             recording.path().string()));
+    PosedTree a(coarse.tree, BoundKind::boxes), b(coarse.tree, BoundKind::boxes);
+    PairQuery query;
+    std::vector<TouchingScene> touching;
+    for (int frame = 0; frame < bodies[0].frames; ++frame) {
+        TouchingScene scene;
+        recording.read(0, frame, 1, scene.a);
+        recording.read(1, frame, 1, scene.b);
+        Vertices x_a, x_b;
+        apply_embedding(coarse.surface.W, scene.a, x_a);
+        apply_embedding(coarse.surface.W, scene.b, x_b);
+        a.begin_pose(x_a);
+        b.begin_pose(x_b);
+        if (!query.within(a, b, distance).empty()) touching.push_back(std::move(scene));
+    }
+    if (touching.empty())
+        throw std::runtime_error(fmt::format("{}: no frame in which the bodies come within {:.3g} m",
+                                             recording.path().string(), distance));
+    const auto all = static_cast<int>(touching.size());
+    if (all <= most) return touching;
+    std::vector<TouchingScene> chosen;
+    for (int i = 0; i < most; ++i)
+        chosen.push_back(std::move(
+            touching[static_cast<std::size_t>(i) * touching.size() / static_cast<std::size_t>(most)]));
+    return chosen;
 }
 
 std::vector<FrameId> unseen_frames(std::span<const BenchBody> bodies, const RecordingReader& recording) {

@@ -33,6 +33,18 @@ std::vector<TouchingScene> make_touching_scenes(const BenchBody& coarse, const R
                                                 std::span<const FrameId> frames,
                                                 const TouchingScenesConfig& config);
 
+/// Likewise scenes in which the second body goes on after they touch by `depth`, in radii: no draw is given
+/// up. Throws std::invalid_argument on no frames, no scenes, or a depth outside 0 to 2.
+std::vector<TouchingScene> make_scenes_of_depth(const BenchBody& coarse, const RecordingReader& recording,
+                                                std::span<const FrameId> frames, int scenes, double depth,
+                                                std::uint64_t seed);
+
+/// Frames of a scene that the simulator recorded with two copies of the body, at most `most`, evenly spread
+/// over those in which faces of the two come within `distance`, metres. Throws std::runtime_error unless the
+/// recording is of two bodies alike, or where there is no such frame.
+std::vector<TouchingScene> recorded_scenes(const BenchBody& coarse, const RecordingReader& recording,
+                                           float distance, int most);
+
 /// Frames of trajectories that no body's tree was trained or calibrated on; all complete ones where none was
 /// trained. Throws std::runtime_error where none is left.
 std::vector<FrameId> unseen_frames(std::span<const BenchBody> bodies, const RecordingReader& recording);
