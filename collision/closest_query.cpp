@@ -79,8 +79,8 @@ void ClosestQuery::open_nodes(PosedTree& a, int i, PosedTree& b, int j, double m
     if (node_a.is_leaf() && node_b.is_leaf()) {
         LeafBoxes &boxes_a = a.state_->boxes, &boxes_b = b.state_->boxes;
         const int root_a = boxes_a.root(i), root_b = boxes_b.root(j);
-        boxes_a.fit_root(root_a);
-        boxes_b.fit_root(root_b);
+        boxes_a.open(root_a);
+        boxes_b.open(root_b);
         push({least_distance(boxes_a.whole(root_a), boxes_b.whole(root_b)), Candidate::boxes, root_a, root_b},
              most);
     } else if (node_b.is_leaf() || (!node_a.is_leaf() && first_is_larger)) {

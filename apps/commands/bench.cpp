@@ -196,6 +196,7 @@ void add_bench(CLI::App& app, Output& out) {
     add_bench_peers(*bench, out);
     add_bench_fig5(*bench, out);
     add_bench_scaling(*bench, out);
+    add_bench_kernels(*bench, out);
 }
 
 }  // namespace nbd

@@ -1,0 +1,160 @@
+#include "apps/bench/kernel_times.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+#include "apps/bench/median.hpp"
+#include "apps/bench/plain_bounds.hpp"
+#include "collision/local_bound.hpp"
+#include "collision/local_boxes.hpp"
+#include "collision/modal_bound.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int rounds = 25;
+constexpr double most_difference = 1e-3;
+
+/// Nanoseconds of f(i), the median of rounds over i = 0 .. count - 1 after one that is not counted. f
+/// returns a number, so that nothing is left out.
+template <class F>
+double nanoseconds(int count, const F& f) {
+    std::vector<double> times;
+    volatile float sink = 0;
+    for (int round = 0; round <= rounds; ++round) {
+        float sum = 0;
+        const auto start = std::chrono::steady_clock::now();
+        for (int i = 0; i < count; ++i) sum += f(i);
+        const std::chrono::duration<double, std::nano> time = std::chrono::steady_clock::now() - start;
+        sink = sink + sum;
+        if (round > 0) times.push_back(time.count() / count);
+    }
+    return median(times);
+}
+
+double difference(const Sphere& s, const Sphere& t) {
+    return std::max(static_cast<double>((s.c - t.c).norm()), std::abs(double{s.r} - double{t.r}));
+}
+
+double difference(const Box& s, const Box& t) {
+    return std::max((s.lo - t.lo).abs().head<3>().maxCoeff(), (s.hi - t.hi).abs().head<3>().maxCoeff());
+}
+
+float number_of(const Sphere& s) { return s.r + s.c[0]; }
+float number_of(const Box& box) { return box.lo[0] + box.hi[1]; }
+
+class Stopwatches {
+ public:
+    Stopwatches(const CollisionTree& tree, std::span<const Vertices> poses, int nodes)
+        : tree_(tree), poses_(poses) {
+        const auto all = static_cast<int>(tree.spheres.nodes.size());
+        const int count = std::clamp(nodes, 1, all);
+        for (int i = 0; i < count; ++i) nodes_.push_back(static_cast<int>(std::int64_t{i} * all / count));
+    }
+
+    /// begin(x): starts a pose. ours(node), plain(node): a volume each.
+    template <class Begin, class Ours, class Plain>
+    KernelTime nodes(const char* name, const Begin& begin, const Ours& ours, const Plain& plain) const {
+        std::vector<double> ours_ns, plain_ns;
+        KernelTime time{.name = name};
+        const double radius = tree_.spheres.rest[0].r;
+        const auto count = static_cast<int>(nodes_.size());
+        const auto node = [&](int i) { return nodes_[static_cast<std::size_t>(i)]; };
+        for (const Vertices& x : poses_) {
+            begin(x);
+            for (const int i : nodes_)
+                time.difference = std::max(time.difference, difference(ours(i), plain(i)) / radius);
+            ours_ns.push_back(nanoseconds(count, [&](int i) { return number_of(ours(node(i))); }));
+            plain_ns.push_back(nanoseconds(count, [&](int i) { return number_of(plain(node(i))); }));
+        }
+        time.ours_ns = median(ours_ns);
+        time.plain_ns = median(plain_ns);
+        if (tree_.local)
+            for (const int i : nodes_)
+                time.samples += static_cast<double>(tree_.local->node_samples(i).size()) / count;
+        return time;
+    }
+
+    /// The code of a pose.
+    KernelTime code() const {
+        const ModalModel& model = *tree_.modal;
+        ModalCodeScratch scratch;
+        Eigen::VectorXf z(model.mode_count());
+        std::vector<double> ours_ns, plain_ns;
+        KernelTime time{.name = "modal code"};
+        for (const Vertices& x : poses_) {
+            modal_code(model.modes, x, scratch, z);
+            const Eigen::VectorXf plain = plain_modal_code(model.modes, x);
+            time.difference =
+                std::max(time.difference, static_cast<double>((z - plain).norm() / plain.norm()));
+            ours_ns.push_back(nanoseconds(1, [&](int) {
+                modal_code(model.modes, x, scratch, z);
+                return z[0];
+            }));
+            plain_ns.push_back(nanoseconds(1, [&](int) { return plain_modal_code(model.modes, x)[0]; }));
+        }
+        time.ours_ns = median(ours_ns);
+        time.plain_ns = median(plain_ns);
+        return time;
+    }
+
+ private:
+    const CollisionTree& tree_;
+    std::span<const Vertices> poses_;
+    std::vector<int> nodes_;
+};
+
+}  // namespace
+
+std::vector<KernelTime> time_kernels(const CollisionTree& tree, std::span<const Vertices> poses, int nodes) {
+    if (poses.empty()) throw std::invalid_argument("no pose to time kernels on");
+    const Stopwatches watch(tree, poses, nodes);
+    std::vector<KernelTime> times;
+    const Vertices* x = nullptr;
+    if (tree.local) {
+        LocalBound bound(*tree.local);
+        times.push_back(watch.nodes(
+            "local sphere",
+            [&](const Vertices& pose) {
+                x = &pose;
+                bound.begin_pose(pose);
+            },
+            [&](int i) { return bound.bound(i); },
+            [&](int i) { return plain_local_sphere(*tree.local, i, *x); }));
+    }
+    if (has_bounds(tree, BoundKind::local_boxes)) {
+        const auto grown = [&](int i) {
+            const SampleBox samples = sample_box(*tree.local, i, *x);
+            const float growth = tree.local->boxes[static_cast<std::size_t>(i)].growth * samples.spread;
+            const Eigen::Array4f outward = Eigen::Array4f(1, 1, 1, 0) * growth;
+            return Box{samples.box.lo - outward, samples.box.hi + outward};
+        };
+        times.push_back(watch.nodes(
+            "local box", [&](const Vertices& pose) { x = &pose; }, grown,
+            [&](int i) { return plain_local_box(*tree.local, i, *x); }));
+    }
+    if (tree.modal) {
+        const ModalModel& model = *tree.modal;
+        ModalCodeScratch scratch;
+        Eigen::VectorXf z(model.mode_count()), zn(z);
+        times.push_back(watch.nodes(
+            "modal node",
+            [&](const Vertices& pose) {
+                modal_code(model.modes, pose, scratch, z);
+                zn = (z - model.z_centre).cwiseProduct(model.z_scale);
+            },
+            [&](int i) { return modal_sphere(model, tree.spheres, i, zn); },
+            [&](int i) { return plain_modal_sphere(model, tree.spheres, i, zn); }));
+        times.push_back(watch.code());
+    }
+    for (const KernelTime& time : times)
+        if (!(time.difference <= most_difference))
+            throw std::runtime_error(fmt::format("{}: differs from its plain form by {:.2e} of the radius",
+                                                 time.name, time.difference));
+    return times;
+}
+
+}  // namespace nbd
