@@ -31,7 +31,7 @@ SampleBox sample_box(const LocalModel& model, int node, const Positions& x) noex
     result.box.lo[3] = result.box.hi[3] = 0;
     const float squared_spread = squared[0] + squared[1] + squared[2];
     result.spread = std::sqrt(std::max(squared_spread, 0.f));
-    result.strangeness = std::abs(squared_spread - fit.mean) * fit.inverse_deviation;
+    if (!n.exact) result.strangeness = std::abs(squared_spread - fit.mean) * fit.inverse_deviation;
     return result;
 }
 

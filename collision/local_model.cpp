@@ -128,7 +128,8 @@ LocalSphere local_sphere(const LocalModel& model, int node, const Positions& pos
     constexpr float slack = 1 + 4 * std::numeric_limits<float>::epsilon();
     const float distance = std::sqrt(most.maxCoeff()) * slack;
     // Vector maxima may let NaN pass unseen; a sum does not.
-    const float strangeness = c.allFinite() ? strange.maxCoeff() : std::numeric_limits<float>::quiet_NaN();
+    const float known = n.exact ? 0 : strange.maxCoeff();
+    const float strangeness = c.allFinite() ? known : std::numeric_limits<float>::quiet_NaN();
     const LocalModel::Reach reach = model.reach(node);
     if (!model.network || n.exact) return {{c, distance + reach.growth}, strangeness};
     float distances[LocalModel::max_samples];

@@ -21,6 +21,7 @@ Box root_box(PosedTree& body, float distance) noexcept {
     const Eigen::Array4f ulps =
         4 * std::numeric_limits<float>::epsilon() * (box.lo.abs().max(box.hi.abs()) + distance);
     const Box grown{box.lo - distance / 2 - ulps, box.hi + distance / 2 + ulps};
+    if (grown.lo.hasNaN() || grown.hi.hasNaN()) return {-empty_box().lo, -empty_box().hi};  // near everything
     return grown.lo.allFinite() && grown.hi.allFinite() ? grown : empty_box();  // before the first pose
 }
 

@@ -69,6 +69,9 @@ void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, 
             }
         }
     }
+    // They have swapped places: the next walk may need either to be as large as the larger one.
+    level.reserve(next.capacity());
+    next.reserve(level.capacity());
 }
 
 /// Calls f(k) for each bit k that is set, in ascending order.
@@ -76,6 +79,10 @@ template <class F>
 void for_each_bit(unsigned mask, const F& f) {
     for (; mask != 0; mask &= mask - 1) f(std::countr_zero(mask));
 }
+
+/// The lanes that hold boxes: the empty ones of others are far from every box, but not from a position that
+/// is no number, nor over a distance whose square overflows.
+unsigned lanes_of(const LeafBoxes::Node& node) noexcept { return (1u << node.count) - 1; }
 
 /// The walk over the boxes under a pair of leaves: all pairs of faces whose boxes are near.
 void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, float distance,
@@ -91,13 +98,13 @@ void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, float distan
         stack.pop_back();
         const LeafBoxes::Node &node_a = a.node(pair.a), &node_b = b.node(pair.b);
         const BoxPack& boxes_a = a.open(pair.a);
-        const unsigned near_b = near(boxes_a, b.whole(pair.b), most);
+        const unsigned near_b = near(boxes_a, b.whole(pair.b), most) & lanes_of(node_a);
         if (near_b == 0) continue;
         const BoxPack& boxes_b = b.open(pair.b);
         counters.box_tests += node_a.count * node_b.count;
         unsigned any = 0;  // of b's boxes
         for_each_bit(near_b, [&](int i) {
-            const unsigned mask = near(boxes_b, boxes_a.box(i), most);
+            const unsigned mask = near(boxes_b, boxes_a.box(i), most) & lanes_of(node_b);
             any |= mask;
             if (mask == 0 || (node_a.has_faces() && !node_b.has_faces())) return;
             if (node_b.has_faces() && !node_a.has_faces())

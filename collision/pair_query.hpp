@@ -65,7 +65,7 @@ class PairQuery {
     std::vector<LeafPair> leaf_pairs_;
     std::vector<FacePair> face_pairs_;
     std::vector<NodePair> stack_, next_;
-    std::vector<SlotPair> near_;  // faces of a pair of leaves whose boxes are near
+    std::vector<SlotPair> near_;  // faces whose boxes are near
 };
 
 }  // namespace nbd

@@ -17,7 +17,8 @@ struct PosedTreeState;
 /// touches it. Reading it writes those caches: one thread at a time.
 class PosedTree {
  public:
-    /// margin: every sphere's radius is multiplied by 1 + margin, >= 0, and no node is bounded otherwise.
+    /// margin: every sphere's radius is multiplied by 1 + margin, >= 0, or every side of a learned box moves
+    /// outward by as many spreads of its samples, and no node is bounded otherwise.
     /// Without one, what the tree's calibration of these bounds says: a margin for each node, and exact
     /// spheres where the input is out of range; where there is none, as margin 0. `tree` is shared, not
     /// copied.

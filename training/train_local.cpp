@@ -116,10 +116,11 @@ void fit_local_reach(const LocalReach& reach, const LocalConfig& config, LocalMo
         static_cast<int>(model.nodes.size()),
         [&](int i) {
             const LocalModel::Node& node = model.nodes[static_cast<std::size_t>(i)];
-            if (node.exact) return;
-            const Eigen::VectorXf growth = reach.growth.col(i);
             float* block = model.values.data() + node.value_begin;
             fit_range(reach, node, block + node.sample_count);
+            model.boxes[static_cast<std::size_t>(i)] = fit_box(reach, i, config.box_miss_rate);
+            if (node.exact) return;
+            const Eigen::VectorXf growth = reach.growth.col(i);
             float* last =
                 block + LocalModel::block_size(node.sample_count, model.network) - LocalModel::lanes;
             LocalModel::Reach fitted{.growth = static_cast<float>(growth.cast<double>().mean()),
@@ -134,7 +135,6 @@ void fit_local_reach(const LocalReach& reach, const LocalConfig& config, LocalMo
                 fitted.growth = weights[weights.size() - 1];
             }
             last[0] = fitted.growth, last[1] = fitted.low, last[2] = fitted.high;
-            model.boxes[static_cast<std::size_t>(i)] = fit_box(reach, i, config.box_miss_rate);
         },
         1);
 }

@@ -12,15 +12,14 @@ namespace nbd {
 struct KernelTime {
     std::string name;
     double ours_ns = 0, plain_ns = 0;  // medians; a node, a pose for the code
-    double samples = 0;                // mean of a node, where it has some
-    double difference = 0;             // largest, relative to the body's radius
+    double difference = 0;             // largest, relative to the body's radius; of the code, to its length
     double ratio() const { return plain_ns / ours_ns; }
 };
 
 /// Times what the tree has: nodes of `local` spheres and boxes, nodes of `modal` and its code, alignment
 /// included. Data is warm: `nodes` nodes, evenly spread over the tree, again and again in one pose, then the
 /// next. One thread. poses: [n, 3] each, at least one. Throws std::runtime_error where a kernel and its plain
-/// form differ by more than 1e-3 of the body's radius.
+/// form differ by more than 1e-3. The plain forms allocate, as such code does.
 std::vector<KernelTime> time_kernels(const CollisionTree& tree, std::span<const Vertices> poses, int nodes);
 
 }  // namespace nbd

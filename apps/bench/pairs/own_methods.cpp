@@ -121,9 +121,16 @@ int depth_of_leaves(int faces, int leaf_faces) {
     return depth;
 }
 
-bool finds_all(BoundKind kind) { return is_exact(kind) || kind == BoundKind::certified; }
+bool finds_all(BoundKind kind) { return is_exact(kind); }
 
 }  // namespace
+
+std::vector<BoundKind> raced_bounds(const CollisionTree& tree) {
+    std::vector<BoundKind> kinds;
+    for (const BoundKind kind : bound_kinds)
+        if (has_bounds(tree, kind) && kind != BoundKind::certified) kinds.push_back(kind);
+    return kinds;
+}
 
 PairMethodEntry tree_method(BoundKind kind) {
     return {std::string(name(kind)), finds_all(kind), false,
@@ -132,10 +139,9 @@ PairMethodEntry tree_method(BoundKind kind) {
 
 std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
     std::vector<PairMethodEntry> methods;
-    for (const BoundKind kind : bound_kinds)
-        if (has_bounds(*body.tree, kind)) methods.push_back(tree_method(kind));
-    for (const BoundKind kind : bound_kinds)
-        if (has_bounds(*body.tree, kind) && !finds_all(kind))
+    for (const BoundKind kind : raced_bounds(*body.tree)) methods.push_back(tree_method(kind));
+    for (const BoundKind kind : raced_bounds(*body.tree))
+        if (!finds_all(kind))
             methods.push_back(
                 {fmt::format("{} from nodes", name(kind)), false, true,
                  [kind](const BenchBody& b) { return std::make_unique<EmbeddedTreeMethod>(b, kind); }});

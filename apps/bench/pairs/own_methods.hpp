@@ -9,7 +9,10 @@ namespace nbd {
 /// Bounds of the body's tree through PosedTree and PairQuery.
 PairMethodEntry tree_method(BoundKind kind);
 
-/// Every bound that the body's tree has, by its name, and learned ones once more over the nodes, with
+/// The bounds of a tree that are raced. Not `certified`: a recording lacks the stretch that they are made of.
+std::vector<BoundKind> raced_bounds(const CollisionTree& tree);
+
+/// Each of these by its name, and learned ones once more over the nodes, with
 /// positions that are computed where they are read.
 std::vector<PairMethodEntry> tree_methods(const BenchBody& body);
 
