@@ -25,10 +25,9 @@ void run(const TransferArguments& arguments, Output& out) {
         throw std::runtime_error(fmt::format("{} to {}: {}", arguments.tree, arguments.body, e.what()));
     }
     save_tree(arguments.output, file);
-    out.text(
-        fmt::format("{}: bounds of {} nodes, trained on {} vertices, over {} vertices and {} faces",
-                    arguments.output, file.tree.spheres.nodes.size(), trained.tree.vertex_count,
-                    file.tree.vertex_count, file.tree.faces.rows()));
+    out.text(fmt::format("{}: bounds of {} nodes, trained on {} vertices, over {} vertices and {} faces",
+                         arguments.output, file.tree.spheres.nodes.size(), trained.tree.vertex_count,
+                         file.tree.vertex_count, file.tree.faces.rows()));
     out.result({{"nodes", file.tree.spheres.nodes.size()},
                 {"vertices", file.tree.vertex_count},
                 {"faces", file.tree.faces.rows()}});

@@ -159,7 +159,8 @@ const Broken broken_scenes[] = {
     {with("", R"("obstacles": [{"mesh": {}}])"), "obstacles[0].mesh.file: is missing"},
     {with("", R"("obstacles": [{"mesh": {"file": ""}}])"), "obstacles[0].mesh.file: must not be empty"},
     {with(R"("bounds": "tight")"),
-     "bodies[0].bounds: is \"tight\", but must be exact, boxes, bd, modal, local or certified"},
+     "bodies[0].bounds: is \"tight\", but must be exact, boxes, bd, modal, local, "
+     "local_boxes, certified or auto"},
     {with(R"("meshing": {"nodes": 9})"),
      "bodies[0].meshing: is for surfaces and tetrahedra; a body file is taken as it is"},
     {R"({"bodies": [{"tets": "a.msh", "meshing": {"nodes": 9}}]})",

@@ -136,7 +136,8 @@ TEST_F(TrainLocal, BoxesHoldTheShareOfPosesThatTheyWereAskedFor) {
         int wide = 0;
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
             if (model.nodes[static_cast<std::size_t>(i)].exact) continue;
-            const auto missed = (reach.box.col(i).array() > model.boxes[static_cast<std::size_t>(i)].growth).count();
+            const auto missed =
+                (reach.box.col(i).array() > model.boxes[static_cast<std::size_t>(i)].growth).count();
             EXPECT_LE(static_cast<double>(missed), miss_rate * static_cast<double>(frames.size())) << i;
             wide += static_cast<double>(missed) > 0.9 * miss_rate * static_cast<double>(frames.size()) - 1;
         }
