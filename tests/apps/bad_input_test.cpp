@@ -121,7 +121,7 @@ TEST_F(BadInputTest, Numbers) {
          "data.h5: has 3 complete trajectories, and holding out 3 of them leaves none to train on"},
         {{"evaluate", "tree.h5", "data.h5", "--bounds", "foo"},
          2,
-         "--bounds: foo not in {exact,boxes,bd,modal,local,certified}"},
+         "--bounds: foo not in {exact,boxes,bd,modal,local,local_boxes,certified,auto}"},
         {train("--bounds", "bd"), 2, "--bounds: bd not in {modal,local}"},
         {train("--local-samples", "17"), 2, "--local-samples: is '17'; allowed: 0, 16, 32 .. 128"},
         {{"transfer", "tree.h5", "box.h5"}, 2, "--output is required"},
@@ -139,7 +139,7 @@ TEST_F(BadInputTest, Numbers) {
          "--within: is 'nan'; allowed: a number >= 0"},
         {{"collide", "box.obj", "box.obj", "--bounds", "foo"},
          2,
-         "--bounds: foo not in {exact,boxes,bd,modal,local,certified}"},
+         "--bounds: foo not in {exact,boxes,bd,modal,local,local_boxes,certified,auto}"},
     });
 }
 
@@ -256,7 +256,7 @@ TEST_F(BadInputTest, Scenes) {
     };
     expect_refused({
         {simulate("x.h5", "--bounds", "foo"), 2,
-         "--bounds: foo not in {exact,boxes,bd,modal,local,certified}"},
+         "--bounds: foo not in {exact,boxes,bd,modal,local,local_boxes,certified,auto}"},
         {simulate("x.h5", "--bounds", "modal"), 1, "bodies[0] (box): bounds \"modal\" need a tree"},
         {simulate("x.h5", "--frames", "0"), 2, "--frames: Value 0 not in range 1 to 10000000"},
         {simulate("x.h5", "--audit", "-1"), 2, "--audit: is '-1'; allowed: a number >= 0"},

@@ -82,8 +82,8 @@ TEST_F(BenchPeers, ScalingTellsTimesByDepthAndBodies) {
                    "--rounds", "1", "--depths", "0,0.2", "--bodies", "2,9", "--spacing", "0.6", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto result = nlohmann::json::parse(ran.out);
-    EXPECT_EQ(result.at("depth").size(), 2 * 3U);
-    EXPECT_EQ(result.at("bodies").size(), 2 * 3U);
+    EXPECT_EQ(result.at("depth").size(), 2 * 4U);  // exact, boxes, auto, lazy boxes
+    EXPECT_EQ(result.at("bodies").size(), 2 * 4U);
     EXPECT_TRUE(result.at("crossover").is_null());  // nothing was learned
     EXPECT_GT(result.at("bodies").back().at("pairs"), 0);
     for (const char* file : {"scaling_depth.csv", "scaling_bodies.csv", "scaling_pairs.png"})

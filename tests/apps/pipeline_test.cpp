@@ -103,7 +103,8 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
     for (const char* bounds : {"modal", "local"})
         EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "moved.obj", {"--bounds", bounds, "--margin", "10"}), exact);
 
-    EXPECT_EQ(json_of({"export", "--flat", "tree.h5", "-o", "tree.nbd"})["bytes"], bytes("tree.nbd").size());
+    const auto exported = json_of({"export", "--flat", "tree.h5", "-o", "tree.nbd"});
+    EXPECT_EQ(exported["bytes"], bytes("tree.nbd").size());
     for (const char* file : {"beam.h5", "data.h5", "tree.h5", "tree.nbd", "scene.h5"})
         EXPECT_EQ(json_of({"inspect", file})["whole"], true) << file;
     EXPECT_EQ(listing(folder / ""),
