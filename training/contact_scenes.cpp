@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
-#include "collision/counter_random.hpp"
 #include "collision/missing_pairs.hpp"
 #include "collision/pair_query.hpp"
+#include "training/contact_placement.hpp"
 
 namespace nbd {
 namespace {
@@ -24,15 +22,6 @@ Vertices centred_pose(const SurfaceBody& body, const RecordingReader& recording,
     return x;
 }
 
-/// The second frame of a scene: of another trajectory than the first, where there is one.
-FrameId draw_other(std::span<const FrameId> frames, FrameId first, CounterRandom& random) {
-    const bool several = frames.front().trajectory != frames.back().trajectory;
-    for (;;) {
-        const FrameId frame = frames[static_cast<std::size_t>(random.index(static_cast<int>(frames.size())))];
-        if (!several || frame.trajectory != first.trajectory) return frame;
-    }
-}
-
 /// Two surfaces that intersect, or nearly so.
 struct Scene {
     Vertices a, b;
@@ -42,34 +31,22 @@ struct Scene {
 class SceneMaker {
  public:
     SceneMaker(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree, double deepest)
-        : body_(body), deepest_(deepest), a_(tree, BoundKind::exact), b_(tree, BoundKind::exact) {}
+        : body_(body), deepest_(deepest * static_cast<double>(tree->spheres.rest[0].r)), approach_(tree) {}
 
     Scene make(const RecordingReader& recording, std::span<const FrameId> frames, CounterRandom random) {
-        const FrameId first = frames[static_cast<std::size_t>(random.index(static_cast<int>(frames.size())))];
-        Scene scene{centred_pose(body_, recording, first),
-                    centred_pose(body_, recording, draw_other(frames, first, random))};
-        const Eigen::Matrix3f turn = random.orientation().toRotationMatrix().cast<float>();
-        const Eigen::RowVector3f from = random.direction().cast<float>().transpose();
-        const Vertices turned = scene.b * turn.transpose();
-        const auto place = [&](float distance) { scene.b = turned.rowwise() + distance * from; };
-        a_.begin_pose(scene.a);
-        float near = 0, far = scene.a.rowwise().norm().maxCoeff() + turned.rowwise().norm().maxCoeff();
-        for (int i = 0; i < 12; ++i) {
-            const float middle = 0.5f * (near + far);
-            place(middle);
-            b_.begin_pose(scene.b);
-            (query_.intersecting(a_, b_).empty() ? far : near) = middle;
-        }
-        const double radius = a_.tree().spheres.rest[0].r;
-        place(std::max(0.f, near - static_cast<float>(random.unit() * deepest_ * radius)));
+        const ContactPlacement placement = draw_contact_placement(frames, random);
+        Scene scene{centred_pose(body_, recording, placement.first),
+                    centred_pose(body_, recording, placement.second) * placement.turn.transpose()};
+        approach_.start(scene.a, scene.b, placement.from);
+        const float depth = static_cast<float>(random.unit() * deepest_);
+        scene.b.rowwise() += std::max(0.f, approach_.touching_distance() - depth) * placement.from;
         return scene;
     }
 
  private:
     const SurfaceBody& body_;
     double deepest_;
-    PosedTree a_, b_;
-    PairQuery query_;
+    Approach approach_;
 };
 
 /// One bound, posed twice, and what it has found.
