@@ -73,21 +73,26 @@ std::vector<int> leaves_of_faces(const TreeFile& trained, const SurfaceBody& bod
     return leaves;
 }
 
-/// The samples as vertices of the other surface.
-void move_samples(const TreeFile& trained, const SurfaceBody& body, LocalModel& model) {
-    const std::vector<int> old = model.samples;
-    std::vector<float> moved(old.size());
+/// Vertices of the other surface in place of the trained one's, and how far away each is, metres.
+std::vector<float> move_vertices(const TreeFile& trained, const SurfaceBody& body,
+                                 std::vector<int>& vertices) {
+    std::vector<float> moved(vertices.size());
     parallel_for(
-        static_cast<int>(old.size()),
+        static_cast<int>(vertices.size()),
         [&](int i) {
             Eigen::Index nearest = 0;
             const auto k = static_cast<std::size_t>(i);
             const float squared =
-                (body.X.rowwise() - trained.X.row(old[k])).rowwise().squaredNorm().minCoeff(&nearest);
-            model.samples[k] = static_cast<int>(nearest);
+                (body.X.rowwise() - trained.X.row(vertices[k])).rowwise().squaredNorm().minCoeff(&nearest);
+            vertices[k] = static_cast<int>(nearest);
             moved[k] = std::sqrt(squared);
         },
         64);
+    return moved;
+}
+
+void move_samples(const TreeFile& trained, const SurfaceBody& body, LocalModel& model) {
+    const std::vector<float> moved = move_vertices(trained, body, model.samples);
     for (std::size_t n = 0; n < model.nodes.size(); ++n) {
         LocalModel::Node& node = model.nodes[n];
         const auto begin = moved.begin() + node.sample_begin;
@@ -101,10 +106,33 @@ void move_samples(const TreeFile& trained, const SurfaceBody& body, LocalModel& 
     }
 }
 
+/// The networks give the same spheres from the same code: what they add to a node's rest sphere makes up for
+/// the other surface's rest sphere.
+ModalModel move_modal(const TreeFile& trained, const SurfaceBody& body, const SphereTree& spheres) {
+    ModalModel model = *trained.tree.modal;
+    std::vector<int>& representatives = model.modes.representatives;
+    const std::vector<float> moved = move_vertices(trained, body, representatives);
+    const float most = *std::max_element(moved.begin(), moved.end()), radius = trained.tree.spheres.rest[0].r;
+    if (most > 0.1f * radius)
+        throw std::invalid_argument(fmt::format(
+            "a representative is {:.3g} m off the surface's nearest vertex, allowed: a tenth of the "
+            "body's radius of {:.3g} m; is it another surface?",
+            most, radius));
+    model.modes.X = body.X(representatives, Eigen::all);
+    for (std::size_t i = 0; i < spheres.rest.size(); ++i) {
+        const Sphere &before = trained.tree.spheres.rest[i], &after = spheres.rest[i];
+        const auto column = static_cast<Eigen::Index>(i);
+        model.out_centre.block<3, 1>(0, column) += before.c - after.c;
+        model.out_centre(3, column) += before.r - after.r;
+    }
+    return model;
+}
+
 }  // namespace
 
 TreeFile transfer_tree(const TreeFile& trained, const SurfaceBody& body) {
-    if (!trained.tree.local) throw std::invalid_argument("the tree has no local bounds to carry over");
+    if (!trained.tree.local && !trained.tree.modal)
+        throw std::invalid_argument("the tree has neither local nor modal bounds to carry over");
     TreeFile file;
     file.X = body.X;
     file.W = body.W;
@@ -113,8 +141,9 @@ TreeFile transfer_tree(const TreeFile& trained, const SurfaceBody& body) {
     tree.faces = body.F;
     tree.spheres = sphere_tree_like(trained.tree.spheres, leaves_of_faces(trained, body), body.X, body.F);
     tree.local = trained.tree.local;
-    move_samples(trained, body, *tree.local);
-    for (const BoundKind kind : {BoundKind::local, BoundKind::local_boxes}) {
+    if (tree.local) move_samples(trained, body, *tree.local);
+    if (trained.tree.modal) tree.modal = move_modal(trained, body, tree.spheres);
+    for (const BoundKind kind : {BoundKind::local, BoundKind::local_boxes, BoundKind::modal}) {
         const auto calibration = trained.tree.calibrations.find(kind);
         if (calibration != trained.tree.calibrations.end()) tree.calibrations.insert(*calibration);
     }

@@ -26,7 +26,7 @@ void run(const TransferArguments& arguments, Output& out) {
     }
     save_tree(arguments.output, file);
     out.text(
-        fmt::format("{}: local bounds of {} nodes, trained on {} vertices, over {} vertices and {} faces",
+        fmt::format("{}: bounds of {} nodes, trained on {} vertices, over {} vertices and {} faces",
                     arguments.output, file.tree.spheres.nodes.size(), trained.tree.vertex_count,
                     file.tree.vertex_count, file.tree.faces.rows()));
     out.result({{"nodes", file.tree.spheres.nodes.size()},
@@ -39,8 +39,8 @@ void run(const TransferArguments& arguments, Output& out) {
 void add_transfer(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<TransferArguments>();
     CLI::App* command = app.add_subcommand(
-        "transfer", "Carries a tree's local bounds over to another resolution of the surface");
-    command->add_option("TREE", arguments->tree, "Tree file with local bounds")->required();
+        "transfer", "Carries a tree's local and modal bounds over to another resolution of the surface");
+    command->add_option("TREE", arguments->tree, "Tree file with local or modal bounds")->required();
     command->add_option("BODY", arguments->body, "Body file with the other surface")->required();
     command->add_option("-o,--output", arguments->output, "Tree file to write")->required();
     command->final_callback([arguments, &out] { run(*arguments, out); });

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "collision/bounding_sphere.hpp"
+#include "collision/posed_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/training/bar.hpp"
@@ -70,7 +71,36 @@ TEST_F(TransferTree, BoundsTheSameNodesOfAFinerSurface) {
     EXPECT_EQ(leaves_outside, 0);
 }
 
-TEST_F(TransferTree, RefusesOtherSurfacesAndTreesWithoutLocalBounds) {
+TEST_F(TransferTree, GivesModalSpheresAsTheyWere) {
+    const Bar coarse(12, 4), fine(12, 8);
+    coarse.record(folder / "data.h5", 12, 25, 2);
+    TrainConfig config;
+    config.bounds = {BoundKind::modal};
+    config.tree.depth = 3;
+    const TreeFile before = train_tree(coarse.body, RecordingReader(folder / "data.h5"), config);
+    const TreeFile after = transfer_tree(before, fine.body);
+    EXPECT_NO_THROW(check_collision_tree(after.tree));
+    PosedTree a(std::make_shared<const CollisionTree>(before.tree), BoundKind::modal),
+        b(std::make_shared<const CollisionTree>(after.tree), BoundKind::modal);
+    float moved = 0;
+    for (int frame = 0; frame < 5; ++frame) {
+        Vertices x, y;
+        apply_embedding(coarse.body.W, coarse.frame(99, frame, frame), x);
+        apply_embedding(fine.body.W, fine.frame(99, frame, frame), y);
+        a.begin_pose(x);
+        b.begin_pose(y);
+        for (int i = 0; i < static_cast<int>(before.tree.spheres.nodes.size()); ++i) {
+            const Sphere &s = a.sphere(i), &t = b.sphere(i),
+                         &rest = before.tree.spheres.rest[static_cast<std::size_t>(i)];
+            EXPECT_LT((s.c - t.c).norm(), 1e-4f * rest.r) << i;
+            EXPECT_NEAR(s.r, t.r, 1e-4f * rest.r) << i;
+            moved = std::max(moved, (s.c - rest.c).norm() / rest.r);
+        }
+    }
+    EXPECT_GT(moved, 0.1f);
+}
+
+TEST_F(TransferTree, RefusesOtherSurfacesAndTreesWithoutSuchBounds) {
     TreeFile before = trained();
     SurfaceBody other = fine.body;
     other.X *= 1.5f;
@@ -85,7 +115,7 @@ TEST_F(TransferTree, RefusesOtherSurfacesAndTreesWithoutLocalBounds) {
     before.tree.local.reset();
     before.tree.calibrations.clear();
     EXPECT_EQ(test::refusal([&] { transfer_tree(before, fine.body); }),
-              "the tree has no local bounds to carry over");
+              "the tree has neither local nor modal bounds to carry over");
 }
 
 }  // namespace
