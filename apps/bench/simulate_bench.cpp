@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "apps/bench/median.hpp"
 #include "apps/bench/simulate_scenes.hpp"
 #include "apps/bench/textbook_assembly.hpp"
 #include "apps/interrupt.hpp"
@@ -18,13 +19,6 @@ double milliseconds(auto&& work) {
     const auto start = std::chrono::steady_clock::now();
     work();
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::ranges::nth_element(values, middle);
-    return *middle;
 }
 
 /// A world and what its steps cost.

@@ -8,6 +8,7 @@
 
 #include "apps/bench/local_ablation.hpp"
 #include "apps/bench/simulate_bench.hpp"
+#include "apps/commands/bench_commands.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/load.hpp"
 #include "apps/mesh_file.hpp"
@@ -187,6 +188,9 @@ void add_bench(CLI::App& app, Output& out) {
     simulate->add_option("-o,--output", arguments->csv, "Table to write, CSV");
     simulate->final_callback([arguments, &out] { run(*arguments, out); });
     add_bench_local(*bench, out);
+    add_bench_peers(*bench, out);
+    add_bench_fig5(*bench, out);
+    add_bench_scaling(*bench, out);
 }
 
 }  // namespace nbd

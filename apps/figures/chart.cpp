@@ -48,13 +48,22 @@ std::string decade(int power) {
                       : fmt::format("{:.{}f}", std::pow(10, power), -power);
 }
 
+/// "16k", "1M": two digits of a large number.
+std::string rounded(double value) {
+    if (value >= 1e6) return fmt::format("{:.2g}M", value / 1e6);
+    if (value >= 1e5) return fmt::format("{:.0f}k", value / 1e3);
+    return value >= 1e3 ? fmt::format("{:.2g}k", value / 1e3) : fmt::format("{:g}", value);
+}
+
 struct Painter {
     const Chart& chart;
     LogAxis axis;
     Canvas& canvas;
 
     double x_place(double x) const {
-        return (x - chart.x_ticks.front()) / (chart.x_ticks.back() - chart.x_ticks.front());
+        const auto scale = [&](double value) { return chart.log_x ? std::log(value) : value; };
+        const double low = scale(chart.x_ticks.front()), high = scale(chart.x_ticks.back());
+        return high > low ? (scale(x) - low) / (high - low) : 0.5;
     }
 
     void panel(const Panel& panel, PagePoint corner, bool leftmost, bool lowest) const {
@@ -68,7 +77,7 @@ struct Painter {
         canvas.text({corner.x + panel_width / 2, corner.y - 8}, panel.title,
                     {.align = Align::centre, .colour = ink, .bold = true});
         for (int power = axis.low; power <= axis.high; ++power) {
-            const double y = at({0, std::pow(10, power)}).y;
+            const double y = bottom - axis.place(std::pow(10, power)) * panel_height;
             line({corner.x, y}, {right, y}, 0.8, faint);
             if (leftmost)
                 canvas.text({corner.x - 6, y + 4}, decade(power), {.size = 10, .align = Align::right});
@@ -76,10 +85,10 @@ struct Painter {
         if (axis.has_zero && leftmost)
             canvas.text({corner.x - 6, bottom + 4}, "0", {.size = 10, .align = Align::right});
         for (const double tick : chart.x_ticks) {
-            const double x = at({tick, 0}).x;
+            const double x = corner.x + x_place(tick) * panel_width;
             line({x, corner.y}, {x, bottom}, 0.8, faint);
             if (lowest)
-                canvas.text({x, bottom + 15}, fmt::format("{:g}", tick),
+                canvas.text({x, bottom + 15}, chart.log_x ? rounded(tick) : fmt::format("{:g}", tick),
                             {.size = 10, .align = Align::centre});
         }
         line({corner.x, corner.y}, {corner.x, bottom}, 1, frame);

@@ -20,13 +20,14 @@ struct Panel {
     std::vector<Series> series;
 };
 
-/// Panels of lines over one pair of axes: x linear, y the logarithm of a share in percent. What is 0 stands
-/// on a line of its own below the lowest decade.
+/// Panels of lines over one pair of axes: x linear or logarithmic, y logarithmic. What is 0 stands on a line
+/// of its own below the lowest decade.
 struct Chart {
     std::string title, x_label, y_label;
     std::vector<double> x_ticks;  // first and last bound the axis; at least two
     std::vector<Panel> panels;
-    int columns = 2;  // panels in a row
+    int columns = 2;     // panels in a row
+    bool log_x = false;  // ticks then are above 0, and told as 16k or 1M
 };
 
 Page to_page(const Chart& chart);

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "tests/apps/small_files.hpp"
@@ -51,6 +53,84 @@ TEST_F(BenchLocal, ComparesEveryChoiceAtEveryDepth) {
     const test::Ran few = test::run(folder(), {"bench", "local", "box.h5", "data.h5"});
     EXPECT_EQ(few.status, 1);
     EXPECT_NE(few.err.find("1 trajectories held out, at least 2 needed"), std::string::npos) << few.err;
+}
+
+using BenchPeers = test::SmallFiles;
+
+TEST_F(BenchPeers, RacesOnTheBodysOwnPosesWithTheSameAnswers) {
+    const test::Ran ran =
+        test::run(folder(), {"bench", "peers", "data.h5", "--body", "box.h5", "-o", "peers", "--scenes", "2",
+                             "--rounds", "1", "--light", "4", "--heavy", "6", "--clusters", "32", "--json"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto rows = nlohmann::json::parse(ran.out);
+    ASSERT_GE(rows.size(), 4 * 8U);  // contacts, orders, methods
+    for (const auto& row : rows) {
+        EXPECT_EQ(row.at("faces"), 108);
+        EXPECT_EQ(row.at("missed"), 0) << row;
+        EXPECT_EQ(row.at("invented"), 0) << row;
+        EXPECT_GE(row.at("pairs").get<double>(), row.at("contact") == "light" ? 3 : 5) << row;
+        EXPECT_GT(row.at("total_us").get<double>(), 0) << row;
+    }
+    for (const char* file : {"peers/peers.csv", "peers/peers.png", "peers/peers.svg"})
+        EXPECT_TRUE(std::filesystem::exists(folder() / file)) << file;
+}
+
+TEST_F(BenchPeers, ScalingTellsTimesByDepthAndBodies) {
+    const test::Ran ran = test::run(
+        folder(), {"bench", "scaling", "data.h5", "--body", "box.h5", "-o", "scaling", "--scenes", "2",
+                   "--rounds", "1", "--depths", "0,0.2", "--bodies", "2,9", "--spacing", "0.6", "--json"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto result = nlohmann::json::parse(ran.out);
+    EXPECT_EQ(result.at("depth").size(), 2 * 3U);
+    EXPECT_EQ(result.at("bodies").size(), 2 * 3U);
+    EXPECT_TRUE(result.at("crossover").is_null());  // nothing was learned
+    EXPECT_GT(result.at("bodies").back().at("pairs"), 0);
+    for (const char* file : {"scaling_depth.csv", "scaling_bodies.csv", "scaling_pairs.png"})
+        EXPECT_TRUE(std::filesystem::exists(folder() / "scaling" / file)) << file;
+}
+
+TEST_F(BenchPeers, RefuseWhatTheyCannotRace) {
+    const auto fails = [](const std::vector<std::string>& arguments, int status, const std::string& says) {
+        const test::Ran ran = test::run(folder(), arguments);
+        EXPECT_EQ(ran.status, status) << ran.err;
+        EXPECT_NE(ran.err.find(says), std::string::npos) << ran.err;
+        EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
+    };
+    fails({"bench", "peers", "data.h5", "--body", "absent.h5", "-o", "none", "-q"}, 1, "absent.h5");
+    fails({"bench", "peers", "box.h5", "--body", "box.h5", "-o", "none", "-q"}, 1, "box.h5");
+    fails({"bench", "peers", "data.h5", "-o", "none"}, 2, "--body");
+    fails({"bench", "peers", "data.h5", "--body", "box.h5", "-o", "none", "--scenes", "0"}, 2, "--scenes");
+    fails({"bench", "peers", "data.h5", "--body", "box.h5", "-o", "none", "--contact", "soft"}, 2,
+          "--contact");
+    fails({"bench", "peers", "data.h5", "--body", "box.h5", "-o", "box.h5", "-q"}, 1, "box.h5");
+    fails({"bench", "peers", "data.h5", "--body", "box.h5", "-o", "none", "--light", "9999", "-q"}, 1,
+          "intersecting faces");
+    fails({"bench", "fig5", "data.h5", "--body", "box.h5", "-o", "none", "-q"}, 1,
+          "two copies of the first body");
+    fails({"bench", "fig5", "data.h5", "--body", "box.h5", "-o", "none", "--bounds", "best"}, 2, "--bounds");
+    fails({"bench", "scaling", "data.h5", "--body", "box.h5", "-o", "none", "--depths", "3"}, 2, "--depths");
+    make({"mesh", "box.obj", "-o", "other.h5", "--nodes", "200", "-q"});
+    fails({"bench", "peers", "data.h5", "--body", "box.h5", "--body", "other.h5", "-o", "none", "-q"}, 1,
+          "its tetrahedra are not those of");
+    fails({"bench", "peers", "data.h5", "--body", "other.h5", "tree.h5", "-o", "none", "-q"}, 1,
+          "the tree is of another body");
+    EXPECT_FALSE(std::filesystem::exists(folder() / "none"));
+}
+
+TEST_F(BenchPeers, Figure5TakesTheFramesInWhichBodiesTouch) {
+    write("scene.json", R"({"bodies": [
+        {"body": "box.h5", "velocity": [1, 0, 0]},
+        {"body": "box.h5", "transform": {"translate": [0.42, 0.02, 0.01]}, "velocity": [-1, 0, 0]}],
+        "gravity": [0, 0, 0], "time": {"dt": 0.005, "frames": 8}})");
+    make({"simulate", "scene.json", "-o", "scene.h5", "-q"});
+    const test::Ran ran = test::run(folder(), {"bench", "fig5", "scene.h5", "--body", "box.h5", "tree.h5",
+                                               "-o", "fig5", "--distance", "0.1", "--rounds", "1", "--json"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto rows = nlohmann::json::parse(ran.out);
+    ASSERT_EQ(rows.size(), 2U);
+    EXPECT_EQ(rows[0].at("method"), "exact");
+    EXPECT_EQ(rows[1].at("method"), "modal");
+    EXPECT_TRUE(std::filesystem::exists(folder() / "fig5" / "figure5.png"));
 }
 
 }  // namespace

@@ -1,0 +1,68 @@
+#include "apps/bench/pairs/bench_body.hpp"
+
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace nbd {
+namespace {
+
+/// New number of each vertex: as the leaves come, and those of no face last.
+std::vector<int> tree_order(const SphereTree& tree, int vertex_count) {
+    std::vector<int> number(static_cast<std::size_t>(vertex_count), -1);
+    int next = 0;
+    for (const int v : tree.vertices)
+        if (int& n = number[static_cast<std::size_t>(v)]; n < 0) n = next++;
+    for (int& n : number)
+        if (n < 0) n = next++;
+    return number;
+}
+
+}  // namespace
+
+BenchBody make_bench_body(SurfaceBody surface) {
+    surface.U.resize(0, 0);
+    auto tree = std::make_shared<const CollisionTree>(make_exact_tree(surface.X, surface.F));
+    return {std::move(surface), std::move(tree), {}};
+}
+
+BenchBody make_bench_body(SurfaceBody surface, TreeFile tree) {
+    if (tree.facts.body_hash != surface.hash) throw std::invalid_argument("the tree is of another body");
+    surface.U.resize(0, 0);
+    return {std::move(surface), std::make_shared<const CollisionTree>(std::move(tree.tree)),
+            std::move(tree.facts.split)};
+}
+
+BenchBody in_tree_order(const BenchBody& body) {
+    const int n = static_cast<int>(body.surface.X.rows());
+    const std::vector<int> number = tree_order(body.tree->spheres, n);
+    const auto renumber = [&](auto begin, auto end) {
+        for (; begin != end; ++begin) *begin = number[static_cast<std::size_t>(*begin)];
+    };
+    BenchBody moved = body;
+    std::vector<Eigen::Triplet<float>> weights;
+    weights.reserve(static_cast<std::size_t>(body.surface.W.nonZeros()));
+    for (int v = 0; v < n; ++v) {
+        const int to = number[static_cast<std::size_t>(v)];
+        moved.surface.X.row(to) = body.surface.X.row(v);
+        for (SurfaceEmbedding::InnerIterator entry(body.surface.W, v); entry; ++entry)
+            weights.emplace_back(to, static_cast<int>(entry.col()), entry.value());
+    }
+    moved.surface.W.setFromTriplets(weights.begin(), weights.end());
+    Faces& F = moved.surface.F;
+    renumber(F.data(), F.data() + F.size());
+
+    CollisionTree tree = *body.tree;
+    tree.faces = F;
+    renumber(tree.spheres.vertices.begin(), tree.spheres.vertices.end());
+    if (tree.local) renumber(tree.local->samples.begin(), tree.local->samples.end());
+    for (ClusteredModes* modes :
+         {tree.bd ? &tree.bd->modes : nullptr, tree.modal ? &tree.modal->modes : nullptr})
+        if (modes) renumber(modes->representatives.begin(), modes->representatives.end());
+    tree.certified.reset();
+    tree.calibrations.erase(BoundKind::certified);
+    moved.tree = std::make_shared<const CollisionTree>(std::move(tree));
+    return moved;
+}
+
+}  // namespace nbd

@@ -1,0 +1,234 @@
+#include "apps/bench/pairs/lazy_boxes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <stdexcept>
+
+#include "apps/bench/pairs/candidates.hpp"
+#include "collision/sphere_tree.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int lanes = WideBoxes::lanes;
+
+/// Cuts [begin, end) in halves until none has more than `most`; appends them in order.
+template <class Range>
+void cut(int begin, int end, int most, std::vector<Range>& parts) {
+    if (end - begin <= most) {
+        parts.push_back({begin, end});
+        return;
+    }
+    const int middle = begin + (end - begin) / 2;
+    cut(begin, middle, most, parts);
+    cut(middle, end, most, parts);
+}
+
+/// Calls visit(lane) for every bit.
+template <class Visit>
+void for_each_lane(unsigned mask, const Visit& visit) {
+    for (; mask != 0; mask &= mask - 1) visit(std::countr_zero(mask));
+}
+
+bool overlap(const Box& s, const Box& t) noexcept { return (s.lo <= t.hi).all() && (t.lo <= s.hi).all(); }
+
+/// Nodes of the surface's points that boxes are read from.
+int point_count(VerticesRef X, const SurfaceEmbedding* W) {
+    return static_cast<int>(W ? W->cols() : X.rows());
+}
+
+}  // namespace
+
+LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const LazyBoxesConfig& config)
+    : LazyBoxes(X, F, nullptr, config) {}
+
+LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding& W, const LazyBoxesConfig& config)
+    : LazyBoxes(X, F, &W, config) {}
+
+LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const LazyBoxesConfig& config)
+    : W_(W), cluster_points_(point_count(X, W)), block_points_(point_count(X, W)) {
+    if (config.cluster_faces < 1 || config.cluster_faces > 4096)
+        throw std::invalid_argument(
+            fmt::format("clusters of {} faces, allowed: 1 to 4096", config.cluster_faces));
+    if (W && W->nonZeros() > 0 && *std::min_element(W->valuePtr(), W->valuePtr() + W->nonZeros()) < 0)
+        throw std::invalid_argument(
+            "a weight of the embedding is negative: vertices may leave their nodes' box");
+    // One leaf alone: all faces, in an order whose halves are compact again and again.
+    faces_ = build_sphere_tree(X, F, {.depth = 0}).faces;
+    corners_ = F(faces_, Eigen::all);
+    std::vector<Range> ranges;
+    cut(0, static_cast<int>(F.rows()), config.cluster_faces, ranges);
+    std::vector<std::vector<int>> lists;  // points of each cluster
+    for (const Range& range : ranges) {
+        std::vector<Range> blocks;
+        cut(range.begin, range.end, std::max(1, (config.cluster_faces + lanes - 1) / lanes), blocks);
+        clusters_.push_back(
+            {static_cast<int>(blocks_.size()), static_cast<int>(blocks_.size() + blocks.size())});
+        lists.push_back(points_of(range));
+        for (const Range& block : blocks) {
+            const auto begin = static_cast<int>(groups_.size());
+            cut(block.begin, block.end, lanes, groups_);
+            blocks_.push_back({begin, static_cast<int>(groups_.size())});
+            block_points_.add(points_of(block));
+            if (W) add_vertices(block);
+        }
+    }
+    if (config.streamed)
+        streamed_.emplace(point_count(X, W), lists);
+    else
+        for (const std::vector<int>& list : lists) cluster_points_.add(list);
+    cluster_boxes_.resize((clusters_.size() + lanes - 1) / lanes);
+    block_boxes_.resize(clusters_.size());
+    face_boxes_.resize(groups_.size());
+    cluster_poses_.assign(clusters_.size(), 0);
+    block_poses_.assign(blocks_.size(), 0);
+    if (W) made_ = X;
+}
+
+void LazyBoxes::add_vertices(const Range& slots) {
+    const auto begin = static_cast<int>(vertices_.size());
+    const std::vector<int> vertices = vertices_of(slots);
+    vertices_.insert(vertices_.end(), vertices.begin(), vertices.end());
+    block_vertices_.push_back({begin, static_cast<int>(vertices_.size())});
+}
+
+std::vector<int> LazyBoxes::vertices_of(const Range& slots) const {
+    std::vector<int> vertices(corners_.data() + 3 * slots.begin, corners_.data() + 3 * slots.end);
+    std::ranges::sort(vertices);
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    return vertices;
+}
+
+std::vector<int> LazyBoxes::points_of(const Range& slots) const {
+    const std::vector<int> vertices = vertices_of(slots);
+    if (!W_) return vertices;
+    std::vector<int> nodes;
+    for (const int v : vertices)
+        for (SurfaceEmbedding::InnerIterator entry(*W_, v); entry; ++entry)
+            nodes.push_back(static_cast<int>(entry.col()));
+    std::ranges::sort(nodes);
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+}
+
+void LazyBoxes::begin_pose(VerticesRef points) noexcept {
+    points_ = points.data();
+    x_ = W_ ? made_.data() : points_;
+    ++pose_;
+    all_ = empty_box();
+    std::span<const Box> streamed;
+    if (streamed_) streamed = streamed_->boxes(points_);
+    for (std::size_t c = 0; c < clusters_.size(); ++c) {
+        const Box box = streamed_ ? streamed[c] : cluster_points_.box(static_cast<int>(c), points_);
+        cluster_boxes_[c / lanes].set(static_cast<int>(c % lanes), box);
+        all_ = joined(all_, box);
+    }
+    if (!W_) return;
+    // A vertex is a sum of at most a few products, each of which rounds by half an ulp.
+    slack_ = 8 * std::numeric_limits<float>::epsilon() *
+             std::max(all_.lo.abs().maxCoeff(), all_.hi.abs().maxCoeff());
+    all_ = grown(all_);
+    for (WideBoxes& boxes : cluster_boxes_) boxes.grow(slack_);
+}
+
+Box LazyBoxes::grown(const Box& box) const noexcept {
+    const Eigen::Array4f by(slack_, slack_, slack_, 0);
+    return {box.lo - by, box.hi + by};
+}
+
+void LazyBoxes::refit_blocks(int cluster) noexcept {
+    const auto c = static_cast<std::size_t>(cluster);
+    if (cluster_poses_[c] == pose_) return;
+    cluster_poses_[c] = pose_;
+    const Range blocks = clusters_[c];
+    for (int b = blocks.begin; b < blocks.end; ++b)
+        block_boxes_[c].set(b - blocks.begin, grown(block_points_.box(b, points_)));
+}
+
+void LazyBoxes::make_positions(int block) noexcept {
+    const Range range = block_vertices_[static_cast<std::size_t>(block)];
+    const int *begin = W_->outerIndexPtr(), *node = W_->innerIndexPtr();
+    const float* weight = W_->valuePtr();
+    for (int k = range.begin; k < range.end; ++k) {
+        const int v = vertices_[static_cast<std::size_t>(k)];
+        Eigen::RowVector3f sum = Eigen::RowVector3f::Zero();
+        for (int i = begin[v]; i < begin[v + 1]; ++i)
+            sum += weight[i] * Eigen::Map<const Eigen::RowVector3f>(points_ + 3 * node[i]);
+        made_.row(v) = sum;
+    }
+}
+
+void LazyBoxes::refit_faces(int block) noexcept {
+    const auto b = static_cast<std::size_t>(block);
+    if (block_poses_[b] == pose_) return;
+    block_poses_[b] = pose_;
+    if (W_) make_positions(block);
+    for (int g = blocks_[b].begin; g < blocks_[b].end; ++g) {
+        const Range slots = groups_[static_cast<std::size_t>(g)];
+        for (int slot = slots.begin; slot < slots.end; ++slot)
+            face_boxes_[static_cast<std::size_t>(g)].set(slot - slots.begin, bounding_box(triangle(slot)));
+    }
+}
+
+Triangle LazyBoxes::triangle(int slot) const noexcept {
+    const auto corner = [&](int k) { return Eigen::Map<const Eigen::Vector3f>(x_ + 3 * corners_(slot, k)); };
+    return {corner(0), corner(1), corner(2)};
+}
+
+void LazyBoxes::test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b, const Box& box_b,
+                            std::vector<FacePair>& pairs) {
+    a.refit_faces(block_a);
+    b.refit_faces(block_b);
+    const Range groups_a = a.blocks_[static_cast<std::size_t>(block_a)],
+                groups_b = b.blocks_[static_cast<std::size_t>(block_b)];
+    for (int ga = groups_a.begin; ga < groups_a.end; ++ga) {
+        const WideBoxes& faces_a = a.face_boxes_[static_cast<std::size_t>(ga)];
+        for_each_lane(faces_a.overlapping(box_b), [&](int i) {
+            const Box face_box = faces_a.get(i);
+            const int slot_a = a.groups_[static_cast<std::size_t>(ga)].begin + i;
+            for (int gb = groups_b.begin; gb < groups_b.end; ++gb)
+                for_each_lane(b.face_boxes_[static_cast<std::size_t>(gb)].overlapping(face_box), [&](int j) {
+                    const int slot_b = b.groups_[static_cast<std::size_t>(gb)].begin + j;
+                    pairs.push_back({slot_a, slot_b});
+                });
+        });
+    }
+}
+
+void LazyBoxes::test_clusters(LazyBoxes& a, int cluster_a, const Box& box_a, LazyBoxes& b, int cluster_b,
+                              const Box& box_b, std::vector<FacePair>& pairs) {
+    a.refit_blocks(cluster_a);
+    b.refit_blocks(cluster_b);
+    const auto ca = static_cast<std::size_t>(cluster_a), cb = static_cast<std::size_t>(cluster_b);
+    const WideBoxes &blocks_a = a.block_boxes_[ca], &blocks_b = b.block_boxes_[cb];
+    const unsigned touched_b = blocks_b.overlapping(box_a);
+    for_each_lane(blocks_a.overlapping(box_b), [&](int i) {
+        const Box block_box = blocks_a.get(i);
+        for_each_lane(touched_b & blocks_b.overlapping(block_box), [&](int j) {
+            test_blocks(a, a.clusters_[ca].begin + i, b, b.clusters_[cb].begin + j, blocks_b.get(j), pairs);
+        });
+    });
+}
+
+void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs) {
+    pairs.clear();
+    if (!overlap(a.all_, b.all_)) return;
+    for (std::size_t wa = 0; wa < a.cluster_boxes_.size(); ++wa)
+        for_each_lane(a.cluster_boxes_[wa].overlapping(b.all_), [&](int i) {
+            const Box box = a.cluster_boxes_[wa].get(i);
+            for (std::size_t wb = 0; wb < b.cluster_boxes_.size(); ++wb)
+                for_each_lane(b.cluster_boxes_[wb].overlapping(box), [&](int j) {
+                    LazyBoxes::test_clusters(a, static_cast<int>(wa) * lanes + i, box, b,
+                                             static_cast<int>(wb) * lanes + j, b.cluster_boxes_[wb].get(j),
+                                             pairs);
+                });
+        });
+    keep_intersecting(pairs, {&a.corners_, a.x_}, {&b.corners_, b.x_});
+    for (FacePair& pair : pairs)
+        pair = {a.faces_[static_cast<std::size_t>(pair.a)], b.faces_[static_cast<std::size_t>(pair.b)]};
+    std::ranges::sort(pairs);
+}
+
+}  // namespace nbd

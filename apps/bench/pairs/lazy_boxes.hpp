@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "apps/bench/pairs/point_boxes.hpp"
+#include "apps/bench/pairs/streamed_boxes.hpp"
+#include "apps/bench/pairs/wide_boxes.hpp"
+#include "collision/geometry.hpp"
+#include "training/surface_body.hpp"
+
+namespace nbd {
+
+struct LazyBoxesConfig {
+    /// Faces of a cluster, at most. It has up to 16 blocks, whose faces come in groups of up to 16.
+    int cluster_faces = 1024;
+    bool streamed = false;  // the clusters' boxes by StreamedBoxes, else by PointBoxes
+};
+
+/// The strongest rival of learned bounds that we know of: exact, untrained, and nearly as cheap as reading
+/// every vertex once. A pose costs one box a cluster of faces, from a single pass over the vertices. Below a
+/// cluster everything waits until it is touched: the boxes of its blocks are read when another body's box
+/// overlaps the cluster's, and the boxes of a block's faces when one overlaps the block's. All levels are
+/// sixteen wide.
+///
+/// With an embedding it reads the nodes that carry the surface in place of the surface: a vertex lies within
+/// the box of its nodes where no weight is negative. Positions are then made for touched blocks alone.
+class LazyBoxes {
+ public:
+    /// X: rest positions, which faces are clustered by. Throws std::invalid_argument on cluster_faces outside
+    /// 1 to 4096.
+    LazyBoxes(VerticesRef X, FacesRef F, const LazyBoxesConfig& config = {});
+
+    /// Likewise over nodes. W: referred to. Throws std::invalid_argument where a weight is negative.
+    LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding& W, const LazyBoxesConfig& config = {});
+
+    /// points: [n, 3] surface, or nodes [N, 3] with an embedding; referred to until the next pose.
+    void begin_pose(VerticesRef points) noexcept;
+
+    /// Around everything in this pose.
+    const Box& box() const noexcept { return all_; }
+
+    /// Face pairs that intersect, sorted, into `pairs`.
+    friend void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs);
+
+ private:
+    struct Range {
+        int begin = 0, end = 0;
+    };
+
+    LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const LazyBoxesConfig& config);
+    void add_vertices(const Range& slots);
+    std::vector<int> vertices_of(const Range& slots) const;
+    std::vector<int> points_of(const Range& slots) const;
+    void refit_blocks(int cluster) noexcept;
+    void refit_faces(int block) noexcept;
+    void make_positions(int block) noexcept;
+    Box grown(const Box& box) const noexcept;
+    Triangle triangle(int slot) const noexcept;
+    static void test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b, const Box& box_b,
+                            std::vector<FacePair>& pairs);
+    static void test_clusters(LazyBoxes& a, int cluster_a, const Box& box_a, LazyBoxes& b, int cluster_b,
+                              const Box& box_b, std::vector<FacePair>& pairs);
+
+    const SurfaceEmbedding* W_;
+    std::vector<int> faces_;       // rows of the face array, cluster after cluster
+    Faces corners_;                // of the face in each slot
+    std::vector<Range> clusters_;  // of blocks
+    std::vector<Range> blocks_;    // of groups
+    std::vector<Range> groups_;    // of slots
+    PointBoxes cluster_points_, block_points_;
+    std::optional<StreamedBoxes> streamed_;  // in place of cluster_points_
+    std::vector<Range> block_vertices_;      // with an embedding: of vertices_
+    std::vector<int> vertices_;
+
+    std::vector<WideBoxes> cluster_boxes_;                    // sixteen clusters each
+    std::vector<WideBoxes> block_boxes_;                      // a cluster's blocks
+    std::vector<WideBoxes> face_boxes_;                       // a group's faces
+    std::vector<std::uint64_t> cluster_poses_, block_poses_;  // the pose that what is below belongs to
+    Vertices made_;                                           // with an embedding: positions
+    const float* points_ = nullptr;
+    const float* x_ = nullptr;
+    float slack_ = 0;  // with an embedding: what rounding may put a vertex outside
+    Box all_ = empty_box();
+    std::uint64_t pose_ = 0;
+};
+
+void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs);
+
+}  // namespace nbd

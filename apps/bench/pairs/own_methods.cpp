@@ -1,0 +1,194 @@
+#include "apps/bench/pairs/own_methods.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "apps/bench/pairs/lazy_boxes.hpp"
+#include "collision/embedded_positions.hpp"
+#include "collision/pair_query.hpp"
+
+namespace nbd {
+namespace {
+
+class TreeMethod final : public PairMethod {
+ public:
+    TreeMethod(const std::shared_ptr<const CollisionTree>& tree, BoundKind kind)
+        : a_(tree, kind), b_(tree, kind) {}
+
+    void update(const BenchPose& a, const BenchPose& b) override {
+        a_.begin_pose(a.x);
+        b_.begin_pose(b.x);
+    }
+    std::span<const FacePair> query() override { return query_.intersecting(a_, b_); }
+
+ private:
+    PosedTree a_, b_;
+    PairQuery query_;
+};
+
+/// Over the nodes: positions are computed where they are read.
+class EmbeddedTreeMethod final : public PairMethod {
+ public:
+    EmbeddedTreeMethod(const BenchBody& body, BoundKind kind)
+        : a_(body.tree, kind), b_(body.tree, kind), x_a_(embedding(body.surface.W)), x_b_(x_a_) {}
+
+    void update(const BenchPose& a, const BenchPose& b) override {
+        x_a_.begin_pose(a.nodes);
+        x_b_.begin_pose(b.nodes);
+        a_.begin_pose(x_a_);
+        b_.begin_pose(x_b_);
+    }
+    std::span<const FacePair> query() override { return query_.intersecting(a_, b_); }
+
+ private:
+    static EmbeddedPositions embedding(const SurfaceEmbedding& W) {
+        const auto count = static_cast<std::size_t>(W.nonZeros());
+        return {{W.outerIndexPtr(), static_cast<std::size_t>(W.rows()) + 1},
+                {W.innerIndexPtr(), count},
+                {W.valuePtr(), count},
+                static_cast<int>(W.cols())};
+    }
+
+    PosedTree a_, b_;
+    EmbeddedPositions x_a_, x_b_;
+    PairQuery query_;
+};
+
+/// What lazy boxes read in a pose.
+enum class Reads { surface, surface_from_nodes, nodes };
+
+class LazyBoxesMethod final : public PairMethod {
+ public:
+    LazyBoxesMethod(const BenchBody& body, const LazyBoxesConfig& config, Reads reads)
+        : W_(body.surface.W),
+          a_(reads == Reads::nodes ? LazyBoxes(body.surface.X, body.surface.F, W_, config)
+                                   : LazyBoxes(body.surface.X, body.surface.F, config)),
+          b_(a_),
+          reads_(reads) {}
+
+    void update(const BenchPose& a, const BenchPose& b) override {
+        if (reads_ == Reads::surface_from_nodes) {
+            apply_embedding(W_, a.nodes, x_a_);
+            apply_embedding(W_, b.nodes, x_b_);
+            a_.begin_pose(x_a_);
+            b_.begin_pose(x_b_);
+        } else {
+            a_.begin_pose(reads_ == Reads::nodes ? a.nodes : a.x);
+            b_.begin_pose(reads_ == Reads::nodes ? b.nodes : b.x);
+        }
+    }
+    std::span<const FacePair> query() override {
+        intersecting_faces(a_, b_, pairs_);
+        return pairs_;
+    }
+
+ private:
+    const SurfaceEmbedding& W_;
+    LazyBoxes a_, b_;
+    Reads reads_;
+    Vertices x_a_, x_b_;
+    std::vector<FacePair> pairs_;
+};
+
+/// Vectors of numbers, as they lie in memory.
+class ReadingAlone final : public PairMethod {
+ public:
+    void update(const BenchPose& a, const BenchPose& b) override {
+        for (const VerticesRef& x : {a.x, b.x}) {
+            using Block = Eigen::Array<float, 64, 1>;
+            Block lo = Block::Zero(), hi = lo;
+            const float *p = x.data(), *end = p + x.size();
+            for (; end - p >= Block::SizeAtCompileTime; p += Block::SizeAtCompileTime) {
+                lo = lo.min(Eigen::Map<const Block>(p));
+                hi = hi.max(Eigen::Map<const Block>(p));
+            }
+            for (; p < end; ++p) lo[0] = std::min(lo[0], *p);
+            sum_ += lo.sum() + hi.sum();
+        }
+    }
+    std::span<const FacePair> query() override { return {}; }
+
+ private:
+    volatile float sum_ = 0;  // so that the work is done
+};
+
+/// Levels of a tree whose leaves have at most so many faces.
+int depth_of_leaves(int faces, int leaf_faces) {
+    int depth = 0;
+    while ((faces >> depth) > leaf_faces && depth < 20) ++depth;
+    return depth;
+}
+
+bool finds_all(BoundKind kind) { return is_exact(kind) || kind == BoundKind::certified; }
+
+}  // namespace
+
+PairMethodEntry tree_method(BoundKind kind) {
+    return {std::string(name(kind)), finds_all(kind), false,
+            [kind](const BenchBody& body) { return std::make_unique<TreeMethod>(body.tree, kind); }};
+}
+
+std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
+    std::vector<PairMethodEntry> methods;
+    for (const BoundKind kind : bound_kinds)
+        if (has_bounds(*body.tree, kind)) methods.push_back(tree_method(kind));
+    for (const BoundKind kind : bound_kinds)
+        if (has_bounds(*body.tree, kind) && !finds_all(kind))
+            methods.push_back(
+                {fmt::format("{} from nodes", name(kind)), false, true,
+                 [kind](const BenchBody& b) { return std::make_unique<EmbeddedTreeMethod>(b, kind); }});
+    return methods;
+}
+
+PairMethodEntry streamed_boxes_method(int cluster_faces) {
+    return {fmt::format("lazy boxes streamed {}", cluster_faces), true, false,
+            [cluster_faces](const BenchBody& body) {
+                return std::make_unique<LazyBoxesMethod>(body, LazyBoxesConfig{cluster_faces, true},
+                                                         Reads::surface);
+            }};
+}
+
+PairMethodEntry lazy_boxes_method(int cluster_faces) {
+    return {fmt::format("lazy boxes {}", cluster_faces), true, false, [cluster_faces](const BenchBody& body) {
+                return std::make_unique<LazyBoxesMethod>(body, LazyBoxesConfig{cluster_faces},
+                                                         Reads::surface);
+            }};
+}
+
+std::vector<PairMethodEntry> box_methods(const BenchBody& body, const std::vector<int>& clusters) {
+    std::vector<PairMethodEntry> methods;
+    for (const int leaf_faces : {16, 64})
+        methods.push_back(
+            {fmt::format("refitted boxes {}", leaf_faces), true, false, [leaf_faces](const BenchBody& b) {
+                 const SurfaceBody& s = b.surface;
+                 const SphereTreeConfig config{depth_of_leaves(b.faces(), leaf_faces), 1};
+                 return std::make_unique<TreeMethod>(
+                     std::make_shared<const CollisionTree>(make_exact_tree(s.X, s.F, config)),
+                     BoundKind::boxes);
+             }});
+    for (const int faces : clusters) {
+        methods.push_back(lazy_boxes_method(faces));
+        methods.push_back(streamed_boxes_method(faces));
+    }
+    const auto over_nodes = [&](const char* name, Reads reads) {
+        for (const int faces : clusters)
+            methods.push_back(
+                {fmt::format("{} {}", name, faces), true, true, [faces, reads](const BenchBody& b) {
+                     return std::make_unique<LazyBoxesMethod>(b, LazyBoxesConfig{faces}, reads);
+                 }});
+    };
+    over_nodes("lazy boxes from nodes", Reads::surface_from_nodes);
+    const SurfaceEmbedding& W = body.surface.W;
+    if (std::all_of(W.valuePtr(), W.valuePtr() + W.nonZeros(), [](float w) { return w >= 0; }))
+        over_nodes("cage boxes", Reads::nodes);
+    return methods;
+}
+
+PairMethodEntry reading_alone() {
+    return {"reading alone", false, false, [](const BenchBody&) { return std::make_unique<ReadingAlone>(); },
+            false};
+}
+
+}  // namespace nbd

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "collision/box.hpp"
+
+namespace nbd {
+
+/// Boxes of fixed lists of points, read from a pose when asked for.
+class PointBoxes {
+ public:
+    /// point_count: of every pose.
+    explicit PointBoxes(int point_count) : last_(3 * (point_count - 1)) {}
+
+    /// Appends a list. points: without repeats, best ascending.
+    void add(std::span<const int> points);
+
+    /// Box of a list. x: [point_count, 3], one after another.
+    Box box(int list, const float* x) const noexcept;
+
+    int size() const noexcept { return static_cast<int>(ends_.size()); }
+
+ private:
+    int last_;                    // four floats cannot be read from the last point, so it is kept apart
+    std::vector<int> floats_;     // first float of each point, list after list
+    std::vector<int> ends_;       // of each list in floats_
+    std::vector<int> with_last_;  // lists that have the last point, ascending
+};
+
+}  // namespace nbd

@@ -1,0 +1,120 @@
+#include "apps/bench/pairs/race.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "apps/bench/heap.hpp"
+#include "apps/bench/median.hpp"
+#include "apps/bench/pairs/lazy_boxes.hpp"
+#include "collision/missing_pairs.hpp"
+
+namespace nbd {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double microseconds(Clock::duration time) { return std::chrono::duration<double, std::micro>(time).count(); }
+
+/// A scene on one surface.
+struct Stage {
+    Vertices a, b;
+    std::vector<FacePair> truth;
+};
+
+/// Where the simulator of this benchmark leaves its positions.
+struct Stand {
+    Vertices a, b, nodes_a, nodes_b;
+
+    void enter(const Stage& stage, const TouchingScene& scene) {
+        a = stage.a;
+        b = stage.b;
+        nodes_a = scene.a;
+        nodes_b = scene.b;
+    }
+};
+
+std::vector<Stage> set_up(const BenchBody& body, std::span<const TouchingScene> scenes) {
+    LazyBoxes a(body.surface.X, body.surface.F), b = a;
+    std::vector<Stage> stages(scenes.size());
+    for (std::size_t s = 0; s < scenes.size(); ++s) {
+        apply_embedding(body.surface.W, scenes[s].a, stages[s].a);
+        apply_embedding(body.surface.W, scenes[s].b, stages[s].b);
+        a.begin_pose(stages[s].a);
+        b.begin_pose(stages[s].b);
+        intersecting_faces(a, b, stages[s].truth);
+    }
+    return stages;
+}
+
+RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<const Stage> stages,
+                 std::span<const TouchingScene> scenes, const RaceConfig& config, Stand& stand) {
+    RaceRow row{.method = entry.name,
+                .exact = entry.exact,
+                .answers = entry.answers,
+                .reads_nodes = entry.reads_nodes,
+                .faces = body.faces(),
+                .scenes = static_cast<int>(stages.size())};
+    stand.enter(stages.front(), scenes.front());
+    const std::size_t heap = heap_bytes();
+    std::unique_ptr<PairMethod> method;
+    try {
+        method = entry.make(body);
+    } catch (const std::exception& error) {
+        row.failure = error.what();
+        return row;
+    }
+    std::vector<double> update, query, total;
+    const Clock::time_point started = Clock::now();
+    // The round before the first warms up, and is where answers are checked.
+    for (int round = 0; round <= config.rounds; ++round) {
+        for (std::size_t s = 0; s < stages.size(); ++s) {
+            stand.enter(stages[s], scenes[s]);
+            const Clock::time_point begin = Clock::now();
+            method->update({stand.a, stand.nodes_a}, {stand.b, stand.nodes_b});
+            const Clock::time_point middle = Clock::now();
+            const std::span<const FacePair> found = method->query();
+            const Clock::time_point end = Clock::now();
+            if (round == 0) {
+                row.pairs += static_cast<double>(stages[s].truth.size()) / static_cast<double>(stages.size());
+                if (!entry.answers) continue;
+                row.missed += missing_pairs(stages[s].truth, found);
+                row.invented += missing_pairs(found, stages[s].truth);
+                continue;
+            }
+            update.push_back(microseconds(middle - begin));
+            query.push_back(microseconds(end - middle));
+            total.push_back(microseconds(end - begin));
+        }
+        if (round == 0) row.bytes = heap_bytes() - heap;
+        row.rounds = round;
+        if (round > 0 && microseconds(Clock::now() - started) > 1e6 * config.most_seconds) break;
+    }
+    row.update_us = median(update);
+    row.query_us = median(query);
+    row.total_us = median(total);
+    return row;
+}
+
+}  // namespace
+
+std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEntry>& methods,
+                          std::span<const TouchingScene> scenes, const RaceConfig& config,
+                          const std::function<void(const RaceRow&)>& done) {
+    const std::vector<Stage> stages = set_up(body, scenes);
+    Stand stand;
+    std::vector<RaceRow> rows;
+    for (const PairMethodEntry& entry : methods) {
+        rows.push_back(race_one(body, entry, stages, scenes, config, stand));
+        done(rows.back());
+    }
+    return rows;
+}
+
+std::size_t tree_bytes(const CollisionTree& tree) {
+    const std::size_t before = heap_bytes();
+    const CollisionTree copy = tree;
+    return heap_bytes() - before;
+}
+
+}  // namespace nbd

@@ -1,0 +1,166 @@
+#include "apps/bench/pairs/touching_scenes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+
+namespace nbd {
+namespace {
+
+/// Nodes of a recorded frame and the surface they carry, about the surface's centre.
+struct CentredPose {
+    Vertices nodes, x;
+
+    CentredPose(const SurfaceBody& body, const RecordingReader& recording, FrameId frame) {
+        recording.read(frame.trajectory, frame.frame, 1, nodes);
+        apply_embedding(body.W, nodes, x);
+        const Eigen::RowVector3f centre = x.colwise().mean();
+        nodes.rowwise() -= centre;
+        x.rowwise() -= centre;
+    }
+};
+
+/// How far the second body goes on until enough faces intersect, and how many do.
+struct Overlap {
+    float depth;
+    int pairs;
+};
+
+std::optional<Overlap> find_overlap(Approach& approach, float touching, float radius, int wanted) {
+    constexpr int steps = 400;
+    for (int i = 0; i < steps; ++i) {
+        const float depth = radius * static_cast<float>(i) / steps;
+        if (depth > touching) break;
+        const auto pairs = static_cast<int>(approach.pairs_at(touching - depth).size());
+        if (pairs > wanted + wanted / 2) break;
+        if (pairs >= wanted) return Overlap{depth, pairs};
+    }
+    return std::nullopt;
+}
+
+/// A draw, and how far apart its bodies are when they touch.
+struct Meeting {
+    ContactPlacement placement;
+    CentredPose a, b;
+    float touching = 0;
+
+    Meeting(const BenchBody& coarse, const RecordingReader& recording, std::span<const FrameId> frames,
+            std::uint64_t seed, int draw, Approach& approach)
+        : Meeting(coarse, recording, draw_placement(frames, seed, draw), approach) {}
+
+    TouchingScene scene(const Overlap& overlap) const {
+        TouchingScene scene{a.nodes, b.nodes, overlap.pairs, overlap.depth};
+        scene.b.rowwise() += (touching - overlap.depth) * placement.from;
+        return scene;
+    }
+
+ private:
+    Meeting(const BenchBody& coarse, const RecordingReader& recording, const ContactPlacement& drawn,
+            Approach& approach)
+        : placement(drawn),
+          a(coarse.surface, recording, drawn.first),
+          b(coarse.surface, recording, drawn.second) {
+        b.nodes = (b.nodes * placement.turn.transpose()).eval();
+        b.x = (b.x * placement.turn.transpose()).eval();
+        approach.start(a.x, b.x, placement.from);
+        touching = approach.touching_distance();
+    }
+    static ContactPlacement draw_placement(std::span<const FrameId> frames, std::uint64_t seed, int draw) {
+        CounterRandom random(seed, static_cast<std::uint64_t>(draw));
+        return draw_contact_placement(frames, random);
+    }
+};
+
+}  // namespace
+
+std::vector<TouchingScene> make_touching_scenes(const BenchBody& coarse, const RecordingReader& recording,
+                                                std::span<const FrameId> frames,
+                                                const TouchingScenesConfig& config) {
+    if (config.scenes < 1 || config.pairs < 1)
+        throw std::invalid_argument(fmt::format("{} scenes of {} face pairs; allowed: 1 or more of each",
+                                                config.scenes, config.pairs));
+    if (frames.empty()) throw std::invalid_argument("no frames to make scenes of");
+    Approach approach(coarse.tree);
+    std::vector<TouchingScene> scenes;
+    const float radius = coarse.tree->spheres.rest[0].r;
+    const int most_draws = 50 * config.scenes;
+    for (int draw = 0; static_cast<int>(scenes.size()) < config.scenes; ++draw) {
+        if (draw == most_draws)
+            throw std::runtime_error(
+                fmt::format("{} draws gave {} of {} scenes with {} to {} intersecting faces", draw,
+                            scenes.size(), config.scenes, config.pairs, config.pairs + config.pairs / 2));
+        const Meeting meeting(coarse, recording, frames, config.seed, draw, approach);
+        if (const auto overlap = find_overlap(approach, meeting.touching, radius, config.pairs))
+            scenes.push_back(meeting.scene(*overlap));
+    }
+    return scenes;
+}
+
+std::vector<TouchingScene> make_scenes_of_depth(const BenchBody& coarse, const RecordingReader& recording,
+                                                std::span<const FrameId> frames, int scenes, double depth,
+                                                std::uint64_t seed) {
+    if (scenes < 1 || !(depth >= 0 && depth <= 2))
+        throw std::invalid_argument(
+            fmt::format("{} scenes {} radii deep; allowed: 1 or more, and 0 to 2", scenes, depth));
+    if (frames.empty()) throw std::invalid_argument("no frames to make scenes of");
+    Approach approach(coarse.tree);
+    std::vector<TouchingScene> made;
+    for (int draw = 0; draw < scenes; ++draw) {
+        const Meeting meeting(coarse, recording, frames, seed, draw, approach);
+        const float metres =
+            std::min(meeting.touching, static_cast<float>(depth) * coarse.tree->spheres.rest[0].r);
+        const auto pairs = static_cast<int>(approach.pairs_at(meeting.touching - metres).size());
+        made.push_back(meeting.scene({metres, pairs}));
+    }
+    return made;
+}
+
+std::vector<TouchingScene> recorded_scenes(const BenchBody& coarse, const RecordingReader& recording,
+                                           float distance, int most) {
+    const auto& bodies = recording.trajectories();
+    if (bodies.size() != 2 || bodies[0].frames != bodies[1].frames ||
+        bodies[0].body_hash != coarse.surface.hash || bodies[1].body_hash != coarse.surface.hash)
+        throw std::runtime_error(fmt::format("{}: a recorded scene of two copies of the first body is needed",
+                                             recording.path().string()));
+    PosedTree a(coarse.tree, BoundKind::boxes), b(coarse.tree, BoundKind::boxes);
+    PairQuery query;
+    std::vector<TouchingScene> touching;
+    for (int frame = 0; frame < bodies[0].frames; ++frame) {
+        TouchingScene scene;
+        recording.read(0, frame, 1, scene.a);
+        recording.read(1, frame, 1, scene.b);
+        Vertices x_a, x_b;
+        apply_embedding(coarse.surface.W, scene.a, x_a);
+        apply_embedding(coarse.surface.W, scene.b, x_b);
+        a.begin_pose(x_a);
+        b.begin_pose(x_b);
+        if (!query.within(a, b, distance).empty()) touching.push_back(std::move(scene));
+    }
+    if (touching.empty())
+        throw std::runtime_error(fmt::format("{}: no frame in which the bodies come within {:.3g} m",
+                                             recording.path().string(), distance));
+    const auto all = static_cast<int>(touching.size());
+    if (all <= most) return touching;
+    std::vector<TouchingScene> chosen;
+    for (int i = 0; i < most; ++i)
+        chosen.push_back(std::move(
+            touching[static_cast<std::size_t>(i) * touching.size() / static_cast<std::size_t>(most)]));
+    return chosen;
+}
+
+std::vector<FrameId> unseen_frames(std::span<const BenchBody> bodies, const RecordingReader& recording) {
+    std::vector<FrameId> frames = complete_frames(recording);
+    for (const BenchBody& body : bodies) {
+        if (body.split.train_trajectories.empty()) continue;
+        const std::vector<FrameId> held_out = frames_of(recording, body.split, FrameSet::held_out);
+        std::erase_if(frames, [&](FrameId f) { return !std::ranges::binary_search(held_out, f); });
+    }
+    if (frames.empty())
+        throw std::runtime_error(fmt::format("{}: no trajectory was held out of the training of every tree",
+                                             recording.path().string()));
+    return frames;
+}
+
+}  // namespace nbd

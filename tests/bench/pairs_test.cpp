@@ -1,0 +1,256 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "apps/bench/pairs/crowd.hpp"
+#include "apps/bench/pairs/lazy_boxes.hpp"
+#include "apps/bench/pairs/own_methods.hpp"
+#include "apps/bench/pairs/peers.hpp"
+#include "apps/bench/pairs/race_table.hpp"
+#include "apps/bench/pairs/scaling.hpp"
+#include "apps/bench/pairs/touching_scenes.hpp"
+#include "collision/triangle_triangle.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tests/training/bar.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Bar;
+using test::error_of;
+
+std::vector<FacePair> brute_force(const Faces& F, const Vertices& a, const Vertices& b) {
+    const auto triangle = [&](const Vertices& x, int f) {
+        return Triangle{x.row(F(f, 0)).transpose(), x.row(F(f, 1)).transpose(), x.row(F(f, 2)).transpose()};
+    };
+    std::vector<FacePair> pairs;
+    for (int i = 0; i < F.rows(); ++i)
+        for (int j = 0; j < F.rows(); ++j)
+            if (triangles_intersect(triangle(a, i), triangle(b, j))) pairs.push_back({i, j});
+    return pairs;
+}
+
+/// Bars of two resolutions on the same nodes, and scenes of them.
+class BenchPairs : public ::testing::Test {
+ protected:
+    static void SetUpTestSuite() {
+        folder_ = std::make_unique<test::TemporaryFolder>();
+        coarse_ = std::make_unique<BenchBody>(make_bench_body(Bar(0, 4).body));
+        fine_ = std::make_unique<BenchBody>(make_bench_body(Bar(0, 8).body));
+        Bar(0, 4).record(*folder_ / "data.h5", 6, 12, 3);
+        scenes_ = make_touching_scenes(*coarse_, recording(), complete_frames(recording()),
+                                       {.scenes = 4, .pairs = 8});
+    }
+    static void TearDownTestSuite() {
+        folder_.reset();
+        coarse_.reset();
+        fine_.reset();
+    }
+    static RecordingReader recording() { return RecordingReader(*folder_ / "data.h5"); }
+
+    /// What a method finds in each scene, after another pose.
+    static std::vector<std::vector<FacePair>> answers(const BenchBody& body, const PairMethodEntry& entry) {
+        const auto method = entry.make(body);
+        Vertices a, b, nodes_a, nodes_b;  // as the race has it: poses come and go at the same place
+        std::vector<std::vector<FacePair>> found;
+        for (const TouchingScene& scene : scenes_) {
+            nodes_a = scene.a;
+            nodes_b = scene.b;
+            apply_embedding(body.surface.W, nodes_a, a);
+            apply_embedding(body.surface.W, nodes_b, b);
+            method->update({a, nodes_a}, {b, nodes_b});
+            const std::span<const FacePair> pairs = method->query();
+            found.emplace_back(pairs.begin(), pairs.end());
+        }
+        return found;
+    }
+    static std::vector<std::vector<FacePair>> truth(const BenchBody& body) {
+        std::vector<std::vector<FacePair>> pairs;
+        for (const TouchingScene& scene : scenes_) {
+            Vertices a, b;
+            apply_embedding(body.surface.W, scene.a, a);
+            apply_embedding(body.surface.W, scene.b, b);
+            pairs.push_back(brute_force(body.surface.F, a, b));
+        }
+        return pairs;
+    }
+
+    static inline std::unique_ptr<test::TemporaryFolder> folder_;
+    static inline std::unique_ptr<BenchBody> coarse_, fine_;
+    static inline std::vector<TouchingScene> scenes_;
+};
+
+TEST_F(BenchPairs, ScenesAreReproducibleAndTouchAsAskedFor) {
+    const TouchingScenesConfig config{.scenes = 4, .pairs = 8};
+    const auto again = make_touching_scenes(*coarse_, recording(), complete_frames(recording()), config);
+    ASSERT_EQ(again.size(), 4U);
+    const auto pairs = truth(*coarse_);
+    for (std::size_t s = 0; s < again.size(); ++s) {
+        EXPECT_EQ(again[s].a, scenes_[s].a);
+        EXPECT_EQ(again[s].b, scenes_[s].b);
+        EXPECT_GE(scenes_[s].pairs, 8);
+        EXPECT_LE(scenes_[s].pairs, 12);
+        // Nodes were moved, not the surface, which rounds otherwise.
+        EXPECT_NEAR(static_cast<double>(pairs[s].size()), scenes_[s].pairs, 2);
+    }
+    EXPECT_NE(again[0].a, again[1].a);
+    auto other = config;
+    other.seed = 2;
+    EXPECT_NE(make_touching_scenes(*coarse_, recording(), complete_frames(recording()), other)[0].b,
+              scenes_[0].b);
+}
+
+TEST_F(BenchPairs, LazyBoxesFindWhatBruteForceFinds) {
+    const auto expected = truth(*fine_);
+    ASSERT_GT(expected[0].size(), 8U);
+    for (const PairMethodEntry& method : box_methods(*fine_, {1, 5, 60, 256, 1024}))
+        EXPECT_EQ(answers(*fine_, method), expected) << method.name;
+    const std::string refusal = error_of([] { LazyBoxes(coarse_->surface.X, coarse_->surface.F, {0}); });
+    EXPECT_EQ(refusal, "clusters of 0 faces, allowed: 1 to 4096");
+    SurfaceEmbedding negative = coarse_->surface.W;
+    negative.valuePtr()[0] = -0.5f;
+    EXPECT_NE(error_of([&] { LazyBoxes(coarse_->surface.X, coarse_->surface.F, negative); }).find("negative"),
+              std::string::npos);
+}
+
+TEST_F(BenchPairs, ExactBoundsOfTheTreeFindThemTooInAnyOrderOfVertices) {
+    const BenchBody moved = in_tree_order(*fine_);
+    EXPECT_NO_THROW(check_collision_tree(*moved.tree));
+    EXPECT_NE(moved.surface.F, fine_->surface.F);
+    const auto expected = truth(*fine_);
+    for (const BenchBody& body : {std::cref(*fine_), std::cref(moved)})
+        for (const PairMethodEntry& method : tree_methods(body)) EXPECT_EQ(answers(body, method), expected);
+}
+
+TEST_F(BenchPairs, EveryPeerFindsWhatWeFind) {
+    for (const std::string& missing : missing_peers()) std::puts(missing.c_str());
+    const auto expected = truth(*fine_);
+    for (const PairMethodEntry& peer : peer_methods())
+        EXPECT_EQ(answers(*fine_, peer), expected) << peer.name;
+    if (peer_methods().empty()) GTEST_SKIP() << "no other collision library was found when this was built";
+}
+
+TEST_F(BenchPairs, ARaceCountsWhatAMethodMisses) {
+    struct Half final : PairMethod {
+        std::unique_ptr<PairMethod> whole;
+        void update(const BenchPose& a, const BenchPose& b) override { whole->update(a, b); }
+        std::span<const FacePair> query() override {
+            const auto all = whole->query();
+            return all.subspan(0, all.size() / 2);
+        }
+    };
+    const PairMethodEntry half{"half", false, false, [](const BenchBody& body) {
+                                   auto method = std::make_unique<Half>();
+                                   method->whole = lazy_boxes_method(64).make(body);
+                                   return method;
+                               }};
+    const PairMethodEntry broken{"broken", true, false, [](const BenchBody&) -> std::unique_ptr<PairMethod> {
+                                     throw std::runtime_error("does not start");
+                                 }};
+    int told = 0;
+    const auto rows = race(*coarse_, {reading_alone(), lazy_boxes_method(64), half, broken}, scenes_,
+                           {.rounds = 2}, [&](const RaceRow&) { ++told; });
+    ASSERT_EQ(rows.size(), 4U);
+    EXPECT_EQ(told, 4);
+    EXPECT_EQ(rows[1].missed + rows[1].invented, 0);
+    EXPECT_GT(rows[1].pairs, 8);
+    EXPECT_GT(rows[1].total_us, 0);
+    EXPECT_NEAR(rows[2].recall(), 0.5, 0.1);
+    EXPECT_EQ(rows[3].failure, "does not start");
+    const RaceTable table{"light", "file", rows};
+    EXPECT_NE(to_csv(std::span(&table, 1)).find("light,file,"), std::string::npos);
+    EXPECT_NE(to_text(table).find("does not start"), std::string::npos);
+    EXPECT_NO_THROW(to_svg(to_page(std::span(&table, 1))));
+}
+
+TEST_F(BenchPairs, CrowdsAgreeAndASweepFindsAllPairsOfBoxes) {
+    const auto frames = complete_frames(recording());
+    const auto poses = crowd_poses(*coarse_, recording(), frames, 12, 0.7, 1);
+    long expected = 0;
+    for (std::size_t i = 0; i < poses.size(); ++i)
+        for (std::size_t j = i + 1; j < poses.size(); ++j)
+            expected += static_cast<long>(brute_force(coarse_->surface.F, poses[i], poses[j]).size());
+    ASSERT_GT(expected, 20);
+    for (const auto& crowd :
+         {make_tree_crowd(*coarse_, BoundKind::exact, 12), make_tree_crowd(*coarse_, BoundKind::boxes, 12),
+          make_lazy_boxes_crowd(*coarse_, 64, 12)}) {
+        crowd->update(poses);
+        EXPECT_EQ(crowd->pairs(), expected);
+    }
+}
+
+TEST_F(BenchPairs, DeeperScenesIntersectMoreAndTellTheCrossover) {
+    const auto frames = complete_frames(recording());
+    const auto pairs = [&](double depth) {
+        long sum = 0;
+        for (const TouchingScene& s : make_scenes_of_depth(*coarse_, recording(), frames, 5, depth, 1))
+            sum += s.pairs;
+        return sum;
+    };
+    EXPECT_GT(pairs(0), 0);
+    EXPECT_GT(pairs(0.2), 2 * pairs(0));
+    EXPECT_NE(error_of([&] { make_scenes_of_depth(*coarse_, recording(), frames, 5, 3, 1); }), "");
+
+    const auto row = [](double depth, bool exact, double us) {
+        DepthRow r;
+        r.depth = depth;
+        r.race.exact = exact;
+        r.race.total_us = us;
+        return r;
+    };
+    const std::vector<DepthRow> rows{row(0, true, 9),     row(0, false, 2),  row(0.1, true, 9),
+                                     row(0.1, false, 10), row(0.2, true, 9), row(0.2, true, 30),
+                                     row(0.2, false, 20)};
+    EXPECT_EQ(crossover(rows), 0.1);
+    EXPECT_EQ(crossover(std::span(rows).first(2)), INFINITY);
+}
+
+TEST_F(BenchPairs, RefusesScenesThatCannotBe) {
+    EXPECT_NE(error_of([] { make_touching_scenes(*coarse_, recording(), {}, {}); }), "");
+    const auto frames = complete_frames(recording());
+    EXPECT_NE(error_of([&] {
+                  make_touching_scenes(*coarse_, recording(), frames, {.scenes = 1, .pairs = 100000});
+              }),
+              "");
+    EXPECT_NE(error_of([] { recorded_scenes(*coarse_, recording(), 0.1f, 3); }).find("two copies"),
+              std::string::npos);
+    std::vector<BenchBody> bodies{*coarse_};
+    bodies[0].split.train_trajectories = {0, 1, 2, 3, 4, 5};
+    EXPECT_NE(error_of([&] { unseen_frames(bodies, recording()); }).find("no trajectory was held out"),
+              std::string::npos);
+    bodies[0].split.train_trajectories = {0, 1, 2};
+    bodies[0].split.held_out_trajectories = {4};
+    const auto unseen = unseen_frames(bodies, recording());
+    ASSERT_EQ(unseen.size(), 12U);
+    EXPECT_EQ(unseen.front().trajectory, 4);
+}
+
+TEST_F(BenchPairs, RecordedFramesCountWhereBodiesAreNear) {
+    {
+        RecordingWriter writer(*folder_ / "scene.h5");
+        for (int id = 0; id < 2; ++id) {
+            TrajectoryInfo info;
+            info.id = id;
+            info.body_hash = coarse_->surface.hash;
+            const int handle = writer.begin_trajectory(info, Bar::nodes);
+            for (int f = 0; f < 10; ++f) {
+                Vertices x = Bar(0, 4).frame(1, id, 0);
+                x.rowwise() -= x.colwise().mean().eval();
+                x.col(2).array() += static_cast<float>(id * f);
+                writer.add_frame(handle, 0.1 * f, x);
+            }
+            writer.end_trajectory(handle);
+        }
+        writer.finish();
+    }
+    const RecordingReader scene(*folder_ / "scene.h5");
+    const auto near = recorded_scenes(*coarse_, scene, 0.01f, 100);
+    EXPECT_GE(near.size(), 1U);
+    EXPECT_LT(near.size(), 10U);
+    EXPECT_EQ(recorded_scenes(*coarse_, scene, 0.01f, 1).size(), 1U);
+}
+
+}  // namespace
+}  // namespace nbd
