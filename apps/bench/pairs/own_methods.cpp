@@ -105,7 +105,7 @@ class ReadingAlone final : public PairMethod {
                 hi = hi.max(Eigen::Map<const Block>(p));
             }
             for (; p < end; ++p) lo[0] = std::min(lo[0], *p);
-            sum_ += lo.sum() + hi.sum();
+            sum_ = sum_ + lo.sum() + hi.sum();
         }
     }
     std::span<const FacePair> query() override { return {}; }
