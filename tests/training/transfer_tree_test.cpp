@@ -76,6 +76,7 @@ TEST_F(TransferTree, GivesModalSpheresAsTheyWere) {
     coarse.record(folder / "data.h5", 12, 25, 2);
     TrainConfig config;
     config.bounds = {BoundKind::modal};
+    config.mlp.max_epochs = 3;
     config.tree.depth = 3;
     const TreeFile before = train_tree(coarse.body, RecordingReader(folder / "data.h5"), config);
     const TreeFile after = transfer_tree(before, fine.body);

@@ -125,6 +125,14 @@ bool finds_all(BoundKind kind) { return is_exact(kind) || kind == BoundKind::cer
 
 }  // namespace
 
+std::vector<BoundKind> raced_kinds(const BenchBody& body) {
+    std::vector<BoundKind> kinds;
+    for (const BoundKind kind : bound_kinds)
+        if (has_bounds(*body.tree, kind) && (kind != BoundKind::automatic || body.tree->local))
+            kinds.push_back(kind);
+    return kinds;
+}
+
 PairMethodEntry tree_method(BoundKind kind) {
     return {std::string(name(kind)), finds_all(kind), false,
             [kind](const BenchBody& body) { return std::make_unique<TreeMethod>(body.tree, kind); }};
@@ -132,10 +140,10 @@ PairMethodEntry tree_method(BoundKind kind) {
 
 std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
     std::vector<PairMethodEntry> methods;
-    for (const BoundKind kind : bound_kinds)
-        if (has_bounds(*body.tree, kind)) methods.push_back(tree_method(kind));
-    for (const BoundKind kind : bound_kinds)
-        if (has_bounds(*body.tree, kind) && !finds_all(kind))
+    const std::vector<BoundKind> kinds = raced_kinds(body);
+    for (const BoundKind kind : kinds) methods.push_back(tree_method(kind));
+    for (const BoundKind kind : kinds)
+        if (!finds_all(kind))
             methods.push_back(
                 {fmt::format("{} from nodes", name(kind)), false, true,
                  [kind](const BenchBody& b) { return std::make_unique<EmbeddedTreeMethod>(b, kind); }});

@@ -6,6 +6,10 @@
 
 namespace nbd {
 
+/// Kinds of bounds worth racing on the body's tree: those it has, and `auto` where it has learned ones to
+/// choose.
+std::vector<BoundKind> raced_kinds(const BenchBody& body);
+
 /// Bounds of the body's tree through PosedTree and PairQuery.
 PairMethodEntry tree_method(BoundKind kind);
 

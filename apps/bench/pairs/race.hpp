@@ -25,7 +25,7 @@ struct RaceRow {
     double pairs = 0;               // mean a scene that intersect in truth
     long missed = 0, invented = 0;  // pairs not found, and found that are none; over all scenes
     std::size_t bytes = 0;          // that both bodies take beside positions, faces and the tree they share
-    std::string failure{};            // why a method could not be raced
+    std::string failure{};          // why a method could not be raced
 
     double recall() const { return pairs > 0 ? 1 - static_cast<double>(missed) / (pairs * scenes) : 1; }
 };

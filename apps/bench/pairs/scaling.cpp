@@ -18,8 +18,7 @@ namespace {
 
 std::vector<PairMethodEntry> methods_for(const BenchBody& body, const ScalingConfig& config) {
     std::vector<PairMethodEntry> methods;
-    for (const BoundKind kind : bound_kinds)
-        if (has_bounds(*body.tree, kind)) methods.push_back(tree_method(kind));
+    for (const BoundKind kind : raced_kinds(body)) methods.push_back(tree_method(kind));
     methods.push_back(lazy_boxes_method(config.cluster_faces));
     return methods;
 }
@@ -109,9 +108,8 @@ std::vector<CrowdRow> race_crowds(const BenchBody& body, const RecordingReader& 
             rows.push_back(time_crowd(method, *crowd, poses, config.race));
             progress(fmt::format("{} bodies, {}", count, method));
         };
-        for (const BoundKind kind : bound_kinds)
-            if (has_bounds(*body.tree, kind))
-                run(std::string(name(kind)), make_tree_crowd(body, kind, count));
+        for (const BoundKind kind : raced_kinds(body))
+            run(std::string(name(kind)), make_tree_crowd(body, kind, count));
         run(fmt::format("lazy boxes {}", config.cluster_faces),
             make_lazy_boxes_crowd(body, config.cluster_faces, count));
     }
@@ -128,7 +126,7 @@ double crossover(std::span<const DepthRow> rows) {
     for (const double depth : depths) {  // deepest first
         double exact = never, learned = never;
         for (const DepthRow& row : rows)
-            if (row.depth == depth)
+            if (row.depth == depth && row.race.method != name(BoundKind::automatic))
                 (row.race.exact ? exact : learned) =
                     std::min(row.race.exact ? exact : learned, row.race.total_us);
         if (!(exact < learned) || learned == never) break;

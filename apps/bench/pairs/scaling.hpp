@@ -47,7 +47,8 @@ std::vector<CrowdRow> race_crowds(const BenchBody& body, const RecordingReader& 
                                   const ScalingProgress& progress);
 
 /// The least depth from which on the fastest exact method is faster than the fastest learned one at every
-/// depth, in radii; infinite where it never is, or nothing was learned.
+/// depth, in radii; infinite where it never is, or nothing was learned. `auto`, which is either, does not
+/// count.
 double crossover(std::span<const DepthRow> rows);
 
 std::string to_csv(std::span<const DepthRow> rows);
