@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <bit>
 #ifdef __AVX__
 #include <immintrin.h>
 #endif
@@ -17,6 +18,12 @@ inline unsigned not_above(const Eigen::Array<float, 8, 1>& x, float limit) noexc
     for (int k = 0; k < 8; ++k) mask |= static_cast<unsigned>(!(x[k] > limit)) << k;
     return mask;
 #endif
+}
+
+/// Calls f(k) for each bit k that is set, in ascending order.
+template <class F>
+void for_each_bit(unsigned mask, const F& f) {
+    for (; mask != 0; mask &= mask - 1) f(std::countr_zero(mask));
 }
 
 }  // namespace nbd

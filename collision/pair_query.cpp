@@ -1,7 +1,6 @@
 #include "collision/pair_query.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
 
@@ -72,12 +71,6 @@ void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, 
     // They have swapped places: the next walk may need either to be as large as the larger one.
     level.reserve(next.capacity());
     next.reserve(level.capacity());
-}
-
-/// Calls f(k) for each bit k that is set, in ascending order.
-template <class F>
-void for_each_bit(unsigned mask, const F& f) {
-    for (; mask != 0; mask &= mask - 1) f(std::countr_zero(mask));
 }
 
 /// The lanes that hold boxes: the empty ones of others are far from every box, but not from a position that

@@ -5,6 +5,7 @@
 #include "apps/bench/pairs/own_methods.hpp"
 #include "apps/bench/pairs/race_table.hpp"
 #include "apps/commands/bench_commands.hpp"
+#include "apps/commands/bench_options.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/load.hpp"
 #include "apps/option_checks.hpp"
@@ -79,11 +80,7 @@ void add_bench_fig5(CLI::App& bench, Output& out) {
         "they\n"
         "touch are asked for on each body's surface.");
     command->add_option("SCENE", arguments->recording, "Recording of a scene of two bodies")->required();
-    command
-        ->add_option("--body", arguments->bodies,
-                     "Body file, and a tree file trained on it; once a size, the coarsest first")
-        ->required()
-        ->expected(1, 2);
+    add_bodies(*command, arguments->bodies);
     command->add_option("-o,--output", arguments->folder, "Folder to write figure5.csv and pictures to")
         ->required();
     command->add_option("--bounds", arguments->bounds, "Bounds to compare")
@@ -98,13 +95,7 @@ void add_bench_fig5(CLI::App& bench, Output& out) {
     command->add_option("--frames", arguments->frames, "Of them, at most, evenly spread")
         ->check(CLI::Range(1, 1'000'000))
         ->capture_default_str();
-    command->add_option("--rounds", arguments->race.rounds, "Rounds over all frames, at most")
-        ->check(CLI::Range(1, 1'000'000))
-        ->capture_default_str();
-    command
-        ->add_option("--seconds", arguments->race.most_seconds, "Most time a method and size, after a round")
-        ->check(positive())
-        ->capture_default_str();
+    add_race_limits(*command, arguments->race);
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -6,6 +6,7 @@
 #include "apps/bench/pairs/load_bench_bodies.hpp"
 #include "apps/bench/pairs/scaling.hpp"
 #include "apps/commands/bench_commands.hpp"
+#include "apps/commands/bench_options.hpp"
 #include "apps/interrupt.hpp"
 #include "apps/load.hpp"
 #include "apps/option_checks.hpp"
@@ -82,11 +83,7 @@ void add_bench_scaling(CLI::App& bench, Output& out) {
         "scaling", "Queries by depth of penetration, by faces that touch and by number of bodies");
     command->footer("Depths are raced on the last body, crowds on the first. By faces: nbdtree bench peers.");
     command->add_option("DATA", arguments->recording, "Recording of the first body")->required();
-    command
-        ->add_option("--body", arguments->bodies,
-                     "Body file, and a tree file trained on it; once a size, the coarsest first")
-        ->required()
-        ->expected(1, 2);
+    add_bodies(*command, arguments->bodies);
     command->add_option("-o,--output", arguments->folder, "Folder to write tables and pictures to")
         ->required();
     command->add_option("--depths", config.depths, "How far one body goes on after they touch, radii")
@@ -106,12 +103,7 @@ void add_bench_scaling(CLI::App& bench, Output& out) {
     command->add_option("--scenes", config.scenes, "Scenes a depth")
         ->check(CLI::Range(1, 10'000))
         ->capture_default_str();
-    command->add_option("--rounds", config.race.rounds, "Rounds, at most")
-        ->check(CLI::Range(1, 1'000'000))
-        ->capture_default_str();
-    command->add_option("--seconds", config.race.most_seconds, "Most time a method and case, after a round")
-        ->check(positive())
-        ->capture_default_str();
+    add_race_limits(*command, config.race);
     command->add_option("--seed", config.seed, "Of the scenes")->check(seed_check())->capture_default_str();
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }

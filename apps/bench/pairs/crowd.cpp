@@ -1,46 +1,35 @@
 #include "apps/bench/pairs/crowd.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "apps/bench/pairs/lazy_boxes.hpp"
 #include "collision/counter_random.hpp"
-#include "collision/pair_query.hpp"
-#include "collision/separation.hpp"
+#include "collision/many_body_query.hpp"
+#include "collision/sweep.hpp"
 
 namespace nbd {
 namespace {
 
 class TreeCrowd final : public Crowd {
  public:
-    TreeCrowd(const BenchBody& body, BoundKind kind, int count) : boxes_(static_cast<std::size_t>(count)) {
+    TreeCrowd(const BenchBody& body, BoundKind kind, int count) {
         for (int i = 0; i < count; ++i) trees_.emplace_back(body.tree, kind);
+        for (PosedTree& tree : trees_) bodies_.push_back(&tree);
     }
     void update(std::span<const Vertices> poses) override {
         for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].begin_pose(poses[i]);
     }
     long pairs() override {
-        for (std::size_t i = 0; i < trees_.size(); ++i) {
-            const Sphere& root = trees_[i].sphere(0);
-            const Eigen::Array3f lo = root.c.array() - root.r, hi = root.c.array() + root.r;
-            boxes_[i] = trees_[i].box(0).value_or(Box{{lo[0], lo[1], lo[2], 0}, {hi[0], hi[1], hi[2], 0}});
-        }
-        sweep_boxes(boxes_, order_, near_);
         long count = 0;
-        for (const auto& [i, j] : near_)
-            count += static_cast<long>(
-                query_.intersecting(trees_[static_cast<std::size_t>(i)], trees_[static_cast<std::size_t>(j)])
-                    .size());
+        for (const TouchingBodies& touching : query_.intersecting(bodies_))
+            count += static_cast<long>(touching.faces.size());
         return count;
     }
 
  private:
     std::vector<PosedTree> trees_;
-    std::vector<Box> boxes_;
-    std::vector<int> order_;
-    std::vector<std::pair<int, int>> near_;
-    PairQuery query_;
+    std::vector<PosedTree*> bodies_;
+    ManyBodyQuery query_;
 };
 
 class LazyBoxesCrowd final : public Crowd {
@@ -56,9 +45,8 @@ class LazyBoxesCrowd final : public Crowd {
         }
     }
     long pairs() override {
-        sweep_boxes(boxes_, order_, near_);
         long count = 0;
-        for (const auto& [i, j] : near_) {
+        for (const auto& [i, j] : sweep_.touching(boxes_)) {
             intersecting_faces(bodies_[static_cast<std::size_t>(i)], bodies_[static_cast<std::size_t>(j)],
                                found_);
             count += static_cast<long>(found_.size());
@@ -69,8 +57,7 @@ class LazyBoxesCrowd final : public Crowd {
  private:
     std::vector<LazyBoxes> bodies_;
     std::vector<Box> boxes_;
-    std::vector<int> order_;
-    std::vector<std::pair<int, int>> near_;
+    Sweep sweep_;
     std::vector<FacePair> found_;
 };
 
@@ -104,18 +91,6 @@ std::vector<Vertices> crowd_poses(const BenchBody& body, const RecordingReader& 
             ((x.rowwise() - centre) * turn.transpose()).rowwise() + step * place;
     }
     return poses;
-}
-
-void sweep_boxes(std::span<const Box> boxes, std::vector<int>& order,
-                 std::vector<std::pair<int, int>>& pairs) {
-    order.resize(boxes.size());
-    std::iota(order.begin(), order.end(), 0);
-    const auto box = [&](int i) -> const Box& { return boxes[static_cast<std::size_t>(i)]; };
-    std::ranges::sort(order, {}, [&](int i) { return std::pair(box(i).lo[0], i); });
-    pairs.clear();
-    for (auto i = order.begin(); i != order.end(); ++i)
-        for (auto j = i + 1; j != order.end() && box(*j).lo[0] <= box(*i).hi[0]; ++j)
-            if (!apart(box(*i), box(*j), 0)) pairs.emplace_back(*i, *j);
 }
 
 }  // namespace nbd

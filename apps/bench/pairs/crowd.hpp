@@ -3,18 +3,16 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "apps/bench/pairs/bench_body.hpp"
-#include "collision/box.hpp"
 #include "training/recording.hpp"
 #include "training/split.hpp"
 
 namespace nbd {
 
 /// Many copies of a body: update() takes a pose each, pairs() finds all faces of different bodies that
-/// intersect, after a sweep over the boxes around whole bodies has told which of them are near.
+/// intersect, after the library's sweep over the boxes around whole bodies has told which of them are near.
 class Crowd {
  public:
     virtual ~Crowd() = default;
@@ -23,7 +21,7 @@ class Crowd {
     virtual long pairs() = 0;
 };
 
-/// With bounds of the body's tree. count: of bodies.
+/// With bounds of the body's tree, by ManyBodyQuery. count: of bodies.
 std::unique_ptr<Crowd> make_tree_crowd(const BenchBody& body, BoundKind kind, int count);
 
 /// With lazy boxes.
@@ -34,9 +32,5 @@ std::unique_ptr<Crowd> make_lazy_boxes_crowd(const BenchBody& body, int cluster_
 std::vector<Vertices> crowd_poses(const BenchBody& body, const RecordingReader& recording,
                                   std::span<const FrameId> frames, int count, double spacing,
                                   std::uint64_t seed);
-
-/// Pairs of boxes that overlap, each once, by a sweep along x. order: scratch.
-void sweep_boxes(std::span<const Box> boxes, std::vector<int>& order,
-                 std::vector<std::pair<int, int>>& pairs);
 
 }  // namespace nbd

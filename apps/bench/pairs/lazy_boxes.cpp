@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <stdexcept>
 
 #include "apps/bench/pairs/candidates.hpp"
+#include "collision/lane_mask.hpp"
 #include "collision/sphere_tree.hpp"
 
 namespace nbd {
@@ -24,12 +24,6 @@ void cut(int begin, int end, int most, std::vector<Range>& parts) {
     const int middle = begin + (end - begin) / 2;
     cut(begin, middle, most, parts);
     cut(middle, end, most, parts);
-}
-
-/// Calls visit(lane) for every bit.
-template <class Visit>
-void for_each_lane(unsigned mask, const Visit& visit) {
-    for (; mask != 0; mask &= mask - 1) visit(std::countr_zero(mask));
 }
 
 bool overlap(const Box& s, const Box& t) noexcept { return (s.lo <= t.hi).all() && (t.lo <= s.hi).all(); }
@@ -185,11 +179,11 @@ void LazyBoxes::test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b
                 groups_b = b.blocks_[static_cast<std::size_t>(block_b)];
     for (int ga = groups_a.begin; ga < groups_a.end; ++ga) {
         const WideBoxes& faces_a = a.face_boxes_[static_cast<std::size_t>(ga)];
-        for_each_lane(faces_a.overlapping(box_b), [&](int i) {
+        for_each_bit(faces_a.overlapping(box_b), [&](int i) {
             const Box face_box = faces_a.get(i);
             const int slot_a = a.groups_[static_cast<std::size_t>(ga)].begin + i;
             for (int gb = groups_b.begin; gb < groups_b.end; ++gb)
-                for_each_lane(b.face_boxes_[static_cast<std::size_t>(gb)].overlapping(face_box), [&](int j) {
+                for_each_bit(b.face_boxes_[static_cast<std::size_t>(gb)].overlapping(face_box), [&](int j) {
                     const int slot_b = b.groups_[static_cast<std::size_t>(gb)].begin + j;
                     pairs.push_back({slot_a, slot_b});
                 });
@@ -204,9 +198,9 @@ void LazyBoxes::test_clusters(LazyBoxes& a, int cluster_a, const Box& box_a, Laz
     const auto ca = static_cast<std::size_t>(cluster_a), cb = static_cast<std::size_t>(cluster_b);
     const WideBoxes &blocks_a = a.block_boxes_[ca], &blocks_b = b.block_boxes_[cb];
     const unsigned touched_b = blocks_b.overlapping(box_a);
-    for_each_lane(blocks_a.overlapping(box_b), [&](int i) {
+    for_each_bit(blocks_a.overlapping(box_b), [&](int i) {
         const Box block_box = blocks_a.get(i);
-        for_each_lane(touched_b & blocks_b.overlapping(block_box), [&](int j) {
+        for_each_bit(touched_b & blocks_b.overlapping(block_box), [&](int j) {
             test_blocks(a, a.clusters_[ca].begin + i, b, b.clusters_[cb].begin + j, blocks_b.get(j), pairs);
         });
     });
@@ -216,10 +210,10 @@ void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs
     pairs.clear();
     if (!overlap(a.all_, b.all_)) return;
     for (std::size_t wa = 0; wa < a.cluster_boxes_.size(); ++wa)
-        for_each_lane(a.cluster_boxes_[wa].overlapping(b.all_), [&](int i) {
+        for_each_bit(a.cluster_boxes_[wa].overlapping(b.all_), [&](int i) {
             const Box box = a.cluster_boxes_[wa].get(i);
             for (std::size_t wb = 0; wb < b.cluster_boxes_.size(); ++wb)
-                for_each_lane(b.cluster_boxes_[wb].overlapping(box), [&](int j) {
+                for_each_bit(b.cluster_boxes_[wb].overlapping(box), [&](int j) {
                     LazyBoxes::test_clusters(a, static_cast<int>(wa) * lanes + i, box, b,
                                              static_cast<int>(wb) * lanes + j, b.cluster_boxes_[wb].get(j),
                                              pairs);

@@ -1,8 +1,11 @@
 #include "apps/bench/pairs/race.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <stdexcept>
 
 #include "apps/bench/heap.hpp"
 #include "apps/bench/median.hpp"
@@ -96,6 +99,14 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
     return row;
 }
 
+/// An exact method that does not answer as the others is an error in one of them, and no result.
+void check_answers(const RaceRow& row) {
+    if (row.exact && row.failure.empty() && row.missed + row.invented > 0)
+        throw std::runtime_error(
+            fmt::format("{} on {} faces missed {} face pairs and invented {}: it is not exact", row.method,
+                        row.faces, row.missed, row.invented));
+}
+
 }  // namespace
 
 std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEntry>& methods,
@@ -106,6 +117,7 @@ std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEnt
     std::vector<RaceRow> rows;
     for (const PairMethodEntry& entry : methods) {
         rows.push_back(race_one(body, entry, stages, scenes, config, stand));
+        check_answers(rows.back());
         done(rows.back());
     }
     return rows;

@@ -32,7 +32,8 @@ struct RaceRow {
 
 /// Races methods on one body. Before each pose is timed it is written into the arrays that methods read from,
 /// as a simulator would; one thread, methods one after another, round after round over all scenes. Truth is
-/// what lazy boxes find. done: called after each method with its row.
+/// what lazy boxes find. done: called after each method with its row. Throws
+/// std::runtime_error where an exact method answers otherwise.
 std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEntry>& methods,
                           std::span<const TouchingScene> scenes, const RaceConfig& config,
                           const std::function<void(const RaceRow&)>& done);
