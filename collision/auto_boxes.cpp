@@ -1,15 +1,13 @@
 #include "collision/auto_boxes.hpp"
 
-#include <utility>
-
 namespace nbd {
 
 static_assert(BoxBound<AutoBoxes>);
 
-AutoBoxes::AutoBoxes(const SphereTree& tree, const LocalModel* model, Trust trust)
+AutoBoxes::AutoBoxes(const SphereTree& tree, const LocalModel* model, const Trust& trust)
     : tree_(&tree), exact_(tree), asked_(tree.nodes.size(), 0) {
     if (!model || model->boxes.empty()) return;
-    local_.emplace(tree, *model, std::move(trust));
+    local_.emplace(tree, *model, trust);
     samples_ = static_cast<double>(model->samples.size()) / static_cast<double>(model->nodes.size());
 }
 

@@ -15,7 +15,7 @@ namespace nbd {
 class AutoBoxes {
  public:
     /// tree and model: referred to. model: none, or one without boxes: always exact. trust: see LocalBoxes.
-    AutoBoxes(const SphereTree& tree, const LocalModel* model, Trust trust);
+    AutoBoxes(const SphereTree& tree, const LocalModel* model, const Trust& trust);
 
     /// x: referred to until the next pose.
     void begin_pose(const Positions& x) noexcept;

@@ -48,7 +48,7 @@ inline unsigned near(const BoxPack& s, const Box& t, float most) noexcept {
         const auto k = static_cast<Eigen::Index>(axis);
         squared += (s.lo[axis] - t.hi[k]).max(t.lo[k] - s.hi[axis]).max(0.f).square();
     }
-    return not_above(squared, most);
+    return ~above(squared, most) & ((1u << BoxPack::lanes) - 1);
 }
 
 }  // namespace nbd

@@ -8,14 +8,14 @@
 
 namespace nbd {
 
-/// Bit k is set unless x[k] > limit.
-inline unsigned not_above(const Eigen::Array<float, 8, 1>& x, float limit) noexcept {
+/// Bit k is set where x[k] > limit; not for NaN.
+inline unsigned above(const Eigen::Array<float, 8, 1>& x, float limit) noexcept {
 #ifdef __AVX__
-    const __m256 above = _mm256_cmp_ps(_mm256_loadu_ps(x.data()), _mm256_set1_ps(limit), _CMP_GT_OQ);
-    return ~static_cast<unsigned>(_mm256_movemask_ps(above)) & 0xffu;
+    const __m256 mask = _mm256_cmp_ps(_mm256_loadu_ps(x.data()), _mm256_set1_ps(limit), _CMP_GT_OQ);
+    return static_cast<unsigned>(_mm256_movemask_ps(mask));
 #else
     unsigned mask = 0;
-    for (int k = 0; k < 8; ++k) mask |= static_cast<unsigned>(!(x[k] > limit)) << k;
+    for (int k = 0; k < 8; ++k) mask |= static_cast<unsigned>(x[k] > limit) << k;
     return mask;
 #endif
 }

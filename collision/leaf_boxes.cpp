@@ -25,9 +25,8 @@ LeafBoxes::LeafBoxes(const CollisionTree& tree) : tree_(&tree), roots_(tree.sphe
         add_nodes(sphere_node.face_begin, sphere_node.face_end);
     }
     list_vertices();
-    boxes_.resize(nodes_.size());
-    wholes_.assign(nodes_.size(), empty_box());
-    opened_.assign(nodes_.size(), 0);
+    opened_.reserve(nodes_.size());
+    at_.assign(nodes_.size(), 0);
 }
 
 void LeafBoxes::add_nodes(int face_begin, int face_end) {
@@ -41,19 +40,19 @@ void LeafBoxes::add_nodes(int face_begin, int face_end) {
         const int parts = 1 << (left % 3 == 0 ? 3 : left % 3);
         nodes_[next].first_child = static_cast<int>(nodes_.size());
         nodes_[next].count = parts;
-        add_parts(whole.first_slot, whole.first_slot + whole.count, parts);
+        add_parts(static_cast<int>(next), whole.first_slot, whole.first_slot + whole.count, parts);
     }
 }
 
-/// A node for each of `parts` parts, a power of 2, that halvings make.
-void LeafBoxes::add_parts(int face_begin, int face_end, int parts) {
+/// A node under `parent` for each of `parts` parts, a power of 2, that halvings make.
+void LeafBoxes::add_parts(int parent, int face_begin, int face_end, int parts) {
     if (parts == 1) {
-        nodes_.push_back({.first_slot = face_begin, .count = face_end - face_begin});
+        nodes_.push_back({.parent = parent, .first_slot = face_begin, .count = face_end - face_begin});
         return;
     }
     const int middle = face_begin + (face_end - face_begin) / 2;
-    add_parts(face_begin, middle, parts / 2);
-    add_parts(middle, face_end, parts / 2);
+    add_parts(parent, face_begin, middle, parts / 2);
+    add_parts(parent, middle, face_end, parts / 2);
 }
 
 void LeafBoxes::list_vertices() {
@@ -77,33 +76,37 @@ void LeafBoxes::list_vertices() {
 
 void LeafBoxes::begin_pose(const Positions& x) noexcept {
     x_ = x;
-    ++pose_;
-    opened_count_ = 0;
+    opened_.clear();
 }
 
-void LeafBoxes::fit(int i) noexcept {
+Box LeafBoxes::whole(int i) const noexcept {
+    const int parent = node(i).parent;
+    return parent < 0 ? opened_[static_cast<std::size_t>(at(i))].whole
+                      : opened_[static_cast<std::size_t>(at(parent))].boxes.box(i - node(parent).first_child);
+}
+
+int LeafBoxes::fit(int i) noexcept {
     const Node& n = node(i);
     x_.require(vertices_of(n));
     std::array<Box, lanes> boxes;
     boxes.fill(empty_box());
     Box all = empty_box();
-    for (int k = 0; k < n.count; ++k) {
+    const int count = x_.rows().rows() == 0 ? 0 : n.count;  // nothing is anywhere before the first pose
+    for (int k = 0; k < count; ++k) {
         Box& box = boxes[static_cast<std::size_t>(k)];
         if (n.has_faces()) {
             const int* v = corners(n.first_slot + k);
             const Eigen::Array4f a = x_[v[0]], b = x_[v[1]], c = x_[v[2]];
             box = {a.min(b).min(c), a.max(b).max(c)};
         } else {
-            const int child = n.first_child + k;
-            wholes_[static_cast<std::size_t>(child)] = box = bounding_box(x_, vertices_of(node(child)));
+            box = bounding_box(x_, vertices_of(node(n.first_child + k)));
         }
         all = joined(all, box);
     }
-    boxes_[static_cast<std::size_t>(i)] = BoxPack(boxes);
     all.lo[3] = all.hi[3] = 0;
-    wholes_[static_cast<std::size_t>(i)] = all;
-    opened_[static_cast<std::size_t>(i)] = pose_;
-    ++opened_count_;
+    at_[static_cast<std::size_t>(i)] = static_cast<int>(opened_.size());
+    opened_.push_back({BoxPack(boxes), all, i});
+    return at(i);
 }
 
 }  // namespace nbd

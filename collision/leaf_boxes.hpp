@@ -1,13 +1,13 @@
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <span>
 #include <vector>
 
 #include "collision/box_pack.hpp"
 #include "collision/collision_tree.hpp"
 #include "collision/fetch.hpp"
-#include "collision/positions.hpp"
+#include "collision/posed_faces.hpp"
 
 namespace nbd {
 
@@ -21,6 +21,7 @@ class LeafBoxes {
 
     struct Node {
         int first_child = -1;  // the children are first_child up to first_child + count - 1; -1: faces
+        int parent = -1;       // -1: a root
         int first_slot = 0;    // of the faces: their slots in the sphere tree's `faces`
         int count = 0;         // children or faces, 1 to 8
         int vertex_begin = 0, vertex_end = 0;  // of all its faces, without repeats
@@ -29,6 +30,7 @@ class LeafBoxes {
 
     /// tree: referred to.
     explicit LeafBoxes(const CollisionTree& tree);
+    LeafBoxes(LeafBoxes&&) = default;  // what queries refer to must not move: no copies
 
     /// x: referred to until the next pose.
     void begin_pose(const Positions& x) noexcept;
@@ -38,46 +40,53 @@ class LeafBoxes {
     const Node& node(int i) const noexcept { return nodes_[static_cast<std::size_t>(i)]; }
 
     /// The box around all faces of a node that was opened, or whose parent was.
-    const Box& whole(int i) const noexcept { return wholes_[static_cast<std::size_t>(i)]; }
+    Box whole(int i) const noexcept;
 
     /// Makes the boxes of a node's children or faces fit the pose, and returns them in their order. A node
     /// other than a root: after its parent.
     const BoxPack& open(int i) noexcept {
-        if (opened_[static_cast<std::size_t>(i)] != pose_) fit(i);
-        return boxes_[static_cast<std::size_t>(i)];
+        return opened_[static_cast<std::size_t>(is_open(i) ? at(i) : fit(i))].boxes;
     }
     /// Nodes opened in this pose.
-    long opened() const noexcept { return opened_count_; }
+    long opened() const noexcept { return static_cast<long>(opened_.size()); }
 
     /// Have the cache bring what opening a root will read, where that reads anything: first which vertices,
     /// then where they are.
     void fetch_vertices(int root) const noexcept {
-        if (opened_[static_cast<std::size_t>(root)] != pose_) fetch_lines(vertices_of(node(root)));
+        if (!is_open(root)) fetch_lines(vertices_of(node(root)));
     }
     void fetch_positions(int root) const noexcept {
-        if (opened_[static_cast<std::size_t>(root)] != pose_) x_.fetch(vertices_of(node(root)));
+        if (!is_open(root)) x_.fetch(vertices_of(node(root)));
     }
     /// Likewise for a node below an open one.
     void fetch_node(int i) const noexcept {
-        fetch_line(&boxes_[static_cast<std::size_t>(i)]);
+        fetch_line(&at_[static_cast<std::size_t>(i)]);
         fetch_line(corners(node(i).first_slot));
     }
 
     /// Row of the face array at position `slot` of the sphere tree's `faces`.
     int face(int slot) const noexcept { return tree_->spheres.faces[static_cast<std::size_t>(slot)]; }
-    /// The vertices of that face, and where they are in this pose.
-    const int* corners(int slot) const noexcept { return corners_.data() + 3 * std::ptrdiff_t{slot}; }
-    Triangle triangle(int slot) const noexcept {
-        const int* v = corners(slot);
-        return {x_.point(v[0]), x_.point(v[1]), x_.point(v[2])};
-    }
-    const Positions& positions() const noexcept { return x_; }
+    /// The faces in this pose, slot by slot.
+    PosedFaces faces() const noexcept { return {&corners_, x_}; }
+    Triangle triangle(int slot) const noexcept { return faces().triangle(slot); }
 
  private:
+    struct Opened {
+        BoxPack boxes;
+        Box whole;
+        int node;
+    };
+
+    const int* corners(int slot) const noexcept { return corners_.data() + 3 * std::ptrdiff_t{slot}; }
     void add_nodes(int face_begin, int face_end);
-    void add_parts(int face_begin, int face_end, int parts);
+    void add_parts(int parent, int face_begin, int face_end, int parts);
     void list_vertices();
-    void fit(int i) noexcept;
+    int at(int i) const noexcept { return at_[static_cast<std::size_t>(i)]; }
+    bool is_open(int i) const noexcept {
+        const auto place = static_cast<std::size_t>(at(i));
+        return place < opened_.size() && opened_[place].node == i;
+    }
+    int fit(int i) noexcept;
     std::span<const int> vertices_of(const Node& n) const noexcept {
         return std::span(vertices_).subspan(static_cast<std::size_t>(n.vertex_begin),
                                             static_cast<std::size_t>(n.vertex_end - n.vertex_begin));
@@ -88,12 +97,11 @@ class LeafBoxes {
     std::vector<int> roots_;   // [sphere tree nodes], -1 but for leaves
     std::vector<Node> nodes_;  // per leaf, breadth first
     std::vector<int> vertices_;
-    std::vector<BoxPack> boxes_;
-    std::vector<Box> wholes_;
-    Faces corners_;                      // of the face in each slot
-    std::vector<std::uint64_t> opened_;  // [nodes] the pose that boxes belong to
-    std::uint64_t pose_ = 0;
-    long opened_count_ = 0;
+    Faces corners_;  // of the face in each slot
+    // What a pose opens lies together, so that little memory is touched. A node is open if its place in
+    // `opened_` is taken by itself.
+    std::vector<Opened> opened_;  // never more than there are nodes: room for all is reserved
+    std::vector<int> at_;         // [nodes] a place in `opened_`
 };
 
 }  // namespace nbd

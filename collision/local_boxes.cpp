@@ -1,16 +1,16 @@
 #include "collision/local_boxes.hpp"
 
 #include <cmath>
-#include <utility>
 
 namespace nbd {
 
 static_assert(Bound<LocalBoxes>);
 
-SampleBox sample_box(const LocalModel& model, int node, const Positions& x) noexcept {
-    const LocalModel::Node& n = model.nodes[static_cast<std::size_t>(node)];
-    const LocalModel::BoxFit& fit = model.boxes[static_cast<std::size_t>(node)];
-    const int *rows = model.samples.data() + n.sample_begin, *end = rows + n.sample_count;
+namespace {
+
+SampleBox sample_box(std::span<const int> samples, const LocalModel::BoxFit& fit, bool exact,
+                     const Positions& x) noexcept {
+    const int *rows = samples.data(), *end = rows + samples.size();
     // Offsets from the first sample keep their digits far from the origin. Two chains of each, since every
     // step waits for the one before.
     const Eigen::Array4f first = x[*rows];
@@ -24,44 +24,61 @@ SampleBox sample_box(const LocalModel& model, int node, const Positions& x) noex
             sum[c] += q;
             squares[c] += q * q;
         }
-    const auto count = static_cast<float>(n.sample_count);
+    const auto count = static_cast<float>(samples.size());
     const Eigen::Array4f mean = (sum[0] + sum[1]) / count,
                          squared = (squares[0] + squares[1]) / count - mean * mean;
     SampleBox result{{lo[0].min(lo[1]), hi[0].max(hi[1])}};
     result.box.lo[3] = result.box.hi[3] = 0;
     const float squared_spread = squared[0] + squared[1] + squared[2];
     result.spread = std::sqrt(std::max(squared_spread, 0.f));
-    if (!n.exact) result.strangeness = std::abs(squared_spread - fit.mean) * fit.inverse_deviation;
+    if (!exact) result.strangeness = std::abs(squared_spread - fit.mean) * fit.inverse_deviation;
     return result;
 }
 
-LocalBoxes::LocalBoxes(const SphereTree& tree, const LocalModel& model, Trust trust)
-    : tree_(&tree), model_(&model), trust_(std::move(trust)), entries_(tree.nodes.size(), {empty_box()}) {}
+}  // namespace
+
+SampleBox sample_box(const LocalModel& model, int node, const Positions& x) noexcept {
+    const auto i = static_cast<std::size_t>(node);
+    return sample_box(model.node_samples(node), model.boxes[i], model.nodes[i].exact, x);
+}
+
+LocalBoxes::LocalBoxes(const SphereTree& tree, const LocalModel& model, const Trust& trust)
+    : tree_(&tree), model_(&model), nodes_(tree.nodes.size()) {
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+        const LocalModel::Node& n = model.nodes[i];
+        nodes_[i] = {.fit = model.boxes[i],
+                     .margin = trust.margins[i],
+                     .limit = trust.limits.empty() ? -1 : trust.limits[i],
+                     .sample_begin = n.sample_begin,
+                     .sample_count = static_cast<std::int16_t>(n.sample_count),
+                     .exact = n.exact};
+    }
+}
 
 void LocalBoxes::begin_pose(const Positions& x) noexcept {
     x_ = x;
-    ++pose_;
     bounded_ = 0;
     out_of_range_ = 0;
+    if (++pose_ != 0) return;
+    for (Node& n : nodes_) n.pose = 0;  // all numbers are used up
+    pose_ = 1;
 }
 
-Box LocalBoxes::compute(int node) noexcept {
-    const auto i = static_cast<std::size_t>(node);
-    const LocalModel::Node& n = model_->nodes[i];
-    x_.require(model_->node_samples(node));
-    const SampleBox samples = sample_box(*model_, node, x_);
+Box LocalBoxes::compute(int node, const Node& n) noexcept {
+    x_.require(samples_of(n));
+    const SampleBox samples = sample_box(samples_of(n), n.fit, n.exact, x_);
     if (n.exact) return samples.box;
-    float margin = trust_.margins[i];
-    if (!trust_.limits.empty()) {
+    float margin = n.margin;
+    if (n.limit >= 0) {
         // Not a number is out of range too.
-        if (!(samples.strangeness <= trust_.limits[i])) {
+        if (!(samples.strangeness <= n.limit)) {
             ++out_of_range_;
             x_.require(tree_->node_vertices(node));
             return bounding_box(x_, tree_->node_vertices(node));
         }
-        margin *= margin_weight(samples.strangeness, trust_.limits[i]);
+        margin *= margin_weight(samples.strangeness, n.limit);
     }
-    const float growth = (model_->boxes[i].growth + margin) * samples.spread;
+    const float growth = (n.fit.growth + margin) * samples.spread;
     const Eigen::Array4f outward = Eigen::Array4f(1, 1, 1, 0) * growth;
     return {samples.box.lo - outward, samples.box.hi + outward};
 }

@@ -29,31 +29,30 @@ SampleBox sample_box(const LocalModel& model, int node, const Positions& positio
 class LocalBoxes {
  public:
     /// tree and model: referred to. trust: margins in spreads.
-    LocalBoxes(const SphereTree& tree, const LocalModel& model, Trust trust);
+    LocalBoxes(const SphereTree& tree, const LocalModel& model, const Trust& trust);
 
     /// x: referred to until the next pose.
     void begin_pose(const Positions& x) noexcept;
 
     const Box& box(int node) noexcept {
-        Entry& entry = entries_[static_cast<std::size_t>(node)];
-        if (entry.pose != pose_) {
-            entry.box = compute(node);
-            entry.pose = pose_;
+        Node& n = nodes_[static_cast<std::size_t>(node)];
+        if (n.pose != pose_) {
+            n.box = compute(node, n);
+            n.pose = pose_;
             ++bounded_;
         }
-        return entry.box;
+        return n.box;
     }
-    /// Have the cache bring what box(node) will read, where that reads anything: first where the node keeps
-    /// it, then which samples, then where these are.
-    void fetch_node(int node) const noexcept {
-        fetch_line(&entries_[static_cast<std::size_t>(node)]);
-        fetch_line(&model_->nodes[static_cast<std::size_t>(node)]);
-    }
+    /// Have the cache bring what box(node) will read, where that reads anything: first the node, then which
+    /// samples it has, then where these are.
+    void fetch_node(int node) const noexcept { fetch_line(&nodes_[static_cast<std::size_t>(node)]); }
     void fetch_samples(int node) const noexcept {
-        if (entries_[static_cast<std::size_t>(node)].pose != pose_) fetch_lines(model_->node_samples(node));
+        const Node& n = nodes_[static_cast<std::size_t>(node)];
+        if (n.pose != pose_) fetch_lines(samples_of(n));
     }
     void fetch_positions(int node) const noexcept {
-        if (entries_[static_cast<std::size_t>(node)].pose != pose_) x_.fetch(model_->node_samples(node));
+        const Node& n = nodes_[static_cast<std::size_t>(node)];
+        if (n.pose != pose_) x_.fetch(samples_of(n));
     }
     /// The sphere around that box.
     Sphere bound(int node) noexcept { return sphere_around(box(node)); }
@@ -63,19 +62,28 @@ class LocalBoxes {
     int out_of_range() const noexcept { return out_of_range_; }
 
  private:
-    struct Entry {
-        Box box;
-        std::uint64_t pose = 0;
+    /// All that a node's box takes but for its samples, on one line of the cache.
+    struct alignas(64) Node {
+        Box box = empty_box();
+        LocalModel::BoxFit fit;
+        float margin = 0, limit = 0;  // below 0: none
+        int sample_begin = 0;
+        std::int16_t sample_count = 0;
+        bool exact = false;
+        std::uint32_t pose = 0;  // that the box belongs to
     };
+    static_assert(sizeof(Node) == 64 && LocalModel::max_samples <= INT16_MAX);
 
-    Box compute(int node) noexcept;
+    std::span<const int> samples_of(const Node& n) const noexcept {
+        return {model_->samples.data() + n.sample_begin, static_cast<std::size_t>(n.sample_count)};
+    }
+    Box compute(int node, const Node& n) noexcept;
 
     const SphereTree* tree_;
     const LocalModel* model_;
-    Trust trust_;
-    std::vector<Entry> entries_;
+    std::vector<Node> nodes_;
     Positions x_;
-    std::uint64_t pose_ = 0;
+    std::uint32_t pose_ = 0;
     int bounded_ = 0, out_of_range_ = 0;
 };
 

@@ -5,10 +5,9 @@
 #include <cmath>
 
 #include "collision/closest_points.hpp"
-#include "collision/plane_filter.hpp"
+#include "collision/intersecting_faces.hpp"
 #include "collision/posed_tree_state.hpp"
 #include "collision/separation.hpp"
-#include "collision/triangle_triangle.hpp"
 
 namespace nbd {
 namespace {
@@ -79,7 +78,7 @@ unsigned lanes_of(const LeafBoxes::Node& node) noexcept { return (1u << node.cou
 
 /// The walk over the boxes under a pair of leaves: all pairs of faces whose boxes are near.
 void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, float distance,
-                std::vector<NodePair>& stack, std::vector<SlotPair>& near_faces,
+                std::vector<NodePair>& stack, std::vector<FacePair>& near_faces,
                 QueryCounters& counters) noexcept {
     const float most = certain_square(distance);
     a.open(root_a);
@@ -118,42 +117,6 @@ void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, float distan
     }
 }
 
-/// Up to 16 of the faces, the last one in the lanes left over.
-template <int SlotPair::*slot>
-TrianglePack pack(const LeafBoxes& boxes, std::span<const SlotPair> pairs) noexcept {
-    constexpr int lanes = TrianglePack::lanes;
-    TrianglePack packed;
-    for (int first = 0; first < lanes; first += 4)
-        for (int corner = 0; corner < 3; ++corner) {
-            Eigen::Array44f positions;
-            for (int k = 0; k < 4; ++k) {
-                const auto i = std::min(static_cast<std::size_t>(first + k), pairs.size() - 1);
-                positions.col(k) = boxes.positions()[boxes.corners(pairs[i].*slot)[corner]];
-            }
-            const Eigen::Array44f by_axis = positions.transpose();
-            TrianglePack::Corner& packed_corner = packed.corners[static_cast<std::size_t>(corner)];
-            packed_corner.x.segment<4>(first) = by_axis.col(0);
-            packed_corner.y.segment<4>(first) = by_axis.col(1);
-            packed_corner.z.segment<4>(first) = by_axis.col(2);
-        }
-    return packed;
-}
-
-/// Keeps those that intersect.
-void keep_intersecting(const LeafBoxes& a, const LeafBoxes& b, std::vector<SlotPair>& near_faces) noexcept {
-    std::size_t kept = 0;
-    for (std::size_t first = 0; first < near_faces.size(); first += TrianglePack::lanes) {
-        const auto count = std::min<std::size_t>(TrianglePack::lanes, near_faces.size() - first);
-        const auto pairs = std::span<const SlotPair>(near_faces).subspan(first, count);
-        const unsigned mask = may_intersect(pack<&SlotPair::a>(a, pairs), pack<&SlotPair::b>(b, pairs));
-        for_each_bit(mask & ((1u << count) - 1), [&](int k) {
-            const SlotPair pair = pairs[static_cast<std::size_t>(k)];
-            if (triangles_intersect(a.triangle(pair.a), b.triangle(pair.b))) near_faces[kept++] = pair;
-        });
-    }
-    near_faces.resize(kept);
-}
-
 }  // namespace
 
 void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {
@@ -177,11 +140,11 @@ void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noex
 }
 
 template <class Narrow>
-void PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance, const Narrow& narrow) noexcept {
+std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance,
+                                                     const Narrow& narrow) noexcept {
     find_leaf_pairs(a, b, distance);
-    face_pairs_.clear();
+    pairs_.clear();
     LeafBoxes &boxes_a = a.state_->boxes, &boxes_b = b.state_->boxes;
-    near_.clear();
     const auto opened = [&] { return boxes_a.opened() + (&a == &b ? 0 : boxes_b.opened()); };
     const long opened_before = opened();
     for (std::size_t i = 0; i < leaf_pairs_.size(); ++i) {
@@ -194,36 +157,35 @@ void PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance, cons
             boxes_a.fetch_positions(boxes_a.root(leaf_pairs_[i + 1].a));
             boxes_b.fetch_positions(boxes_b.root(leaf_pairs_[i + 1].b));
         }
-        walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), distance, stack_, near_,
+        walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), distance, stack_, pairs_,
                    counters_);
     }
     counters_.boxes_refitted = opened() - opened_before;
-    counters_.triangle_tests = static_cast<long>(near_.size());
-    narrow(boxes_a, boxes_b);
-    for (const SlotPair& pair : near_) face_pairs_.push_back({boxes_a.face(pair.a), boxes_b.face(pair.b)});
+    counters_.triangle_tests = static_cast<long>(pairs_.size());
+    narrow(pairs_, boxes_a.faces(), boxes_b.faces());
+    for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
     // Every face belongs to one leaf, so no pair comes twice.
-    std::ranges::sort(face_pairs_);
-    counters_.face_pairs = static_cast<long>(face_pairs_.size());
+    std::ranges::sort(pairs_);
+    counters_.face_pairs = static_cast<long>(pairs_.size());
+    return pairs_;
 }
 
 std::span<const FacePair> PairQuery::intersecting(PosedTree& a, PosedTree& b) noexcept {
-    find_face_pairs(
-        a, b, 0, [&](const LeafBoxes& in_a, const LeafBoxes& in_b) { keep_intersecting(in_a, in_b, near_); });
-    return face_pairs_;
+    return find_face_pairs(a, b, 0, keep_intersecting);
 }
 
 std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float distance) noexcept {
-    find_face_pairs(a, b, distance, [&](const LeafBoxes& in_a, const LeafBoxes& in_b) {
-        std::erase_if(near_, [&](const SlotPair& pair) {
+    const auto keep_near = [&](std::vector<FacePair>& pairs, const PosedFaces& in_a, const PosedFaces& in_b) {
+        std::erase_if(pairs, [&](const FacePair& pair) {
             return !(triangle_distance(in_a.triangle(pair.a), in_b.triangle(pair.b)) <= double{distance});
         });
-    });
-    return face_pairs_;
+    };
+    return find_face_pairs(a, b, distance, keep_near);
 }
 
 std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept {
-    find_face_pairs(a, b, distance, [](const LeafBoxes&, const LeafBoxes&) {});
-    return face_pairs_;
+    return find_face_pairs(a, b, distance,
+                           [](std::vector<FacePair>&, const PosedFaces&, const PosedFaces&) {});
 }
 
 std::span<const LeafPair> PairQuery::leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {

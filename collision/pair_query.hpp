@@ -25,8 +25,6 @@ struct NodePair {
     auto operator<=>(const NodePair&) const = default;
 };
 using LeafPair = NodePair;
-/// A position in each of two trees' `faces`.
-using SlotPair = NodePair;
 
 /// Queries between two posed trees, by one walk down both sphere trees at once: it starts with the roots
 /// and replaces the larger node of a pair that collides (or the one that is no leaf) by its children, so a
@@ -59,13 +57,13 @@ class PairQuery {
  private:
     void find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept;
     template <class Narrow>
-    void find_face_pairs(PosedTree& a, PosedTree& b, float distance, const Narrow& narrow) noexcept;
+    std::span<const FacePair> find_face_pairs(PosedTree& a, PosedTree& b, float distance,
+                                              const Narrow& narrow) noexcept;
 
     QueryCounters counters_;
     std::vector<LeafPair> leaf_pairs_;
-    std::vector<FacePair> face_pairs_;
     std::vector<NodePair> stack_, next_;
-    std::vector<SlotPair> near_;  // faces whose boxes are near
+    std::vector<FacePair> pairs_;  // on the way: positions in the trees' `faces`
 };
 
 }  // namespace nbd

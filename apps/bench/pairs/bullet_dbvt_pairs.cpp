@@ -18,9 +18,9 @@ btDbvtVolume volume_of(const Triangle& t) {
 /// in each pose, as they do, is far slower than fitting the volumes that are there.
 class DbvtFaces {
  public:
-    explicit DbvtFaces(const SurfaceBody& body) : faces_{&body.F, body.X.data()} {
+    explicit DbvtFaces(const SurfaceBody& body) : faces_{&body.F, body.X} {
         for (std::intptr_t f = 0; f < body.F.rows(); ++f)
-            tree_.insert(volume_of(faces_.face(static_cast<int>(f))), reinterpret_cast<void*>(f));
+            tree_.insert(volume_of(faces_.triangle(static_cast<int>(f))), reinterpret_cast<void*>(f));
         tree_.optimizeTopDown();
         children_last(tree_.m_root);
     }
@@ -28,11 +28,11 @@ class DbvtFaces {
     DbvtFaces& operator=(const DbvtFaces&) = delete;
 
     void update(VerticesRef x) {
-        faces_.x = x.data();
+        faces_.x = x;
         for (std::size_t i = order_.size(); i-- > 0;) {
             btDbvtNode* node = order_[i];
             if (node->isleaf())
-                node->volume = volume_of(faces_.face(face_of(node)));
+                node->volume = volume_of(faces_.triangle(face_of(node)));
             else
                 Merge(node->childs[0]->volume, node->childs[1]->volume, node->volume);
         }

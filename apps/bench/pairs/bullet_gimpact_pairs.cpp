@@ -12,14 +12,14 @@ btVector3 to_bullet(const Eigen::Vector3f& p) { return {p.x(), p.y(), p.z()}; }
 /// GImpact's tree over the faces' own boxes: its mesh shapes would add a margin, which floods the query.
 class GimpactFaces final : public btPrimitiveManagerBase {
  public:
-    explicit GimpactFaces(const SurfaceBody& body) : faces_{&body.F, body.X.data()}, tree_(this) {
+    explicit GimpactFaces(const SurfaceBody& body) : faces_{&body.F, body.X}, tree_(this) {
         tree_.buildSet();
     }
     GimpactFaces(const GimpactFaces&) = delete;
     GimpactFaces& operator=(const GimpactFaces&) = delete;
 
     void update(VerticesRef x) {
-        faces_.x = x.data();
+        faces_.x = x;
         tree_.update();
     }
     btGImpactBvh& tree() { return tree_; }
@@ -28,12 +28,12 @@ class GimpactFaces final : public btPrimitiveManagerBase {
     bool is_trimesh() const override { return true; }
     int get_primitive_count() const override { return static_cast<int>(faces_.F->rows()); }
     void get_primitive_box(int face, btAABB& box) const override {
-        const Box bounds = bounding_box(faces_.face(face));
+        const Box bounds = bounding_box(faces_.triangle(face));
         box.m_min = btVector3(bounds.lo[0], bounds.lo[1], bounds.lo[2]);
         box.m_max = btVector3(bounds.hi[0], bounds.hi[1], bounds.hi[2]);
     }
     void get_primitive_triangle(int face, btPrimitiveTriangle& triangle) const override {
-        const Triangle t = faces_.face(face);
+        const Triangle t = faces_.triangle(face);
         triangle.m_vertices[0] = to_bullet(t.a);
         triangle.m_vertices[1] = to_bullet(t.b);
         triangle.m_vertices[2] = to_bullet(t.c);

@@ -14,13 +14,13 @@ using CgalBox = CGAL::Box_intersection_d::Box_d<float, 3, CGAL::Box_intersection
 class CgalFaces {
  public:
     explicit CgalFaces(const SurfaceBody& body)
-        : faces_{&body.F, body.X.data()}, boxes_(static_cast<std::size_t>(body.F.rows())) {}
+        : faces_{&body.F, body.X}, boxes_(static_cast<std::size_t>(body.F.rows())) {}
 
     void update(VerticesRef x) {
-        faces_.x = x.data();
+        faces_.x = x;
         all_ = empty_box();
         for (std::size_t f = 0; f < boxes_.size(); ++f) {
-            const Box box = bounding_box(faces_.face(static_cast<int>(f)));
+            const Box box = bounding_box(faces_.triangle(static_cast<int>(f)));
             float lo[] = {box.lo[0], box.lo[1], box.lo[2]}, hi[] = {box.hi[0], box.hi[1], box.hi[2]};
             boxes_[f] = CgalBox(lo, hi);
             all_ = joined(all_, box);

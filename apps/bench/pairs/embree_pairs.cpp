@@ -13,7 +13,7 @@ namespace {
 /// quality with geometry to refit are what Embree updates fastest.
 class EmbreeScene {
  public:
-    EmbreeScene(RTCDevice device, const SurfaceBody& body) : faces_{&body.F, body.X.data()} {
+    EmbreeScene(RTCDevice device, const SurfaceBody& body) : faces_{&body.F, body.X} {
         scene_ = rtcNewScene(device);
         rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
         rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_LOW);
@@ -34,7 +34,7 @@ class EmbreeScene {
     }
 
     void update(VerticesRef x) {
-        faces_.x = x.data();
+        faces_.x = x;
         rtcCommitGeometry(geometry_);
         rtcCommitScene(scene_);
     }
@@ -45,7 +45,7 @@ class EmbreeScene {
  private:
     static void bound_face(const RTCBoundsFunctionArguments* arguments) {
         const PosedFaces& faces = static_cast<const EmbreeScene*>(arguments->geometryUserPtr)->faces_;
-        const Box box = bounding_box(faces.face(static_cast<int>(arguments->primID)));
+        const Box box = bounding_box(faces.triangle(static_cast<int>(arguments->primID)));
         RTCBounds& out = *arguments->bounds_o;
         out.lower_x = box.lo[0];
         out.lower_y = box.lo[1];

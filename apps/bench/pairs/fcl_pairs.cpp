@@ -34,7 +34,7 @@ class Collector final : public fcl::detail::BVHCollisionTraversalNode<fcl::AABBf
 /// A model with a box a face; poses refit its tree bottom-up.
 class FclFaces {
  public:
-    explicit FclFaces(const SurfaceBody& body) : faces_{&body.F, body.X.data()} {
+    explicit FclFaces(const SurfaceBody& body) : faces_{&body.F, body.X} {
         positions_.resize(static_cast<std::size_t>(body.X.rows()));
         copy(body.X);
         std::vector<fcl::Triangle> triangles;
@@ -47,7 +47,7 @@ class FclFaces {
     }
 
     void update(VerticesRef x) {
-        faces_.x = x.data();
+        faces_.x = x;
         copy(x);
         model_.beginReplaceModel();
         model_.replaceSubModel(positions_);

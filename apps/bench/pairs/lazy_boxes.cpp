@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "apps/bench/pairs/candidates.hpp"
+#include "collision/intersecting_faces.hpp"
 #include "collision/lane_mask.hpp"
 #include "collision/sphere_tree.hpp"
 
@@ -109,7 +109,7 @@ std::vector<int> LazyBoxes::points_of(const Range& slots) const {
 
 void LazyBoxes::begin_pose(VerticesRef points) noexcept {
     points_ = points.data();
-    x_ = W_ ? made_.data() : points_;
+    posed_ = {&corners_, W_ ? VerticesRef(made_) : points};
     ++pose_;
     all_ = empty_box();
     std::span<const Box> streamed;
@@ -162,13 +162,9 @@ void LazyBoxes::refit_faces(int block) noexcept {
     for (int g = blocks_[b].begin; g < blocks_[b].end; ++g) {
         const Range slots = groups_[static_cast<std::size_t>(g)];
         for (int slot = slots.begin; slot < slots.end; ++slot)
-            face_boxes_[static_cast<std::size_t>(g)].set(slot - slots.begin, bounding_box(triangle(slot)));
+            face_boxes_[static_cast<std::size_t>(g)].set(slot - slots.begin,
+                                                         bounding_box(posed_.triangle(slot)));
     }
-}
-
-Triangle LazyBoxes::triangle(int slot) const noexcept {
-    const auto corner = [&](int k) { return Eigen::Map<const Eigen::Vector3f>(x_ + 3 * corners_(slot, k)); };
-    return {corner(0), corner(1), corner(2)};
 }
 
 void LazyBoxes::test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b, const Box& box_b,
@@ -219,7 +215,7 @@ void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs
                                              pairs);
                 });
         });
-    keep_intersecting(pairs, {&a.corners_, a.x_}, {&b.corners_, b.x_});
+    keep_intersecting(pairs, a.posed_, b.posed_);
     for (FacePair& pair : pairs)
         pair = {a.faces_[static_cast<std::size_t>(pair.a)], b.faces_[static_cast<std::size_t>(pair.b)]};
     std::ranges::sort(pairs);

@@ -7,7 +7,7 @@
 #include "apps/bench/pairs/point_boxes.hpp"
 #include "apps/bench/pairs/streamed_boxes.hpp"
 #include "apps/bench/pairs/wide_boxes.hpp"
-#include "collision/geometry.hpp"
+#include "collision/posed_faces.hpp"
 #include "training/surface_body.hpp"
 
 namespace nbd {
@@ -57,7 +57,6 @@ class LazyBoxes {
     void refit_faces(int block) noexcept;
     void make_positions(int block) noexcept;
     Box grown(const Box& box) const noexcept;
-    Triangle triangle(int slot) const noexcept;
     static void test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b, const Box& box_b,
                             std::vector<FacePair>& pairs);
     static void test_clusters(LazyBoxes& a, int cluster_a, const Box& box_a, LazyBoxes& b, int cluster_b,
@@ -66,6 +65,7 @@ class LazyBoxes {
     const SurfaceEmbedding* W_;
     std::vector<int> faces_;       // rows of the face array, cluster after cluster
     Faces corners_;                // of the face in each slot
+    PosedFaces posed_;             // those in the pose
     std::vector<Range> clusters_;  // of blocks
     std::vector<Range> blocks_;    // of groups
     std::vector<Range> groups_;    // of slots
@@ -80,7 +80,6 @@ class LazyBoxes {
     std::vector<std::uint64_t> cluster_poses_, block_poses_;  // the pose that what is below belongs to
     Vertices made_;                                           // with an embedding: positions
     const float* points_ = nullptr;
-    const float* x_ = nullptr;
     float slack_ = 0;  // with an embedding: what rounding may put a vertex outside
     Box all_ = empty_box();
     std::uint64_t pose_ = 0;

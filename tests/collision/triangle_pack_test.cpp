@@ -1,0 +1,110 @@
+#include "collision/triangle_pack.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "collision/intersecting_faces.hpp"
+#include "collision/triangle_triangle.hpp"
+#include "tests/collision/random_triangles.hpp"
+
+namespace nbd {
+namespace {
+
+struct Pair {
+    Triangle s, t;
+};
+
+/// Pairs of one kind in one scale, as many as a pack has lanes.
+std::vector<Pair> some_pairs(RandomTriangles& random, int kind, float scale) {
+    std::vector<Pair> pairs(TrianglePack::lanes);
+    for (auto& [s, t] : pairs) {
+        s = kind == 1 ? random.grid_triangle(3) : random.triangle();
+        t = kind == 0 ? random.triangle() : kind == 1 ? random.grid_triangle(3) : random.nearly_touching(s);
+        for (Triangle* x : {&s, &t})
+            for (Eigen::Vector3f* p : {&x->a, &x->b, &x->c}) *p *= scale;
+    }
+    return pairs;
+}
+
+TrianglePack packed(const std::vector<Pair>& pairs, Triangle Pair::*side) {
+    TrianglePack pack;
+    for (int lane = 0; lane < TrianglePack::lanes; ++lane) {
+        const Triangle& x = pairs[static_cast<std::size_t>(lane)].*side;
+        const Eigen::Vector3f* corners[] = {&x.a, &x.b, &x.c};
+        for (std::size_t k = 0; k < 3; ++k) {
+            pack.corners[k].x[lane] = corners[k]->x();
+            pack.corners[k].y[lane] = corners[k]->y();
+            pack.corners[k].z[lane] = corners[k]->z();
+        }
+    }
+    return pack;
+}
+
+constexpr float scales[] = {1, 1e-3f, 1e4f, 1e-13f, 1e-20f, 1e13f, 1e30f};
+
+TEST(TrianglePack, IsNeverCertainOfWhatIsNotSo) {
+    RandomTriangles random(1);
+    for (const float scale : scales)
+        for (int kind = 0; kind < 3; ++kind) {
+            int certain = 0;
+            constexpr int rounds = 400;
+            for (int round = 0; round < rounds; ++round) {
+                const std::vector<Pair> pairs = some_pairs(random, kind, scale);
+                const TrianglePack s = packed(pairs, &Pair::s), t = packed(pairs, &Pair::t);
+                const unsigned separated = separated_by_plane(s, t);
+                const PackVerdict verdict = edges_meet_faces(s, t);
+                EXPECT_EQ(verdict.meeting & (verdict.apart | separated), 0u);
+                for (int lane = 0; lane < TrianglePack::lanes; ++lane) {
+                    const auto& [a, b] = pairs[static_cast<std::size_t>(lane)];
+                    const bool truth = triangles_intersect(a, b);
+                    const bool meeting = verdict.meeting >> lane & 1, apart = verdict.apart >> lane & 1;
+                    ASSERT_FALSE(truth && (apart || (separated >> lane & 1))) << kind << ' ' << scale;
+                    ASSERT_FALSE(!truth && meeting) << kind << ' ' << scale;
+                    certain += meeting || apart;
+                }
+            }
+            // Triangles at random are hardly ever close to call, where nothing under- or overflows.
+            if (kind == 0 && scale >= 1e-3f && scale <= 1e4f) {
+                EXPECT_GT(certain, rounds * TrianglePack::lanes * 999 / 1000) << scale;
+            }
+        }
+}
+
+TEST(TrianglePack, KeepsExactlyTheFacesThatIntersect) {
+    RandomTriangles random(2);
+    for (const int faces : {1, 5, 16, 17, 40}) {
+        Vertices x(3 * faces + 3, 3);
+        for (Eigen::Index i = 0; i < x.rows(); ++i) x.row(i) = random.grid_point(4).transpose();
+        Faces F(faces + 1, 3);
+        for (int f = 0; f <= faces; ++f) F.row(f) << 3 * f, 3 * f + 1, 3 * f + 2;
+        const PosedFaces posed{&F, x};
+        std::vector<FacePair> pairs, expected;
+        for (int f = 0; f <= faces; ++f)
+            for (int g = 0; g <= faces; ++g) {
+                pairs.push_back({f, g});
+                if (triangles_intersect(posed.triangle(f), posed.triangle(g))) expected.push_back({f, g});
+            }
+        keep_intersecting(pairs, posed, posed);
+        EXPECT_EQ(pairs, expected);
+    }
+    std::vector<FacePair> none;
+    keep_intersecting(none, {}, {});
+    EXPECT_TRUE(none.empty());
+}
+
+TEST(TrianglePack, DoesNotDecideOnPositionsThatAreNoNumbers) {
+    RandomTriangles random(3);
+    std::vector<Pair> pairs = some_pairs(random, 0, 1);
+    for (std::size_t lane = 0; lane < pairs.size(); ++lane) {
+        Triangle& x = lane % 2 == 0 ? pairs[lane].s : pairs[lane].t;
+        (lane % 3 == 0 ? x.a : lane % 3 == 1 ? x.b : x.c)[static_cast<int>(lane % 3)] = NAN;
+    }
+    const TrianglePack s = packed(pairs, &Pair::s), t = packed(pairs, &Pair::t);
+    EXPECT_EQ(separated_by_plane(s, t), 0u);
+    EXPECT_EQ(edges_meet_faces(s, t).meeting, 0u);
+    EXPECT_EQ(edges_meet_faces(s, t).apart, 0u);
+}
+
+}  // namespace
+}  // namespace nbd
