@@ -15,7 +15,7 @@ bool AutoBoxes::learned_is_cheaper(bool on_demand) const noexcept {
     if (!local_) return false;
     // What a vertex costs among all of them, in a node's samples, and a learned node beside its samples, as
     // `nbdtree bench peers` measures them, in ns; a position that is computed on demand costs its weights.
-    constexpr double vertex = 1.1, sample = 2, node = 20, weights = 15;
+    constexpr double vertex = 0.6, sample = 2, node = 20, weights = 15;
     const double own = on_demand ? weights : 0.;
     const double exact = static_cast<double>(tree_->vertices.size()) * (vertex + own);
     const double learned = bounded() * (node + samples_ * (sample + own));

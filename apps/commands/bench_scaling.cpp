@@ -65,6 +65,7 @@ void run(const ScalingArguments& arguments, Output& out) {
                             {"recall", row.race.recall()}});
     for (const CrowdRow& row : crowds)
         by_bodies.push_back({{"bodies", row.bodies},
+                             {"threads", row.threads},
                              {"method", row.method},
                              {"total_us", row.total_us},
                              {"pairs", row.pairs}});
@@ -80,7 +81,8 @@ void add_bench_scaling(CLI::App& bench, Output& out) {
     auto arguments = std::make_shared<ScalingArguments>();
     ScalingConfig& config = arguments->config;
     CLI::App* command = bench.add_subcommand(
-        "scaling", "Queries by depth of penetration, by faces that touch and by number of bodies");
+        "scaling",
+        "Queries by depth of penetration, by faces that touch and by number of bodies and threads");
     command->footer("Depths are raced on the last body, crowds on the first. By faces: nbdtree bench peers.");
     command->add_option("DATA", arguments->recording, "Recording of the first body")->required();
     add_bodies(*command, arguments->bodies);
@@ -96,6 +98,11 @@ void add_bench_scaling(CLI::App& bench, Output& out) {
         ->capture_default_str();
     command->add_option("--spacing", config.spacing, "Of a crowd's bodies, radii")
         ->check(positive())
+        ->capture_default_str();
+    command
+        ->add_option("--crowd-threads", config.threads, "Threads that a crowd is timed on, lazy boxes on one")
+        ->delimiter(',')
+        ->check(CLI::Range(1, 256))
         ->capture_default_str();
     command->add_option("--cluster", config.cluster_faces, "Faces of a cluster of lazy boxes")
         ->check(CLI::Range(1, 4096))

@@ -179,6 +179,14 @@ TEST_F(BenchPairs, CrowdsAgreeAndASweepFindsAllPairsOfBoxes) {
         crowd->update(poses);
         EXPECT_EQ(crowd->pairs(), expected);
     }
+    ScalingConfig config;
+    config.bodies = {12};
+    config.spacing = 0.7;
+    config.threads = {1, 2};
+    config.race.rounds = 1;
+    const auto rows = race_crowds(*coarse_, recording(), frames, config, [](const std::string&) {});
+    EXPECT_EQ(2 * std::ranges::count(rows, 2, &CrowdRow::threads) + 1, static_cast<long>(rows.size()));
+    for (const CrowdRow& row : rows) EXPECT_EQ(row.pairs, expected) << row.method;
 }
 
 TEST_F(BenchPairs, DeeperScenesIntersectMoreAndTellTheCrossover) {

@@ -12,12 +12,15 @@ namespace {
 
 class TreeCrowd final : public Crowd {
  public:
-    TreeCrowd(const BenchBody& body, BoundKind kind, int count) {
+    TreeCrowd(const BenchBody& body, BoundKind kind, int count, const Executor& executor)
+        : executor_(executor), query_(executor) {
         for (int i = 0; i < count; ++i) trees_.emplace_back(body.tree, kind);
         for (PosedTree& tree : trees_) bodies_.push_back(&tree);
     }
     void update(std::span<const Vertices> poses) override {
-        for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].begin_pose(poses[i]);
+        executor_(static_cast<int>(trees_.size()), [&](int i) {
+            trees_[static_cast<std::size_t>(i)].begin_pose(poses[static_cast<std::size_t>(i)]);
+        });
     }
     long pairs() override {
         long count = 0;
@@ -27,6 +30,7 @@ class TreeCrowd final : public Crowd {
     }
 
  private:
+    Executor executor_;
     std::vector<PosedTree> trees_;
     std::vector<PosedTree*> bodies_;
     ManyBodyQuery query_;
@@ -63,8 +67,9 @@ class LazyBoxesCrowd final : public Crowd {
 
 }  // namespace
 
-std::unique_ptr<Crowd> make_tree_crowd(const BenchBody& body, BoundKind kind, int count) {
-    return std::make_unique<TreeCrowd>(body, kind, count);
+std::unique_ptr<Crowd> make_tree_crowd(const BenchBody& body, BoundKind kind, int count,
+                                       const Executor& executor) {
+    return std::make_unique<TreeCrowd>(body, kind, count, executor);
 }
 
 std::unique_ptr<Crowd> make_lazy_boxes_crowd(const BenchBody& body, int cluster_faces, int count) {

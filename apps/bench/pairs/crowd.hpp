@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/bench/pairs/bench_body.hpp"
+#include "collision/executor.hpp"
 #include "training/recording.hpp"
 #include "training/split.hpp"
 
@@ -21,10 +22,11 @@ class Crowd {
     virtual long pairs() = 0;
 };
 
-/// With bounds of the body's tree, by ManyBodyQuery. count: of bodies.
-std::unique_ptr<Crowd> make_tree_crowd(const BenchBody& body, BoundKind kind, int count);
+/// With bounds of the body's tree, by ManyBodyQuery, on the threads that `executor` has. count: of bodies.
+std::unique_ptr<Crowd> make_tree_crowd(const BenchBody& body, BoundKind kind, int count,
+                                       const Executor& executor = run_in_order);
 
-/// With lazy boxes.
+/// With lazy boxes, on one thread.
 std::unique_ptr<Crowd> make_lazy_boxes_crowd(const BenchBody& body, int cluster_faces, int count);
 
 /// Poses of a crowd: frames at random, each turned at random, in a cubic grid in which neighbours stand

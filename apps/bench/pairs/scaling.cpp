@@ -1,6 +1,7 @@
 #include "apps/bench/pairs/scaling.hpp"
 
 #include <fmt/format.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <chrono>
@@ -12,6 +13,7 @@
 #include "apps/bench/pairs/crowd.hpp"
 #include "apps/bench/pairs/own_methods.hpp"
 #include "apps/figures/chart.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
 namespace {
@@ -23,13 +25,22 @@ std::vector<PairMethodEntry> methods_for(const BenchBody& body, const ScalingCon
     return methods;
 }
 
-CrowdRow time_crowd(const std::string& method, Crowd& crowd, std::span<const Vertices> poses,
+/// So many threads of TBB's, that last as long as the executor.
+Executor on_threads(int threads) {
+    if (threads == 1) return run_in_order;
+    const auto arena = std::make_shared<tbb::task_arena>(threads);
+    return [arena](int count, const std::function<void(int)>& task) {
+        arena->execute([&] { parallel_for(count, task, 1); });
+    };
+}
+
+CrowdRow time_crowd(const std::string& method, int threads, Crowd& crowd, std::span<const Vertices> poses,
                     const RaceConfig& config) {
     using Clock = std::chrono::steady_clock;
     const auto microseconds = [](Clock::duration time) {
         return std::chrono::duration<double, std::micro>(time).count();
     };
-    CrowdRow row{.method = method, .bodies = static_cast<int>(poses.size())};
+    CrowdRow row{.method = method, .bodies = static_cast<int>(poses.size()), .threads = threads};
     std::vector<double> update, query, total;
     const Clock::time_point started = Clock::now();
     for (int round = 0; round <= config.rounds; ++round) {
@@ -104,13 +115,15 @@ std::vector<CrowdRow> race_crowds(const BenchBody& body, const RecordingReader& 
     std::vector<CrowdRow> rows;
     for (const int count : config.bodies) {
         const auto poses = crowd_poses(body, recording, frames, count, config.spacing, config.seed);
-        const auto run = [&](const std::string& method, const std::unique_ptr<Crowd>& crowd) {
-            rows.push_back(time_crowd(method, *crowd, poses, config.race));
-            progress(fmt::format("{} bodies, {}", count, method));
+        const auto run = [&](const std::string& method, int threads, const std::unique_ptr<Crowd>& crowd) {
+            rows.push_back(time_crowd(method, threads, *crowd, poses, config.race));
+            progress(fmt::format("{} bodies, {}, {} threads", count, method, threads));
         };
-        for (const BoundKind kind : raced_bounds(*body.tree))
-            run(std::string(name(kind)), make_tree_crowd(body, kind, count));
-        run(fmt::format("lazy boxes {}", config.cluster_faces),
+        for (const int threads : config.threads)
+            for (const BoundKind kind : raced_bounds(*body.tree))
+                run(std::string(name(kind)), threads,
+                    make_tree_crowd(body, kind, count, on_threads(threads)));
+        run(fmt::format("lazy boxes {}", config.cluster_faces), 1,
             make_lazy_boxes_crowd(body, config.cluster_faces, count));
     }
     return rows;
@@ -150,10 +163,10 @@ std::string to_csv(std::span<const DepthRow> rows) {
 
 std::string to_csv(std::span<const CrowdRow> rows) {
     std::string text =
-        fmt::format("# {}, one thread\nbodies,method,update_us,query_us,total_us,pairs\n", this_machine());
+        fmt::format("# {}\nbodies,threads,method,update_us,query_us,total_us,pairs\n", this_machine());
     for (const CrowdRow& r : rows)
-        text += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{}\n", r.bodies, r.method, r.update_us, r.query_us,
-                            r.total_us, r.pairs);
+        text += fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{}\n", r.bodies, r.threads, r.method, r.update_us,
+                            r.query_us, r.total_us, r.pairs);
     return text;
 }
 
@@ -181,7 +194,10 @@ Page by_pairs(std::span<const DepthRow> rows) {
 
 Page by_bodies(std::span<const CrowdRow> rows) {
     Chart chart = lines(
-        rows, [](const CrowdRow& r) { return r.method; },
+        rows,
+        [](const CrowdRow& r) {
+            return r.threads == 1 ? r.method : fmt::format("{}, {} threads", r.method, r.threads);
+        },
         [](const CrowdRow& r) {
             return PagePoint{static_cast<double>(r.bodies), r.total_us};
         });

@@ -12,7 +12,8 @@ namespace nbd {
 struct ScalingConfig {
     std::vector<double> depths{0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8};  // radii
     std::vector<int> bodies{2, 4, 8, 16, 32, 64, 128, 256};
-    double spacing = 1.2;  // of a crowd's bodies, radii
+    double spacing = 1.2;         // of a crowd's bodies, radii
+    std::vector<int> threads{1};  // that a crowd is timed on, but for lazy boxes
     int scenes = 10;
     int cluster_faces = 512;
     std::uint64_t seed = 1;
@@ -28,7 +29,7 @@ struct DepthRow {
 /// Times a crowd of so many bodies takes, medians over rounds, us.
 struct CrowdRow {
     std::string method;
-    int bodies = 0;
+    int bodies = 0, threads = 1;
     double update_us = 0, query_us = 0, total_us = 0;
     long pairs = 0;
 };
@@ -41,7 +42,7 @@ std::vector<DepthRow> race_by_depth(const BenchBody& coarse, const BenchBody& bo
                                     const RecordingReader& recording, std::span<const FrameId> frames,
                                     const ScalingConfig& config, const ScalingProgress& progress);
 
-/// Likewise crowds by number of bodies.
+/// Likewise crowds by number of bodies and of threads.
 std::vector<CrowdRow> race_crowds(const BenchBody& body, const RecordingReader& recording,
                                   std::span<const FrameId> frames, const ScalingConfig& config,
                                   const ScalingProgress& progress);
