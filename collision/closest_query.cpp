@@ -53,10 +53,12 @@ void ClosestQuery::open_boxes(LeafBoxes& a, int i, LeafBoxes& b, int j, double m
     const bool faces_a = node_a.has_faces(), faces_b = node_b.has_faces();
     // Faces wait until the other side has come down to faces too.
     const bool open_a = !faces_a || faces_b, open_b = !faces_b || faces_a;
+    const Box whole_b = b.whole(j);
     for (int k = 0; k < (open_a ? node_a.count : 1); ++k) {
         const Box box_a = open_a ? a.open(i).box(k) : a.whole(i);
+        if (!(least_distance(box_a, whole_b) <= most)) continue;
         for (int l = 0; l < (open_b ? node_b.count : 1); ++l) {
-            const Box box_b = open_b ? b.open(j).box(l) : b.whole(j);
+            const Box box_b = open_b ? b.open(j).box(l) : whole_b;
             const double distance = least_distance(box_a, box_b);
             if (faces_a && faces_b)
                 push({distance, Candidate::faces, node_a.first_slot + k, node_b.first_slot + l}, most);

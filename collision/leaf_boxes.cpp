@@ -1,16 +1,17 @@
 #include "collision/leaf_boxes.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "collision/bounding_box.hpp"
 
 namespace nbd {
 namespace {
 
-/// How often `count` faces are halved until no more than eight are left.
+/// How often `count` faces are halved until a node can hold them.
 int halvings(int count) noexcept {
     int n = 0;
-    for (; count > LeafBoxes::lanes; count = (count + 1) / 2) ++n;
+    for (; count > LeafBoxes::most_boxes; count = (count + 1) / 2) ++n;
     return n;
 }
 
@@ -36,8 +37,9 @@ void LeafBoxes::add_nodes(int face_begin, int face_end) {
         const Node whole = nodes_[next];
         const int left = halvings(whole.count);
         if (left == 0) continue;
-        // Eight children but for the topmost node, so that the lowest ones are full.
-        const int parts = 1 << (left % 3 == 0 ? 3 : left % 3);
+        constexpr int most = std::bit_width(static_cast<unsigned>(LeafBoxes::most_boxes)) - 1;
+        const int levels = (left + most - 1) / most;
+        const int parts = 1 << (left + levels - 1) / levels;  // alike on all levels
         nodes_[next].first_child = static_cast<int>(nodes_.size());
         nodes_[next].count = parts;
         add_parts(static_cast<int>(next), whole.first_slot, whole.first_slot + whole.count, parts);
@@ -82,18 +84,19 @@ void LeafBoxes::begin_pose(const Positions& x) noexcept {
 Box LeafBoxes::whole(int i) const noexcept {
     const int parent = node(i).parent;
     return parent < 0 ? opened_[static_cast<std::size_t>(at(i))].whole
-                      : opened_[static_cast<std::size_t>(at(parent))].boxes.box(i - node(parent).first_child);
+                      : opened_[static_cast<std::size_t>(at(parent))].box(i - node(parent).first_child);
 }
 
 int LeafBoxes::fit(int i) noexcept {
     const Node& n = node(i);
     x_.require(vertices_of(n));
-    std::array<Box, lanes> boxes;
-    boxes.fill(empty_box());
+    at_[static_cast<std::size_t>(i)] = static_cast<int>(opened_.size());
+    Opened& opened = opened_.emplace_back();
+    opened.node = i;
     Box all = empty_box();
     const int count = x_.rows().rows() == 0 ? 0 : n.count;  // nothing is anywhere before the first pose
     for (int k = 0; k < count; ++k) {
-        Box& box = boxes[static_cast<std::size_t>(k)];
+        Box box;
         if (n.has_faces()) {
             const int* v = corners(n.first_slot + k);
             const Eigen::Array4f a = x_[v[0]], b = x_[v[1]], c = x_[v[2]];
@@ -101,11 +104,11 @@ int LeafBoxes::fit(int i) noexcept {
         } else {
             box = bounding_box(x_, vertices_of(node(n.first_child + k)));
         }
+        opened.packs[static_cast<std::size_t>(k / BoxPack::lanes)].set(k % BoxPack::lanes, box);
         all = joined(all, box);
     }
     all.lo[3] = all.hi[3] = 0;
-    at_[static_cast<std::size_t>(i)] = static_cast<int>(opened_.size());
-    opened_.push_back({BoxPack(boxes), all, i});
+    opened.whole = all;
     return at(i);
 }
 

@@ -11,21 +11,30 @@
 
 namespace nbd {
 
-/// A small tree of boxes under every leaf of a sphere tree, eight to a node, made where a query looks in a
-/// pose and nowhere else. Its nodes cut the leaf's range of faces into eighths again and again, by three
-/// halvings each, the topmost one by fewer where that fills the lowest ones: build_sphere_tree() orders the
-/// faces so that such parts are compact.
+/// A small tree of boxes under every leaf of a sphere tree, up to 32 to a node, made where a query looks in a
+/// pose and nowhere else. Its nodes cut the leaf's range of faces in halves again and again, up to five times
+/// each: build_sphere_tree() orders the faces so that such parts are compact.
 class LeafBoxes {
  public:
-    static constexpr int lanes = BoxPack::lanes;
+    static constexpr int most_boxes = 2 * BoxPack::lanes;  // of a node
 
     struct Node {
         int first_child = -1;  // the children are first_child up to first_child + count - 1; -1: faces
         int parent = -1;       // -1: a root
         int first_slot = 0;    // of the faces: their slots in the sphere tree's `faces`
-        int count = 0;         // children or faces, 1 to 8
+        int count = 0;         // children or faces, 1 to most_boxes
         int vertex_begin = 0, vertex_end = 0;  // of all its faces, without repeats
         bool has_faces() const noexcept { return first_child < 0; }
+    };
+
+    /// The boxes of a node's children, or faces, in this pose.
+    struct Opened {
+        std::array<BoxPack, 2> packs;  // the second one only where the first is full
+        Box whole;                     // around all of them
+        int node = 0;
+        Box box(int k) const noexcept {
+            return packs[static_cast<std::size_t>(k / BoxPack::lanes)].box(k % BoxPack::lanes);
+        }
     };
 
     /// tree: referred to.
@@ -44,8 +53,8 @@ class LeafBoxes {
 
     /// Makes the boxes of a node's children or faces fit the pose, and returns them in their order. A node
     /// other than a root: after its parent.
-    const BoxPack& open(int i) noexcept {
-        return opened_[static_cast<std::size_t>(is_open(i) ? at(i) : fit(i))].boxes;
+    const Opened& open(int i) noexcept {
+        return opened_[static_cast<std::size_t>(is_open(i) ? at(i) : fit(i))];
     }
     /// Nodes opened in this pose.
     long opened() const noexcept { return static_cast<long>(opened_.size()); }
@@ -61,7 +70,9 @@ class LeafBoxes {
     /// Likewise for a node below an open one.
     void fetch_node(int i) const noexcept {
         fetch_line(&at_[static_cast<std::size_t>(i)]);
-        fetch_line(corners(node(i).first_slot));
+        const Node& n = node(i);
+        if (n.has_faces())
+            fetch_lines(std::span(corners(n.first_slot), 3 * static_cast<std::size_t>(n.count)));
     }
 
     /// Row of the face array at position `slot` of the sphere tree's `faces`.
@@ -71,12 +82,6 @@ class LeafBoxes {
     Triangle triangle(int slot) const noexcept { return faces().triangle(slot); }
 
  private:
-    struct Opened {
-        BoxPack boxes;
-        Box whole;
-        int node;
-    };
-
     const int* corners(int slot) const noexcept { return corners_.data() + 3 * std::ptrdiff_t{slot}; }
     void add_nodes(int face_begin, int face_end);
     void add_parts(int parent, int face_begin, int face_end, int parts);

@@ -72,31 +72,45 @@ void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, 
     next.reserve(level.capacity());
 }
 
-/// The lanes that hold boxes: the empty ones of others are far from every box, but not from a position that
-/// is no number, nor over a distance whose square overflows.
-unsigned lanes_of(const LeafBoxes::Node& node) noexcept { return (1u << node.count) - 1; }
+/// Which boxes of a pack are near another box: those that overlap it, or come within a distance.
+struct Overlapping {
+    unsigned operator()(const BoxPack& s, const Box& t) const noexcept { return overlapping(s, t); }
+};
+struct Within {
+    float most;  // squared distance
+    unsigned operator()(const BoxPack& s, const Box& t) const noexcept { return near(s, t, most); }
+};
+
+/// Bit k is set where box k of a node is near t. Lanes without a box are left out: they are far from every
+/// box, but not from a position that is no number, nor over a distance whose square overflows.
+template <class Near>
+unsigned near_boxes(const LeafBoxes::Opened& s, int count, const Box& t, const Near& near) noexcept {
+    unsigned mask = near(s.packs[0], t);
+    if (count > BoxPack::lanes) mask |= near(s.packs[1], t) << BoxPack::lanes;
+    return mask & ~0u >> (LeafBoxes::most_boxes - count);
+}
 
 /// The walk over the boxes under a pair of leaves: all pairs of faces whose boxes are near.
-void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, float distance,
+template <class Near>
+void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, const Near& near,
                 std::vector<NodePair>& stack, std::vector<FacePair>& near_faces,
                 QueryCounters& counters) noexcept {
-    const float most = certain_square(distance);
     a.open(root_a);
     b.open(root_b);
-    if (apart(a.whole(root_a), b.whole(root_b), distance)) return;
     stack.assign(1, {root_a, root_b});
     while (!stack.empty()) {
         const NodePair pair = stack.back();
         stack.pop_back();
         const LeafBoxes::Node &node_a = a.node(pair.a), &node_b = b.node(pair.b);
-        const BoxPack& boxes_a = a.open(pair.a);
-        const unsigned near_b = near(boxes_a, b.whole(pair.b), most) & lanes_of(node_a);
+        const LeafBoxes::Opened& boxes_a = a.open(pair.a);
+        const unsigned near_b = near_boxes(boxes_a, node_a.count, b.whole(pair.b), near);
+        counters.box_tests += node_a.count;
         if (near_b == 0) continue;
-        const BoxPack& boxes_b = b.open(pair.b);
-        counters.box_tests += node_a.count * node_b.count;
+        const LeafBoxes::Opened& boxes_b = b.open(pair.b);
         unsigned any = 0;  // of b's boxes
         for_each_bit(near_b, [&](int i) {
-            const unsigned mask = near(boxes_b, boxes_a.box(i), most) & lanes_of(node_b);
+            const unsigned mask = near_boxes(boxes_b, node_b.count, boxes_a.box(i), near);
+            counters.box_tests += node_b.count;
             any |= mask;
             if (mask == 0 || (node_a.has_faces() && !node_b.has_faces())) return;
             if (node_b.has_faces() && !node_a.has_faces())
@@ -157,8 +171,14 @@ std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b,
             boxes_a.fetch_positions(boxes_a.root(leaf_pairs_[i + 1].a));
             boxes_b.fetch_positions(boxes_b.root(leaf_pairs_[i + 1].b));
         }
-        walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), distance, stack_, pairs_,
-                   counters_);
+        const auto walk = [&](const auto& near) {
+            walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), near, stack_, pairs_,
+                       counters_);
+        };
+        if (distance == 0)
+            walk(Overlapping{});
+        else
+            walk(Within{certain_square(distance)});
     }
     counters_.boxes_refitted = opened() - opened_before;
     counters_.triangle_tests = static_cast<long>(pairs_.size());

@@ -81,10 +81,6 @@ struct Certainty {
     }
 };
 
-unsigned certain(const Lanes& certainty) noexcept {
-    return above(certainty.head<8>(), 0) | above(certainty.tail<8>(), 0) << 8;
-}
-
 }  // namespace
 
 unsigned separated_by_plane(const TrianglePack& s, const TrianglePack& t) noexcept {
@@ -92,7 +88,7 @@ unsigned separated_by_plane(const TrianglePack& s, const TrianglePack& t) noexce
     Lanes one_side = all_alike(of_s[0], of_s[1], of_s[2]).max(all_alike(of_t[0], of_t[1], of_t[2]));
     for (const Sign& side : of_s) one_side += side.doubt;
     for (const Sign& side : of_t) one_side += side.doubt;
-    return certain(one_side);
+    return above(one_side, 0);
 }
 
 PackVerdict edges_meet_faces(const TrianglePack& s, const TrianglePack& t) noexcept {
@@ -115,7 +111,7 @@ PackVerdict edges_meet_faces(const TrianglePack& s, const TrianglePack& t) noexc
         certainty.add(of_s[i], of_s[(i + 1) % 3], passing[i][0], passing[i][1], passing[i][2]);
         certainty.add(of_t[i], of_t[(i + 1) % 3], passing[0][i], passing[1][i], passing[2][i]);
     }
-    return {certain(certainty.meeting + doubt), certain(certainty.apart + doubt)};
+    return {above(certainty.meeting + doubt, 0), above(certainty.apart + doubt, 0)};
 }
 
 }  // namespace nbd

@@ -232,7 +232,7 @@ TEST(PairQuery, BoundsANodeOnceAPoseAndOnlyIfItsParentCollided) {
     EXPECT_GT(first.nodes_bounded, 20);
     EXPECT_LT(first.nodes_bounded, 255);
     EXPECT_GT(first.leaf_pairs, 0);
-    EXPECT_LT(first.boxes_refitted, 2 * 2 * s.F.rows() / LeafBoxes::lanes);
+    EXPECT_LT(first.boxes_refitted, 2 * 2 * s.F.rows() / LeafBoxes::most_boxes);
     EXPECT_LT(first.triangle_tests, 100 * first.face_pairs);
     EXPECT_EQ(a.nodes_bounded() + b.nodes_bounded(), first.nodes_bounded + 1);  // the root of a stood
 

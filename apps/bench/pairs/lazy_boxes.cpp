@@ -12,7 +12,7 @@
 namespace nbd {
 namespace {
 
-constexpr int lanes = WideBoxes::lanes;
+constexpr int lanes = BoxPack::lanes;
 
 /// Cuts [begin, end) in halves until none has more than `most`; appends them in order.
 template <class Range>
@@ -124,7 +124,7 @@ void LazyBoxes::begin_pose(VerticesRef points) noexcept {
     slack_ = 8 * std::numeric_limits<float>::epsilon() *
              std::max(all_.lo.abs().maxCoeff(), all_.hi.abs().maxCoeff());
     all_ = grown(all_);
-    for (WideBoxes& boxes : cluster_boxes_) boxes.grow(slack_);
+    for (BoxPack& boxes : cluster_boxes_) boxes.grow(slack_);
 }
 
 Box LazyBoxes::grown(const Box& box) const noexcept {
@@ -161,9 +161,12 @@ void LazyBoxes::refit_faces(int block) noexcept {
     if (W_) make_positions(block);
     for (int g = blocks_[b].begin; g < blocks_[b].end; ++g) {
         const Range slots = groups_[static_cast<std::size_t>(g)];
-        for (int slot = slots.begin; slot < slots.end; ++slot)
+        for (int slot = slots.begin; slot < slots.end; ++slot) {
+            const Eigen::Array4f p = posed_.corner(slot, 0), q = posed_.corner(slot, 1),
+                                 r = posed_.corner(slot, 2);
             face_boxes_[static_cast<std::size_t>(g)].set(slot - slots.begin,
-                                                         bounding_box(posed_.triangle(slot)));
+                                                         {p.min(q).min(r), p.max(q).max(r)});
+        }
     }
 }
 
@@ -174,12 +177,12 @@ void LazyBoxes::test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b
     const Range groups_a = a.blocks_[static_cast<std::size_t>(block_a)],
                 groups_b = b.blocks_[static_cast<std::size_t>(block_b)];
     for (int ga = groups_a.begin; ga < groups_a.end; ++ga) {
-        const WideBoxes& faces_a = a.face_boxes_[static_cast<std::size_t>(ga)];
-        for_each_bit(faces_a.overlapping(box_b), [&](int i) {
-            const Box face_box = faces_a.get(i);
+        const BoxPack& faces_a = a.face_boxes_[static_cast<std::size_t>(ga)];
+        for_each_bit(overlapping(faces_a, box_b), [&](int i) {
+            const Box face_box = faces_a.box(i);
             const int slot_a = a.groups_[static_cast<std::size_t>(ga)].begin + i;
             for (int gb = groups_b.begin; gb < groups_b.end; ++gb)
-                for_each_bit(b.face_boxes_[static_cast<std::size_t>(gb)].overlapping(face_box), [&](int j) {
+                for_each_bit(overlapping(b.face_boxes_[static_cast<std::size_t>(gb)], face_box), [&](int j) {
                     const int slot_b = b.groups_[static_cast<std::size_t>(gb)].begin + j;
                     pairs.push_back({slot_a, slot_b});
                 });
@@ -192,12 +195,12 @@ void LazyBoxes::test_clusters(LazyBoxes& a, int cluster_a, const Box& box_a, Laz
     a.refit_blocks(cluster_a);
     b.refit_blocks(cluster_b);
     const auto ca = static_cast<std::size_t>(cluster_a), cb = static_cast<std::size_t>(cluster_b);
-    const WideBoxes &blocks_a = a.block_boxes_[ca], &blocks_b = b.block_boxes_[cb];
-    const unsigned touched_b = blocks_b.overlapping(box_a);
-    for_each_bit(blocks_a.overlapping(box_b), [&](int i) {
-        const Box block_box = blocks_a.get(i);
-        for_each_bit(touched_b & blocks_b.overlapping(block_box), [&](int j) {
-            test_blocks(a, a.clusters_[ca].begin + i, b, b.clusters_[cb].begin + j, blocks_b.get(j), pairs);
+    const BoxPack &blocks_a = a.block_boxes_[ca], &blocks_b = b.block_boxes_[cb];
+    const unsigned touched_b = overlapping(blocks_b, box_a);
+    for_each_bit(overlapping(blocks_a, box_b), [&](int i) {
+        const Box block_box = blocks_a.box(i);
+        for_each_bit(touched_b & overlapping(blocks_b, block_box), [&](int j) {
+            test_blocks(a, a.clusters_[ca].begin + i, b, b.clusters_[cb].begin + j, blocks_b.box(j), pairs);
         });
     });
 }
@@ -206,12 +209,12 @@ void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs
     pairs.clear();
     if (!overlap(a.all_, b.all_)) return;
     for (std::size_t wa = 0; wa < a.cluster_boxes_.size(); ++wa)
-        for_each_bit(a.cluster_boxes_[wa].overlapping(b.all_), [&](int i) {
-            const Box box = a.cluster_boxes_[wa].get(i);
+        for_each_bit(overlapping(a.cluster_boxes_[wa], b.all_), [&](int i) {
+            const Box box = a.cluster_boxes_[wa].box(i);
             for (std::size_t wb = 0; wb < b.cluster_boxes_.size(); ++wb)
-                for_each_bit(b.cluster_boxes_[wb].overlapping(box), [&](int j) {
+                for_each_bit(overlapping(b.cluster_boxes_[wb], box), [&](int j) {
                     LazyBoxes::test_clusters(a, static_cast<int>(wa) * lanes + i, box, b,
-                                             static_cast<int>(wb) * lanes + j, b.cluster_boxes_[wb].get(j),
+                                             static_cast<int>(wb) * lanes + j, b.cluster_boxes_[wb].box(j),
                                              pairs);
                 });
         });

@@ -6,7 +6,7 @@
 
 #include "apps/bench/pairs/point_boxes.hpp"
 #include "apps/bench/pairs/streamed_boxes.hpp"
-#include "apps/bench/pairs/wide_boxes.hpp"
+#include "collision/box_pack.hpp"
 #include "collision/posed_faces.hpp"
 #include "training/surface_body.hpp"
 
@@ -74,9 +74,9 @@ class LazyBoxes {
     std::vector<Range> block_vertices_;      // with an embedding: of vertices_
     std::vector<int> vertices_;
 
-    std::vector<WideBoxes> cluster_boxes_;                    // sixteen clusters each
-    std::vector<WideBoxes> block_boxes_;                      // a cluster's blocks
-    std::vector<WideBoxes> face_boxes_;                       // a group's faces
+    std::vector<BoxPack> cluster_boxes_;                      // sixteen clusters each
+    std::vector<BoxPack> block_boxes_;                        // a cluster's blocks
+    std::vector<BoxPack> face_boxes_;                         // a group's faces
     std::vector<std::uint64_t> cluster_poses_, block_poses_;  // the pose that what is below belongs to
     Vertices made_;                                           // with an embedding: positions
     const float* points_ = nullptr;
