@@ -77,9 +77,9 @@ Faces split_faces(const Faces& F, int vertex_count, const EdgeTable& table) {
 }  // namespace
 
 Subdivision subdivide(const TriMesh& coarse, SubdivisionScheme scheme, int levels) {
-    if (levels < 0 || levels > 3)
+    if (levels < 0 || levels > 4)
         throw std::invalid_argument("subdivision by " + std::to_string(levels) +
-                                    " levels: 0 to 3 are allowed");
+                                    " levels: 0 to 4 are allowed");
     const int coarse_count = static_cast<int>(coarse.X.rows());
     Subdivision result{coarse, Embedding(coarse_count, coarse_count)};
     result.S.setIdentity();

@@ -15,7 +15,7 @@ struct Subdivision {
     Embedding S;  // [fine vertices, coarse vertices], rows sum to 1
 };
 
-/// Cuts every face into four, `levels` times, 0 to 3. Face f becomes faces 4 f (at its first corner) to
+/// Cuts every face into four, `levels` times, 0 to 4. Face f becomes faces 4 f (at its first corner) to
 /// 4 f + 3 (in the middle), of its orientation; old vertices keep their numbers.
 /// Throws std::invalid_argument on other levels and on a mesh that check_surface() refuses.
 Subdivision subdivide(const TriMesh& coarse, SubdivisionScheme scheme, int levels);

@@ -77,7 +77,7 @@ void add_mesh(CLI::App& app, Output& out) {
     command
         ->add_option("--subdivide", arguments->config.levels, "1-to-4 subdivisions of the collision surface")
         ->capture_default_str()
-        ->check(CLI::Range(0, 3));
+        ->check(CLI::Range(0, 4));
     command->add_option("--subdivision", arguments->scheme, "midpoint keeps the shape, loop rounds it")
         ->capture_default_str()
         ->check(CLI::IsMember({"midpoint", "loop"}));

@@ -100,7 +100,7 @@ TEST_F(BadInputTest, Numbers) {
         {mesh("--nodes", "-3"), 2, "--nodes: Value -3 not in range 0 to 100000000"},
         {mesh("--nodes", "3"), 1,
          "box.obj: 3 nodes are out of reach: a surface of 56 vertices allows about ..."},
-        {mesh("--subdivide", "9"), 2, "--subdivide: Value 9 not in range 0 to 3"},
+        {mesh("--subdivide", "9"), 2, "--subdivide: Value 9 not in range 0 to 4"},
         {mesh("--subdivision", "butterfly"), 2, "--subdivision: butterfly not in {midpoint,loop}"},
         {mesh("--grading", "-1"), 2, "--grading: is '-1'; allowed: a number >= 0 and <= 2"},
         {mesh("--young", "-1"), 2, "--young: is '-1'; allowed: a number > 0"},

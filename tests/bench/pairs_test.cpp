@@ -121,7 +121,10 @@ TEST_F(BenchPairs, ExactBoundsOfTheTreeFindThemTooInAnyOrderOfVertices) {
     EXPECT_NE(moved.surface.F, fine_->surface.F);
     const auto expected = truth(*fine_);
     for (const BenchBody& body : {std::cref(*fine_), std::cref(moved)})
-        for (const PairMethodEntry& method : tree_methods(body)) EXPECT_EQ(answers(body, method), expected);
+        for (const PairMethodEntry& method : tree_methods(body))
+            if (method.answers) {
+                EXPECT_EQ(answers(body, method), expected) << method.name;
+            }
 }
 
 TEST_F(BenchPairs, EveryPeerFindsWhatWeFind) {

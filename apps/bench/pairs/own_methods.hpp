@@ -12,8 +12,8 @@ PairMethodEntry tree_method(BoundKind kind);
 /// The bounds of a tree that are raced. Not `certified`: a recording lacks the stretch that they are made of.
 std::vector<BoundKind> raced_bounds(const CollisionTree& tree);
 
-/// Each of these by its name, and learned ones once more over the nodes, with
-/// positions that are computed where they are read.
+/// Each of these by its name, and learned ones twice more: over the nodes, with positions that are computed
+/// where they are read, and the broad phase alone, down to pairs of leaves.
 std::vector<PairMethodEntry> tree_methods(const BenchBody& body);
 
 /// LazyBoxes over the surface, list by list and in the order of memory.
