@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "collision/near_boxes.hpp"
 #include "collision/posed_tree_state.hpp"
 
 namespace nbd {
@@ -32,11 +33,25 @@ double least_distance(PosedTree& a, int i, PosedTree& b, int j) noexcept {
     return boxes ? least_distance(*a.box(i), *b.box(j)) : least_distance(a.sphere(i), b.sphere(j));
 }
 
+/// The one of a node's boxes that is the least apart from t, the first of several.
+int nearest_box(const LeafBoxes::Opened& boxes, int count, const Box& t) noexcept {
+    int nearest = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < count; ++k) {
+        const double distance = least_distance(boxes.box(k), t);
+        if (distance < least) {
+            least = distance;
+            nearest = k;
+        }
+    }
+    return nearest;
+}
+
 }  // namespace
 
-void ClosestQuery::push(const Candidate& candidate, double most) noexcept {
+void ClosestQuery::push(const Candidate& candidate) noexcept {
     // Infinitely far is what has no pose yet.
-    if (!(candidate.distance <= most && std::isfinite(candidate.distance))) return;
+    if (!(candidate.distance <= most_ && std::isfinite(candidate.distance))) return;
     queue_.push_back(candidate);
     std::ranges::push_heap(queue_, std::greater());
 }
@@ -48,33 +63,11 @@ ClosestQuery::Candidate ClosestQuery::pop() noexcept {
     return first;
 }
 
-void ClosestQuery::open_boxes(LeafBoxes& a, int i, LeafBoxes& b, int j, double most) noexcept {
-    const LeafBoxes::Node &node_a = a.node(i), &node_b = b.node(j);
-    const bool faces_a = node_a.has_faces(), faces_b = node_b.has_faces();
-    // Faces wait until the other side has come down to faces too.
-    const bool open_a = !faces_a || faces_b, open_b = !faces_b || faces_a;
-    const Box whole_b = b.whole(j);
-    for (int k = 0; k < (open_a ? node_a.count : 1); ++k) {
-        const Box box_a = open_a ? a.open(i).box(k) : a.whole(i);
-        if (!(least_distance(box_a, whole_b) <= most)) continue;
-        for (int l = 0; l < (open_b ? node_b.count : 1); ++l) {
-            const Box box_b = open_b ? b.open(j).box(l) : whole_b;
-            const double distance = least_distance(box_a, box_b);
-            if (faces_a && faces_b)
-                push({distance, Candidate::faces, node_a.first_slot + k, node_b.first_slot + l}, most);
-            else
-                push({distance, Candidate::boxes, open_a ? node_a.first_child + k : i,
-                      open_b ? node_b.first_child + l : j},
-                     most);
-        }
-    }
+void ClosestQuery::push_nodes(PosedTree& a, int i, PosedTree& b, int j) noexcept {
+    push({least_distance(a, i, b, j), Candidate::nodes, i, j});
 }
 
-void ClosestQuery::push_nodes(PosedTree& a, int i, PosedTree& b, int j, double most) noexcept {
-    push({least_distance(a, i, b, j), Candidate::nodes, i, j}, most);
-}
-
-void ClosestQuery::open_nodes(PosedTree& a, int i, PosedTree& b, int j, double most) noexcept {
+void ClosestQuery::open_nodes(PosedTree& a, int i, PosedTree& b, int j) noexcept {
     const SphereTree::Node& node_a = a.tree().spheres.nodes[static_cast<std::size_t>(i)];
     const SphereTree::Node& node_b = b.tree().spheres.nodes[static_cast<std::size_t>(j)];
     const bool first_is_larger = node_a.face_end - node_a.face_begin >= node_b.face_end - node_b.face_begin;
@@ -83,14 +76,61 @@ void ClosestQuery::open_nodes(PosedTree& a, int i, PosedTree& b, int j, double m
         const int root_a = boxes_a.root(i), root_b = boxes_b.root(j);
         boxes_a.open(root_a);
         boxes_b.open(root_b);
-        push({least_distance(boxes_a.whole(root_a), boxes_b.whole(root_b)), Candidate::boxes, root_a, root_b},
-             most);
+        push(
+            {least_distance(boxes_a.whole(root_a), boxes_b.whole(root_b)), Candidate::boxes, root_a, root_b});
     } else if (node_b.is_leaf() || (!node_a.is_leaf() && first_is_larger)) {
-        push_nodes(a, node_a.first_child, b, j, most);
-        push_nodes(a, node_a.first_child + 1, b, j, most);
+        push_nodes(a, node_a.first_child, b, j);
+        push_nodes(a, node_a.first_child + 1, b, j);
     } else {
-        push_nodes(a, i, b, node_b.first_child, most);
-        push_nodes(a, i, b, node_b.first_child + 1, most);
+        push_nodes(a, i, b, node_b.first_child);
+        push_nodes(a, i, b, node_b.first_child + 1);
+    }
+}
+
+void ClosestQuery::open_boxes(LeafBoxes& a, int i, LeafBoxes& b, int j) noexcept {
+    const LeafBoxes::Node &node_a = a.node(i), &node_b = b.node(j);
+    if (node_a.has_faces() && node_b.has_faces()) {
+        open_faces(a, i, b, j);
+    } else if (node_b.has_faces() || (!node_a.has_faces() && node_a.count >= node_b.count)) {
+        const LeafBoxes::Opened& boxes = a.open(i);
+        const Box whole = b.whole(j);
+        for (int k = 0; k < node_a.count; ++k)
+            push({least_distance(boxes.box(k), whole), Candidate::boxes, node_a.first_child + k, j});
+    } else {
+        const LeafBoxes::Opened& boxes = b.open(j);
+        const Box whole = a.whole(i);
+        for (int k = 0; k < node_b.count; ++k)
+            push({least_distance(whole, boxes.box(k)), Candidate::boxes, i, node_b.first_child + k});
+    }
+}
+
+void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) noexcept {
+    const LeafBoxes::Node &node_a = a.node(i), &node_b = b.node(j);
+    const LeafBoxes::Opened &boxes_a = a.open(i), &boxes_b = b.open(j);
+    // Two faces are measured at once, so that most pairs need not wait in the queue.
+    const Box whole = b.whole(j);
+    const int k = nearest_box(boxes_a, node_a.count, whole),
+              l = nearest_box(boxes_b, node_b.count, boxes_a.box(k));
+    test_faces(a, node_a.first_slot + k, b, node_b.first_slot + l);
+    const Within near(static_cast<float>(most_));
+    for_each_bit(near_boxes(boxes_a, node_a.count, whole, near), [&](int m) {
+        const Box box = boxes_a.box(m);
+        for_each_bit(near_boxes(boxes_b, node_b.count, box, near), [&](int n) {
+            push({least_distance(box, boxes_b.box(n)), Candidate::faces, node_a.first_slot + m,
+                  node_b.first_slot + n});
+        });
+    });
+}
+
+void ClosestQuery::test_faces(const LeafBoxes& a, int slot_a, const LeafBoxes& b, int slot_b) noexcept {
+    ++triangle_tests_;
+    const Triangle s = a.triangle(slot_a), t = b.triangle(slot_b);
+    const FacePair faces{a.face(slot_a), b.face(slot_b)};
+    const double distance = triangle_distance(s, t);
+    if (distance < most_ || (distance == most_ && (!closest_ || faces < *closest_))) {
+        most_ = distance;
+        closest_ = faces;
+        triangles_ = {s, t};
     }
 }
 
@@ -99,30 +139,20 @@ std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, do
     LeafBoxes &boxes_a = a.state_->boxes, &boxes_b = b.state_->boxes;
     queue_.clear();
     triangle_tests_ = 0;
-    std::optional<FacePair> closest;
-    Triangle triangle_a, triangle_b;  // of `closest`
-    push_nodes(a, 0, b, 0, most);
-    while (!queue_.empty() && queue_.front().distance <= most && !(closest && most == 0)) {
+    most_ = most;
+    closest_.reset();
+    push_nodes(a, 0, b, 0);
+    while (!queue_.empty() && queue_.front().distance <= most_ && !(closest_ && most_ == 0)) {
         const Candidate pair = pop();
-        if (pair.level == Candidate::nodes) {
-            open_nodes(a, pair.a, b, pair.b, most);
-        } else if (pair.level == Candidate::boxes) {
-            open_boxes(boxes_a, pair.a, boxes_b, pair.b, most);
-        } else {
-            ++triangle_tests_;
-            const Triangle s = boxes_a.triangle(pair.a), t = boxes_b.triangle(pair.b);
-            const FacePair faces{boxes_a.face(pair.a), boxes_b.face(pair.b)};
-            const double distance = triangle_distance(s, t);
-            if (distance < most || (distance == most && (!closest || faces < *closest))) {
-                most = distance;
-                closest = faces;
-                triangle_a = s;
-                triangle_b = t;
-            }
-        }
+        if (pair.level == Candidate::nodes)
+            open_nodes(a, pair.a, b, pair.b);
+        else if (pair.level == Candidate::boxes)
+            open_boxes(boxes_a, pair.a, boxes_b, pair.b);
+        else
+            test_faces(boxes_a, pair.a, boxes_b, pair.b);
     }
-    if (!closest) return std::nullopt;
-    return ClosestFaces{*closest, closest_triangle_triangle(triangle_a, triangle_b)};
+    if (!closest_) return std::nullopt;
+    return ClosestFaces{*closest_, closest_triangle_triangle(triangles_[0], triangles_[1])};
 }
 
 }  // namespace nbd

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -44,14 +45,19 @@ class ClosestQuery {
         auto operator<=>(const Candidate&) const = default;
     };
 
-    void push(const Candidate& candidate, double most) noexcept;
+    void push(const Candidate& candidate) noexcept;
     Candidate pop() noexcept;
-    void push_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b, double most) noexcept;
+    void push_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b) noexcept;
     /// Puts what a pair is made of in its place.
-    void open_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b, double most) noexcept;
-    void open_boxes(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b, double most) noexcept;
+    void open_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b) noexcept;
+    void open_boxes(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b) noexcept;
+    void open_faces(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b) noexcept;
+    void test_faces(const LeafBoxes& a, int slot_a, const LeafBoxes& b, int slot_b) noexcept;
 
     std::vector<Candidate> queue_;
+    double most_ = 0;                    // what is further apart is of no interest
+    std::optional<FacePair> closest_;    // so far
+    std::array<Triangle, 2> triangles_;  // of `closest_`
     long triangle_tests_ = 0;
 };
 

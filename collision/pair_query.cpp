@@ -6,6 +6,7 @@
 
 #include "collision/closest_points.hpp"
 #include "collision/intersecting_faces.hpp"
+#include "collision/near_boxes.hpp"
 #include "collision/posed_tree_state.hpp"
 #include "collision/separation.hpp"
 
@@ -70,24 +71,6 @@ void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, 
     // They have swapped places: the next walk may need either to be as large as the larger one.
     level.reserve(next.capacity());
     next.reserve(level.capacity());
-}
-
-/// Which boxes of a pack are near another box: those that overlap it, or come within a distance.
-struct Overlapping {
-    unsigned operator()(const BoxPack& s, const Box& t) const noexcept { return overlapping(s, t); }
-};
-struct Within {
-    float most;  // squared distance
-    unsigned operator()(const BoxPack& s, const Box& t) const noexcept { return near(s, t, most); }
-};
-
-/// Bit k is set where box k of a node is near t. Lanes without a box are left out: they are far from every
-/// box, but not from a position that is no number, nor over a distance whose square overflows.
-template <class Near>
-unsigned near_boxes(const LeafBoxes::Opened& s, int count, const Box& t, const Near& near) noexcept {
-    unsigned mask = near(s.packs[0], t);
-    if (count > BoxPack::lanes) mask |= near(s.packs[1], t) << BoxPack::lanes;
-    return mask & ~0u >> (LeafBoxes::most_boxes - count);
 }
 
 /// The walk over the boxes under a pair of leaves: all pairs of faces whose boxes are near.
@@ -178,7 +161,7 @@ std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b,
         if (distance == 0)
             walk(Overlapping{});
         else
-            walk(Within{certain_square(distance)});
+            walk(Within(distance));
     }
     counters_.boxes_refitted = opened() - opened_before;
     counters_.triangle_tests = static_cast<long>(pairs_.size());
