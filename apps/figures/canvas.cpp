@@ -32,6 +32,16 @@ cairo_status_t append(void* bytes, const unsigned char* data, unsigned length) {
     return CAIRO_STATUS_SUCCESS;
 }
 
+/// Selects the letters of a style; how far they reach.
+cairo_text_extents_t set_font(cairo_t* context, const std::string& line, const TextStyle& style) {
+    cairo_select_font_face(context, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
+                           style.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(context, style.size);
+    cairo_text_extents_t size;
+    cairo_text_extents(context, line.c_str(), &size);
+    return size;
+}
+
 class CairoCanvas final : public Canvas {
  public:
     explicit CairoCanvas(cairo_t* context) : context_(context) {
@@ -69,11 +79,7 @@ class CairoCanvas final : public Canvas {
     void text(PagePoint at, std::string_view text, const TextStyle& style) override {
         const std::string line(text);
         use(style.colour);
-        cairo_select_font_face(context_, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
-                               style.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
-        cairo_set_font_size(context_, style.size);
-        cairo_text_extents_t size;
-        cairo_text_extents(context_, line.c_str(), &size);
+        const cairo_text_extents_t size = set_font(context_, line, style);
         const double shift = style.align == Align::left    ? 0
                              : style.align == Align::right ? -size.x_advance
                                                            : -size.x_advance / 2;
@@ -127,6 +133,14 @@ void write(const std::filesystem::path& path, const std::string& bytes) {
 }
 
 }  // namespace
+
+double text_width(std::string_view text, const TextStyle& style) {
+    const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1));
+    const Context context(cairo_create(surface.get()));
+    const double width = set_font(context.get(), std::string(text), style).x_advance;
+    require(cairo_status(context.get()));
+    return width;
+}
 
 std::string to_svg(const Page& page) {
     std::string bytes;

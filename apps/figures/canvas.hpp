@@ -44,6 +44,10 @@ class Canvas {
     virtual void image(PagePoint corner, double width, const Image& image) = 0;
 };
 
+/// How far a line of text reaches, in units of the page. Throws std::runtime_error where the drawing library
+/// fails.
+double text_width(std::string_view text, const TextStyle& style);
+
 /// A page of text and lines: painted in the same way whatever it is written as.
 struct Page {
     double width = 0, height = 0;

@@ -9,8 +9,11 @@
 namespace nbd {
 namespace {
 
-constexpr double left = 62, top = 40, between = 26, panel_width = 300, panel_height = 230, panel_title = 24,
-                 below = 44, legend_width = 150;
+constexpr double least_left = 62, top = 40, between = 26, panel_width = 300, panel_height = 230,
+                 panel_title = 24, below = 44, label_edge = 24, tick_gap = 6;
+constexpr double legend_line = 17, legend_text = 33;  // from line to line, and left of the text
+constexpr TextStyle legend_style{.size = 10.5}, tick_style{.size = 10, .align = Align::right},
+    title_style{.size = 13, .colour = {0.2, 0.2, 0.22}, .bold = true};
 constexpr Colour ink{0.2, 0.2, 0.22}, faint{0.89, 0.9, 0.92}, frame{0.6, 0.6, 0.64};
 
 /// A logarithmic axis with a line for 0 below it.
@@ -55,6 +58,15 @@ std::string rounded(double value) {
     return value >= 1e3 ? fmt::format("{:.2g}k", value / 1e3) : fmt::format("{:g}", value);
 }
 
+/// A series of each label, in order of appearance.
+std::vector<Series> legend_series(const Chart& chart) {
+    std::vector<Series> seen;
+    for (const Panel& panel : chart.panels)
+        for (const Series& series : panel.series)
+            if (std::ranges::find(seen, series.label, &Series::label) == seen.end()) seen.push_back(series);
+    return seen;
+}
+
 struct Painter {
     const Chart& chart;
     LogAxis axis;
@@ -79,11 +91,9 @@ struct Painter {
         for (int power = axis.low; power <= axis.high; ++power) {
             const double y = bottom - axis.place(std::pow(10, power)) * panel_height;
             line({corner.x, y}, {right, y}, 0.8, faint);
-            if (leftmost)
-                canvas.text({corner.x - 6, y + 4}, decade(power), {.size = 10, .align = Align::right});
+            if (leftmost) canvas.text({corner.x - tick_gap, y + 4}, decade(power), tick_style);
         }
-        if (axis.has_zero && leftmost)
-            canvas.text({corner.x - 6, bottom + 4}, "0", {.size = 10, .align = Align::right});
+        if (axis.has_zero && leftmost) canvas.text({corner.x - tick_gap, bottom + 4}, "0", tick_style);
         for (const double tick : chart.x_ticks) {
             const double x = corner.x + x_place(tick) * panel_width;
             line({x, corner.y}, {x, bottom}, 0.8, faint);
@@ -104,17 +114,13 @@ struct Painter {
     }
 
     void legend(PagePoint corner) const {
-        std::vector<std::string> seen;
-        for (const Panel& panel : chart.panels)
-            for (const Series& series : panel.series) {
-                if (std::ranges::find(seen, series.label) != seen.end()) continue;
-                const double y = corner.y + 17 * static_cast<double>(seen.size());
-                seen.push_back(series.label);
-                canvas.polyline(std::array{PagePoint{corner.x, y}, PagePoint{corner.x + 26, y}}, 1.8,
-                                series.colour, series.dash);
-                canvas.dot({corner.x + 13, y}, 2.4, series.colour);
-                canvas.text({corner.x + 33, y + 4}, series.label, {.size = 10.5});
-            }
+        for (const Series& series : legend_series(chart)) {
+            canvas.polyline(std::array{corner, PagePoint{corner.x + 26, corner.y}}, 1.8, series.colour,
+                            series.dash);
+            canvas.dot({corner.x + 13, corner.y}, 2.4, series.colour);
+            canvas.text({corner.x + legend_text, corner.y + 4}, series.label, legend_style);
+            corner.y += legend_line;
+        }
     }
 };
 
@@ -123,12 +129,25 @@ struct Painter {
 Page to_page(const Chart& chart) {
     const int columns = std::min(chart.columns, static_cast<int>(chart.panels.size()));
     const int rows = (static_cast<int>(chart.panels.size()) + columns - 1) / columns;
-    const double width = left + columns * (panel_width + between) + legend_width;
-    const double height = top + rows * (panel_title + panel_height) + below;
-    return {width, height, [chart, columns, rows, height](Canvas& canvas) {
-                const Painter painter{chart, LogAxis(chart.panels), canvas};
-                canvas.text({left, 22}, chart.title, {.size = 13, .colour = ink, .bold = true});
-                canvas.text({16, (top + panel_title + height - below) / 2}, chart.y_label,
+    const LogAxis axis(chart.panels);
+    double ticks_width = 0;
+    for (int power = axis.low; power <= axis.high; ++power)
+        ticks_width = std::max(ticks_width, text_width(decade(power), tick_style));
+    const double left = std::max(least_left, label_edge + ticks_width + tick_gap);
+    const std::vector<Series> legend = legend_series(chart);
+    double legend_width = 0;
+    for (const Series& series : legend)
+        legend_width = std::max(legend_width, legend_text + text_width(series.label, legend_style));
+    const double title_width = text_width(chart.title, title_style);
+    const double right_edge = std::max(columns * (panel_width + between) + legend_width, title_width) + 12;
+    const double legend_height = panel_title + legend_line * static_cast<double>(legend.size());
+    const double width = left + right_edge;
+    const double panels_height = rows * (panel_title + panel_height);
+    const double height = top + std::max(panels_height + below, legend_height);
+    return {width, height, [chart, axis, columns, rows, left, panels_height](Canvas& canvas) {
+                const Painter painter{chart, axis, canvas};
+                canvas.text({left, 22}, chart.title, title_style);
+                canvas.text({16, top + (panel_title + panels_height) / 2}, chart.y_label,
                             {.align = Align::centre, .upwards = true});
                 for (int i = 0; i < static_cast<int>(chart.panels.size()); ++i) {
                     const int column = i % columns, row = i / columns;

@@ -77,6 +77,37 @@ TEST(Chart, StandsZeroBelowTheLowestPowerOfTen) {
     EXPECT_GT(zero.front(), least.back() + 20);
 }
 
+TEST(Chart, HasRoomForItsTitleAndLegend) {
+    const auto with_labels = [](const std::string& label, int count) {
+        Panel panel{"p", {}};
+        for (int i = 0; i < count; ++i)
+            panel.series.push_back({label + std::to_string(i), red, Dash::solid, {{0, 1}, {1, 2}}});
+        return Chart{.title = "t", .x_label = "x", .y_label = "y", .x_ticks = {0, 1}, .panels = {panel}};
+    };
+    const Page narrow = to_page(with_labels("a", 1)), page = to_page(with_labels(std::string(60, 'm'), 40));
+    EXPECT_GT(page.width - narrow.width, 300);
+    EXPECT_GT(page.height, narrow.height + 300);
+    const Pixels pixels(to_png(page, 1));
+    const auto white = [&](int x, int y) { return pixels.rgb[3 * (y * pixels.width + x)] == 255; };
+    for (int y = 0; y < pixels.height; ++y) ASSERT_TRUE(white(pixels.width - 3, y)) << "row " << y;
+    for (int x = 0; x < pixels.width; ++x) ASSERT_TRUE(white(x, pixels.height - 3)) << "column " << x;
+    Chart titled = with_labels("a", 1);
+    titled.title = std::string(120, 'm');
+    EXPECT_GT(to_page(titled).width, narrow.width + 300);
+}
+
+TEST(Chart, KeepsItsLabelApartFromSmallNumbers) {
+    const auto page = [](double least) {
+        return to_page({.title = "t",
+                        .x_label = "x",
+                        .y_label = "y",
+                        .x_ticks = {0, 1},
+                        .panels = {{"p", {{"a", red, Dash::solid, {{0, least}, {1, 1}}}}}}});
+    };
+    EXPECT_EQ(page(0.1).width, page(0.01).width);
+    EXPECT_GT(page(1e-8).width, page(0.01).width + 20);
+}
+
 TEST(Chart, IsSvgWithEveryLabel) {
     const Chart chart{.title = "t",
                       .x_label = "x",
