@@ -13,9 +13,10 @@ AutoBoxes::AutoBoxes(const SphereTree& tree, const LocalModel* model, const Trus
 
 bool AutoBoxes::learned_is_cheaper(bool on_demand) const noexcept {
     if (!local_) return false;
-    // What a vertex costs among all of them, in a node's samples, and a learned node beside its samples, as
-    // `nbdtree bench peers` measures them, in ns; a position that is computed on demand costs its weights.
-    constexpr double vertex = 0.6, sample = 2, node = 20, weights = 15;
+    // What a vertex costs among all of them, in a node's samples, and a learned node beside its samples, in
+    // ns, as `nbdtree bench scaling` measures them in a crowd, whose bodies are not in the cache; a position
+    // that is computed on demand costs its weights.
+    constexpr double vertex = 2.3, sample = 17, node = 60, weights = 15;
     const double own = on_demand ? weights : 0.;
     const double exact = static_cast<double>(tree_->vertices.size()) * (vertex + own);
     const double learned = bounded() * (node + samples_ * (sample + own));
