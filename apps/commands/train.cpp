@@ -73,8 +73,9 @@ void run(const TrainArguments& arguments, Output& out) {
     try {
         file = train_tree(surface_body(body), recording, config, settings);
     } catch (const TrainingCancelled&) {
-        throw Interrupted("the same command continues from " +
-                          (together ? shared_folder : settings.checkpoint).string());
+        const std::filesystem::path kept = together ? shared_folder : settings.checkpoint;
+        throw Interrupted(std::filesystem::exists(kept) ? "the same command continues from " + kept.string()
+                                                        : "nothing has been trained yet");
     }
     if (rank.number == 0) {
         if (file.facts.split.calibration_trajectories.empty()) {

@@ -85,7 +85,7 @@ TEST(MakeBody, RefusesMaterialsOutOfRange) {
     EXPECT_EQ(error({.poisson = 0.5}), "Poisson's ratio is 0.5; allowed: between -0.999 and 0.499");
     EXPECT_EQ(error({.density = -1}), "density is -1; allowed: more than 0 kg/m3");
     EXPECT_EQ(error({.rayleigh_mass = -1}), "Rayleigh mass damping is -1; allowed: at least 0 1/s");
-    EXPECT_NE(error_of([&] { make_body("box", tets, {}, 4); }), "");
+    EXPECT_NE(error_of([&] { make_body("box", tets, {}, 5); }), "");
 }
 
 TEST(MakeBody, MakesTheFinerArmadillosOfThePaper) {

@@ -14,9 +14,6 @@
 #include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-/// Under the address sanitizer: assimp loses memory where it gives a damaged file up.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libassimp"; }
-
 namespace nbd {
 namespace {
 
