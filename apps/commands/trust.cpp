@@ -100,7 +100,8 @@ void run(const TrustArguments& arguments, Output& out) {
     }
     if (arguments.splits > 0)
         for (const BoundKind kind : kinds)
-            out.text(to_text(check_random_splits(file, kind, recording, arguments.splits)));
+            out.text(fmt::format("{}: {}", name(kind),
+                                 to_text(check_random_splits(file, kind, recording, arguments.splits))));
     out.result({{"promise", promise_table}, {"contact_scenes", contact_table}});
 }
 
