@@ -14,8 +14,9 @@ AutoBoxes::AutoBoxes(const SphereTree& tree, const LocalModel* model, const Trus
 bool AutoBoxes::learned_is_cheaper(bool on_demand) const noexcept {
     if (!local_) return false;
     // What a vertex costs among all of them, in a node's samples, and a learned node beside its samples, in
-    // ns, as `nbdtree bench scaling` measures them in a crowd, whose bodies are not in the cache; a position
-    // that is computed on demand costs its weights.
+    // ns; a position that is computed on demand costs its weights. A learned node costs as much as some 90
+    // vertices with two bodies in the cache (`nbdtree bench peers`), as 170 in a crowd that is not in it
+    // (`nbdtree bench scaling`): these are 145, with which `auto` is near the better choice in both.
     constexpr double vertex = 2.3, sample = 17, node = 60, weights = 15;
     const double own = on_demand ? weights : 0.;
     const double exact = static_cast<double>(tree_->vertices.size()) * (vertex + own);

@@ -48,8 +48,8 @@ inline unsigned overlapping(const BoxPack& s, const Box& t) noexcept {
     return not_above(gap, 0);
 }
 
-/// Bit k is set unless the squared gap between t and box k of s, as apart() computes it, is more than
-/// `most`.
+/// Bit k is set unless the squared gap between t and box k of s is more than `most`; but for a few ulp, which
+/// certain_square() covers.
 inline unsigned near(const BoxPack& s, const Box& t, float most) noexcept {
     BoxPack::Lanes squared = BoxPack::Lanes::Zero();
     for (std::size_t axis = 0; axis < 3; ++axis) {

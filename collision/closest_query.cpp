@@ -34,10 +34,10 @@ double least_distance(PosedTree& a, int i, PosedTree& b, int j) noexcept {
 }
 
 /// The one of a node's boxes that is the least apart from t, the first of several.
-int nearest_box(const LeafBoxes::Opened& boxes, int count, const Box& t) noexcept {
+int nearest_box(const LeafBoxes::Opened& boxes, const Box& t) noexcept {
     int nearest = 0;
     double least = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0; k < boxes.count; ++k) {
         const double distance = least_distance(boxes.box(k), t);
         if (distance < least) {
             least = distance;
@@ -109,15 +109,15 @@ void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) noexcept
     const LeafBoxes::Opened &boxes_a = a.open(i), &boxes_b = b.open(j);
     // Two faces are measured at once, so that most pairs need not wait in the queue.
     const Box whole = b.whole(j);
-    const int k = nearest_box(boxes_a, node_a.count, whole),
-              l = nearest_box(boxes_b, node_b.count, boxes_a.box(k));
+    const int k = nearest_box(boxes_a, whole), l = nearest_box(boxes_b, boxes_a.box(k));
     test_faces(a, node_a.first_slot + k, b, node_b.first_slot + l);
     const Within near(static_cast<float>(most_));
-    for_each_bit(near_boxes(boxes_a, node_a.count, whole, near), [&](int m) {
+    for_each_bit(near_boxes(boxes_a, whole, near), [&](int m) {
         const Box box = boxes_a.box(m);
-        for_each_bit(near_boxes(boxes_b, node_b.count, box, near), [&](int n) {
-            push({least_distance(box, boxes_b.box(n)), Candidate::faces, node_a.first_slot + m,
-                  node_b.first_slot + n});
+        for_each_bit(near_boxes(boxes_b, box, near), [&](int n) {
+            if (m != k || n != l)
+                push({least_distance(box, boxes_b.box(n)), Candidate::faces, node_a.first_slot + m,
+                      node_b.first_slot + n});
         });
     });
 }

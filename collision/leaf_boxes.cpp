@@ -93,17 +93,11 @@ int LeafBoxes::fit(int i) noexcept {
     at_[static_cast<std::size_t>(i)] = static_cast<int>(opened_.size());
     Opened& opened = opened_.emplace_back();
     opened.node = i;
+    if (x_.rows().rows() > 0) opened.count = n.count;
     Box all = empty_box();
-    const int count = x_.rows().rows() == 0 ? 0 : n.count;  // nothing is anywhere before the first pose
-    for (int k = 0; k < count; ++k) {
-        Box box;
-        if (n.has_faces()) {
-            const int* v = corners(n.first_slot + k);
-            const Eigen::Array4f a = x_[v[0]], b = x_[v[1]], c = x_[v[2]];
-            box = {a.min(b).min(c), a.max(b).max(c)};
-        } else {
-            box = bounding_box(x_, vertices_of(node(n.first_child + k)));
-        }
+    for (int k = 0; k < opened.count; ++k) {
+        const Box box = n.has_faces() ? faces().box(n.first_slot + k)
+                                      : bounding_box(x_, vertices_of(node(n.first_child + k)));
         opened.packs[static_cast<std::size_t>(k / BoxPack::lanes)].set(k % BoxPack::lanes, box);
         all = joined(all, box);
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -31,7 +32,7 @@ class LeafBoxes {
     struct Opened {
         std::array<BoxPack, 2> packs;  // the second one only where the first is full
         Box whole;                     // around all of them
-        int node = 0;
+        int node = 0, count = 0;       // how many boxes: none before the first pose
         Box box(int k) const noexcept {
             return packs[static_cast<std::size_t>(k / BoxPack::lanes)].box(k % BoxPack::lanes);
         }
@@ -65,7 +66,7 @@ class LeafBoxes {
         if (!is_open(root)) fetch_lines(vertices_of(node(root)));
     }
     void fetch_positions(int root) const noexcept {
-        if (!is_open(root)) x_.fetch(vertices_of(node(root)));
+        if (!is_open(root) && x_.rows().rows() > 0) x_.fetch(vertices_of(node(root)));
     }
     /// Likewise for a node below an open one.
     void fetch_node(int i) const noexcept {

@@ -1,5 +1,6 @@
 #include "collision/local_boxes.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace nbd {

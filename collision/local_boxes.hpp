@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "collision/bound.hpp"
 #include "collision/bounding_box.hpp"
+#include "collision/fetch.hpp"
 #include "collision/local_model.hpp"
 #include "collision/positions.hpp"
 #include "collision/sphere_tree.hpp"

@@ -19,13 +19,14 @@ class Within {
     float most_;  // squared
 };
 
-/// Bit k is set where box k of a node that has `count` is near t. Lanes without a box are left out: they are
-/// far from every box, but not from a position that is no number, nor over a distance whose square overflows.
+/// Bit k is set where box k of a node is near t. Lanes without a box are left out: they are far from every
+/// box, but not from a position that is no number, nor over a distance whose square overflows.
 template <class Near>
-unsigned near_boxes(const LeafBoxes::Opened& s, int count, const Box& t, const Near& near) noexcept {
+unsigned near_boxes(const LeafBoxes::Opened& s, const Box& t, const Near& near) noexcept {
+    if (s.count == 0) return 0;
     unsigned mask = near(s.packs[0], t);
-    if (count > BoxPack::lanes) mask |= near(s.packs[1], t) << BoxPack::lanes;
-    return mask & ~0u >> (LeafBoxes::most_boxes - count);
+    if (s.count > BoxPack::lanes) mask |= near(s.packs[1], t) << BoxPack::lanes;
+    return mask & ~0u >> (LeafBoxes::most_boxes - s.count);
 }
 
 }  // namespace nbd

@@ -86,13 +86,13 @@ void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, const Near& 
         stack.pop_back();
         const LeafBoxes::Node &node_a = a.node(pair.a), &node_b = b.node(pair.b);
         const LeafBoxes::Opened& boxes_a = a.open(pair.a);
-        const unsigned near_b = near_boxes(boxes_a, node_a.count, b.whole(pair.b), near);
+        const unsigned near_b = near_boxes(boxes_a, b.whole(pair.b), near);
         counters.box_tests += node_a.count;
         if (near_b == 0) continue;
         const LeafBoxes::Opened& boxes_b = b.open(pair.b);
         unsigned any = 0;  // of b's boxes
         for_each_bit(near_b, [&](int i) {
-            const unsigned mask = near_boxes(boxes_b, node_b.count, boxes_a.box(i), near);
+            const unsigned mask = near_boxes(boxes_b, boxes_a.box(i), near);
             counters.box_tests += node_b.count;
             any |= mask;
             if (mask == 0 || (node_a.has_faces() && !node_b.has_faces())) return;

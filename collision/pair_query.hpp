@@ -13,10 +13,10 @@ struct QueryCounters {
     long nodes_out_of_range = 0;  // of them exactly: their input was out of the calibrated range
     long node_tests = 0;          // pairs of tree nodes compared
     long leaf_pairs = 0;          // leaf pairs whose bounds overlap
-    long boxes_refitted = 0;      // nodes of the trees under leaves, of up to eight boxes each
+    long boxes_refitted = 0;      // nodes of the trees under leaves, of up to 32 boxes each
     long box_tests = 0;
-    long triangle_tests = 0;
-    long face_pairs = 0;  // reported
+    long triangle_tests = 0;  // face pairs whose boxes are near
+    long face_pairs = 0;      // reported
 };
 
 /// A node of each of two trees.

@@ -115,7 +115,7 @@ SceneMeshing read_meshing(JsonObject from, BodySource source) {
     SceneMeshing meshing;
     meshing.tets.nodes = static_cast<int>(from.integer("nodes", 0, {0, 1e8, "between 0 and 100000000"}));
     meshing.tets.grading = from.number("grading", meshing.tets.grading, {0, 2, "between 0 and 2"});
-    meshing.levels = static_cast<int>(from.integer("subdivide", 0, {0, 3, "between 0 and 3"}));
+    meshing.levels = static_cast<int>(from.integer("subdivide", 0, {0, 4, "between 0 and 4"}));
     if (from.choice("subdivision", "midpoint", {"midpoint", "loop"}) == "loop")
         meshing.scheme = SubdivisionScheme::loop;
     if (source == BodySource::tets)

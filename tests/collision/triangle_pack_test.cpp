@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cmath>
 #include <vector>
 
 #include "collision/intersecting_faces.hpp"
@@ -47,13 +49,16 @@ TEST(TrianglePack, IsNeverCertainOfWhatIsNotSo) {
     RandomTriangles random(1);
     for (const float scale : scales)
         for (int kind = 0; kind < 3; ++kind) {
-            int certain = 0;
+            int certain = 0, meeting_lanes = 0, apart_lanes = 0, separated_lanes = 0;
             constexpr int rounds = 400;
             for (int round = 0; round < rounds; ++round) {
                 const std::vector<Pair> pairs = some_pairs(random, kind, scale);
                 const TrianglePack s = packed(pairs, &Pair::s), t = packed(pairs, &Pair::t);
                 const unsigned separated = separated_by_plane(s, t);
                 const PackVerdict verdict = edges_meet_faces(s, t);
+                meeting_lanes += std::popcount(verdict.meeting);
+                apart_lanes += std::popcount(verdict.apart);
+                separated_lanes += std::popcount(separated);
                 EXPECT_EQ(verdict.meeting & (verdict.apart | separated), 0u);
                 for (int lane = 0; lane < TrianglePack::lanes; ++lane) {
                     const auto& [a, b] = pairs[static_cast<std::size_t>(lane)];
@@ -63,6 +68,11 @@ TEST(TrianglePack, IsNeverCertainOfWhatIsNotSo) {
                     ASSERT_FALSE(!truth && meeting) << kind << ' ' << scale;
                     certain += meeting || apart;
                 }
+            }
+            if (scale >= 1e-3f && scale <= 1e4f) {
+                EXPECT_GT(meeting_lanes, rounds / 10) << kind;
+                EXPECT_GT(apart_lanes, rounds / 10) << kind;
+                EXPECT_GT(separated_lanes, rounds / 10) << kind;
             }
             // Triangles at random are hardly ever close to call, where nothing under- or overflows.
             if (kind == 0 && scale >= 1e-3f && scale <= 1e4f) {

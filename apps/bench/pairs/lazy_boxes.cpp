@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
+#include <span>
 #include <stdexcept>
 
 #include "collision/intersecting_faces.hpp"
@@ -109,7 +111,7 @@ std::vector<int> LazyBoxes::points_of(const Range& slots) const {
 
 void LazyBoxes::begin_pose(VerticesRef points) noexcept {
     points_ = points.data();
-    posed_ = {&corners_, W_ ? VerticesRef(made_) : points};
+    x_ = W_ ? VerticesRef(made_) : points;
     ++pose_;
     all_ = empty_box();
     std::span<const Box> streamed;
@@ -162,10 +164,7 @@ void LazyBoxes::refit_faces(int block) noexcept {
     for (int g = blocks_[b].begin; g < blocks_[b].end; ++g) {
         const Range slots = groups_[static_cast<std::size_t>(g)];
         for (int slot = slots.begin; slot < slots.end; ++slot) {
-            const Eigen::Array4f p = posed_.corner(slot, 0), q = posed_.corner(slot, 1),
-                                 r = posed_.corner(slot, 2);
-            face_boxes_[static_cast<std::size_t>(g)].set(slot - slots.begin,
-                                                         {p.min(q).min(r), p.max(q).max(r)});
+            face_boxes_[static_cast<std::size_t>(g)].set(slot - slots.begin, faces().box(slot));
         }
     }
 }
@@ -218,7 +217,7 @@ void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs
                                              pairs);
                 });
         });
-    keep_intersecting(pairs, a.posed_, b.posed_);
+    keep_intersecting(pairs, a.faces(), b.faces());
     for (FacePair& pair : pairs)
         pair = {a.faces_[static_cast<std::size_t>(pair.a)], b.faces_[static_cast<std::size_t>(pair.b)]};
     std::ranges::sort(pairs);

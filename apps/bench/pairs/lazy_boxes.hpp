@@ -50,6 +50,7 @@ class LazyBoxes {
     };
 
     LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const LazyBoxesConfig& config);
+    PosedFaces faces() const noexcept { return {&corners_, x_}; }
     void add_vertices(const Range& slots);
     std::vector<int> vertices_of(const Range& slots) const;
     std::vector<int> points_of(const Range& slots) const;
@@ -65,7 +66,7 @@ class LazyBoxes {
     const SurfaceEmbedding* W_;
     std::vector<int> faces_;       // rows of the face array, cluster after cluster
     Faces corners_;                // of the face in each slot
-    PosedFaces posed_;             // those in the pose
+    Positions x_;                  // of the pose
     std::vector<Range> clusters_;  // of blocks
     std::vector<Range> blocks_;    // of groups
     std::vector<Range> groups_;    // of slots

@@ -12,7 +12,7 @@
 namespace nbd {
 namespace {
 
-class TreeMethod final : public PairMethod {
+class TreeMethod : public PairMethod {
  public:
     TreeMethod(const std::shared_ptr<const CollisionTree>& tree, BoundKind kind)
         : a_(tree, kind), b_(tree, kind) {}
@@ -23,29 +23,19 @@ class TreeMethod final : public PairMethod {
     }
     std::span<const FacePair> query() override { return query_.intersecting(a_, b_); }
 
- private:
+ protected:
     PosedTree a_, b_;
     PairQuery query_;
 };
 
-/// Down to the leaves of the sphere trees alone; answers nothing.
-class BroadPhase final : public PairMethod {
+/// Likewise down to the leaves of the sphere trees alone; answers nothing.
+class BroadPhase final : public TreeMethod {
  public:
-    BroadPhase(const std::shared_ptr<const CollisionTree>& tree, BoundKind kind)
-        : a_(tree, kind), b_(tree, kind) {}
-
-    void update(const BenchPose& a, const BenchPose& b) override {
-        a_.begin_pose(a.x);
-        b_.begin_pose(b.x);
-    }
+    using TreeMethod::TreeMethod;
     std::span<const FacePair> query() override {
         query_.leaf_pairs(a_, b_);
         return {};
     }
-
- private:
-    PosedTree a_, b_;
-    PairQuery query_;
 };
 
 /// Over the nodes: positions are computed where they are read.

@@ -8,7 +8,7 @@
 namespace nbd {
 
 /// Collision libraries of others that were found when this program was built, each set up so that it runs at
-/// its best. They give candidates, which triangles_intersect() decides.
+/// its best. They give candidates, which keep_intersecting() decides.
 std::vector<PairMethodEntry> peer_methods();
 
 /// A line for each library that was not found: what is missing.

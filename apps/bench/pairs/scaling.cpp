@@ -1,12 +1,15 @@
 #include "apps/bench/pairs/scaling.hpp"
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <stdexcept>
 
 #include "apps/bench/machine.hpp"
 #include "apps/bench/median.hpp"
@@ -28,6 +31,9 @@ std::vector<PairMethodEntry> methods_for(const BenchBody& body, const ScalingCon
 /// So many threads of TBB's, that last as long as the executor.
 Executor on_threads(int threads) {
     if (threads == 1) return run_in_order;
+    const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+    if (static_cast<std::size_t>(threads) > most)
+        throw std::invalid_argument(fmt::format("a crowd on {} threads, but there are {}", threads, most));
     const auto arena = std::make_shared<tbb::task_arena>(threads);
     return [arena](int count, const std::function<void(int)>& task) {
         arena->execute([&] { parallel_for(count, task, 1); });
