@@ -93,11 +93,16 @@ int LeafBoxes::fit(int i) noexcept {
     at_[static_cast<std::size_t>(i)] = static_cast<int>(opened_.size());
     Opened& opened = opened_.emplace_back();
     opened.node = i;
-    if (x_.rows().rows() > 0) opened.count = n.count;
+    const int count = x_.rows().rows() == 0 ? 0 : n.count;
+    opened.count = count;
     Box all = empty_box();
-    for (int k = 0; k < opened.count; ++k) {
-        const Box box = n.has_faces() ? faces().box(n.first_slot + k)
-                                      : bounding_box(x_, vertices_of(node(n.first_child + k)));
+    const PosedFaces posed = faces();
+    for (int k = 0; k < count; ++k) {
+        Box box;
+        if (n.has_faces())
+            box = posed.box(n.first_slot + k);
+        else
+            box = bounding_box(x_, vertices_of(node(n.first_child + k)));
         opened.packs[static_cast<std::size_t>(k / BoxPack::lanes)].set(k % BoxPack::lanes, box);
         all = joined(all, box);
     }
