@@ -81,7 +81,9 @@ Chart lines(std::span<const Row> rows, const Name& name, const Place& place) {
     for (const Row& row : rows) {
         auto series = std::ranges::find(all, name(row), &Series::label);
         if (series == all.end()) {
-            all.push_back({name(row), category_colour(static_cast<int>(all.size())), Dash::solid, {}});
+            constexpr Dash dashes[] = {Dash::solid, Dash::dashed, Dash::dotted, Dash::mixed};
+            all.push_back(
+                {name(row), category_colour(static_cast<int>(all.size())), dashes[all.size() / 7 % 4], {}});
             series = all.end() - 1;
         }
         series->points.push_back(place(row));
