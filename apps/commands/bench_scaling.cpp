@@ -39,9 +39,9 @@ void run(const ScalingArguments& arguments, Output& out) {
         if (interrupted()) throw Interrupted("the benchmark's tables are not written");
     };
     out.text(this_machine());
+    const auto crowds = race_crowds(bodies.front(), recording, frames, arguments.config, progress);
     const auto depths =
         race_by_depth(bodies.front(), bodies.back(), recording, frames, arguments.config, progress);
-    const auto crowds = race_crowds(bodies.front(), recording, frames, arguments.config, progress);
 
     out.text(to_csv(depths));
     out.text(to_csv(crowds));

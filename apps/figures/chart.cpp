@@ -124,6 +124,15 @@ struct Painter {
     }
 };
 
+/// After Okabe and Ito.
+constexpr std::array<Colour, 7> category_colours{{{0.00, 0.45, 0.70},
+                                                  {0.84, 0.37, 0.00},
+                                                  {0.00, 0.62, 0.45},
+                                                  {0.80, 0.47, 0.65},
+                                                  {0.90, 0.62, 0.00},
+                                                  {0.34, 0.71, 0.91},
+                                                  {0.35, 0.35, 0.38}}};
+
 }  // namespace
 
 Page to_page(const Chart& chart) {
@@ -161,15 +170,12 @@ Page to_page(const Chart& chart) {
 }
 
 Colour category_colour(int i) {
-    // After Okabe and Ito.
-    constexpr std::array<Colour, 7> colours{{{0.00, 0.45, 0.70},
-                                             {0.84, 0.37, 0.00},
-                                             {0.00, 0.62, 0.45},
-                                             {0.80, 0.47, 0.65},
-                                             {0.90, 0.62, 0.00},
-                                             {0.34, 0.71, 0.91},
-                                             {0.35, 0.35, 0.38}}};
-    return colours[static_cast<std::size_t>(i) % colours.size()];
+    return category_colours[static_cast<std::size_t>(i) % category_colours.size()];
+}
+
+Dash category_dash(int i) {
+    constexpr std::array dashes{Dash::solid, Dash::dashed, Dash::dotted, Dash::mixed};
+    return dashes[static_cast<std::size_t>(i) / category_colours.size() % dashes.size()];
 }
 
 Colour ramp_colour(double share) {

@@ -35,6 +35,9 @@ Page to_page(const Chart& chart);
 /// The colour of the i-th of a few unordered things; told apart by colour-blind people too.
 Colour category_colour(int i);
 
+/// Its dash: another one each time that the colours begin anew.
+Dash category_dash(int i);
+
 /// The colour of a share in [0, 1] of an ordered range, dark to light.
 Colour ramp_colour(double share);
 

@@ -163,9 +163,8 @@ void LazyBoxes::refit_faces(int block) noexcept {
     if (W_) make_positions(block);
     for (int g = blocks_[b].begin; g < blocks_[b].end; ++g) {
         const Range slots = groups_[static_cast<std::size_t>(g)];
-        for (int slot = slots.begin; slot < slots.end; ++slot) {
+        for (int slot = slots.begin; slot < slots.end; ++slot)
             face_boxes_[static_cast<std::size_t>(g)].set(slot - slots.begin, faces().box(slot));
-        }
     }
 }
 

@@ -131,8 +131,6 @@ int depth_of_leaves(int faces, int leaf_faces) {
     return depth;
 }
 
-bool finds_all(BoundKind kind) { return is_exact(kind); }
-
 }  // namespace
 
 std::vector<BoundKind> raced_bounds(const CollisionTree& tree) {
@@ -143,7 +141,7 @@ std::vector<BoundKind> raced_bounds(const CollisionTree& tree) {
 }
 
 PairMethodEntry tree_method(BoundKind kind) {
-    return {std::string(name(kind)), finds_all(kind), false,
+    return {std::string(name(kind)), is_exact(kind), false,
             [kind](const BenchBody& body) { return std::make_unique<TreeMethod>(body.tree, kind); }};
 }
 
@@ -151,7 +149,7 @@ std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
     std::vector<PairMethodEntry> methods;
     for (const BoundKind kind : raced_bounds(*body.tree)) methods.push_back(tree_method(kind));
     for (const BoundKind kind : raced_bounds(*body.tree)) {
-        if (finds_all(kind)) continue;
+        if (is_exact(kind)) continue;
         methods.push_back({fmt::format("{} from nodes", name(kind)), false, true, [kind](const BenchBody& b) {
                                return std::make_unique<EmbeddedTreeMethod>(b, kind);
                            }});

@@ -91,9 +91,8 @@ Page to_page(std::span<const RaceTable> tables) {
             const std::size_t i = add_once(names, r.method);
             auto series = std::ranges::find(panel.series, r.method, &Series::label);
             if (series == panel.series.end()) {
-                constexpr Dash dashes[] = {Dash::solid, Dash::dashed, Dash::dotted, Dash::mixed};
-                panel.series.push_back(
-                    {r.method, category_colour(static_cast<int>(i)), dashes[i / 7 % 4], {}});
+                const int category = static_cast<int>(i);
+                panel.series.push_back({r.method, category_colour(category), category_dash(category), {}});
                 series = panel.series.end() - 1;
             }
             series->points.push_back({static_cast<double>(r.faces), r.total_us});

@@ -81,9 +81,8 @@ Chart lines(std::span<const Row> rows, const Name& name, const Place& place) {
     for (const Row& row : rows) {
         auto series = std::ranges::find(all, name(row), &Series::label);
         if (series == all.end()) {
-            constexpr Dash dashes[] = {Dash::solid, Dash::dashed, Dash::dotted, Dash::mixed};
-            all.push_back(
-                {name(row), category_colour(static_cast<int>(all.size())), dashes[all.size() / 7 % 4], {}});
+            const int category = static_cast<int>(all.size());
+            all.push_back({name(row), category_colour(category), category_dash(category), {}});
             series = all.end() - 1;
         }
         series->points.push_back(place(row));
@@ -120,6 +119,8 @@ std::vector<DepthRow> race_by_depth(const BenchBody& coarse, const BenchBody& bo
 std::vector<CrowdRow> race_crowds(const BenchBody& body, const RecordingReader& recording,
                                   std::span<const FrameId> frames, const ScalingConfig& config,
                                   const ScalingProgress& progress) {
+    std::vector<Executor> executors;
+    for (const int threads : config.threads) executors.push_back(on_threads(threads));
     std::vector<CrowdRow> rows;
     for (const int count : config.bodies) {
         const auto poses = crowd_poses(body, recording, frames, count, config.spacing, config.seed);
@@ -127,10 +128,10 @@ std::vector<CrowdRow> race_crowds(const BenchBody& body, const RecordingReader& 
             rows.push_back(time_crowd(method, threads, *crowd, poses, config.race));
             progress(fmt::format("{} bodies, {}, {} threads", count, method, threads));
         };
-        for (const int threads : config.threads)
+        for (std::size_t i = 0; i < executors.size(); ++i)
             for (const BoundKind kind : raced_bounds(*body.tree))
-                run(std::string(name(kind)), threads,
-                    make_tree_crowd(body, kind, count, on_threads(threads)));
+                run(std::string(name(kind)), config.threads[i],
+                    make_tree_crowd(body, kind, count, executors[i]));
         run(fmt::format("lazy boxes {}", config.cluster_faces), 1,
             make_lazy_boxes_crowd(body, config.cluster_faces, count));
     }

@@ -42,7 +42,8 @@ std::vector<DepthRow> race_by_depth(const BenchBody& coarse, const BenchBody& bo
                                     const RecordingReader& recording, std::span<const FrameId> frames,
                                     const ScalingConfig& config, const ScalingProgress& progress);
 
-/// Likewise crowds by number of bodies and of threads.
+/// Likewise crowds by number of bodies and of threads. Throws std::invalid_argument, before any race, where
+/// there are not so many threads.
 std::vector<CrowdRow> race_crowds(const BenchBody& body, const RecordingReader& recording,
                                   std::span<const FrameId> frames, const ScalingConfig& config,
                                   const ScalingProgress& progress);
