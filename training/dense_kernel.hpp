@@ -32,6 +32,16 @@ inline constexpr bool has_pairs = true;
 inline constexpr bool has_pairs = false;
 #endif
 
+/// out[i][h] = (rows[2 i][h], rows[2 i + 1][h]), rounded; 0 for a row beyond `count`. rows: [count, H].
+/// Defined where has_pairs.
+template <int H>
+void pair_rows(const float* rows, int count, Pair* out) noexcept;
+
+/// out[p][i] = (rows[p][2 i], rows[p][2 i + 1]), rounded. rows: [count, H], count even. Defined where
+/// has_pairs.
+template <int H>
+void pair_columns(const float* rows, int count, Pair* out) noexcept;
+
 inline void add_product(Vec& sum, const Vec& column, float factor) noexcept { sum += column * factor; }
 #if defined(__AVX512BF16__)
 inline void add_product(Vec& sum, const Vec& column, Pair factor) noexcept {
@@ -39,7 +49,6 @@ inline void add_product(Vec& sum, const Vec& column, Pair factor) noexcept {
                                 (__m512bh)_mm512_set1_epi32(static_cast<int>(factor)));
 }
 
-/// out[i][h] = (rows[2 i][h], rows[2 i + 1][h]), rounded; 0 for a row beyond `count`. rows: [count, H].
 template <int H>
 void pair_rows(const float* rows, int count, Pair* out) noexcept {
     alignas(64) static constexpr std::uint16_t interleave[32] = {0,  16, 1,  17, 2,  18, 3,  19, 4,  20, 5,
@@ -56,7 +65,6 @@ void pair_rows(const float* rows, int count, Pair* out) noexcept {
         }
 }
 
-/// out[p][i] = (rows[p][2 i], rows[p][2 i + 1]), rounded. rows: [count, H], count even.
 template <int H>
 void pair_columns(const float* rows, int count, Pair* out) noexcept {
     for (int i = 0; i < count * H; i += 2 * lanes)
