@@ -14,6 +14,7 @@
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/rank.hpp"
 #include "apps/interrupt.hpp"
+#include "collision/kernels/kernels.hpp"
 
 namespace {
 
@@ -49,6 +50,19 @@ std::string quoted(std::string_view argument) {
 /// An argument that a script's unset variable left empty is a mistake, not the same as none.
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
+/// Has queries use the kernels that the command line names.
+void choose_kernels(const std::string& instructions) {
+    using nbd::InstructionSet;
+    std::string known;
+    for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512})
+        if (const nbd::Kernels* form = nbd::kernels_for(set)) {
+            if (instructions == name(set)) return use_kernels(*form);
+            known += (known.empty() ? "" : ", ") + std::string(name(set));
+        }
+    throw CLI::ValidationError("--instructions",
+                               fmt::format("'{}'; this machine runs {}", instructions, known));
+}
+
 /// A result that a full disk swallowed is a failure.
 int flush_output() {
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
@@ -71,6 +85,10 @@ int main(int argc, char** argv) {
     app.add_option("--threads", threads,
                    "Threads to use; 0: all cores, shared by mpirun's ranks. The result does not depend on it")
         ->check(CLI::Range(0, 1024));
+    app.add_option_function<std::string>(
+        "--instructions", choose_kernels,
+        "Kernels of collision queries: plain, avx2 or avx512; without it the best that the machine runs. The "
+        "result does not depend on it");
 
     nbd::add_mesh(app, out);
     nbd::add_modes(app, out);

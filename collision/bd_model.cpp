@@ -15,7 +15,7 @@ namespace {
 /// (Uhat^T what Uhat)^-1. The modes are scaled to unit length first, so that their units do not decide
 /// what counts as dependent.
 Eigen::MatrixXf fit_matrix(const ClusteredModes& modes) {
-    Eigen::MatrixXd U = modes.U.cast<double>();
+    Eigen::MatrixXd U = modes.U.numbers().cast<double>();
     for (Eigen::Index i = 0; i < modes.w.size(); ++i) U.middleRows<3>(3 * i) *= std::sqrt(modes.w[i]);
     const Eigen::MatrixXd gram = U.transpose() * U;
     for (Eigen::Index j = 0; j < gram.cols(); ++j)

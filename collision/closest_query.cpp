@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "collision/lane_mask.hpp"
 #include "collision/near_boxes.hpp"
 #include "collision/posed_tree_state.hpp"
 
@@ -112,9 +113,12 @@ void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) noexcept
     const int k = nearest_box(boxes_a, whole), l = nearest_box(boxes_b, boxes_a.box(k));
     test_faces(a, node_a.first_slot + k, b, node_b.first_slot + l);
     const Within near(static_cast<float>(most_));
-    for_each_bit(near_boxes(boxes_a, whole, near), [&](int m) {
+    const unsigned near_b = near_boxes(boxes_a, whole, near);
+    unsigned masks[LeafBoxes::most_boxes];
+    near_boxes(boxes_b, boxes_a, near_b, near, masks);
+    for_each_bit(near_b, [&](int m) {
         const Box box = boxes_a.box(m);
-        for_each_bit(near_boxes(boxes_b, box, near), [&](int n) {
+        for_each_bit(masks[m], [&](int n) {
             if (m != k || n != l)
                 push({least_distance(box, boxes_b.box(n)), Candidate::faces, node_a.first_slot + m,
                       node_b.first_slot + n});

@@ -44,13 +44,17 @@ constexpr auto bd_fields = [](auto& file, auto& bd) {
 };
 
 constexpr auto modal_fields = [](auto& file, auto& modal) {
-    auto& [modes, hidden, z_centre, z_scale, weights, out_centre, out_scale, centre_map, code_mean,
-           code_whitening] = modal;
+    auto& [modes, z_centre, z_scale, networks, out_centre, out_scale, centre_map, code_mean, code_whitening] =
+        modal;
     modes_fields(file, "modal/modes", modes);
+    int hidden = networks.hidden();
+    std::vector<float> weights = networks.weights();
     file.field("modal/hidden", hidden);
     file.field("modal/z_centre", z_centre);
     file.field("modal/z_scale", z_scale);
     file.field("modal/weights", weights);
+    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(modal)>>)
+        networks = ByteNetworks(modal.mode_count(), hidden, weights);
     file.field("modal/out_centre", out_centre);
     file.field("modal/out_scale", out_scale);
     file.field("modal/centre_map", centre_map);
@@ -144,9 +148,9 @@ std::vector<std::byte> file_content(const std::filesystem::path& path) {
 CollisionTree read_flat_tree(std::span<const std::byte> file) {
     FlatFieldReader reader(file);
     CollisionTree tree;
-    tree_fields(reader, tree);
-    reader.finish();
     try {
+        tree_fields(reader, tree);
+        reader.finish();
         check_collision_tree(tree);
     } catch (const std::invalid_argument& e) {
         throw std::runtime_error(e.what());

@@ -23,10 +23,8 @@ TrianglePack pack(const PosedFaces& faces, std::span<const FacePair> pairs) noex
                 positions.col(lane) = faces.corner(pairs[i].*face, k);
             }
             const Eigen::Array44f by_axis = positions.transpose();
-            TrianglePack::Corner& corner = packed.corners[static_cast<std::size_t>(k)];
-            corner.x.segment<4>(first) = by_axis.col(0);
-            corner.y.segment<4>(first) = by_axis.col(1);
-            corner.z.segment<4>(first) = by_axis.col(2);
+            for (int axis = 0; axis < 3; ++axis)
+                Eigen::Map<Eigen::Array4f>(packed.corners[k][axis] + first) = by_axis.col(axis);
         }
     return packed;
 }

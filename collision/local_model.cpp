@@ -11,44 +11,43 @@ namespace nbd {
 namespace {
 
 constexpr int lanes = LocalModel::lanes;
-constexpr int max_groups = LocalModel::max_samples / lanes;
 using Lanes = Eigen::Array<float, lanes, 1>;
 using LanesMap = Eigen::Map<const Lanes>;
 static_assert(LocalModel::hidden == lanes);
 
-/// Positions of a node's samples, 16 at a time.
+/// Positions of a node's samples, four at a time: as many as fit the registers of all machines.
 struct Samples {
-    struct Group {
-        Lanes x, y, z;
+    struct Four {
+        Eigen::Array4f x, y, z;
     };
-    Group groups[max_groups];
+    Four fours[LocalModel::max_samples / 4];
     int count;
 
     Samples(const LocalModel& model, const LocalModel::Node& node, const Positions& pose) noexcept
-        : count(node.sample_count / lanes) {
-        const int* rows = model.samples.data() + node.sample_begin;
-        for (int g = 0; g < count; ++g)
-            for (int lane = 0; lane < lanes; ++lane) {
-                const float* position = pose.data(rows[g * lanes + lane]);
-                groups[g].x[lane] = position[0];
-                groups[g].y[lane] = position[1];
-                groups[g].z[lane] = position[2];
-            }
+        : count(node.sample_count / 4) {
+        const int* row = model.samples.data() + node.sample_begin;
+        for (int f = 0; f < count; ++f) {
+            Eigen::Array44f positions;
+            for (int k = 0; k < 4; ++k) positions.col(k) = pose[*row++];
+            const Eigen::Array44f by_axis = positions.transpose();
+            fours[f] = {by_axis.col(0), by_axis.col(1), by_axis.col(2)};
+        }
     }
 };
+using FourMap = Eigen::Map<const Eigen::Array4f>;
 
 Eigen::Vector3f centre(const Samples& samples, const float* weights) noexcept {
     // Offsets from the first sample keep their digits far from the origin.
-    const Samples::Group& first = samples.groups[0];
-    Lanes x = Lanes::Zero(), y = x, z = x;
-    for (int g = 0; g < samples.count; ++g) {
-        const Samples::Group& group = samples.groups[g];
-        const LanesMap w(weights + g * lanes);
-        x += w * (group.x - first.x[0]);
-        y += w * (group.y - first.y[0]);
-        z += w * (group.z - first.z[0]);
+    const float x0 = samples.fours[0].x[0], y0 = samples.fours[0].y[0], z0 = samples.fours[0].z[0];
+    Eigen::Array4f x = Eigen::Array4f::Zero(), y = x, z = x;
+    for (int f = 0; f < samples.count; ++f) {
+        const Samples::Four& four = samples.fours[f];
+        const FourMap w(weights + 4 * f);
+        x += w * (four.x - x0);
+        y += w * (four.y - y0);
+        z += w * (four.z - z0);
     }
-    return {first.x[0] + x.sum(), first.y[0] + y.sum(), first.z[0] + z.sum()};
+    return {x0 + x.sum(), y0 + y.sum(), z0 + z.sum()};
 }
 
 /// b + W x, W [16, in], and moves `values` past both.
@@ -116,13 +115,13 @@ LocalSphere local_sphere(const LocalModel& model, int node, const Positions& pos
     const Samples samples(model, n, pose);
     const Eigen::Vector3f c = centre(samples, weights);
 
-    Lanes squared[max_groups], most = Lanes::Zero(), strange = Lanes::Zero();
-    for (int g = 0; g < samples.count; ++g) {
-        const Samples::Group& group = samples.groups[g];
-        squared[g] = (group.x - c[0]).square() + (group.y - c[1]).square() + (group.z - c[2]).square();
-        most = most.max(squared[g]);
-        strange = strange.max((squared[g] - LanesMap(mean + g * lanes)).abs() *
-                              LanesMap(inverse_deviation + g * lanes));
+    Eigen::Array4f squared[LocalModel::max_samples / 4], most = Eigen::Array4f::Zero(), strange = most;
+    for (int f = 0; f < samples.count; ++f) {
+        const Samples::Four& four = samples.fours[f];
+        squared[f] = (four.x - c[0]).square() + (four.y - c[1]).square() + (four.z - c[2]).square();
+        most = most.max(squared[f]);
+        strange =
+            strange.max((squared[f] - FourMap(mean + 4 * f)).abs() * FourMap(inverse_deviation + 4 * f));
     }
     // Each difference, square and sum rounds by half an ulp: 4 ulp cover them all.
     constexpr float slack = 1 + 4 * std::numeric_limits<float>::epsilon();
@@ -133,7 +132,7 @@ LocalSphere local_sphere(const LocalModel& model, int node, const Positions& pos
     const LocalModel::Reach reach = model.reach(node);
     if (!model.network || n.exact) return {{c, distance + reach.growth}, strangeness};
     float distances[LocalModel::max_samples];
-    for (int g = 0; g < samples.count; ++g) Eigen::Map<Lanes>(distances + g * lanes) = squared[g].sqrt();
+    for (int f = 0; f < samples.count; ++f) Eigen::Map<Eigen::Array4f>(distances + 4 * f) = squared[f].sqrt();
     const float growth =
         reach.growth + network(inverse_deviation + n.sample_count, distances, n.sample_count);
     return {{c, distance + std::clamp(growth, reach.low, reach.high)}, strangeness};

@@ -6,13 +6,13 @@
 
 namespace nbd {
 
-static_assert(GatedBound<ModalBound>);
+static_assert(GatedBound<ModalBound> && ByteNetworks::most_at_once >= 2);
 
 ModalBound::ModalBound(const SphereTree& tree, const ModalModel& model)
     : tree_(&tree),
       model_(&model),
       z_(Eigen::VectorXf::Zero(model.mode_count())),
-      zn_(z_),
+      zn_(model.mode_count()),
       difference_(z_),
       whitened_(z_) {
     const std::vector<int>& representatives = model.modes.representatives;
@@ -30,15 +30,17 @@ ModalBound::ModalBound(const SphereTree& tree, const ModalModel& model)
 
 void ModalBound::begin_pose(VerticesRef x) noexcept {
     align_ = modal_code(model_->modes, x, scratch_, z_);
-    zn_ = (z_ - model_->z_centre).cwiseProduct(model_->z_scale);
+    zn_.numbers() = (z_ - model_->z_centre).cwiseProduct(model_->z_scale);
+    zn_.fix();
     code_strangeness_ = -1;
+    first_ = -1;
 }
 
 float ModalBound::strangeness(int node) noexcept {
     if (!(code_strangeness_ >= 0)) {
         code_strangeness_ = 0;
         if (const auto m = static_cast<float>(model_->code_mean.size()); m > 0) {
-            difference_ = zn_ - model_->code_mean;
+            difference_ = zn_.numbers() - model_->code_mean;
             whitened_.noalias() = model_->code_whitening * difference_;
             code_strangeness_ = std::sqrt(whitened_.squaredNorm() / m);
         }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "collision/bound.hpp"
@@ -14,8 +15,15 @@ class ModalBound {
     /// tree and model: referred to.
     ModalBound(const SphereTree& tree, const ModalModel& model);
     void begin_pose(VerticesRef x) noexcept;
+    /// Both children of a node are bounded when the first of them is asked for, since who asks for one asks
+    /// for the other next.
     Sphere bound(int node) noexcept {
-        last_ = to_world(align_, modal_sphere(*model_, *tree_, node, zn_));
+        const int first = node == 0 ? 0 : (node - 1) / 2 * 2 + 1;  // children come in pairs after the root
+        if (first != first_) {
+            first_ = first;
+            modal_spheres(*model_, *tree_, first, zn_, std::span(spheres_).first(first == 0 ? 1 : 2));
+        }
+        last_ = to_world(align_, spheres_[static_cast<std::size_t>(node - first)]);
         return last_;
     }
     /// How far the pose's code lies from those that are known, in standard deviations (the root mean square
@@ -30,11 +38,14 @@ class ModalBound {
     std::vector<int> seen_;        // rows of the representatives among the tree's vertices, in their order
     std::vector<int> seen_begin_;  // [vertices of the tree + 1] where those from a vertex on begin
     ModalCodeScratch scratch_;
-    Eigen::VectorXf z_, zn_;                 // [m] the code, and scaled
+    Eigen::VectorXf z_;                      // [m] the code
+    FixedVector zn_;                         // scaled
     Eigen::VectorXf difference_, whitened_;  // [m] scratch
     float code_strangeness_ = -1;            // of this pose; negative: not computed yet
     RigidTransform align_;
-    Sphere last_;  // that bound() gave
+    int first_ = -1;                 // of the nodes that spheres_ belong to; negative: none
+    std::array<Sphere, 2> spheres_;  // in the aligned frame
+    Sphere last_;                    // that bound() gave
 };
 
 }  // namespace nbd

@@ -55,15 +55,17 @@ RigidTransform modal_code(const ClusteredModes& modes, VerticesRef x, ModalCodeS
                           Eigen::Ref<Eigen::VectorXf> z) noexcept {
     const Eigen::Index k = modes.X.rows();
     scratch.x.resize(k, 3);
-    scratch.d.resize(3 * k);
+    if (scratch.d.size() != 3 * k) scratch.d = FixedVector(3 * k);
     for (Eigen::Index i = 0; i < k; ++i)
         scratch.x.row(i) = x.row(modes.representatives[static_cast<std::size_t>(i)]);
     const RigidTransform align = match_shape(modes.X, scratch.x, modes.w);
+    auto d = scratch.d.numbers();
     for (Eigen::Index i = 0; i < k; ++i) {
         const Eigen::Vector3f y = align.R.transpose() * (scratch.x.row(i).transpose() - align.t);
-        scratch.d.segment<3>(3 * i) = modes.w[i] * (y - modes.X.row(i).transpose());
+        d.segment<3>(3 * i) = modes.w[i] * (y - modes.X.row(i).transpose());
     }
-    z.noalias() = modes.U.transpose() * scratch.d;
+    scratch.d.fix();
+    modes.U.transposed_times(scratch.d, z);
     return align;
 }
 
@@ -79,7 +81,7 @@ void check_clustered_modes(const ClusteredModes& modes, int vertex_count) {
                                             " weights, ", modes.X.rows(), " rest positions and ",
                                             modes.U.rows(), " rows of U instead of ", 3 * k));
     if (modes.U.cols() == 0) throw std::invalid_argument("modes: U has no columns");
-    if (!modes.X.allFinite() || !modes.U.allFinite())
+    if (!modes.X.allFinite() || !modes.U.all_finite())
         throw std::invalid_argument("modes: a rest position or an entry of U is not finite");
     for (Eigen::Index i = 0; i < k; ++i)
         if (!(modes.w[i] > 0 && std::isfinite(modes.w[i])))

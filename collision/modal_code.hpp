@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "collision/fixed_point.hpp"
 #include "collision/geometry.hpp"
 
 namespace nbd {
@@ -28,7 +29,7 @@ struct ClusteredModes {
     std::vector<int> representatives;  // [k] rows of the surface's vertices
     Eigen::VectorXf w;                 // [k] cluster sizes
     Vertices X;                        // [k, 3] rest positions of the representatives
-    Eigen::MatrixXf U;                 // [3 k, m] rows of U, vertex-major
+    FixedMatrix U;                     // [3 k, m] rows of U, vertex-major
 };
 
 /// Throws std::invalid_argument with what is wrong unless the arrays fit each other and a surface of
@@ -37,8 +38,8 @@ void check_clustered_modes(const ClusteredModes& modes, int vertex_count);
 
 /// Scratch of `modal_code`, so that a query allocates nothing.
 struct ModalCodeScratch {
-    Vertices x;         // [k, 3]
-    Eigen::VectorXf d;  // [3 k]
+    Vertices x;     // [k, 3]
+    FixedVector d;  // [3 k]
 };
 
 /// Aligns the representatives of pose `x` and projects them on the modes.

@@ -6,6 +6,7 @@
 
 #include "collision/closest_points.hpp"
 #include "collision/intersecting_faces.hpp"
+#include "collision/lane_mask.hpp"
 #include "collision/near_boxes.hpp"
 #include "collision/posed_tree_state.hpp"
 #include "collision/separation.hpp"
@@ -91,8 +92,10 @@ void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, const Near& 
         if (near_b == 0) continue;
         const LeafBoxes::Opened& boxes_b = b.open(pair.b);
         unsigned any = 0;  // of b's boxes
+        unsigned masks[LeafBoxes::most_boxes];
+        near_boxes(boxes_b, boxes_a, near_b, near, masks);
         for_each_bit(near_b, [&](int i) {
-            const unsigned mask = near_boxes(boxes_b, boxes_a.box(i), near);
+            const unsigned mask = masks[i];
             counters.box_tests += node_b.count;
             any |= mask;
             if (mask == 0 || (node_a.has_faces() && !node_b.has_faces())) return;

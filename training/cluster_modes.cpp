@@ -15,12 +15,13 @@ ClusteredModes select_rows(const SurfaceBody& body, const Clustering& clustering
     modes.w = clustering.sizes;
     const auto k = static_cast<Eigen::Index>(modes.representatives.size());
     modes.X.resize(k, 3);
-    modes.U.resize(3 * k, body.U.cols());
+    Eigen::MatrixXf U(3 * k, body.U.cols());
     for (Eigen::Index i = 0; i < k; ++i) {
         const Eigen::Index v = modes.representatives[static_cast<std::size_t>(i)];
         modes.X.row(i) = body.X.row(v);
-        modes.U.middleRows<3>(3 * i) = body.U.middleRows<3>(3 * v);
+        U.middleRows<3>(3 * i) = body.U.middleRows<3>(3 * v);
     }
+    modes.U = FixedMatrix(U);
     return modes;
 }
 

@@ -16,14 +16,14 @@ namespace {
 
 const h5::Format torch_format{"nbdtree torch", 1};
 
-/// One layer's matrices, or biases where cols is 0, of all nodes. first: where they begin among a node's
-/// weights.
-void write_layer(h5::Writer& file, const std::string& name, const ModalModel& modal, std::size_t nodes,
+/// One layer's matrices, or biases where cols is 0, of all nodes. all: ByteNetworks::weights(). first: where
+/// they begin among a node's.
+void write_layer(h5::Writer& file, const std::string& name, std::span<const float> all, std::size_t nodes,
                  int first, int rows, int cols) {
-    const auto each = static_cast<std::size_t>(modal.weights_per_node());
+    const std::size_t each = all.size() / nodes;
     std::vector<float> values;
     for (std::size_t node = 0; node < nodes; ++node) {
-        const float* weights = modal.weights.data() + node * each + first;
+        const float* weights = all.data() + node * each + first;
         for (int row = 0; row < rows; ++row)
             for (int col = 0; col < std::max(cols, 1); ++col) values.push_back(weights[col * rows + row]);
     }
@@ -41,15 +41,17 @@ void save_torch(const std::filesystem::path& path, const TreeFile& file) {
     const ModalModel& modal = *file.tree.modal;
     const SphereTree& spheres = file.tree.spheres;
     const std::size_t nodes = spheres.nodes.size();
-    const MlpShape shape{.inputs = modal.mode_count(), .hidden = modal.hidden};
+    const int hidden = modal.networks.hidden();
+    const MlpShape shape{.inputs = modal.mode_count(), .hidden = hidden};
+    const std::vector<float> weights = modal.networks.weights();
     h5::Writer out(path, torch_format);
     out.attribute("/", "body_sha256", file.facts.body_hash);
-    write_layer(out, "W1", modal, nodes, shape.W1(), modal.hidden, shape.inputs);
-    write_layer(out, "b1", modal, nodes, shape.b1(), modal.hidden, 0);
-    write_layer(out, "W2", modal, nodes, shape.W2(), modal.hidden, modal.hidden);
-    write_layer(out, "b2", modal, nodes, shape.b2(), modal.hidden, 0);
-    write_layer(out, "W3", modal, nodes, shape.W3(), MlpShape::outputs, modal.hidden);
-    write_layer(out, "b3", modal, nodes, shape.b3(), MlpShape::outputs, 0);
+    write_layer(out, "W1", weights, nodes, shape.W1(), hidden, shape.inputs);
+    write_layer(out, "b1", weights, nodes, shape.b1(), hidden, 0);
+    write_layer(out, "W2", weights, nodes, shape.W2(), hidden, hidden);
+    write_layer(out, "b2", weights, nodes, shape.b2(), hidden, 0);
+    write_layer(out, "W3", weights, nodes, shape.W3(), MlpShape::outputs, hidden);
+    write_layer(out, "b3", weights, nodes, shape.b3(), MlpShape::outputs, 0);
     Eigen::Matrix4Xf rest(4, static_cast<Eigen::Index>(nodes));
     for (std::size_t i = 0; i < nodes; ++i)
         rest.col(static_cast<Eigen::Index>(i)) << spheres.rest[i].c, spheres.rest[i].r;
@@ -58,14 +60,15 @@ void save_torch(const std::filesystem::path& path, const TreeFile& file) {
     out.write("modal/out_scale", modal.out_scale.transpose());
     const auto m = static_cast<std::size_t>(shape.inputs);
     std::vector<float> map(3 * nodes * m, 0.f);  // rows of its transpose, zero where there is none
-    std::copy_n(modal.centre_map.data(), modal.centre_map.size(), map.begin());
+    const Eigen::MatrixXf centre_map = modal.centre_map.numbers();
+    std::copy_n(centre_map.data(), centre_map.size(), map.begin());
     out.write("modal/centre_map", {nodes, 3, m}, std::span<const float>(map));
     out.write("modal/z_centre", modal.z_centre);
     out.write("modal/z_scale", modal.z_scale);
     out.write("modal/representatives", modal.modes.representatives);
     out.write("modal/w", modal.modes.w);
     out.write("modal/X", modal.modes.X);
-    out.write("modal/U", modal.modes.U);
+    out.write("modal/U", modal.modes.U.numbers());
     out.commit();
 }
 

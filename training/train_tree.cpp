@@ -35,8 +35,9 @@ void check_config(const TrainConfig& config, const SurfaceBody& body) {
     if (config.bounds.empty()) throw std::invalid_argument("no bounds to train; allowed: modal, local");
     check_mlp_config(config.mlp);
     check_local_config(config.local);
-    if (config.modes < 1)
-        throw std::invalid_argument(fmt::format("{} modes, at least 1 needed", config.modes));
+    if (config.modes < 1 || config.modes > ByteNetworks::max_inputs)
+        throw std::invalid_argument(
+            fmt::format("{} modes, allowed are 1 to {}", config.modes, ByteNetworks::max_inputs));
     if (trains(config, BoundKind::modal) && body.U.cols() < 1)
         throw std::invalid_argument("the body has no modes; compute them first");
 }
@@ -76,12 +77,12 @@ ModalModel train_model(const ClusteredModes& modes, PoseLabels& labels, const Tr
                        const TrainRun& run, Eigen::VectorXf& node_loss) {
     ModalModel model;
     model.modes = modes;
-    model.hidden = config.mlp.hidden;
     const ColumnRange codes = column_range(labels.codes);
     scale_columns(labels.codes, codes);
     model.z_centre = codes.centre;
     model.z_scale = codes.scale();
-    if (config.linear_centre) model.centre_map = take_linear_centre(labels.codes, labels.spheres);
+    if (config.linear_centre)
+        model.centre_map = FixedMatrix(take_linear_centre(labels.codes, labels.spheres));
     ColumnRange spheres = column_range(labels.spheres);
     const auto nodes = spheres.centre.size() / ModalModel::outputs;
     using PerNode = Eigen::Map<Eigen::MatrixXf>;
@@ -95,11 +96,13 @@ ModalModel train_model(const ClusteredModes& modes, PoseLabels& labels, const Tr
 
     const auto networks = train_networks(labels.codes, labels.spheres, config.mlp, run);
     node_loss.resize(nodes);
+    std::vector<float> weights;
     for (Eigen::Index i = 0; i < nodes; ++i) {
         const TrainedMlp& network = networks[static_cast<std::size_t>(i)];
-        model.weights.insert(model.weights.end(), network.weights.begin(), network.weights.end());
+        weights.insert(weights.end(), network.weights.begin(), network.weights.end());
         node_loss[i] = network.loss;
     }
+    model.networks = ByteNetworks(model.mode_count(), config.mlp.hidden, weights);
     return model;
 }
 

@@ -83,7 +83,7 @@ void write_modes(h5::Writer& file, const std::string& group, const ClusteredMode
     file.write(group + "/representatives", modes.representatives, packing);
     file.write(group + "/weights", modes.w, packing);
     file.write(group + "/X", modes.X, packing);
-    file.write(group + "/U", modes.U, packing);
+    file.write(group + "/U", modes.U.numbers(), packing);
 }
 
 ClusteredModes read_modes(const h5::Reader& file, const std::string& group) {
@@ -92,7 +92,7 @@ ClusteredModes read_modes(const h5::Reader& file, const std::string& group) {
     const std::size_t k = modes.representatives.size();
     modes.w = file.matrix<Eigen::VectorXf>(group + "/weights", k);
     modes.X = file.matrix<Vertices>(group + "/X", k, 3);
-    modes.U = file.matrix<Eigen::MatrixXf>(group + "/U", 3 * k, h5::any);
+    modes.U = FixedMatrix(file.matrix<Eigen::MatrixXf>(group + "/U", 3 * k, h5::any));
     return modes;
 }
 
@@ -114,37 +114,39 @@ BdModel read_bd(const h5::Reader& file, std::size_t nodes) {
 
 void write_modal(h5::Writer& file, const ModalModel& modal) {
     file.group("modal");
-    file.attribute("modal", "hidden", modal.hidden);
+    file.attribute("modal", "hidden", modal.networks.hidden());
     file.write("modal/z_centre", modal.z_centre, packing);
     file.write("modal/z_scale", modal.z_scale, packing);
-    const auto per_node = static_cast<std::size_t>(modal.weights_per_node());
-    file.write("modal/weights", {modal.weights.size() / per_node, per_node}, std::span(modal.weights),
-               packing);
+    const std::vector<float> weights = modal.networks.weights();
+    const auto per_node = static_cast<std::size_t>(modal.networks.weight_count());
+    file.write("modal/weights", {weights.size() / per_node, per_node}, std::span(weights), packing);
     file.write("modal/out_centre", modal.out_centre, packing);
     file.write("modal/out_scale", modal.out_scale, packing);
-    if (modal.centre_map.size() > 0) file.write("modal/centre_map", modal.centre_map, packing);
+    if (modal.centre_map.size() > 0) file.write("modal/centre_map", modal.centre_map.numbers(), packing);
     if (modal.code_mean.size() == 0) return;
     file.write("modal/code_mean", modal.code_mean, packing);
     file.write("modal/code_whitening", modal.code_whitening, packing);
 }
 
-ModalModel read_modal(const h5::Reader& file, std::size_t nodes) {
+/// as_stored: out, whether the networks are those of the file, or had to be rounded.
+ModalModel read_modal(const h5::Reader& file, std::size_t nodes, bool& as_stored) {
     ModalModel modal;
     modal.modes = read_modes(file, "modal/modes");
     const std::int64_t hidden = file.int_attribute("modal", "hidden");
-    if (hidden < 1 || hidden > ModalModel::max_hidden)
+    if (hidden < 1 || hidden > ByteNetworks::max_hidden)
         file.refuse(fmt::format("networks with {} hidden units", hidden),
-                    fmt::format("1 to {}", ModalModel::max_hidden));
-    modal.hidden = static_cast<int>(hidden);
+                    fmt::format("1 to {}", ByteNetworks::max_hidden));
     const auto m = static_cast<std::size_t>(modal.mode_count());
     modal.z_centre = file.matrix<Eigen::VectorXf>("modal/z_centre", m);
     modal.z_scale = file.matrix<Eigen::VectorXf>("modal/z_scale", m);
-    modal.weights =
-        file.read<float>("modal/weights", {nodes, static_cast<std::size_t>(modal.weights_per_node())});
+    const int per_node = ByteNetworks::weight_count(modal.mode_count(), static_cast<int>(hidden));
+    const auto weights = file.read<float>("modal/weights", {nodes, static_cast<std::size_t>(per_node)});
+    modal.networks = ByteNetworks(modal.mode_count(), static_cast<int>(hidden), weights);
+    as_stored = modal.networks.weights() == weights;
     modal.out_centre = file.matrix<Eigen::MatrixXf>("modal/out_centre", ModalModel::outputs, nodes);
     modal.out_scale = file.matrix<Eigen::MatrixXf>("modal/out_scale", ModalModel::outputs, nodes);
     if (file.has("modal/centre_map"))
-        modal.centre_map = file.matrix<Eigen::MatrixXf>("modal/centre_map", m, 3 * nodes);
+        modal.centre_map = FixedMatrix(file.matrix<Eigen::MatrixXf>("modal/centre_map", m, 3 * nodes));
     if (file.has("modal/code_mean")) {
         modal.code_mean = file.matrix<Eigen::VectorXf>("modal/code_mean", m);
         modal.code_whitening = file.matrix<Eigen::MatrixXf>("modal/code_whitening", m, m);
@@ -276,14 +278,22 @@ void check_solid_fits(const TreeFile& file) {
                         file.W.cols(), file.solid.T.rows(), file.solid.X.rows()));
 }
 
-/// As check_collision_tree(), for a file.
-void check(const std::filesystem::path& path, const TreeFile& file) {
+/// f(), whose errors of what does not fit become errors of a file.
+template <class F>
+auto of_file(const std::filesystem::path& path, const F& f) {
     try {
-        check_collision_tree(file.tree);
-        check_solid_fits(file);
+        return f();
     } catch (const std::invalid_argument& e) {
         throw std::runtime_error(fmt::format("{}: {}", path.string(), e.what()));
     }
+}
+
+/// As check_collision_tree(), for a file.
+void check(const std::filesystem::path& path, const TreeFile& file) {
+    of_file(path, [&] {
+        check_collision_tree(file.tree);
+        check_solid_fits(file);
+    });
 }
 
 }  // namespace
@@ -333,12 +343,15 @@ TreeFile load_tree(const std::filesystem::path& path) {
     read_topology(file, tree);
     const std::size_t nodes = tree.spheres.nodes.size();
     if (file.has("bd")) tree.bd = read_bd(file, nodes);
-    if (file.has("modal")) tree.modal = read_modal(file, nodes);
+    bool networks_as_stored = true;
+    if (file.has("modal"))
+        tree.modal = of_file(path, [&] { return read_modal(file, nodes, networks_as_stored); });
     if (file.has("local")) tree.local = read_local(file, nodes);
     for (const BoundKind kind : bound_kinds)
         if (file.has(calibration_group(kind))) tree.calibrations[kind] = read_calibration(file, kind, nodes);
-    // Made when strangeness was something else: worth nothing now.
-    if (tree.modal && tree.modal->code_mean.size() == 0) tree.calibrations.erase(BoundKind::modal);
+    // Made when strangeness was something else, or of networks that were not rounded: worth nothing now.
+    if (tree.modal && (tree.modal->code_mean.size() == 0 || !networks_as_stored))
+        tree.calibrations.erase(BoundKind::modal);
     if (file.has("certified")) {
         tree.certified = read_certified(file, nodes);
         result.solid = read_solid(file);

@@ -17,9 +17,10 @@ struct KernelTime {
 };
 
 /// Times what the tree has: nodes of `local` spheres and boxes, nodes of `modal` and its code, alignment
-/// included. Data is warm: `nodes` nodes, evenly spread over the tree, again and again in one pose, then the
-/// next. One thread. poses: [n, 3] each, at least one. Throws std::runtime_error where a kernel and its plain
-/// form differ by more than 1e-3. The plain forms allocate, as such code does.
+/// included. Data is warm: `nodes` nodes, pairs of children evenly spread over the tree, again and again in
+/// one pose, then the next. One thread. poses: [n, 3] each, at least one. Throws std::runtime_error where a
+/// kernel and its plain form differ by more than 1e-3, modal nodes by more than 5e-3. The plain forms
+/// allocate, as such code does.
 std::vector<KernelTime> time_kernels(const CollisionTree& tree, std::span<const Vertices> poses, int nodes);
 
 }  // namespace nbd

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <thread>
 
+#include "collision/kernels/kernels.hpp"
+
 namespace nbd {
 namespace {
 
@@ -32,8 +34,7 @@ std::string cache(int index) {
 std::string this_machine() {
     std::string text = of_processor("model name");
     if (text.empty()) text = "unknown processor";
-    const std::string flags = of_processor("flags") + ' ';
-    text += flags.find("avx512f ") != std::string::npos ? " with AVX-512" : "";
+    text += fmt::format(", {} kernels", name(kernels().instructions));
     text += fmt::format(", {} cores", std::thread::hardware_concurrency());
     if (const std::string l2 = cache(2), l3 = cache(3); !l2.empty() && !l3.empty())
         text += fmt::format(", caches of {} and {}", l2, l3);

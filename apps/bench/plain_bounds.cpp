@@ -57,20 +57,27 @@ Box plain_local_box(const LocalModel& model, int node, VerticesRef x) {
     return box;
 }
 
-Sphere plain_modal_sphere(const ModalModel& model, const SphereTree& tree, int node,
-                          const Eigen::VectorXf& zn) {
-    const float* weights = model.weights.data() + std::ptrdiff_t{node} * model.weights_per_node();
-    const Eigen::VectorXf h1 = layer(weights, zn, model.hidden).cwiseMax(0);
-    const Eigen::VectorXf h2 = layer(weights, h1, model.hidden).cwiseMax(0);
+PlainModal::PlainModal(const ModalModel& model)
+    : model_(&model),
+      U_(model.modes.U.numbers()),
+      centre_map_(model.centre_map.numbers()),
+      weights_(model.networks.weights()) {}
+
+Sphere PlainModal::sphere(const SphereTree& tree, int node, const Eigen::VectorXf& zn) const {
+    const int hidden = model_->networks.hidden();
+    const float* weights = weights_.data() + std::ptrdiff_t{node} * model_->networks.weight_count();
+    const Eigen::VectorXf h1 = layer(weights, zn, hidden).cwiseMax(0);
+    const Eigen::VectorXf h2 = layer(weights, h1, hidden).cwiseMax(0);
     Eigen::VectorXf o = layer(weights, h2, ModalModel::outputs);
-    o = o.cwiseProduct(model.out_scale.col(node)) + model.out_centre.col(node);
-    if (model.centre_map.size() > 0)
-        o.head<3>() += model.centre_map.middleCols(3 * Eigen::Index{node}, 3).transpose() * zn;
+    o = o.cwiseProduct(model_->out_scale.col(node)) + model_->out_centre.col(node);
+    if (centre_map_.size() > 0)
+        o.head<3>() += centre_map_.middleCols(3 * Eigen::Index{node}, 3).transpose() * zn;
     const Sphere& rest = tree.rest[static_cast<std::size_t>(node)];
     return {rest.c + o.head<3>(), std::max(0.f, rest.r + o[3])};
 }
 
-Eigen::VectorXf plain_modal_code(const ClusteredModes& modes, VerticesRef x) {
+Eigen::VectorXf PlainModal::code(VerticesRef x) const {
+    const ClusteredModes& modes = model_->modes;
     const Eigen::MatrixX3d p = rows_of(x, modes.representatives).cast<double>(), X = modes.X.cast<double>();
     const Eigen::VectorXd w = modes.w.cast<double>();
     const Eigen::RowVector3d mean_p = w.transpose() * p / w.sum(), mean_X = w.transpose() * X / w.sum();
@@ -82,7 +89,7 @@ Eigen::VectorXf plain_modal_code(const ClusteredModes& modes, VerticesRef x) {
     const Eigen::MatrixX3d y = ((p.rowwise() - mean_p) * R).rowwise() + mean_X;
     const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> d =
         (w.asDiagonal() * (y - X)).cast<float>();
-    return modes.U.transpose() * Vector(d.data(), d.size());
+    return U_.transpose() * Vector(d.data(), d.size());
 }
 
 }  // namespace nbd

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "collision/fixed_point.hpp"
 #include "collision/flat/flat_file.hpp"
 #include "collision/message.hpp"
 
@@ -64,6 +65,7 @@ class FlatFieldWriter {
         file_.add(name, static_cast<std::size_t>(rows.rows()), static_cast<std::size_t>(rows.cols()),
                   rows.data());
     }
+    void field(std::string_view name, const FixedMatrix& matrix) { field(name, matrix.numbers()); }
     /// A vector of structs, an array a member.
     template <class Struct, class... T>
     void table(const std::string& name, const std::vector<Struct>& rows, FlatColumn<Struct, T>... columns) {
@@ -124,6 +126,11 @@ class FlatFieldReader {
     template <EigenMatrix M>
     void field(std::string_view name, M& matrix) {
         matrix = values<typename M::Scalar>(name, M::RowsAtCompileTime, M::ColsAtCompileTime);
+    }
+    void field(std::string_view name, FixedMatrix& matrix) {
+        Eigen::MatrixXf numbers;
+        field(name, numbers);
+        matrix = FixedMatrix(numbers);
     }
     template <class Struct, class... T>
     void table(const std::string& name, std::vector<Struct>& rows, FlatColumn<Struct, T>... columns) {

@@ -46,15 +46,19 @@ TEST_F(BdModelTest, RefusesModesThatDoNotFit) {
 
 TEST_F(BdModelTest, RefusesDependentModesWhateverTheirUnits) {
     ClusteredModes clustered = modes.clustered;
-    clustered.U.col(2) = 1e-4f * clustered.U.col(0) + 1e-4f * clustered.U.col(3);
+    Eigen::MatrixXf U = clustered.U.numbers();
+    U.col(2) = 0.125f * U.col(0);  // in fixed point exactly so
+    clustered.U = FixedMatrix(U);
     EXPECT_NE(test::refusal([&] {
                   build_bd_model(tree, modes.U, clustered);
               }).find("linearly dependent at the representatives (4 modes, 20 representatives"),
               std::string::npos);
-    clustered.U.col(2).setZero();
+    U.col(2).setZero();
+    clustered.U = FixedMatrix(U);
     EXPECT_EQ(test::refusal([&] { build_bd_model(tree, modes.U, clustered); }),
               "BD-Tree: mode 2 is zero at all representatives");
-    clustered.U.col(2) = 1e-9f * modes.clustered.U.col(2);
+    U.col(2) = 1e-9f * modes.clustered.U.numbers().col(2);
+    clustered.U = FixedMatrix(U);
     EXPECT_EQ(test::refusal([&] { build_bd_model(tree, modes.U, clustered); }), "");
 }
 

@@ -29,13 +29,16 @@ TEST(BoxPack, SaysOfEachLaneWhatTheBoxSaysByItself) {
         for (int round = 0; round < 50; ++round) {
             const Box box = random_box(random, 1);
             for (const float distance : {0.f, 0.3f, 2.f}) {
-                const unsigned close = near(pack, box, certain_square(distance));
+                std::uint16_t close;
+                kernels().near(&pack, 1, numbers(box), certain_square(distance), &close);
                 for (int lane = 0; lane < BoxPack::lanes; ++lane)
                     EXPECT_EQ(close >> lane & 1,
                               lane < count && !apart(boxes[static_cast<std::size_t>(lane)], box, distance));
             }
             // Coordinates are exact here, so that boxes whose faces touch do overlap.
-            EXPECT_EQ(overlapping(pack, box), near(pack, box, 0));
+            std::uint16_t meeting;
+            kernels().near(&pack, 1, numbers(box), 0, &meeting);
+            EXPECT_EQ(overlapping(pack, box), meeting);
             touching += std::popcount(overlapping(pack, box));
         }
         EXPECT_TRUE(count == 0 ? touching == 0 : touching > 0) << count;

@@ -98,7 +98,7 @@ TEST(ModalCode, IsTheWeightedProjectionOfTheDeformationAlone) {
     std::mt19937 random(5);
     const auto s = shapes::torus(20, 12);
     const shapes::Modes modes = shapes::make_modes(s, 10, 60, 6);
-    const Eigen::MatrixXd U = modes.clustered.U.cast<double>();
+    const Eigen::MatrixXd U = modes.clustered.U.numbers().cast<double>();
     Eigen::VectorXd w(U.rows());
     for (Eigen::Index i = 0; i < modes.clustered.w.size(); ++i)
         w.segment<3>(3 * i).setConstant(modes.clustered.w[i]);
@@ -114,7 +114,7 @@ TEST(ModalCode, IsTheWeightedProjectionOfTheDeformationAlone) {
         EXPECT_NEAR((align.t - motion.t).norm(), 0, 1e-5);
         const Eigen::VectorXd expected = U.transpose() * (w.asDiagonal() * (U * q.cast<double>()));
         ASSERT_GT(expected.norm(), 1);
-        EXPECT_NEAR((z.cast<double>() - expected).norm() / expected.norm(), 0, 1e-5);
+        EXPECT_NEAR((z.cast<double>() - expected).norm() / expected.norm(), 0, 1e-4);
     }
 }
 
@@ -138,10 +138,15 @@ TEST(CheckClusteredModes, NamesWhatIsWrong) {
               "modes: 10 representatives, but 9 weights, 10 rest positions and 30 rows of U instead of 30");
     EXPECT_EQ(error([](M& m) { m.X.conservativeResize(11, 3); }),
               "modes: 10 representatives, but 10 weights, 11 rest positions and 30 rows of U instead of 30");
-    EXPECT_EQ(error([](M& m) { m.U.conservativeResize(29, 4); }),
+    EXPECT_EQ(error([](M& m) { m.U = FixedMatrix(m.U.numbers().topRows(29)); }),
               "modes: 10 representatives, but 10 weights, 10 rest positions and 29 rows of U instead of 30");
-    EXPECT_EQ(error([](M& m) { m.U.resize(30, 0); }), "modes: U has no columns");
-    EXPECT_EQ(error([](M& m) { m.U(3, 2) = NAN; }), "modes: a rest position or an entry of U is not finite");
+    EXPECT_EQ(error([](M& m) { m.U = FixedMatrix(Eigen::MatrixXf(30, 0)); }), "modes: U has no columns");
+    EXPECT_EQ(error([](M& m) {
+                  Eigen::MatrixXf U = m.U.numbers();
+                  U(3, 2) = NAN;
+                  m.U = FixedMatrix(U);
+              }),
+              "modes: a rest position or an entry of U is not finite");
     EXPECT_EQ(error([](M& m) { m.X(3, 2) = INFINITY; }),
               "modes: a rest position or an entry of U is not finite");
     EXPECT_EQ(error([](M& m) { m.w[4] = 0; }), "modes: weight 4 is 0, allowed: finite and above 0");

@@ -12,7 +12,8 @@ namespace {
 
 /// The network as the class comment defines it, in double.
 Eigen::Vector4d reference(const ModalModel& model, int node, const Eigen::VectorXf& zn) {
-    const float* w = model.weights.data() + node * model.weights_per_node();
+    const std::vector<float> weights = model.networks.weights();
+    const float* w = weights.data() + node * model.networks.weight_count();
     const auto layer = [&](int out, const Eigen::VectorXd& x) -> Eigen::VectorXd {
         const Eigen::MatrixXd W = Eigen::Map<const Eigen::MatrixXf>(w, out, x.size()).cast<double>();
         w += out * x.size();
@@ -20,8 +21,8 @@ Eigen::Vector4d reference(const ModalModel& model, int node, const Eigen::Vector
         w += out;
         return W * x + b;
     };
-    const Eigen::VectorXd h1 = layer(model.hidden, zn.cast<double>()).cwiseMax(0);
-    const Eigen::VectorXd h2 = layer(model.hidden, h1).cwiseMax(0);
+    const Eigen::VectorXd h1 = layer(model.networks.hidden(), zn.cast<double>()).cwiseMax(0);
+    const Eigen::VectorXd h2 = layer(model.networks.hidden(), h1).cwiseMax(0);
     return layer(4, h2).cwiseProduct(model.out_scale.col(node).cast<double>()) +
            model.out_centre.col(node).cast<double>();
 }
@@ -40,10 +41,10 @@ TEST(ModalSphere, IsTheNetworkForAnyWidths) {
             for (int node = 0; node < static_cast<int>(tree.nodes.size()); ++node) {
                 const Eigen::Vector4d delta = reference(model, node, zn);
                 const Sphere& rest = tree.rest[static_cast<std::size_t>(node)];
-                const Sphere sphere = modal_sphere(model, tree, node, zn);
-                EXPECT_NEAR((sphere.c - rest.c - delta.head<3>().cast<float>()).norm(), 0, 2e-5)
+                const Sphere sphere = shapes::modal_sphere(model, tree, node, shapes::fixed(zn));
+                EXPECT_NEAR((sphere.c - rest.c - delta.head<3>().cast<float>()).norm(), 0, 4e-3)
                     << modes << ' ' << hidden;
-                EXPECT_NEAR(sphere.r, std::max(0., rest.r + delta[3]), 2e-5) << modes << ' ' << hidden;
+                EXPECT_NEAR(sphere.r, std::max(0., rest.r + delta[3]), 4e-3) << modes << ' ' << hidden;
             }
         }
 }
@@ -53,20 +54,21 @@ TEST(ModalSphere, OfKnownWeightsIsKnown) {
     const auto s = shapes::sphere(6, 8);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
     ModalModel model = shapes::random_model(tree, shapes::make_modes(s, 1, 10, 1).clustered, 2, 2);
-    std::fill(model.weights.begin(), model.weights.end(), 0.f);
-    float* w = model.weights.data() + 2 * model.weights_per_node();  // node 2
-    w[0] = 1, w[1] = -1;                                             // W1 [2, 1]
-    w[4] = 1, w[7] = 1;                                              // W2 [2, 2] after b1
-    w[10] = 2, w[11 + 2] = 5, w[14 + 1] = 3;                         // W3 [4, 2] after b2
+    std::vector<float> weights(3 * static_cast<std::size_t>(model.networks.weight_count()), 0.f);
+    float* w = weights.data() + 2 * model.networks.weight_count();  // node 2
+    w[0] = 1, w[1] = -1;                                            // W1 [2, 1]
+    w[4] = 1, w[7] = 1;                                             // W2 [2, 2] after b1
+    w[10] = 2, w[11 + 2] = 5, w[14 + 1] = 3;                        // W3 [4, 2] after b2
+    model.networks = ByteNetworks(1, 2, weights);
     model.out_scale.setConstant(0.1f);
     model.out_centre.setConstant(0.01f);
     const auto at = [&](int node, float z) {
-        return modal_sphere(model, tree, node, Eigen::VectorXf::Constant(1, z));
+        return shapes::modal_sphere(model, tree, node, shapes::fixed(Eigen::VectorXf::Constant(1, z)));
     };
     const Sphere& rest = tree.rest[2];
-    EXPECT_NEAR((at(2, 0.5f).c - rest.c - Eigen::Vector3f(0.11f, 0.01f, 0.01f)).norm(), 0, 1e-6);
-    EXPECT_NEAR(at(2, 0.5f).r, rest.r + 0.01f + 0.25f, 1e-6);
-    EXPECT_NEAR((at(2, -0.5f).c - rest.c - Eigen::Vector3f(0.01f, 0.16f, 0.01f)).norm(), 0, 1e-6);
+    EXPECT_NEAR((at(2, 0.5f).c - rest.c - Eigen::Vector3f(0.11f, 0.01f, 0.01f)).norm(), 0, 1e-5);
+    EXPECT_NEAR(at(2, 0.5f).r, rest.r + 0.01f + 0.25f, 1e-5);
+    EXPECT_NEAR((at(2, -0.5f).c - rest.c - Eigen::Vector3f(0.01f, 0.16f, 0.01f)).norm(), 0, 1e-5);
     EXPECT_NEAR(at(2, -0.5f).r, rest.r + 0.01f, 1e-6);
     EXPECT_NEAR(at(1, 0.5f).r, tree.rest[1].r + 0.01f, 1e-6);
 }
@@ -75,12 +77,13 @@ TEST(ModalSphere, MovesItsCentreByTheLinearPart) {
     const auto s = shapes::sphere(6, 8);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
     ModalModel model = shapes::random_model(tree, shapes::make_modes(s, 3, 10, 1).clustered, 32, 2);
-    const Eigen::Vector3f zn(0.5f, -1, 0.25f);
-    const Sphere without = modal_sphere(model, tree, 2, zn);
-    model.centre_map = Eigen::MatrixXf::Zero(3, 9);
-    model.centre_map.col(6) << 1, 0, 0;
-    model.centre_map.col(8) << 0, 1, 4;
-    const Sphere with = modal_sphere(model, tree, 2, zn);
+    const FixedVector zn = shapes::fixed(Eigen::Vector3f(0.5f, -1, 0.25f));
+    const Sphere without = shapes::modal_sphere(model, tree, 2, zn);
+    Eigen::MatrixXf map = Eigen::MatrixXf::Zero(3, 9);
+    map.col(6) << 1, 0, 0;
+    map.col(8) << 0, 1, 4;
+    model.centre_map = FixedMatrix(map);
+    const Sphere with = shapes::modal_sphere(model, tree, 2, zn);
     EXPECT_NEAR((with.c - without.c - Eigen::Vector3f(0.5f, 0, 0)).norm(), 0, 1e-6);
     EXPECT_EQ(with.r, without.r);
 }
@@ -90,14 +93,13 @@ TEST(ModalSphere, NeverHasANegativeRadius) {
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
     ModalModel model = shapes::random_model(tree, shapes::make_modes(s, 3, 10, 1).clustered, 32, 2);
     model.out_centre.row(3).setConstant(-10);
-    EXPECT_EQ(modal_sphere(model, tree, 0, Eigen::VectorXf::Zero(3)).r, 0);
+    EXPECT_EQ(shapes::modal_sphere(model, tree, 0, FixedVector(3)).r, 0);
 }
 
 TEST(CheckModalModel, NamesWhatIsWrong) {
     const auto s = shapes::sphere(6, 8);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
     const ModalModel whole = shapes::random_model(tree, shapes::make_modes(s, 3, 10, 1).clustered, 8, 2);
-    ASSERT_EQ(whole.weights_per_node(), 8 * 4 + 8 * 9 + 4 * 9);
     const auto error = [&](auto tamper) {
         ModalModel model = whole;
         tamper(model);
@@ -106,13 +108,12 @@ TEST(CheckModalModel, NamesWhatIsWrong) {
     using M = ModalModel;
     EXPECT_EQ(error([](M&) {}), "");
     EXPECT_EQ(error([](M& m) { m.modes.w[0] = -1; }), "modes: weight 0 is -1, allowed: finite and above 0");
-    EXPECT_EQ(error([](M& m) { m.hidden = 0; }), "modal tree: hidden width 0, allowed: 1 to 128");
-    EXPECT_EQ(error([](M& m) { m.hidden = 129; }), "modal tree: hidden width 129, allowed: 1 to 128");
-    EXPECT_EQ(error([](M& m) { m.hidden = 9; }),
-              "modal tree: has 420 weights instead of 166 for each of 3 nodes");
-    EXPECT_EQ(error([](M& m) { m.weights.pop_back(); }),
-              "modal tree: has 419 weights instead of 140 for each of 3 nodes");
-    EXPECT_EQ(error([](M& m) { m.weights[300] = NAN; }), "modal tree: a weight of node 2 is not finite");
+    EXPECT_EQ(error([](M& m) { m.networks = {}; }),
+              "modal tree: has 0 networks of 0 inputs instead of 3 of 3");
+    EXPECT_EQ(error([](M& m) {
+                  m.networks = ByteNetworks(2, 1, std::vector<float>(3 * ByteNetworks::weight_count(2, 1)));
+              }),
+              "modal tree: has 3 networks of 2 inputs instead of 3 of 3");
     EXPECT_EQ(error([](M& m) { m.z_scale.conservativeResize(2); }),
               "modal tree: z_centre and z_scale have 3 and 2 entries instead of 3");
     EXPECT_EQ(error([](M& m) { m.z_centre[1] = INFINITY; }),
@@ -121,10 +122,10 @@ TEST(CheckModalModel, NamesWhatIsWrong) {
               "modal tree: the scaling of the outputs is 4 x 2 instead of 4 x 3");
     EXPECT_EQ(error([](M& m) { m.out_centre.conservativeResize(3, 3); }),
               "modal tree: the scaling of the outputs is 3 x 3 instead of 4 x 3");
-    EXPECT_EQ(error([](M& m) { m.centre_map.setZero(3, 9); }), "");
-    EXPECT_EQ(error([](M& m) { m.centre_map.setZero(3, 8); }),
+    EXPECT_EQ(error([](M& m) { m.centre_map = FixedMatrix(Eigen::MatrixXf::Zero(3, 9)); }), "");
+    EXPECT_EQ(error([](M& m) { m.centre_map = FixedMatrix(Eigen::MatrixXf::Zero(3, 8)); }),
               "modal tree: the linear part of the centres is 3 x 8 instead of 3 x 9");
-    EXPECT_EQ(error([](M& m) { m.centre_map.setConstant(3, 9, NAN); }),
+    EXPECT_EQ(error([](M& m) { m.centre_map = FixedMatrix(Eigen::MatrixXf::Constant(3, 9, NAN)); }),
               "modal tree: the linear part of the centres is not finite");
     EXPECT_EQ(error([](M& m) {
                   m.code_mean.setZero(3);

@@ -43,12 +43,13 @@ inline Modes make_modes(const Surface& s, int mode_count, int representatives, u
     modes.U = U.cast<float>();
 
     c.X.resize(representatives, 3);
-    c.U.resize(3 * representatives, mode_count);
+    Eigen::MatrixXf rows(3 * representatives, mode_count);
     for (int i = 0; i < representatives; ++i) {
         const Eigen::Index v = c.representatives[static_cast<std::size_t>(i)];
         c.X.row(i) = s.X.row(v);
-        c.U.middleRows<3>(3 * i) = modes.U.middleRows<3>(3 * v);
+        rows.middleRows<3>(3 * i) = modes.U.middleRows<3>(3 * v);
     }
+    c.U = FixedMatrix(rows);
     return modes;
 }
 
@@ -58,18 +59,32 @@ inline Vertices modal_pose(const Surface& s, const Eigen::MatrixXf& U, const Eig
     return s.X + Eigen::Map<const Vertices>(shift.data(), s.X.rows(), 3);
 }
 
+inline FixedVector fixed(const Eigen::VectorXf& numbers) {
+    FixedVector x(numbers.size());
+    x.numbers() = numbers;
+    x.fix();
+    return x;
+}
+
+inline Sphere modal_sphere(const ModalModel& model, const SphereTree& tree, int node, const FixedVector& zn) {
+    Sphere sphere;
+    modal_spheres(model, tree, node, zn, {&sphere, 1});
+    return sphere;
+}
+
 /// A model with random weights, about what training starts from.
 inline ModalModel random_model(const SphereTree& tree, const ClusteredModes& modes, int hidden,
                                unsigned seed) {
     std::mt19937 random(seed);
     ModalModel model;
     model.modes = modes;
-    model.hidden = hidden;
     const int m = model.mode_count();
     model.z_centre = Eigen::VectorXf::NullaryExpr(m, [&](Eigen::Index) { return 0.1f * uniform(random); });
     model.z_scale = Eigen::VectorXf::NullaryExpr(m, [&](Eigen::Index) { return 0.05f * uniform(random); });
-    model.weights.resize(tree.nodes.size() * static_cast<std::size_t>(model.weights_per_node()));
-    for (float& w : model.weights) w = 0.3f * uniform(random);
+    std::vector<float> weights(tree.nodes.size() *
+                               static_cast<std::size_t>(ByteNetworks::weight_count(m, hidden)));
+    for (float& w : weights) w = 0.3f * uniform(random);
+    model.networks = ByteNetworks(m, hidden, weights);
     const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
     model.out_centre = Eigen::MatrixXf::NullaryExpr(
         4, nodes, [&](Eigen::Index, Eigen::Index) { return 0.05f * uniform(random); });

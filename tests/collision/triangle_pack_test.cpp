@@ -35,9 +35,7 @@ TrianglePack packed(const std::vector<Pair>& pairs, Triangle Pair::*side) {
         const Triangle& x = pairs[static_cast<std::size_t>(lane)].*side;
         const Eigen::Vector3f* corners[] = {&x.a, &x.b, &x.c};
         for (std::size_t k = 0; k < 3; ++k) {
-            pack.corners[k].x[lane] = corners[k]->x();
-            pack.corners[k].y[lane] = corners[k]->y();
-            pack.corners[k].z[lane] = corners[k]->z();
+            for (int axis = 0; axis < 3; ++axis) pack.corners[k][axis][lane] = (*corners[k])[axis];
         }
     }
     return pack;

@@ -77,8 +77,8 @@ TEST_F(CodeSpread, CallsThePosesItIsMeasuredOnAsStrangeAsFreshOnes) {
     model.modes = cluster_modes(bar.body, data, frames, {.k_means = {.clusters = 40}}).modes;
     model.z_centre = Eigen::VectorXf::Zero(6);
     model.z_scale = Eigen::VectorXf::Ones(6);
-    model.hidden = 4;
-    model.weights.assign(3 * static_cast<std::size_t>(model.weights_per_node()), 0.f);
+    const std::vector<float> weights(3 * static_cast<std::size_t>(ByteNetworks::weight_count(6, 4)), 0.f);
+    model.networks = ByteNetworks(6, 4, weights);
     model.out_centre = model.out_scale = Eigen::MatrixXf::Zero(4, 3);
     model.out_centre.row(3).setConstant(10);  // nothing stands outside
     fit_code_spread(scaled_codes(bar.body, data, frames, model), model);

@@ -28,18 +28,21 @@ inline TreeFile example_tree(const ExampleTree& config) {
     for (int i = 0; i < config.representatives; ++i) modes.representatives.push_back(i * 3 % (n * n));
     modes.w = Eigen::VectorXf::Random(config.representatives).array() + 2;
     modes.X = Vertices::Random(config.representatives, 3);
-    modes.U = Eigen::MatrixXf::Random(3 * config.representatives, config.modes);
+    modes.U = FixedMatrix(Eigen::MatrixXf::Random(3 * config.representatives, config.modes));
     tree.bd = build_bd_model(tree.spheres, Eigen::MatrixXf::Random(3 * n * n, config.modes), modes);
 
     tree.modal.emplace();
     tree.modal->modes = modes;
     tree.modal->z_centre = Eigen::VectorXf::Random(config.modes);
     tree.modal->z_scale = Eigen::VectorXf::Random(config.modes);
-    const Eigen::VectorXf weights = Eigen::VectorXf::Random(nodes * tree.modal->weights_per_node());
-    tree.modal->weights.assign(weights.begin(), weights.end());
+    constexpr int hidden = 32;
+    const Eigen::VectorXf weights =
+        Eigen::VectorXf::Random(nodes * ByteNetworks::weight_count(config.modes, hidden));
+    tree.modal->networks = ByteNetworks(config.modes, hidden,
+                                        std::span(weights.data(), static_cast<std::size_t>(weights.size())));
     tree.modal->out_centre = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
     tree.modal->out_scale = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
-    tree.modal->centre_map = Eigen::MatrixXf::Random(config.modes, 3 * nodes);
+    tree.modal->centre_map = FixedMatrix(Eigen::MatrixXf::Random(config.modes, 3 * nodes));
     tree.modal->code_mean = Eigen::VectorXf::Random(config.modes);
     tree.modal->code_whitening = Eigen::MatrixXf::Random(config.modes, config.modes);
 

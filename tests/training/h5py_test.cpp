@@ -55,7 +55,7 @@ TEST_F(H5pyTest, ReadsBodyRecordingAndTree) {
         fmt::format("cd / && /usr/bin/python3 '{}' '{}' '{}' '{}' '{}' {} {:.9g} {:.9g}", NBD_READ_WITH_H5PY,
                     (folder / "body.h5").string(), (folder / "shard.h5").string(),
                     (folder / "data.h5").string(), (folder / "tree.h5").string(), body_hash(body),
-                    tree.tree.modal->modes.U(7, 2), tree.tree.bd->Ubar(1, 3));
+                    tree.tree.modal->modes.U.numbers()(7, 2), tree.tree.bd->Ubar(1, 3));
     EXPECT_EQ(std::system(command.c_str()), 0) << command;
 }
 

@@ -89,10 +89,10 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
     ASSERT_EQ(a.tree.modal.has_value(), b.tree.modal.has_value());
     if (a.tree.modal) {
         expect_same(a.tree.modal->modes, b.tree.modal->modes);
-        EXPECT_EQ(a.tree.modal->hidden, b.tree.modal->hidden);
         EXPECT_EQ(a.tree.modal->z_centre, b.tree.modal->z_centre);
         EXPECT_EQ(a.tree.modal->z_scale, b.tree.modal->z_scale);
-        EXPECT_EQ(a.tree.modal->weights, b.tree.modal->weights);
+        EXPECT_EQ(a.tree.modal->networks.hidden(), b.tree.modal->networks.hidden());
+        EXPECT_EQ(a.tree.modal->networks.weights(), b.tree.modal->networks.weights());
         EXPECT_EQ(a.tree.modal->out_centre, b.tree.modal->out_centre);
         EXPECT_EQ(a.tree.modal->out_scale, b.tree.modal->out_scale);
         EXPECT_EQ(a.tree.modal->centre_map, b.tree.modal->centre_map);
@@ -113,7 +113,7 @@ TEST_F(TreeFileTest, GivesBackWhatWasSaved) {
     TreeFile file = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
     save_tree(folder / "tree.h5", file);
     expect_same(load_tree(folder / "tree.h5"), file);
-    file.tree.modal->centre_map.resize(0, 0);  // as the paper has it
+    file.tree.modal->centre_map = FixedMatrix();  // as the paper has it
     save_tree(folder / "tree.h5", file);
     expect_same(load_tree(folder / "tree.h5"), file);
     EXPECT_EQ(files_in_folder(), 1u);
@@ -127,6 +127,16 @@ TEST_F(TreeFileTest, DoesNotTrustModalCalibrationsFromBeforeTheSpreadOfCodesWasM
     file.tree.calibrations.erase(BoundKind::modal);
     EXPECT_FALSE(file.tree.calibrations.empty());
     expect_same(load_tree(folder / "old.h5"), file);
+}
+
+TEST_F(TreeFileTest, DoesNotTrustModalCalibrationsOfNetworksThatAreRoundedNow) {
+    const TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
+    save_tree(folder / "tree.h5", file);
+    EXPECT_TRUE(load_tree(folder / "tree.h5").tree.calibrations.contains(BoundKind::modal));
+    EditFile(folder / "tree.h5").set("modal/weights", 3, 0.123f);
+    const TreeFile rounded = load_tree(folder / "tree.h5");
+    EXPECT_FALSE(rounded.tree.calibrations.contains(BoundKind::modal));
+    EXPECT_TRUE(rounded.tree.calibrations.contains(BoundKind::bd));
 }
 
 TEST_F(TreeFileTest, NeedsNoModels) {
@@ -172,10 +182,10 @@ TEST_F(TreeFileTest, StaysBelowEightMegabytesAtThePapersSizes) {
 
 TEST_F(TreeFileTest, ThatWouldNotLoadIsNotSaved) {
     TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
-    file.tree.modal->weights[5] = std::numeric_limits<float>::quiet_NaN();
+    file.tree.modal->out_scale(1, 5) = std::numeric_limits<float>::quiet_NaN();
     const std::string error = error_of([&] { save_tree(folder / "tree.h5", file); });
     test::expect_clear(error, folder / "tree.h5");
-    EXPECT_NE(error.find("a weight of node 0"), std::string::npos) << error;
+    EXPECT_NE(error.find("the scaling of the outputs is not finite"), std::string::npos) << error;
     EXPECT_EQ(files_in_folder(), 0u);
 }
 

@@ -76,6 +76,7 @@ LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const
     else
         for (const std::vector<int>& list : lists) cluster_points_.add(list);
     cluster_boxes_.resize((clusters_.size() + lanes - 1) / lanes);
+    near_.resize(cluster_boxes_.size());
     block_boxes_.resize(clusters_.size());
     face_boxes_.resize(groups_.size());
     cluster_poses_.assign(clusters_.size(), 0);
@@ -174,13 +175,20 @@ void LazyBoxes::test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b
     b.refit_faces(block_b);
     const Range groups_a = a.blocks_[static_cast<std::size_t>(block_a)],
                 groups_b = b.blocks_[static_cast<std::size_t>(block_b)];
+    // Blocks have up to 256 faces, halved until 16 are left: at most 16 groups.
+    std::uint16_t near_b[lanes], near_a[lanes];
+    const auto test = [&](const LazyBoxes& boxes, const Range& groups, const Box& box, std::uint16_t* near) {
+        kernels().overlapping(boxes.face_boxes_.data() + groups.begin, groups.end - groups.begin,
+                              numbers(box), near);
+    };
+    test(a, groups_a, box_b, near_a);
     for (int ga = groups_a.begin; ga < groups_a.end; ++ga) {
         const BoxPack& faces_a = a.face_boxes_[static_cast<std::size_t>(ga)];
-        for_each_bit(overlapping(faces_a, box_b), [&](int i) {
-            const Box face_box = faces_a.box(i);
+        for_each_bit(near_a[ga - groups_a.begin], [&](int i) {
+            test(b, groups_b, faces_a.box(i), near_b);
             const int slot_a = a.groups_[static_cast<std::size_t>(ga)].begin + i;
             for (int gb = groups_b.begin; gb < groups_b.end; ++gb)
-                for_each_bit(overlapping(b.face_boxes_[static_cast<std::size_t>(gb)], face_box), [&](int j) {
+                for_each_bit(near_b[gb - groups_b.begin], [&](int j) {
                     const int slot_b = b.groups_[static_cast<std::size_t>(gb)].begin + j;
                     pairs.push_back({slot_a, slot_b});
                 });
@@ -206,11 +214,17 @@ void LazyBoxes::test_clusters(LazyBoxes& a, int cluster_a, const Box& box_a, Laz
 void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs) {
     pairs.clear();
     if (!overlap(a.all_, b.all_)) return;
+    const auto find_near = [](LazyBoxes& boxes, const Box& box) {
+        kernels().overlapping(boxes.cluster_boxes_.data(), static_cast<int>(boxes.cluster_boxes_.size()),
+                              numbers(box), boxes.near_.data());
+    };
+    find_near(a, b.all_);
     for (std::size_t wa = 0; wa < a.cluster_boxes_.size(); ++wa)
-        for_each_bit(overlapping(a.cluster_boxes_[wa], b.all_), [&](int i) {
+        for_each_bit(a.near_[wa], [&](int i) {
             const Box box = a.cluster_boxes_[wa].box(i);
+            find_near(b, box);
             for (std::size_t wb = 0; wb < b.cluster_boxes_.size(); ++wb)
-                for_each_bit(overlapping(b.cluster_boxes_[wb], box), [&](int j) {
+                for_each_bit(b.near_[wb], [&](int j) {
                     LazyBoxes::test_clusters(a, static_cast<int>(wa) * lanes + i, box, b,
                                              static_cast<int>(wb) * lanes + j, b.cluster_boxes_[wb].box(j),
                                              pairs);

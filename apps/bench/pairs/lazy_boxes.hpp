@@ -76,6 +76,7 @@ class LazyBoxes {
     std::vector<int> vertices_;
 
     std::vector<BoxPack> cluster_boxes_;                      // sixteen clusters each
+    std::vector<std::uint16_t> near_;                         // of them: scratch, a bit a cluster
     std::vector<BoxPack> block_boxes_;                        // a cluster's blocks
     std::vector<BoxPack> face_boxes_;                         // a group's faces
     std::vector<std::uint64_t> cluster_poses_, block_poses_;  // the pose that what is below belongs to

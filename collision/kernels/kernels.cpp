@@ -1,0 +1,58 @@
+#include "collision/kernels/kernels.hpp"
+
+#include <atomic>
+#include <initializer_list>
+
+#include "collision/kernels/forms.hpp"
+
+namespace nbd {
+
+const Kernels* kernels_for(InstructionSet instructions) noexcept {
+    switch (instructions) {
+#ifdef NBD_X86_KERNELS
+        case InstructionSet::avx2:
+            return __builtin_cpu_supports("avx2") ? &kernels_avx2 : nullptr;
+        case InstructionSet::avx512:
+            return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
+                           __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512vnni")
+                       ? &kernels_avx512
+                       : nullptr;
+#endif
+        case InstructionSet::plain:
+            return &kernels_plain;
+        default:
+            return nullptr;
+    }
+}
+
+namespace {
+
+std::atomic<const Kernels*> in_use = nullptr;
+
+}  // namespace
+
+const Kernels& kernels() noexcept {
+    // Threads that come here at once find the same one.
+    if (const Kernels* chosen = in_use.load(std::memory_order_relaxed)) return *chosen;
+    const Kernels* best = &kernels_plain;
+    for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512})
+        if (const Kernels* form = kernels_for(set)) best = form;
+    use_kernels(*best);
+    return *best;
+}
+
+void use_kernels(const Kernels& form) noexcept { in_use.store(&form, std::memory_order_relaxed); }
+
+const char* name(InstructionSet instructions) noexcept {
+    switch (instructions) {
+        case InstructionSet::avx2:
+            return "avx2";
+        case InstructionSet::avx512:
+            return "avx512";
+        default:
+            return "plain";
+    }
+}
+
+}  // namespace nbd

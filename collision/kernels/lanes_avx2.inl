@@ -1,0 +1,115 @@
+// Sixteen lanes in two registers of AVX2. What the functions mean stands in lanes_plain.inl.
+
+struct Lanes {
+    __m256 v[2];
+};
+struct Ints {
+    __m256i v[2];
+};
+struct Pairs {
+    __m256i v[2];
+};
+
+inline Lanes load(const float* p) noexcept { return {{_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8)}}; }
+inline void store(const Lanes& a, float* p) noexcept {
+    _mm256_storeu_ps(p, a.v[0]);
+    _mm256_storeu_ps(p + 8, a.v[1]);
+}
+inline Lanes all(float x) noexcept { return {{_mm256_set1_ps(x), _mm256_set1_ps(x)}}; }
+inline Lanes operator+(const Lanes& a, const Lanes& b) noexcept {
+    return {{_mm256_add_ps(a.v[0], b.v[0]), _mm256_add_ps(a.v[1], b.v[1])}};
+}
+inline Lanes operator-(const Lanes& a, const Lanes& b) noexcept {
+    return {{_mm256_sub_ps(a.v[0], b.v[0]), _mm256_sub_ps(a.v[1], b.v[1])}};
+}
+inline Lanes operator*(const Lanes& a, const Lanes& b) noexcept {
+    return {{_mm256_mul_ps(a.v[0], b.v[0]), _mm256_mul_ps(a.v[1], b.v[1])}};
+}
+inline Lanes max(const Lanes& a, const Lanes& b) noexcept {
+    return {{_mm256_max_ps(a.v[0], b.v[0]), _mm256_max_ps(a.v[1], b.v[1])}};
+}
+inline Lanes min(const Lanes& a, const Lanes& b) noexcept {
+    return {{_mm256_min_ps(a.v[0], b.v[0]), _mm256_min_ps(a.v[1], b.v[1])}};
+}
+inline Lanes abs(const Lanes& a) noexcept {
+    const __m256 sign = _mm256_set1_ps(-0.f);
+    return {{_mm256_andnot_ps(sign, a.v[0]), _mm256_andnot_ps(sign, a.v[1])}};
+}
+inline unsigned above(const Lanes& a, float limit) noexcept {
+    const __m256 limits = _mm256_set1_ps(limit);
+    const int low = _mm256_movemask_ps(_mm256_cmp_ps(a.v[0], limits, _CMP_GT_OQ)),
+              high = _mm256_movemask_ps(_mm256_cmp_ps(a.v[1], limits, _CMP_GT_OQ));
+    return static_cast<unsigned>(low | high << 8);
+}
+inline unsigned not_above(const Lanes& a, float limit) noexcept { return ~above(a, limit) & 0xffffu; }
+
+inline __m256i load_ints(const void* p) noexcept {
+    return _mm256_loadu_si256(static_cast<const __m256i*>(p));
+}
+inline Ints zeros() noexcept { return {{_mm256_setzero_si256(), _mm256_setzero_si256()}}; }
+inline Ints magnitude_bits(const float* p) noexcept {
+    const __m256i mask = _mm256_set1_epi32(0x7fffffff);
+    return {{_mm256_and_si256(load_ints(p), mask), _mm256_and_si256(load_ints(p + 8), mask)}};
+}
+inline Ints max(const Ints& a, const Ints& b) noexcept {
+    return {{_mm256_max_epi32(a.v[0], b.v[0]), _mm256_max_epi32(a.v[1], b.v[1])}};
+}
+inline std::int32_t largest(const Ints& a) noexcept {
+    const __m256i eight = _mm256_max_epi32(a.v[0], a.v[1]);
+    const __m128i four = _mm_max_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
+    const __m128i two = _mm_max_epi32(four, _mm_unpackhi_epi64(four, four));
+    return _mm_cvtsi128_si32(_mm_max_epi32(two, _mm_shuffle_epi32(two, 1)));
+}
+inline Lanes to_float(const Ints& a) noexcept {
+    return {{_mm256_cvtepi32_ps(a.v[0]), _mm256_cvtepi32_ps(a.v[1])}};
+}
+inline void store_rounded(const Lanes& a, std::int16_t* p) noexcept {
+    const __m256i low = _mm256_cvtps_epi32(a.v[0]), high = _mm256_cvtps_epi32(a.v[1]);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(p),
+                        _mm256_permute4x64_epi64(_mm256_packs_epi32(low, high), 0xd8));
+}
+
+inline Pairs load_pairs(const std::int16_t* p) noexcept { return {{load_ints(p), load_ints(p + 16)}}; }
+inline __m256i same_pair(const std::int16_t* p) noexcept {
+    std::int32_t pair;
+    __builtin_memcpy(&pair, p, sizeof pair);
+    return _mm256_set1_epi32(pair);
+}
+inline Ints add_products(const Ints& a, const Pairs& p, const Pairs& q) noexcept {
+    return {{_mm256_add_epi32(a.v[0], _mm256_madd_epi16(p.v[0], q.v[0])),
+             _mm256_add_epi32(a.v[1], _mm256_madd_epi16(p.v[1], q.v[1]))}};
+}
+
+struct LayerSums {
+    Ints sums = zeros();
+    template <class Inputs>
+    void add(const std::int8_t* weights, const Inputs& inputs, int quad) noexcept {
+        const __m256i first = same_pair(inputs.x + 4 * quad), second = same_pair(inputs.x + 4 * quad + 2);
+        for (int half = 0; half < 2; ++half) {
+            const __m256i four = load_ints(weights + 32 * half);
+            const __m256i low = _mm256_srai_epi16(_mm256_slli_epi16(four, 8), 8),
+                          high = _mm256_srai_epi16(four, 8);
+            sums.v[half] = _mm256_add_epi32(sums.v[half], _mm256_add_epi32(_mm256_madd_epi16(low, first),
+                                                                           _mm256_madd_epi16(high, second)));
+        }
+    }
+    Ints total(const std::int32_t*) const noexcept { return sums; }
+};
+struct LayerInputs {
+    using Sums = LayerSums;
+    const std::int16_t* x;
+    LayerInputs(const std::int16_t* fixed, int) noexcept : x(fixed) {}
+};
+using Hidden = std::int16_t;
+struct HiddenInputs {
+    using Sums = LayerSums;
+    Hidden x[128];
+};
+inline void store_hidden(const Lanes& a, Hidden* p) noexcept { store_rounded(a, p); }
+
+inline float sum(const Lanes& a) noexcept {
+    const __m256 eight = _mm256_add_ps(a.v[0], a.v[1]);
+    const __m128 four = _mm_add_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+    const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+    return _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)));
+}

@@ -1,0 +1,108 @@
+// Sixteen lanes in a register of AVX-512. What the functions mean stands in lanes_plain.inl.
+
+struct Lanes {
+    __m512 v;
+};
+struct Ints {
+    __m512i v;
+};
+struct Pairs {
+    __m512i v;
+};
+
+inline Lanes load(const float* p) noexcept { return {_mm512_loadu_ps(p)}; }
+inline void store(const Lanes& a, float* p) noexcept { _mm512_storeu_ps(p, a.v); }
+inline Lanes all(float x) noexcept { return {_mm512_set1_ps(x)}; }
+inline Lanes operator+(const Lanes& a, const Lanes& b) noexcept { return {_mm512_add_ps(a.v, b.v)}; }
+inline Lanes operator-(const Lanes& a, const Lanes& b) noexcept { return {_mm512_sub_ps(a.v, b.v)}; }
+inline Lanes operator*(const Lanes& a, const Lanes& b) noexcept { return {_mm512_mul_ps(a.v, b.v)}; }
+inline Lanes max(const Lanes& a, const Lanes& b) noexcept { return {_mm512_max_ps(a.v, b.v)}; }
+inline Lanes min(const Lanes& a, const Lanes& b) noexcept { return {_mm512_min_ps(a.v, b.v)}; }
+inline Lanes abs(const Lanes& a) noexcept { return {_mm512_abs_ps(a.v)}; }
+inline unsigned above(const Lanes& a, float limit) noexcept {
+    return _mm512_cmp_ps_mask(a.v, _mm512_set1_ps(limit), _CMP_GT_OQ);
+}
+inline unsigned not_above(const Lanes& a, float limit) noexcept {
+    return _mm512_cmp_ps_mask(a.v, _mm512_set1_ps(limit), _CMP_NGT_UQ);
+}
+
+inline Ints zeros() noexcept { return {_mm512_setzero_si512()}; }
+inline Ints magnitude_bits(const float* p) noexcept {
+    return {_mm512_and_si512(_mm512_loadu_si512(p), _mm512_set1_epi32(0x7fffffff))};
+}
+inline Ints max(const Ints& a, const Ints& b) noexcept { return {_mm512_max_epi32(a.v, b.v)}; }
+inline std::int32_t largest(const Ints& a) noexcept { return _mm512_reduce_max_epi32(a.v); }
+inline Lanes to_float(const Ints& a) noexcept { return {_mm512_cvtepi32_ps(a.v)}; }
+inline void store_rounded(const Lanes& a, std::int16_t* p) noexcept {
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), _mm512_cvtepi32_epi16(_mm512_cvtps_epi32(a.v)));
+}
+
+inline Pairs load_pairs(const std::int16_t* p) noexcept { return {_mm512_loadu_si512(p)}; }
+inline Ints add_products(const Ints& a, const Pairs& p, const Pairs& q) noexcept {
+    return {_mm512_dpwssd_epi32(a.v, p.v, q.v)};
+}
+
+// VNNI multiplies bytes without a sign by bytes with one, four at a time.
+
+inline __m512i same_quad(const std::uint8_t* bytes) noexcept {
+    std::int32_t bits;
+    __builtin_memcpy(&bits, bytes, sizeof bits);
+    return _mm512_set1_epi32(bits);
+}
+/// sum += the four products in each lane. In assembly since compilers copy the sum of the intrinsic from one
+/// register to another, and load bytes anew for each of two products.
+inline void add_byte_products(__m512i& sum, __m512i unsigned_bytes, __m512i bytes) noexcept {
+    asm("vpdpbusd %2, %1, %0" : "+v"(sum) : "v"(unsigned_bytes), "v"(bytes));
+}
+/// In the order of ByteLayer::at().
+inline void store_quads(__m128i bytes, std::uint8_t* p) noexcept {
+    const __m128i order = _mm_setr_epi8(0, 2, 1, 3, 4, 6, 5, 7, 8, 10, 9, 11, 12, 14, 13, 15);
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(p), _mm_shuffle_epi8(bytes, order));
+}
+
+/// x + 16384 = 256 * high + low.
+struct LayerInputs {
+    std::uint8_t high[1024], low[1024];
+    LayerInputs(const std::int16_t* x, int count) noexcept {
+        const __m256i offset = _mm256_set1_epi16(16384);
+        for (int i = 0; i < count; i += 16) {
+            const __m256i all =
+                _mm256_add_epi16(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(x + i)), offset);
+            store_quads(_mm256_cvtepi16_epi8(_mm256_srli_epi16(all, 8)), high + i);
+            store_quads(_mm256_cvtepi16_epi8(all), low + i);
+        }
+    }
+    struct Sums {
+        __m512i high = _mm512_setzero_si512(), low = high;
+        void add(const std::int8_t* weights, const LayerInputs& inputs, int quad) noexcept {
+            const __m512i four = _mm512_loadu_si512(weights);
+            add_byte_products(high, same_quad(inputs.high + 4 * quad), four);
+            add_byte_products(low, same_quad(inputs.low + 4 * quad), four);
+        }
+        Ints total(const std::int32_t* weight_sums) const noexcept {
+            const __m512i offsets = _mm512_slli_epi32(_mm512_loadu_si512(weight_sums), 14);
+            return {_mm512_sub_epi32(_mm512_add_epi32(_mm512_slli_epi32(high, 8), low), offsets)};
+        }
+    };
+};
+using Hidden = std::uint8_t;
+struct HiddenInputs {
+    Hidden x[128];
+    struct Sums {
+        Ints sums = zeros();
+        void add(const std::int8_t* weights, const HiddenInputs& inputs, int quad) noexcept {
+            add_byte_products(sums.v, same_quad(inputs.x + 4 * quad), _mm512_loadu_si512(weights));
+        }
+        Ints total(const std::int32_t*) const noexcept { return sums; }
+    };
+};
+inline void store_hidden(const Lanes& a, Hidden* p) noexcept {
+    store_quads(_mm512_cvtepi32_epi8(_mm512_cvtps_epi32(a.v)), p);
+}
+
+inline float sum(const Lanes& a) noexcept {
+    const __m256 eight = _mm256_add_ps(_mm512_castps512_ps256(a.v), _mm512_extractf32x8_ps(a.v, 1));
+    const __m128 four = _mm_add_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+    const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+    return _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)));
+}

@@ -1,0 +1,135 @@
+// Sixteen lanes in plain C++: what the other forms must give, and the one for machines that have none of
+// them.
+
+struct Lanes {
+    float v[16];
+};
+struct Ints {
+    std::int32_t v[16];
+};
+/// Two neighbours a lane.
+struct Pairs {
+    std::int16_t first[16], second[16];
+};
+
+template <class F>
+inline Lanes each(const F& f) noexcept {
+    Lanes result;
+    for (int k = 0; k < 16; ++k) result.v[k] = f(k);
+    return result;
+}
+
+inline Lanes load(const float* p) noexcept {
+    return each([&](int k) { return p[k]; });
+}
+inline void store(const Lanes& a, float* p) noexcept {
+    for (int k = 0; k < 16; ++k) p[k] = a.v[k];
+}
+inline Lanes all(float x) noexcept {
+    return each([&](int) { return x; });
+}
+inline Lanes operator+(const Lanes& a, const Lanes& b) noexcept {
+    return each([&](int k) { return a.v[k] + b.v[k]; });
+}
+inline Lanes operator-(const Lanes& a, const Lanes& b) noexcept {
+    return each([&](int k) { return a.v[k] - b.v[k]; });
+}
+inline Lanes operator*(const Lanes& a, const Lanes& b) noexcept {
+    return each([&](int k) { return a.v[k] * b.v[k]; });
+}
+/// b where either is not a number, or both are alike.
+inline Lanes max(const Lanes& a, const Lanes& b) noexcept {
+    return each([&](int k) { return a.v[k] > b.v[k] ? a.v[k] : b.v[k]; });
+}
+inline Lanes min(const Lanes& a, const Lanes& b) noexcept {
+    return each([&](int k) { return a.v[k] < b.v[k] ? a.v[k] : b.v[k]; });
+}
+inline Lanes abs(const Lanes& a) noexcept {
+    return each([&](int k) { return __builtin_fabsf(a.v[k]); });
+}
+/// Bit k: a > limit; not for NaN.
+inline unsigned above(const Lanes& a, float limit) noexcept {
+    unsigned mask = 0;
+    for (int k = 0; k < 16; ++k) mask |= static_cast<unsigned>(a.v[k] > limit) << k;
+    return mask;
+}
+/// Bit k: unless a > limit.
+inline unsigned not_above(const Lanes& a, float limit) noexcept { return ~above(a, limit) & 0xffffu; }
+
+inline Ints zeros() noexcept { return {}; }
+/// Bits without the sign: in the order of magnitudes, infinity and then what is no number last.
+inline Ints magnitude_bits(const float* p) noexcept {
+    Ints result;
+    for (int k = 0; k < 16; ++k)
+        result.v[k] = static_cast<std::int32_t>(__builtin_bit_cast(std::uint32_t, p[k]) & 0x7fffffffu);
+    return result;
+}
+inline Ints max(const Ints& a, const Ints& b) noexcept {
+    Ints result;
+    for (int k = 0; k < 16; ++k) result.v[k] = a.v[k] > b.v[k] ? a.v[k] : b.v[k];
+    return result;
+}
+inline std::int32_t largest(const Ints& a) noexcept {
+    std::int32_t most = a.v[0];
+    for (int k = 1; k < 16; ++k) most = a.v[k] > most ? a.v[k] : most;
+    return most;
+}
+inline Lanes to_float(const Ints& a) noexcept {
+    return each([&](int k) { return static_cast<float>(a.v[k]); });
+}
+/// Sixteen numbers rounded to the nearest, the even one of two.
+inline void store_rounded(const Lanes& a, std::int16_t* p) noexcept {
+    for (int k = 0; k < 16; ++k) p[k] = static_cast<std::int16_t>(__builtin_rintf(a.v[k]));
+}
+
+template <class T>
+inline Pairs load_pairs(const T* p) noexcept {
+    Pairs result;
+    for (int k = 0; k < 16; ++k) {
+        result.first[k] = p[2 * k];
+        result.second[k] = p[2 * k + 1];
+    }
+    return result;
+}
+/// a + the sum of the two products in each lane.
+inline Ints add_products(const Ints& a, const Pairs& p, const Pairs& q) noexcept {
+    Ints result;
+    for (int k = 0; k < 16; ++k) result.v[k] = a.v[k] + p.first[k] * q.first[k] + p.second[k] * q.second[k];
+    return result;
+}
+
+/// A sum over a layer's inputs for sixteen outputs.
+struct LayerSums {
+    Ints sums{};
+    /// Four inputs, from 4 * quad on. See ByteLayer::at().
+    template <class Inputs>
+    void add(const std::int8_t* weights, const Inputs& inputs, int quad) noexcept {
+        const std::int16_t* x = inputs.x + 4 * quad;
+        for (int k = 0; k < 16; ++k)
+            sums.v[k] += weights[4 * k] * x[0] + weights[4 * k + 2] * x[1] + weights[4 * k + 1] * x[2] +
+                         weights[4 * k + 3] * x[3];
+    }
+    /// weight_sums: of these outputs.
+    Ints total(const std::int32_t*) const noexcept { return sums; }
+};
+/// Inputs of the first layer, as fix() gives them.
+struct LayerInputs {
+    using Sums = LayerSums;
+    const std::int16_t* x;
+    LayerInputs(const std::int16_t* fixed, int) noexcept : x(fixed) {}
+};
+/// Inputs of the others: whole numbers from 0 to 255.
+using Hidden = std::int16_t;
+struct HiddenInputs {
+    using Sums = LayerSums;
+    Hidden x[128];
+};
+inline void store_hidden(const Lanes& a, Hidden* p) noexcept { store_rounded(a, p); }
+
+/// In one order: lanes 8 apart, then 4, 2, 1.
+inline float sum(const Lanes& a) noexcept {
+    float s[8];
+    for (int k = 0; k < 8; ++k) s[k] = a.v[k] + a.v[k + 8];
+    for (int k = 0; k < 4; ++k) s[k] += s[k + 4];
+    return (s[0] + s[2]) + (s[1] + s[3]);
+}

@@ -1,0 +1,99 @@
+#include "collision/byte_networks.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "tests/collision/models.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+Eigen::Array4f evaluated(const ByteNetworks& networks, int i, const FixedVector& x) {
+    Eigen::Array4f result;
+    networks.evaluate(i, x, {&result, 1});
+    return result;
+}
+
+std::vector<float> random_weights(int count, unsigned seed) {
+    std::mt19937 random(seed);
+    std::vector<float> weights(static_cast<std::size_t>(count));
+    for (float& w : weights) w = shapes::uniform(random) * std::exp(3 * shapes::uniform(random));
+    return weights;
+}
+
+TEST(ByteNetworks, RoundEachRowToABytesOfItsLargestWeight) {
+    const int inputs = 5, hidden = 3;
+    const std::vector<float> weights = random_weights(2 * ByteNetworks::weight_count(inputs, hidden), 1);
+    const ByteNetworks networks(inputs, hidden, weights);
+    const std::vector<float> rounded = networks.weights();
+    ASSERT_EQ(networks.count(), 2);
+    ASSERT_EQ(rounded.size(), weights.size());
+    const Eigen::Map<const Eigen::MatrixXf> W1(weights.data(), hidden, inputs),
+        R1(rounded.data(), hidden, inputs);
+    for (int o = 0; o < hidden; ++o)
+        EXPECT_LE((W1.row(o) - R1.row(o)).cwiseAbs().maxCoeff(), W1.row(o).cwiseAbs().maxCoeff() / 253);
+    for (int o = 0; o < hidden; ++o) EXPECT_EQ(rounded[15 + o], weights[15 + o]);  // b1
+}
+
+TEST(ByteNetworks, AreRoundedOnce) {
+    for (const int inputs : {1, 5, 128, 200})
+        for (const int hidden : {1, 16, 33}) {
+            const ByteNetworks networks(inputs, hidden,
+                                        random_weights(3 * ByteNetworks::weight_count(inputs, hidden), 2));
+            const std::vector<float> rounded = networks.weights();
+            EXPECT_EQ(ByteNetworks(inputs, hidden, rounded).weights(), rounded);
+        }
+}
+
+TEST(ByteNetworks, OfTheLargestNumbersDoNotOverflow) {
+    const int inputs = ByteNetworks::max_inputs, hidden = 1;
+    std::vector<float> weights(static_cast<std::size_t>(ByteNetworks::weight_count(inputs, hidden)), 0.f);
+    std::fill_n(weights.begin(), inputs, 127.f);        // W1
+    weights[static_cast<std::size_t>(inputs) + 1] = 1;  // W2
+    weights[static_cast<std::size_t>(inputs) + 3] = 1;  // W3, first output
+    const ByteNetworks network(inputs, hidden, weights);
+    const Eigen::Array4f o = evaluated(network, 0, shapes::fixed(Eigen::VectorXf::Constant(inputs, 1)));
+    EXPECT_NEAR(o[0], 127.f * static_cast<float>(inputs), 10);
+    EXPECT_EQ(o[1], 0);
+}
+
+TEST(ByteNetworks, GiveTheSameAloneAndTogether) {
+    for (const int hidden : {1, 16, 33, 128}) {
+        const ByteNetworks networks(20, hidden,
+                                    random_weights(5 * ByteNetworks::weight_count(20, hidden), 4));
+        const FixedVector x = shapes::fixed(Eigen::VectorXf::LinSpaced(20, -0.7f, 1.2f));
+        std::array<Eigen::Array4f, ByteNetworks::most_at_once> together;
+        for (int first = 0; first + ByteNetworks::most_at_once <= 5; ++first) {
+            networks.evaluate(first, x, together);
+            for (int i = 0; i < ByteNetworks::most_at_once; ++i)
+                EXPECT_TRUE(
+                    (together[static_cast<std::size_t>(i)] == evaluated(networks, first + i, x)).all());
+        }
+    }
+}
+
+TEST(ByteNetworks, GiveNoNumberForWhatIsNone) {
+    const ByteNetworks network(3, 2, random_weights(ByteNetworks::weight_count(3, 2), 3));
+    for (const float bad : {NAN, INFINITY})
+        EXPECT_TRUE(evaluated(network, 0, shapes::fixed(Eigen::Vector3f(0, bad, 1))).isNaN().all());
+}
+
+TEST(ByteNetworks, SayWhatTheyDoNotTake) {
+    const auto error = [](int inputs, int hidden, std::vector<float> weights) {
+        return test::refusal([&] { ByteNetworks(inputs, hidden, weights); });
+    };
+    EXPECT_EQ(error(0, 1, {}), "modal tree: 0 inputs, allowed: 1 to 1024");
+    EXPECT_EQ(error(1025, 1, {}), "modal tree: 1025 inputs, allowed: 1 to 1024");
+    EXPECT_EQ(error(3, 129, {}), "modal tree: hidden width 129, allowed: 1 to 128");
+    EXPECT_EQ(error(1, 1, std::vector<float>(13)), "modal tree: 13 weights, allowed: multiples of 12");
+    std::vector<float> weights(36);
+    EXPECT_EQ(error(1, 1, weights), "");
+    weights[20] = NAN;
+    EXPECT_EQ(error(1, 1, weights), "modal tree: a weight of node 1 is not finite");
+}
+
+}  // namespace
+}  // namespace nbd

@@ -1,0 +1,225 @@
+#include "collision/kernels/kernels.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <vector>
+
+#include "collision/box_pack.hpp"
+#include "collision/separation.hpp"
+#include "collision/triangle_pack.hpp"
+#include "tests/collision/models.hpp"
+#include "tests/collision/random_triangles.hpp"
+
+namespace nbd {
+namespace {
+
+/// Each form that this machine can run gives the bits that the plain one gives.
+class KernelForms : public testing::TestWithParam<InstructionSet> {
+ protected:
+    void SetUp() override {
+        form = kernels_for(GetParam());
+        if (!form) GTEST_SKIP() << "this machine has not these instructions";
+    }
+    float number() { return shapes::uniform(random); }
+
+    const Kernels& plain = *kernels_for(InstructionSet::plain);
+    const Kernels* form = nullptr;
+    std::mt19937 random{1};
+};
+
+TEST_P(KernelForms, FindTheSameBoxes) {
+    constexpr int count = 3;
+    BoxPack packs[count];
+    int found = 0;
+    for (int round = 0; round < 2000; ++round) {
+        const auto box = [&](float size) {
+            Box result{{number(), number(), number(), 0}, {}};
+            result.hi = result.lo + size * Eigen::Array4f(number() + 1, number() + 1, number() + 1, 0);
+            if (round % 50 == 0) result.hi[round % 3] = round % 100 == 0 ? NAN : INFINITY;
+            return result;
+        };
+        for (int k = 0; k < count * BoxPack::lanes; ++k)
+            packs[k / BoxPack::lanes].set(k % BoxPack::lanes, box(0.3f));
+        const Box other = box(0.5f);
+        std::uint16_t expected[count], masks[count];
+        plain.overlapping(packs, count, numbers(other), expected);
+        form->overlapping(packs, count, numbers(other), masks);
+        EXPECT_EQ(std::memcmp(masks, expected, sizeof masks), 0);
+        found += expected[0] != 0;
+        const unsigned which = static_cast<unsigned>(random());
+        unsigned each_expected[32] = {}, each[32] = {};
+        plain.overlapping_each(packs, 2, packs + 1, which, each_expected);
+        form->overlapping_each(packs, 2, packs + 1, which, each);
+        EXPECT_EQ(std::memcmp(each, each_expected, sizeof each), 0);
+        for (int i = 0; i < 32; ++i) {
+            const BoxPack& pack = packs[1 + i / 16];
+            std::uint16_t halves[2];
+            plain.overlapping(packs, 2, numbers(pack.box(i % 16)), halves);
+            EXPECT_EQ(each[i], which >> i & 1 ? halves[0] | unsigned{halves[1]} << 16 : 0);
+        }
+        plain.near_each(packs, 1, packs + 1, which, 0.02f, each_expected);
+        form->near_each(packs, 1, packs + 1, which, 0.02f, each);
+        EXPECT_EQ(std::memcmp(each, each_expected, sizeof each), 0);
+        plain.near(packs, count, numbers(other), 0.02f, expected);
+        form->near(packs, count, numbers(other), 0.02f, masks);
+        EXPECT_EQ(std::memcmp(masks, expected, sizeof masks), 0);
+    }
+    EXPECT_GT(found, 500);
+}
+
+TEST_P(KernelForms, CallTheSameTrianglesApartOrMeeting) {
+    RandomTriangles triangles(2);
+    int certain = 0;
+    for (int round = 0; round < 2000; ++round) {
+        TrianglePack s, t;
+        for (int lane = 0; lane < TrianglePack::lanes; ++lane) {
+            const Triangle a = triangles.triangle(),
+                           b = lane % 2 ? triangles.nearly_touching(a) : triangles.triangle();
+            const Eigen::Vector3f* corners[2][3] = {{&a.a, &a.b, &a.c}, {&b.a, &b.b, &b.c}};
+            const float scale = lane == 3                     ? 1e-20f
+                                : lane == 5                   ? 1e13f
+                                : lane == 7 && round % 9 == 0 ? NAN
+                                                              : 1.f;
+            for (int k = 0; k < 3; ++k)
+                for (int axis = 0; axis < 3; ++axis) {
+                    s.corners[k][axis][lane] = scale * (*corners[0][k])[axis];
+                    t.corners[k][axis][lane] = scale * (*corners[1][k])[axis];
+                }
+        }
+        EXPECT_EQ(form->separated_by_plane(s, t), plain.separated_by_plane(s, t));
+        const PackVerdict verdict = plain.edges_meet_faces(s, t);
+        EXPECT_EQ(form->edges_meet_faces(s, t), verdict);
+        certain += verdict.meeting != 0 && verdict.apart != 0;
+    }
+    EXPECT_GT(certain, 1000);
+}
+
+TEST_P(KernelForms, RoundAlike) {
+    for (const int count : {16, 32, 48, 160})
+        for (const float size : {1.f, 1e-25f, 1e-31f, 1e-38f, 0.f, 3e38f, INFINITY, NAN}) {
+            std::vector<float> x(static_cast<std::size_t>(count));
+            for (float& number : x) number = this->number();
+            x[5] = 0.5f / 16384 * 8192;  // between two
+            for (float& number : x) number *= size;
+            std::vector<std::int16_t> expected(x.size(), 1), fixed(x.size(), 2);
+            const float scale = plain.fix(x.data(), count, expected.data()),
+                        same = form->fix(x.data(), count, fixed.data());
+            EXPECT_EQ(std::memcmp(&scale, &same, sizeof scale) == 0 || std::isnan(scale), true);
+            EXPECT_EQ(std::isnan(scale), std::isnan(same));
+            EXPECT_EQ(fixed, expected) << count << ' ' << size;
+        }
+}
+
+/// A layer of random numbers.
+struct RandomLayer {
+    std::vector<std::int8_t> weights;
+    std::vector<std::int32_t> sums;
+    std::vector<float> scales, biases;
+    ByteLayer layer;
+
+    RandomLayer(std::mt19937& random, int quads, int outputs, bool relu)
+        : weights(static_cast<std::size_t>(4 * quads * outputs)),
+          sums(static_cast<std::size_t>(outputs)),
+          scales(sums.size()),
+          biases(sums.size()),
+          layer{.weights = weights.data(),
+                .sums = sums.data(),
+                .scales = scales.data(),
+                .biases = biases.data(),
+                .quads = quads,
+                .outputs = outputs,
+                .relu = relu} {
+        for (std::int8_t& w : weights) w = static_cast<std::int8_t>(127.9f * shapes::uniform(random));
+        for (float& s : scales) s = 0.01f * shapes::uniform(random);
+        for (float& b : biases) b = shapes::uniform(random);
+        for (int o = 0; o < outputs; ++o)
+            for (int i = 0; i < 4 * quads; ++i)
+                sums[static_cast<std::size_t>(o)] += weights[static_cast<std::size_t>(layer.at(o, i))];
+    }
+
+    /// In double.
+    Eigen::VectorXd of(const Eigen::VectorXd& x) const {
+        Eigen::VectorXd y(layer.outputs);
+        for (int o = 0; o < layer.outputs; ++o) {
+            double sum = 0;
+            for (int i = 0; i < 4 * layer.quads; ++i)
+                sum += x[i] * weights[static_cast<std::size_t>(layer.at(o, i))];
+            const auto k = static_cast<std::size_t>(o);
+            y[o] = sum * double{scales[k]} + double{biases[k]};
+            if (layer.relu) y[o] = std::max(y[o], 0.);
+        }
+        return y;
+    }
+};
+
+TEST_P(KernelForms, GiveTheSameBitsForNetworksOfAnyWidth) {
+    for (const int quads : {4, 8, 12, 32, 256})
+        for (const int width : {16, 32, 48, 128})
+            for (const float scale : {0x1p-13f, 0.f, NAN}) {
+                std::vector<std::int16_t> x(static_cast<std::size_t>(4 * quads));
+                for (std::int16_t& i : x) i = static_cast<std::int16_t>(16384 * number());
+                std::vector<RandomLayer> layers;
+                for (int n = 0; n < 2; ++n) {
+                    layers.emplace_back(random, quads, width, true);
+                    layers.emplace_back(random, width / 4, width, true);
+                    layers.emplace_back(random, width / 4, 16, false);
+                }
+                ByteLayer both[2][3];
+                for (std::size_t k = 0; k < 6; ++k) both[k / 3][k % 3] = layers[k].layer;
+                for (const int count : {1, 2}) {
+                    float expected[2][16] = {}, results[2][16] = {};
+                    plain.networks(both, count, {}, x.data(), scale, expected, nullptr);
+                    form->networks(both, count, {}, x.data(), scale, results, nullptr);
+                    for (int n = 0; n < count; ++n) {
+                        Eigen::VectorXd y =
+                            double{scale} *
+                            Eigen::Map<Eigen::Vector<std::int16_t, Eigen::Dynamic>>(x.data(), 4 * quads)
+                                .cast<double>();
+                        for (int l = 0; l < 3; ++l) y = layers[static_cast<std::size_t>(3 * n + l)].of(y);
+                        for (int o = 0; o < 16; ++o) {
+                            EXPECT_TRUE(results[n][o] == expected[n][o] || std::isnan(scale));
+                            EXPECT_EQ(std::isnan(results[n][o]), std::isnan(scale));
+                            EXPECT_EQ(std::isnan(expected[n][o]), std::isnan(scale));
+                            if (!std::isnan(scale)) {
+                                // What rounding the layers in between to 8 bits makes of it.
+                                EXPECT_NEAR(expected[n][o], y[o], 0.01 + 0.02 * y.cwiseAbs().maxCoeff());
+                            }
+                        }
+                    }
+                }
+            }
+}
+
+TEST_P(KernelForms, GiveTheSameBitsForProductsOfAnySize) {
+    for (const int rows : {32, 96, 128, 160, 1536})
+        for (const int columns : {1, 2, 3, 4, 5, 11}) {
+            std::vector<std::int16_t> M(static_cast<std::size_t>(rows * columns)),
+                x(static_cast<std::size_t>(rows));
+            for (std::int16_t& i : M) i = static_cast<std::int16_t>(16383 * number());
+            for (std::int16_t& i : x) i = static_cast<std::int16_t>(16384 * number());
+            std::vector<float> scales(static_cast<std::size_t>(columns)), expected(scales), results(scales);
+            for (float& s : scales) s = number();
+            const FixedColumns all{M.data(), scales.data(), rows, columns};
+            plain.products(all, x.data(), 0x1p-14f, expected.data());
+            form->products(all, x.data(), 0x1p-14f, results.data());
+            EXPECT_EQ(results, expected) << rows << ' ' << columns;
+        }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kernels, KernelForms, testing::Values(InstructionSet::avx2, InstructionSet::avx512),
+                         [](const auto& info) {
+                             return info.param == InstructionSet::avx2 ? "Avx2" : "Avx512";
+                         });
+
+TEST(Kernels, AreTheBestThatTheMachineHas) {
+    ASSERT_NE(kernels_for(InstructionSet::plain), nullptr);
+    for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512})
+        if (const Kernels* form = kernels_for(set)) {
+            EXPECT_EQ(form->instructions, set);
+            EXPECT_GE(kernels().instructions, set);
+        }
+}
+
+}  // namespace
+}  // namespace nbd
