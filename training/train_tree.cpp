@@ -12,6 +12,7 @@
 #include "training/checkpoint.hpp"
 #include "training/linear_centre.hpp"
 #include "training/recording_hash.hpp"
+#include "training/round_networks.hpp"
 
 namespace nbd {
 
@@ -102,7 +103,8 @@ ModalModel train_model(const ClusteredModes& modes, PoseLabels& labels, const Tr
         weights.insert(weights.end(), network.weights.begin(), network.weights.end());
         node_loss[i] = network.loss;
     }
-    model.networks = ByteNetworks(model.mode_count(), config.mlp.hidden, weights);
+    model.networks = round_networks({.inputs = model.mode_count(), .hidden = config.mlp.hidden}, weights,
+                                    labels.codes, labels.spheres);
     return model;
 }
 

@@ -11,10 +11,11 @@ from modal_tree import ModalTree  # noqa: E402
 tree = ModalTree(sys.argv[2])
 with h5py.File(sys.argv[3]) as file:
     x, expected = torch.from_numpy(file["x"][:]), torch.from_numpy(file["spheres"][:])
+# There hidden layers are rounded to 8 bits.
 with torch.no_grad():
     spheres = tree(x.view(len(x), -1, 3)).flatten(1)
 error = (spheres - expected).abs().max().item()
-assert expected.std() > 0.1 and error < 1e-4 * expected.abs().max().item(), error
+assert expected.std() > 0.1 and error < 1e-2 * expected.abs().max().item(), error
 # They can be trained on.
 tree.networks(torch.rand(3, tree.W1.shape[2])).square().mean().backward()
 assert tree.W1.grad.abs().max() > 0 and len(list(tree.parameters())) == 6
