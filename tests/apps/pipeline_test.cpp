@@ -103,15 +103,24 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
     for (const char* bounds : {"modal", "local"})
         EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "moved.obj", {"--bounds", bounds, "--margin", "10"}), exact);
 
+    // Whatever kernels the machine has, the same numbers: all that can be named here.
+    for (const char* instructions : {"plain", "avx2", "avx512"}) {
+        if (run(folder / "", {"inspect", "beam.h5", "--instructions", instructions}).status != 0) continue;
+        json_of({"evaluate", "tree.h5", "data.h5", "--margins", "0,0.1", "--csv", "again.csv",
+                 "--instructions", instructions});
+        EXPECT_EQ(bytes("again.csv"), bytes("table.csv")) << instructions;
+        EXPECT_EQ(pairs(beam, "moved.obj", {"--instructions", instructions}), exact) << instructions;
+    }
+
     const auto exported = json_of({"export", "--flat", "tree.h5", "-o", "tree.nbd"});
     EXPECT_EQ(exported["bytes"], bytes("tree.nbd").size());
     for (const char* file : {"beam.h5", "data.h5", "tree.h5", "tree.nbd", "scene.h5"})
         EXPECT_EQ(json_of({"inspect", file})["whole"], true) << file;
     EXPECT_EQ(listing(folder / ""),
-              (std::set<std::string>{"beam.h5", "modes.csv", "one.h5", "one.shards", "two.h5", "two.shards",
-                                     "data.h5", "data.shards", "tree.h5", "tree1.h5", "tree.nbd", "table.csv",
-                                     "scene.json", "scene.h5", "scene.csv", "vtu", "scene.png", "moved.obj",
-                                     "pairs.csv"}));
+              (std::set<std::string>{"beam.h5",    "modes.csv", "one.h5",      "one.shards", "two.h5",
+                                     "two.shards", "data.h5",   "data.shards", "tree.h5",    "tree1.h5",
+                                     "tree.nbd",   "table.csv", "again.csv",   "scene.json", "scene.h5",
+                                     "scene.csv",  "vtu",       "scene.png",   "moved.obj",  "pairs.csv"}));
 }
 
 }  // namespace
