@@ -12,13 +12,13 @@
 
 namespace nbd {
 
-/// Small ReLU networks of one shape, two hidden layers of one width each, with weights of a byte: a network
-/// of the paper fits 6 kB. Each output of a layer has a scale of its own, and a layer's inputs are rounded to
-/// 14 bits beside their largest one.
+/// Small ReLU networks of one shape, two hidden layers of one width each, with weights of a byte: one of the
+/// paper's takes 6.6 kB. Each output of a layer has a scale of its own. What a layer reads is rounded beside
+/// its largest number: the networks' inputs to 14 bits, what hidden layers give to 8.
 class ByteNetworks {
  public:
-    static constexpr int outputs = 4, max_hidden = 128;
-    static constexpr int max_inputs = 1024;  // of more the sums might overflow
+    static constexpr int outputs = 4, max_hidden = Kernels::most_hidden;
+    static constexpr int max_inputs = Kernels::most_inputs;
 
     ByteNetworks() = default;
     /// weights: network after network, each W1 [hidden, inputs], b1, W2 [hidden, hidden], b2, W3 [4, hidden],

@@ -53,8 +53,11 @@ constexpr auto modal_fields = [](auto& file, auto& modal) {
     file.field("modal/z_centre", z_centre);
     file.field("modal/z_scale", z_scale);
     file.field("modal/weights", weights);
-    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(modal)>>)
+    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(modal)>>) {
         networks = ByteNetworks(modal.mode_count(), hidden, weights);
+        if (networks.weights() != weights)
+            throw std::invalid_argument("modal tree: holds weights that are not rounded to bytes");
+    }
     file.field("modal/out_centre", out_centre);
     file.field("modal/out_scale", out_scale);
     file.field("modal/centre_map", centre_map);

@@ -32,7 +32,7 @@ void modal_spheres(const ModalModel& model, const SphereTree& tree, int first, c
             results[i] * model.out_scale.col(node).array() + model.out_centre.col(node).array();
         const Sphere& rest = tree.rest[static_cast<std::size_t>(node)];
         spheres[i] = {rest.c + delta.head<3>().matrix() + linear.col(static_cast<Eigen::Index>(i)),
-                      std::max(0.f, rest.r + delta[3])};
+                      std::max(rest.r + delta[3], 0.f)};
     }
 }
 

@@ -352,6 +352,7 @@ TreeFile load_tree(const std::filesystem::path& path) {
     // Made when strangeness was something else, or of networks that were not rounded: worth nothing now.
     if (tree.modal && (tree.modal->code_mean.size() == 0 || !networks_as_stored))
         tree.calibrations.erase(BoundKind::modal);
+    if (!networks_as_stored) tree.calibrations.erase(BoundKind::bd);  // nor were the modes
     if (file.has("certified")) {
         tree.certified = read_certified(file, nodes);
         result.solid = read_solid(file);

@@ -22,7 +22,7 @@ static_assert(std::endian::native == std::endian::little, "flat files hold numbe
 
 struct FlatHeader {
     static constexpr std::string_view known_magic{"nbdflat\n"};
-    static constexpr std::uint32_t known_byte_order = 0x01020304, known_version = 1;
+    static constexpr std::uint32_t known_byte_order = 0x01020304, known_version = 2;
 
     char magic[8]{};
     std::uint32_t byte_order = known_byte_order;

@@ -229,7 +229,7 @@ inline void column_products(const FixedColumns& columns, int first, const std::i
     Lanes sums[count];
     for (Lanes& sum : sums) sum = all(0);
     const int rows = columns.rows;
-    const std::int16_t* values = columns.values + first * rows;
+    const std::int16_t* values = columns.values + std::ptrdiff_t{first} * rows;
     constexpr int step = 32, steps = 4;  // of so many products each lane's sum cannot overflow
     for (int begin = 0; begin < rows; begin += steps * step) {
         const int end = rows - begin < steps * step ? rows : begin + steps * step;
@@ -238,7 +238,7 @@ inline void column_products(const FixedColumns& columns, int first, const std::i
         for (int r = begin; r < end; r += step) {
             const Pairs factors = load_pairs(x + r);
             for (int c = 0; c < count; ++c)
-                whole[c] = add_products(whole[c], load_pairs(values + c * rows + r), factors);
+                whole[c] = add_products(whole[c], load_pairs(values + std::ptrdiff_t{c} * rows + r), factors);
         }
         for (int c = 0; c < count; ++c) sums[c] = sums[c] + to_float(whole[c]);
     }
@@ -296,8 +296,8 @@ inline void layer_outputs(const ByteLayer (*layers)[3], int l, const Inputs* con
 
 template <int count>
 inline void some_networks(const ByteLayer (*layers)[3], const FixedColumns& columns, const std::int16_t* x,
-                          float scale, float (*outputs)[16], float* products) noexcept {
-    alignas(64) float h[count][128];
+                          float scale, float (*outputs)[Kernels::outputs], float* products) noexcept {
+    alignas(64) float h[count][Kernels::most_hidden];
     HiddenInputs hidden[count];
     const LayerInputs whole(x, 4 * layers[0][0].quads);
     const LayerInputs* inputs[count];
@@ -319,7 +319,8 @@ inline void some_networks(const ByteLayer (*layers)[3], const FixedColumns& colu
 }
 
 void networks(const ByteLayer (*layers)[3], int count, const FixedColumns& columns, const std::int16_t* x,
-              float scale, float (*outputs)[16], float* products) noexcept {
+              float scale, float (*outputs)[Kernels::outputs], float* products) noexcept {
+    static_assert(Kernels::most_networks == 2);
     if (count == 2)
         some_networks<2>(layers, columns, x, scale, outputs, products);
     else

@@ -15,7 +15,7 @@ const Kernels* kernels_for(InstructionSet instructions) noexcept {
         case InstructionSet::avx512:
             return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                            __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
-                           __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512vnni")
+                           __builtin_cpu_supports("avx512vnni")
                        ? &kernels_avx512
                        : nullptr;
 #endif
@@ -33,13 +33,13 @@ std::atomic<const Kernels*> in_use = nullptr;
 }  // namespace
 
 const Kernels& kernels() noexcept {
-    // Threads that come here at once find the same one.
     if (const Kernels* chosen = in_use.load(std::memory_order_relaxed)) return *chosen;
     const Kernels* best = &kernels_plain;
     for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512})
         if (const Kernels* form = kernels_for(set)) best = form;
-    use_kernels(*best);
-    return *best;
+    const Kernels* none = nullptr;
+    in_use.compare_exchange_strong(none, best, std::memory_order_relaxed);
+    return *in_use.load(std::memory_order_relaxed);
 }
 
 void use_kernels(const Kernels& form) noexcept { in_use.store(&form, std::memory_order_relaxed); }

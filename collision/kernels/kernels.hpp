@@ -7,8 +7,8 @@ namespace nbd {
 struct BoxPack;
 struct TrianglePack;
 
-/// Instruction sets that the kernels have a form for, from x86-64 alone or whatever else the library is
-/// compiled for, to its levels v3, and v4 with VNNI.
+/// Instruction sets that the kernels have a form for: what the library is compiled for, AVX2, and AVX-512
+/// with its extensions F, BW, DQ, VL and VNNI.
 enum class InstructionSet { plain, avx2, avx512 };
 
 /// What is certain, in exact arithmetic, of the triangles in each lane of two packs. A lane that is in
@@ -40,13 +40,17 @@ struct FixedColumns {
     int rows, count;  // rows: a multiple of 32
 };
 
-/// The inner loops of a query, each in one form for an instruction set. All forms give the same bits: sums of
-/// integers are exact, and those of floats run in one order, without fused products. Nothing here allocates.
+/// The inner loops of a query, each in one form for an instruction set. All forms give the same bits, but for
+/// which number that is none: sums of integers are exact, and those of floats run in one order, without fused
+/// products. Nothing here allocates.
 struct Kernels {
     /// Largest magnitude of a vector in fixed point.
     static constexpr int most_fixed = 16384;
     /// Networks at a time: one waits while another one computes.
     static constexpr int most_networks = 2;
+    /// Inputs of a network, of more of which sums might overflow, outputs of a layer in between, and of a
+    /// network, zeros added.
+    static constexpr int most_inputs = 1024, most_hidden = 128, outputs = 16;
 
     InstructionSet instructions;
 
@@ -76,12 +80,11 @@ struct Kernels {
     /// number where the scale is none.
     void (*products)(const FixedColumns& columns, const std::int16_t* x, float scale,
                      float* products) noexcept;
-    /// What some networks of one shape, of three layers each, make of the same x * scale: at most 1024
-    /// inputs, or sums might overflow, and at most 128 outputs of the first two layers and 16 of the third,
-    /// to which the others' go rounded to 8 bits. count: networks, at most most_networks. outputs: 16 each.
-    /// Besides the products of some columns, for which there is time while networks wait.
+    /// What some networks of one shape, of three layers each, make of the same x * scale. Layers in between
+    /// go on rounded to 8 bits. count: networks, at most most_networks. Besides the products of some columns,
+    /// for which there is time while networks wait.
     void (*networks)(const ByteLayer (*layers)[3], int count, const FixedColumns& columns,
-                     const std::int16_t* x, float scale, float (*outputs)[16], float* products) noexcept;
+                     const std::int16_t* x, float scale, float (*results)[outputs], float* products) noexcept;
 };
 
 /// The form for an instruction set; null where this machine or this build of the library has it not.

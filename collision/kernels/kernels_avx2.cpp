@@ -1,7 +1,8 @@
-// The kernels for x86-64-v3, which this file is compiled for. Functions of other headers must not be compiled
+// The kernels for AVX2, which this file is compiled for. Functions of other headers must not be compiled
 // here: the linker might pick them for machines that have not these instructions.
 #include <immintrin.h>
 
+#include <cstddef>
 #include <cstdint>
 
 #include "collision/kernels/forms.hpp"
@@ -16,6 +17,6 @@ namespace {
 
 }  // namespace
 
-const Kernels kernels_avx2 = make_kernels(InstructionSet::avx2);
+constinit const Kernels kernels_avx2 = make_kernels(InstructionSet::avx2);
 
 }  // namespace nbd

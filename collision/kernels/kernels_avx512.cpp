@@ -1,7 +1,8 @@
-// The kernels for x86-64-v4 with VNNI, which this file is compiled for. Functions of other headers must not
-// be compiled here: the linker might pick them for machines that have not these instructions.
+// The kernels for AVX-512 (F, BW, DQ, VL, VNNI), which this file is compiled for. Functions of other headers
+// must not be compiled here: the linker might pick them for machines that have not these instructions.
 #include <immintrin.h>
 
+#include <cstddef>
 #include <cstdint>
 
 #include "collision/kernels/forms.hpp"
@@ -16,6 +17,6 @@ namespace {
 
 }  // namespace
 
-const Kernels kernels_avx512 = make_kernels(InstructionSet::avx512);
+constinit const Kernels kernels_avx512 = make_kernels(InstructionSet::avx512);
 
 }  // namespace nbd

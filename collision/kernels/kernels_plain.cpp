@@ -1,4 +1,5 @@
 // The kernels for what the library is compiled for.
+#include <cstddef>
 #include <cstdint>
 
 #include "collision/kernels/forms.hpp"
@@ -13,6 +14,6 @@ namespace {
 
 }  // namespace
 
-const Kernels kernels_plain = make_kernels(InstructionSet::plain);
+constinit const Kernels kernels_plain = make_kernels(InstructionSet::plain);
 
 }  // namespace nbd

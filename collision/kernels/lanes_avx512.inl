@@ -52,7 +52,7 @@ inline __m512i same_quad(const std::uint8_t* bytes) noexcept {
 /// sum += the four products in each lane. In assembly since compilers copy the sum of the intrinsic from one
 /// register to another, and load bytes anew for each of two products.
 inline void add_byte_products(__m512i& sum, __m512i unsigned_bytes, __m512i bytes) noexcept {
-    asm("vpdpbusd %2, %1, %0" : "+v"(sum) : "v"(unsigned_bytes), "v"(bytes));
+    asm("vpdpbusd {%2, %1, %0|%0, %1, %2}" : "+v"(sum) : "v"(unsigned_bytes), "v"(bytes));
 }
 /// In the order of ByteLayer::at().
 inline void store_quads(__m128i bytes, std::uint8_t* p) noexcept {
@@ -62,14 +62,14 @@ inline void store_quads(__m128i bytes, std::uint8_t* p) noexcept {
 
 /// x + 16384 = 256 * high + low.
 struct LayerInputs {
-    std::uint8_t high[1024], low[1024];
+    std::uint8_t high[Kernels::most_inputs], low[Kernels::most_inputs];
     LayerInputs(const std::int16_t* x, int count) noexcept {
         const __m256i offset = _mm256_set1_epi16(16384);
         for (int i = 0; i < count; i += 16) {
-            const __m256i all =
+            const __m256i shifted =
                 _mm256_add_epi16(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(x + i)), offset);
-            store_quads(_mm256_cvtepi16_epi8(_mm256_srli_epi16(all, 8)), high + i);
-            store_quads(_mm256_cvtepi16_epi8(all), low + i);
+            store_quads(_mm256_cvtepi16_epi8(_mm256_srli_epi16(shifted, 8)), high + i);
+            store_quads(_mm256_cvtepi16_epi8(shifted), low + i);
         }
     }
     struct Sums {
@@ -87,7 +87,7 @@ struct LayerInputs {
 };
 using Hidden = std::uint8_t;
 struct HiddenInputs {
-    Hidden x[128];
+    Hidden x[Kernels::most_hidden];
     struct Sums {
         Ints sums = zeros();
         void add(const std::int8_t* weights, const HiddenInputs& inputs, int quad) noexcept {

@@ -13,11 +13,11 @@ struct alignas(64) BoxPack {
     static constexpr int lanes = kernel_lanes;
     float lo[3][lanes], hi[3][lanes];  // [axis][box]
 
-    BoxPack() noexcept;
-    void set(int lane, const Box& box) noexcept;
-    Box box(int lane) const noexcept;
+    inline BoxPack() noexcept;
+    inline void set(int lane, const Box& box) noexcept;
+    inline Box box(int lane) const noexcept;
     /// Moves every side outward, metres.
-    void grow(float by) noexcept;
+    inline void grow(float by) noexcept;
 };
 
 /// Sixteen triangles, a lane each.

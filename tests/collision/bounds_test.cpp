@@ -194,18 +194,43 @@ TEST(ModalBound, IsTheNetworksSphereInTheWorld) {
     const auto s = shapes::torus(20, 12);
     const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
+    ModalModel model = shapes::random_model(tree, modes.clustered, 32, 6);
+    const auto nodes = static_cast<int>(tree.nodes.size());
+    model.centre_map = FixedMatrix(Eigen::MatrixXf::NullaryExpr(
+        9, 3 * nodes, [&](Eigen::Index, Eigen::Index) { return 0.1f * shapes::uniform(random); }));
+    ModalBound bound(tree, model);
+    for (int round = 0; round < 2; ++round) {
+        const SpanPose pose = random_span_pose(s, modes, random, 0.3f);
+        bound.begin_pose(pose.x);
+        ModalCodeScratch scratch;
+        Eigen::VectorXf z(9);
+        const RigidTransform align = modal_code(modes.clustered, pose.x, scratch, z);
+        const FixedVector zn = shapes::fixed((z - model.z_centre).cwiseProduct(model.z_scale));
+        for (int k = 0; k < nodes; ++k) {
+            const int i = round == 0 ? k : nodes - 1 - k;  // siblings in either order
+            const Sphere expected = shapes::modal_sphere(model, tree, i, zn);
+            EXPECT_NEAR((bound.bound(i).c - (align.R * expected.c + align.t)).norm(), 0, 1e-6);
+            EXPECT_EQ(bound.bound(i).r, expected.r);
+        }
+    }
+}
+
+TEST(ModalBound, GivesNoNumberForAPoseWithOneThatIsNone) {
+    std::mt19937 random(5);
+    const auto s = shapes::torus(20, 12);
+    const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
+    const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
     const ModalModel model = shapes::random_model(tree, modes.clustered, 32, 6);
     ModalBound bound(tree, model);
-    const SpanPose pose = random_span_pose(s, modes, random, 0.3f);
-    bound.begin_pose(pose.x);
-    ModalCodeScratch scratch;
-    Eigen::VectorXf z(9);
-    const RigidTransform align = modal_code(modes.clustered, pose.x, scratch, z);
-    const FixedVector zn = shapes::fixed((z - model.z_centre).cwiseProduct(model.z_scale));
-    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
-        const Sphere expected = shapes::modal_sphere(model, tree, i, zn);
-        EXPECT_NEAR((bound.bound(i).c - (align.R * expected.c + align.t)).norm(), 0, 1e-6);
-        EXPECT_EQ(bound.bound(i).r, expected.r);
+    for (const float bad : {NAN, INFINITY}) {
+        Vertices x = s.X;
+        x(modes.clustered.representatives[7], 1) = bad;
+        bound.begin_pose(x);
+        for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+            const Sphere sphere = bound.bound(i);
+            EXPECT_TRUE(std::isnan(sphere.c[0]) && std::isnan(sphere.r));
+            EXPECT_FALSE(bound.strangeness(i) <= 1e30f);
+        }
     }
 }
 

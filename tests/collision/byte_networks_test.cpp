@@ -51,13 +51,21 @@ TEST(ByteNetworks, AreRoundedOnce) {
 TEST(ByteNetworks, OfTheLargestNumbersDoNotOverflow) {
     const int inputs = ByteNetworks::max_inputs, hidden = 1;
     std::vector<float> weights(static_cast<std::size_t>(ByteNetworks::weight_count(inputs, hidden)), 0.f);
-    std::fill_n(weights.begin(), inputs, 127.f);        // W1
     weights[static_cast<std::size_t>(inputs) + 1] = 1;  // W2
     weights[static_cast<std::size_t>(inputs) + 3] = 1;  // W3, first output
-    const ByteNetworks network(inputs, hidden, weights);
-    const Eigen::Array4f o = evaluated(network, 0, shapes::fixed(Eigen::VectorXf::Constant(inputs, 1)));
-    EXPECT_NEAR(o[0], 127.f * static_cast<float>(inputs), 10);
-    EXPECT_EQ(o[1], 0);
+    const float most = 1.99999f;                        // rounds to the largest number of all
+    EXPECT_EQ(shapes::fixed(Eigen::VectorXf::Constant(inputs, most)).fixed()[0], Kernels::most_fixed);
+    for (const float sign : {1.f, -1.f}) {
+        std::fill_n(weights.begin(), inputs, sign * 127.f);  // W1
+        const ByteNetworks network(inputs, hidden, weights);
+        const Eigen::Array4f o = evaluated(network, 0,
+                                           shapes::fixed(Eigen::VectorXf::Constant(inputs, sign * most))),
+                             none = evaluated(network, 0,
+                                              shapes::fixed(Eigen::VectorXf::Constant(inputs, -sign * most)));
+        EXPECT_NEAR(o[0], 2 * 127.f * static_cast<float>(inputs), 2000);
+        EXPECT_EQ(o[1], 0);
+        EXPECT_EQ(none[0], 0);
+    }
 }
 
 TEST(ByteNetworks, GiveTheSameAloneAndTogether) {

@@ -100,7 +100,8 @@ TEST_P(KernelForms, RoundAlike) {
         for (const float size : {1.f, 1e-25f, 1e-31f, 1e-38f, 0.f, 3e38f, INFINITY, NAN}) {
             std::vector<float> x(static_cast<std::size_t>(count));
             for (float& number : x) number = this->number();
-            x[5] = 0.5f / 16384 * 8192;  // between two
+            x[4] = 0.999f, x[5] = 2.5f / 16384, x[6] = -3.5f / 16384;  // between two numbers
+            if (count == 48) x[7] = -1.99999f;                         // the largest of all
             for (float& number : x) number *= size;
             std::vector<std::int16_t> expected(x.size(), 1), fixed(x.size(), 2);
             const float scale = plain.fix(x.data(), count, expected.data()),
@@ -108,6 +109,12 @@ TEST_P(KernelForms, RoundAlike) {
             EXPECT_EQ(std::memcmp(&scale, &same, sizeof scale) == 0 || std::isnan(scale), true);
             EXPECT_EQ(std::isnan(scale), std::isnan(same));
             EXPECT_EQ(fixed, expected) << count << ' ' << size;
+            if (size != 1) continue;
+            EXPECT_EQ(fixed[5], count == 48 ? 1 : 2);
+            EXPECT_EQ(fixed[6], count == 48 ? -2 : -4);
+            if (count == 48) {
+                EXPECT_EQ(fixed[7], -Kernels::most_fixed);
+            }
         }
 }
 
@@ -205,6 +212,30 @@ TEST_P(KernelForms, GiveTheSameBitsForProductsOfAnySize) {
             form->products(all, x.data(), 0x1p-14f, results.data());
             EXPECT_EQ(results, expected) << rows << ' ' << columns;
         }
+}
+
+TEST_P(KernelForms, DoNotOverflow) {
+    constexpr int inputs = Kernels::most_inputs;
+    for (const int sign : {1, -1}) {
+        RandomLayer first(random, inputs / 4, 16, false), second(random, 4, 16, false),
+            third(random, 4, 16, false);
+        std::ranges::fill(first.weights, static_cast<std::int8_t>(127));
+        std::ranges::fill(first.sums, 127 * inputs);
+        const ByteLayer both[2][3] = {{first.layer, second.layer, third.layer},
+                                      {first.layer, second.layer, third.layer}};
+        const std::vector<std::int16_t> x(inputs, static_cast<std::int16_t>(sign * Kernels::most_fixed)),
+            M(4 * inputs, static_cast<std::int16_t>(1 - Kernels::most_fixed));
+        const std::vector<float> scales(4, 1.f);
+        const FixedColumns columns{M.data(), scales.data(), inputs, 4};
+        float expected[2][16], results[2][16], expected_products[4], products[4];
+        plain.networks(both, 2, columns, x.data(), 0x1p-20f, expected, expected_products);
+        form->networks(both, 2, columns, x.data(), 0x1p-20f, results, products);
+        for (int o = 0; o < 16; ++o) EXPECT_EQ(results[1][o], expected[1][o]);
+        for (int c = 0; c < 4; ++c) {
+            EXPECT_EQ(products[c], expected_products[c]);
+            EXPECT_FLOAT_EQ(products[c], 0x1p-20f * -sign * 16384 * 16383 * inputs);
+        }
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Kernels, KernelForms, testing::Values(InstructionSet::avx2, InstructionSet::avx512),

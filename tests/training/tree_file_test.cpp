@@ -129,14 +129,13 @@ TEST_F(TreeFileTest, DoesNotTrustModalCalibrationsFromBeforeTheSpreadOfCodesWasM
     expect_same(load_tree(folder / "old.h5"), file);
 }
 
-TEST_F(TreeFileTest, DoesNotTrustModalCalibrationsOfNetworksThatAreRoundedNow) {
+TEST_F(TreeFileTest, DoesNotTrustCalibrationsOfNetworksThatAreRoundedNow) {
     const TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
     save_tree(folder / "tree.h5", file);
     EXPECT_TRUE(load_tree(folder / "tree.h5").tree.calibrations.contains(BoundKind::modal));
     EditFile(folder / "tree.h5").set("modal/weights", 3, 0.123f);
     const TreeFile rounded = load_tree(folder / "tree.h5");
-    EXPECT_FALSE(rounded.tree.calibrations.contains(BoundKind::modal));
-    EXPECT_TRUE(rounded.tree.calibrations.contains(BoundKind::bd));
+    EXPECT_TRUE(rounded.tree.calibrations.empty());
 }
 
 TEST_F(TreeFileTest, NeedsNoModels) {
