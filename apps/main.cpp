@@ -53,14 +53,16 @@ std::string not_empty(const std::string& text) { return text.empty() ? "must not
 /// Has queries use the kernels that the command line names.
 void choose_kernels(const std::string& instructions) {
     using nbd::InstructionSet;
-    std::string known;
+    const auto refuse = [&](const std::string& why) {
+        throw CLI::ValidationError("--instructions", fmt::format("'{}'; {}", instructions, why));
+    };
     for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512})
-        if (const nbd::Kernels* form = nbd::kernels_for(set)) {
-            if (instructions == name(set)) return use_kernels(*form);
-            known += (known.empty() ? "" : ", ") + std::string(name(set));
+        if (instructions == name(set)) {
+            const nbd::Kernels* form = nbd::kernels_for(set);
+            if (!form) refuse("this machine has not these instructions");
+            return use_kernels(*form);
         }
-    throw CLI::ValidationError("--instructions",
-                               fmt::format("'{}'; this machine runs {}", instructions, known));
+    refuse("allowed: plain, avx2 and avx512");
 }
 
 /// A result that a full disk swallowed is a failure.

@@ -83,7 +83,7 @@ TEST_F(BadInputTest, CommandLine) {
         {{"inspect", "box.h5", "--threads", "-1"}, 2, "--threads: Value -1 not in range 0 to 1024"},
         {{"inspect", "box.h5", "--instructions", "neon"},
          2,
-         "--instructions: 'neon'; this machine runs plain"},
+         "--instructions: 'neon'; allowed: plain, avx2 and avx512"},
         {{"inspect", ""}, 2, "FILE: must not be empty"},
         {{"modes", "box.h5", "--csv", ""}, 2, "--csv: must not be empty"},
     });

@@ -217,7 +217,7 @@ TEST_P(KernelForms, GiveTheSameBitsForProductsOfAnySize) {
 TEST_P(KernelForms, DoNotOverflow) {
     constexpr int inputs = Kernels::most_inputs;
     for (const int sign : {1, -1}) {
-        RandomLayer first(random, inputs / 4, 16, false), second(random, 4, 16, false),
+        RandomLayer first(random, inputs / 4, 16, true), second(random, 4, 16, true),
             third(random, 4, 16, false);
         std::ranges::fill(first.weights, static_cast<std::int8_t>(127));
         std::ranges::fill(first.sums, 127 * inputs);
