@@ -81,8 +81,8 @@ struct Kernels {
     void (*products)(const FixedColumns& columns, const std::int16_t* x, float scale,
                      float* products) noexcept;
     /// What some networks of one shape, of three layers each, the first two with ReLU, make of the same
-    /// x * scale. What these two give goes on rounded to 8 bits. count: networks, at most most_networks. Besides the products of some columns,
-    /// for which there is time while networks wait.
+    /// x * scale. What these two give goes on rounded to 8 bits. count: networks, at most most_networks.
+    /// Besides the products of some columns, for which there is time while networks wait.
     void (*networks)(const ByteLayer (*layers)[3], int count, const FixedColumns& columns,
                      const std::int16_t* x, float scale, float (*results)[outputs], float* products) noexcept;
 };
