@@ -11,9 +11,9 @@ namespace nbd {
 /// Rows are poses: a batch or a whole data set.
 using PoseRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Shape of one node's network: inputs-hidden-hidden-4 with ReLU between the layers. Its weights lie flat
-/// as in ModalModel: W1 [hidden, inputs], b1, W2 [hidden, hidden], b2, W3 [4, hidden], b3, every matrix
-/// column-major.
+/// Shape of one node's network: inputs-hidden-hidden-4 with ReLU between the layers. Its weights lie flat as
+/// ByteNetworks takes them: W1 [hidden, inputs], b1, W2 [hidden, hidden], b2, W3 [4, hidden], b3, every
+/// matrix column-major.
 struct MlpShape {
     static constexpr int outputs = 4;
     int inputs = 128;
