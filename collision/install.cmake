@@ -15,7 +15,7 @@ foreach(bytes 16 32 64)
         static_assert(EIGEN_MAX_ALIGN_BYTES == ${bytes} && EIGEN_MAX_STATIC_ALIGN_BYTES == ${bytes});
         int main() {}" NBD_EIGEN_ALIGNS_TO_${bytes})
     if(NBD_EIGEN_ALIGNS_TO_${bytes})
-        target_compile_definitions(nbd_collision INTERFACE
+        target_compile_definitions(nbd_base INTERFACE
             $<INSTALL_INTERFACE:EIGEN_MAX_ALIGN_BYTES=${bytes}>
             $<INSTALL_INTERFACE:EIGEN_MAX_STATIC_ALIGN_BYTES=${bytes}>)
         set(alignment_is_known ON)
@@ -26,11 +26,28 @@ if(NOT alignment_is_known)
 endif()
 
 set(NBD_PACKAGE_FOLDER lib/cmake/nbdtree)
-set_target_properties(nbd_collision PROPERTIES EXPORT_NAME collision)
-install(TARGETS nbd_collision EXPORT nbdtreeTargets ARCHIVE DESTINATION lib)
+set(rooms base geometry kernels topology bounds exact_bounds learned_bounds certified_bounds tree query flat)
+set(targets)
+foreach(room ${rooms} collision)
+    set_target_properties(nbd_${room} PROPERTIES EXPORT_NAME ${room})
+    list(APPEND targets nbd_${room})
+endforeach()
+target_include_directories(nbd_base INTERFACE $<INSTALL_INTERFACE:include>)
+install(TARGETS ${targets} EXPORT nbdtreeTargets ARCHIVE DESTINATION lib)
 install(EXPORT nbdtreeTargets NAMESPACE nbd:: DESTINATION ${NBD_PACKAGE_FOLDER})
-install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} DESTINATION include/nbdtree FILES_MATCHING PATTERN "*.hpp")
 configure_package_config_file(nbdtreeConfig.cmake.in nbdtreeConfig.cmake INSTALL_DESTINATION ${NBD_PACKAGE_FOLDER})
 write_basic_package_version_file(nbdtreeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/nbdtreeConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/nbdtreeConfigVersion.cmake
     DESTINATION ${NBD_PACKAGE_FOLDER})
+
+# What is "collision/..." here is <nbdtree/...> to programs that embed the library.
+install(CODE "set(source ${CMAKE_CURRENT_SOURCE_DIR})")
+install(CODE [[
+    file(GLOB_RECURSE headers RELATIVE ${source} ${source}/*.hpp)
+    foreach(header ${headers})
+        file(READ ${source}/${header} text)
+        string(REPLACE "#include \"collision/" "#include \"nbdtree/" text "${text}")
+        set(installed "$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/include/nbdtree/${header}")
+        file(WRITE "${installed}" "${text}")
+        list(APPEND CMAKE_INSTALL_MANIFEST_FILES "${installed}")
+    endforeach()]])

@@ -2,11 +2,11 @@
 
 #include <memory>
 
-#include "apps/calibration_options.hpp"
+#include "apps/cli/load.hpp"
+#include "apps/commands/calibration_options.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/load.hpp"
-#include "training/recording.hpp"
-#include "training/tree_file.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/tree_file.hpp"
 
 namespace nbd {
 namespace {

@@ -3,11 +3,11 @@
 #include <memory>
 #include <optional>
 
+#include "apps/cli/load.hpp"
+#include "apps/cli/option_checks.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/load.hpp"
-#include "apps/option_checks.hpp"
-#include "apps/pose_argument.hpp"
-#include "collision/pair_query.hpp"
+#include "apps/commands/pose_argument.hpp"
+#include "collision/query/pair_query.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {

@@ -5,18 +5,18 @@
 #include <iterator>
 #include <memory>
 
+#include "apps/cli/interrupt.hpp"
+#include "apps/cli/load.hpp"
+#include "apps/cli/option_checks.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/producer.hpp"
-#include "apps/dataset/rank.hpp"
 #include "apps/dataset/variety.hpp"
-#include "apps/interrupt.hpp"
-#include "apps/load.hpp"
-#include "apps/option_checks.hpp"
-#include "meshing/body.hpp"
+#include "apps/sharing/rank.hpp"
+#include "meshing/body/body.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "sim/blas.hpp"
-#include "training/dataset_manifest.hpp"
+#include "sim/factor/blas.hpp"
+#include "training/files/dataset_manifest.hpp"
 
 namespace nbd {
 namespace {

@@ -1,4 +1,4 @@
-#include "training/evaluate.hpp"
+#include "training/evaluate/evaluate.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,20 +7,20 @@
 #include <filesystem>
 #include <memory>
 
+#include "apps/cli/load.hpp"
+#include "apps/cli/option_checks.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/figures/html_report.hpp"
-#include "apps/load.hpp"
-#include "apps/option_checks.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "training/recording.hpp"
-#include "training/tree_file.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/tree_file.hpp"
 
 namespace nbd {
 namespace {
 
 struct EvaluateArguments {
     std::string tree, recording, csv, html;
-    std::vector<std::string> bounds{"exact", "bd", "modal", "local", "certified"};
+    std::vector<std::string> bounds{"exact", "bd", "nbd", "learned_spheres", "certified"};
     EvaluateConfig config;
 };
 
@@ -57,7 +57,7 @@ void run(const EvaluateArguments& arguments, Output& out) {
         const std::string body = std::filesystem::path(arguments.tree).stem().string();
         const BodyFigures figures = make_body_figures(body, tree, recording, config.max_frames);
         h5::AtomicFile file(arguments.html);
-        file.out() << html_report(tree, figures, check_promises(tree, recording, config.max_frames),
+        file.out() << html_report(tree, figures, measure_coverages(tree, recording, config.max_frames),
                                   out.command_line);
         file.commit();
     }

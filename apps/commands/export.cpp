@@ -2,11 +2,11 @@
 
 #include <memory>
 
+#include "apps/cli/load.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/load.hpp"
-#include "collision/flat_tree.hpp"
+#include "collision/flat/flat_tree.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "training/torch_file.hpp"
+#include "training/learn/torch_file.hpp"
 
 namespace nbd {
 namespace {
@@ -19,7 +19,7 @@ struct ExportArguments {
 void write_torch(const std::string& path, const TreeFile& file, Output& out) {
     save_torch(path, file);
     const auto nodes = file.tree.spheres.nodes.size();
-    out.text(fmt::format("{}: the networks of {} nodes; training/torch/modal_tree.py runs them in PyTorch",
+    out.text(fmt::format("{}: the networks of {} nodes; training/torch/nbd_tree.py runs them in PyTorch",
                          path, nodes));
     out.result({{"nodes", nodes}});
 }
@@ -29,8 +29,9 @@ void write_flat(const std::string& path, const CollisionTree& tree, Output& out)
     h5::AtomicFile file(path);
     file.out().write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     file.commit();
-    out.text(fmt::format("{}: the collision tree of {} faces, {} bytes; collision/flat_tree.hpp loads it",
-                         path, tree.faces.rows(), bytes.size()));
+    out.text(
+        fmt::format("{}: the collision tree of {} faces, {} bytes; collision/flat/flat_tree.hpp loads it",
+                    path, tree.faces.rows(), bytes.size()));
     out.result({{"faces", tree.faces.rows()}, {"bytes", bytes.size()}});
 }
 

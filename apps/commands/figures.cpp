@@ -7,13 +7,13 @@
 #include <set>
 #include <tuple>
 
+#include "apps/cli/load.hpp"
+#include "apps/cli/option_checks.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/figures/body_figures.hpp"
-#include "apps/load.hpp"
-#include "apps/option_checks.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "training/recording.hpp"
-#include "training/tree_file.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/tree_file.hpp"
 
 namespace nbd {
 namespace {

@@ -11,8 +11,8 @@
 #include "apps/dataset/shard.hpp"
 #include "apps/dataset/variety.hpp"
 #include "collision/flat/flat_file.hpp"
-#include "collision/flat_tree.hpp"
-#include "training/dataset_manifest.hpp"
+#include "collision/flat/flat_tree.hpp"
+#include "training/files/dataset_manifest.hpp"
 
 namespace nbd {
 namespace {

@@ -2,11 +2,11 @@
 
 #include <memory>
 
+#include "apps/cli/load.hpp"
+#include "apps/cli/mesh_file.hpp"
+#include "apps/cli/option_checks.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/load.hpp"
-#include "apps/mesh_file.hpp"
-#include "apps/option_checks.hpp"
-#include "meshing/tet_quality.hpp"
+#include "meshing/tets/tet_quality.hpp"
 
 namespace nbd {
 namespace {
@@ -66,7 +66,7 @@ void add_mesh(CLI::App& app, Output& out) {
         ->check(positive());
     command->add_option("--poisson", material.poisson, "Poisson's ratio")
         ->capture_default_str()
-        ->check(between(least_poisson, most_poisson));
+        ->check(between(least_poisson, max_poisson));
     command->add_option("--density", material.density, "kg/m3")->capture_default_str()->check(positive());
     command->add_option("--rayleigh-mass", material.rayleigh_mass, "Damping of slow motion, 1/s")
         ->capture_default_str()

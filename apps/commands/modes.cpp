@@ -1,15 +1,15 @@
-#include "sim/modes.hpp"
+#include "sim/fem/modes.hpp"
 
 #include <fmt/core.h>
 
 #include <memory>
 #include <stdexcept>
 
+#include "apps/cli/load.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/load.hpp"
-#include "meshing/body.hpp"
+#include "meshing/body/body.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "sim/blas.hpp"
+#include "sim/factor/blas.hpp"
 
 namespace nbd {
 namespace {

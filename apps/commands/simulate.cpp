@@ -4,15 +4,16 @@
 #include <memory>
 #include <optional>
 
-#include "apps/audit.hpp"
+#include "apps/cli/interrupt.hpp"
+#include "apps/cli/load.hpp"
+#include "apps/cli/option_checks.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/interrupt.hpp"
-#include "apps/journal.hpp"
-#include "apps/load.hpp"
-#include "apps/option_checks.hpp"
-#include "apps/scene_files.hpp"
-#include "apps/simulation_outputs.hpp"
-#include "sim/blas.hpp"
+#include "apps/simulate/audit.hpp"
+#include "apps/simulate/journal.hpp"
+#include "apps/simulate/scene_files.hpp"
+#include "apps/simulate/simulation_outputs.hpp"
+#include "meshing/h5/version.hpp"
+#include "sim/factor/blas.hpp"
 
 namespace nbd {
 namespace {
@@ -65,7 +66,7 @@ void check_outputs(const SceneOutput& paths, const std::vector<std::filesystem::
 /// All that decides what a run computes.
 Journal::Facts facts_of(const SimulateArguments& arguments, const SceneSpec& spec) {
     Journal::Facts facts{
-        {"program version", NBD_VERSION},
+        {"program version", std::string(version())},
         {"scene", text_hash(spec.text)},
         {"--bounds", arguments.bounds},
         {"--margin", arguments.margin ? fmt::format("{}", *arguments.margin) : ""},

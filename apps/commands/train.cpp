@@ -5,23 +5,23 @@
 #include <filesystem>
 #include <memory>
 
-#include "apps/calibration_options.hpp"
+#include "apps/cli/interrupt.hpp"
+#include "apps/cli/load.hpp"
+#include "apps/cli/option_checks.hpp"
+#include "apps/commands/calibration_options.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/dataset/rank.hpp"
-#include "apps/interrupt.hpp"
-#include "apps/load.hpp"
-#include "apps/option_checks.hpp"
+#include "apps/sharing/rank.hpp"
 #include "apps/train/shared_training.hpp"
-#include "training/calibrate.hpp"
-#include "training/recording.hpp"
-#include "training/train_tree.hpp"
+#include "training/calibrate/calibrate.hpp"
+#include "training/files/recording.hpp"
+#include "training/learn/train_tree.hpp"
 
 namespace nbd {
 namespace {
 
 struct TrainArguments {
     std::string body, recording, output, frame = "clustered";
-    std::vector<std::string> bounds{"modal", "local"};
+    std::vector<std::string> bounds{"nbd", "learned_spheres"};
     TrainConfig config;
     CalibrateConfig calibrate;
 };
@@ -38,9 +38,9 @@ void run(const TrainArguments& arguments, Output& out) {
     config.label_frame = label_frame(arguments.frame);
     config.bounds.clear();
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
-    const bool modal = std::ranges::find(arguments.bounds, "modal") != arguments.bounds.end();
+    const bool nbd = std::ranges::find(config.bounds, BoundKind::nbd) != config.bounds.end();
     if (rank.number > 0) {  // what is quick is not dealt out
-        std::erase(config.bounds, BoundKind::local);
+        std::erase(config.bounds, BoundKind::learned_spheres);
         if (config.bounds.empty()) return;
     }
 
@@ -63,9 +63,9 @@ void run(const TrainArguments& arguments, Output& out) {
         };
 
     const Body body = load_body(arguments.body);
-    if (modal && body.modes.count() == 0)
+    if (nbd && body.modes.count() == 0)
         throw std::runtime_error(fmt::format(
-            "{0}: has no modes, which modal bounds need; make them with: nbdtree modes {0}", arguments.body));
+            "{0}: has no modes, which nbd bounds need; make them with: nbdtree modes {0}", arguments.body));
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
     const RecordingReader recording(arguments.recording);
@@ -87,7 +87,7 @@ void run(const TrainArguments& arguments, Output& out) {
         save_tree(arguments.output, file);
         std::filesystem::remove(settings.checkpoint);
     }
-    if (together && modal) shared.leave();
+    if (together && nbd) shared.leave();
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
 
     const TrainingFacts& facts = file.facts;
@@ -104,20 +104,20 @@ void run(const TrainArguments& arguments, Output& out) {
                                      {"calibration_trajectories", facts.split.calibration_trajectories},
                                      {"held_out_trajectories", facts.split.held_out_trajectories},
                                      {"seconds", seconds}};
-    if (modal) {
-        out.text(fmt::format("code error of the clustering {:.2f} %, mean loss {:.2e}",
-                             100 * facts.code_error, facts.node_loss.mean()));
-        result["code_error"] = facts.code_error;
+    if (nbd) {
+        out.text(fmt::format("error of the clustered coordinates {:.2f} %, mean loss {:.2e}",
+                             100 * facts.z_error, facts.node_loss.mean()));
+        result["z_error"] = facts.z_error;
         result["mean_loss"] = facts.node_loss.mean();
     }
-    if (file.tree.local) {
-        const LocalModel& local = *file.tree.local;
-        const auto exact = std::ranges::count(local.nodes, true, &LocalModel::Node::exact);
+    if (file.tree.learned) {
+        const LearnedModel& learned = *file.tree.learned;
+        const auto exact = std::ranges::count(learned.nodes, true, &LearnedModel::Node::exact);
         const double samples =
-            static_cast<double>(local.samples.size()) / static_cast<double>(local.nodes.size());
-        out.text(fmt::format("local bounds: {:.1f} samples a node, {} small nodes exact", samples, exact));
-        result["local_samples"] = local.samples.size();
-        result["local_exact_nodes"] = exact;
+            static_cast<double>(learned.samples.size()) / static_cast<double>(learned.nodes.size());
+        out.text(fmt::format("learned bounds: {:.1f} samples a node, {} small nodes exact", samples, exact));
+        result["samples"] = learned.samples.size();
+        result["exact_nodes"] = exact;
     }
     out.result(result);
 }
@@ -132,15 +132,14 @@ void add_train(CLI::App& app, Output& out) {
     command->add_option("DATA", arguments->recording, "Recording of the body")->required();
     command->add_option("-o,--output", arguments->output, "Tree file to write")->required();
     command
-        ->add_option("--bounds", arguments->bounds,
-                     "Which bounds, separated by commas; modal brings bd along")
+        ->add_option("--bounds", arguments->bounds, "Which bounds, separated by commas; nbd brings bd along")
         ->delimiter(',')
         ->capture_default_str()
-        ->check(CLI::IsMember({"modal", "local"}));
+        ->check(bounds_name(trained_kinds));
     command->add_option("--depth", config.tree.depth, "Levels of the tree below the root")
         ->capture_default_str()
         ->check(CLI::Range(0, 16));
-    command->add_option("-m,--modes", config.modes, "Modes of the code")
+    command->add_option("-m,--modes", config.modes, "Modes of the modal coordinates")
         ->capture_default_str()
         ->check(CLI::Range(1, 2048));
     command->add_option("-k,--clusters", config.clusters.k_means.clusters, "Representative vertices")
@@ -152,8 +151,9 @@ void add_train(CLI::App& app, Output& out) {
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
     command
-        ->add_option("--label-frame", arguments->frame,
-                     "Alignment of the labels: that of the code, or over all vertices as in the paper")
+        ->add_option(
+            "--label-frame", arguments->frame,
+            "Alignment of the labels: that of the modal coordinates, or over all vertices as in the paper")
         ->capture_default_str()
         ->check(CLI::IsMember({"clustered", "full"}));
     command
@@ -190,11 +190,11 @@ void add_train(CLI::App& app, Output& out) {
                      "At most; training ends earlier when it has converged")
         ->capture_default_str()
         ->check(CLI::Range(1, 1'000'000));
-    command->add_flag("--local-network", config.local.network,
-                      "Lets a small network a node say how far local bounds reach beyond their samples");
+    command->add_flag("--radius-network", config.learned.network,
+                      "Lets a small network a node say how far learned spheres reach beyond their samples");
     command
-        ->add_option("--local-samples", config.local.samples.count,
-                     "Samples of a node of local bounds, 0 or a multiple of 16; 0: as few as are accurate")
+        ->add_option("--samples", config.learned.samples.count,
+                     "Samples of a node of learned bounds, 0 or a multiple of 16; 0: as few as are accurate")
         ->capture_default_str()
         ->check(sample_count());
     command->add_option("--seed", config.seed, "Of the split, the clustering and the networks")

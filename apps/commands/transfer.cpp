@@ -2,10 +2,10 @@
 
 #include <memory>
 
+#include "apps/cli/load.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/load.hpp"
-#include "meshing/body.hpp"
-#include "training/transfer_tree.hpp"
+#include "meshing/body/body.hpp"
+#include "training/learn/transfer_tree.hpp"
 
 namespace nbd {
 namespace {
@@ -38,8 +38,8 @@ void run(const TransferArguments& arguments, Output& out) {
 void add_transfer(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<TransferArguments>();
     CLI::App* command = app.add_subcommand(
-        "transfer", "Carries a tree's local and modal bounds over to another resolution of the surface");
-    command->add_option("TREE", arguments->tree, "Tree file with local or modal bounds")->required();
+        "transfer", "Transfers a tree's learned and nbd bounds over to another resolution of the surface");
+    command->add_option("TREE", arguments->tree, "Tree file with learned or nbd bounds")->required();
     command->add_option("BODY", arguments->body, "Body file with the other surface")->required();
     command->add_option("-o,--output", arguments->output, "Tree file to write")->required();
     command->final_callback([arguments, &out] { run(*arguments, out); });

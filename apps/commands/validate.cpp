@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "apps/commands/commands.hpp"
-#include "apps/scene_files.hpp"
-#include "sim/scene_check.hpp"
+#include "apps/simulate/scene_files.hpp"
+#include "sim/scene/scene_check.hpp"
 
 namespace nbd {
 namespace {

@@ -5,7 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "meshing/h5/sha256.hpp"
-#include "sim/json_object.hpp"
+#include "meshing/h5/version.hpp"
+#include "sim/json/json_object.hpp"
 
 namespace nbd {
 namespace {
@@ -23,7 +24,7 @@ std::string plan_json(const DatasetPlan& plan, const Body& body) {
     const ExcitationConfig& excitation = plan.excitation;
     const Material& material = body.material;
     nlohmann::ordered_json json;
-    json["program"] = "nbdtree " NBD_VERSION;
+    json["program"] = "nbdtree " + std::string(version());
     json["body_sha256"] = body_hash(body);
     json["material"] = {{"young", material.young},
                         {"poisson", material.poisson},

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "meshing/body.hpp"
-#include "sim/recipe.hpp"
+#include "meshing/body/body.hpp"
+#include "sim/excitation/recipe.hpp"
 
 namespace nbd {
 

@@ -12,9 +12,9 @@
 
 #include "apps/dataset/shard.hpp"
 #include "apps/dataset/variety.hpp"
-#include "training/dataset_manifest.hpp"
-#include "training/recording_format.hpp"
-#include "training/split.hpp"
+#include "training/files/dataset_manifest.hpp"
+#include "training/files/recording_format.hpp"
+#include "training/files/split.hpp"
 
 namespace nbd {
 namespace {
@@ -92,9 +92,9 @@ void Producer::verify(const std::function<bool(int)>& mine) {
         if (!mine(g)) continue;
         hooks_.stop_if_asked();
         const auto remove_broken = [&](const std::filesystem::path& path, int first, int end) {
-            const std::string trouble = shard_trouble(path, key_, first, end);
-            if (trouble.empty()) return;
-            warn(fmt::format("made anew: {}", trouble));
+            const std::string defect = shard_defect(path, key_, first, end);
+            if (defect.empty()) return;
+            warn(fmt::format("made anew: {}", defect));
             std::filesystem::remove(path);
         };
         if (const auto held = claims_.wait_for(first_shard_claim + g, hooks_.stop_if_asked)) {
@@ -192,10 +192,10 @@ void Producer::produce(const std::function<bool(int)>& mine, int threads, int st
 
 bool Producer::fits(int shard, const std::string& sha256, const std::string& wanted) {
     if (sha256 == wanted) return true;
-    const std::string trouble =
-        shard_trouble(folder_.shard(shard), key_, folder_.first(shard), folder_.end(shard));
-    if (trouble.empty()) return true;
-    warn(fmt::format("made anew: {}", trouble));
+    const std::string defect =
+        shard_defect(folder_.shard(shard), key_, folder_.first(shard), folder_.end(shard));
+    if (defect.empty()) return true;
+    warn(fmt::format("made anew: {}", defect));
     std::filesystem::remove(folder_.shard(shard));
     return false;
 }

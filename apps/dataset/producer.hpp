@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/dataset/claims.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/shard_folder.hpp"
-#include "sim/excitation.hpp"
+#include "apps/sharing/claims.hpp"
+#include "sim/excitation/excitation.hpp"
 
 namespace nbd {
 

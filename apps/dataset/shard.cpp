@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "meshing/h5/sha256.hpp"
-#include "training/recording.hpp"
-#include "training/recording_format.hpp"
-#include "training/recording_hash.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/recording_format.hpp"
+#include "training/files/recording_hash.hpp"
 
 namespace nbd {
 namespace {
@@ -37,7 +37,7 @@ void copy_trajectory(const RecordingReader& from, RecordingWriter& to) {
 
 }  // namespace
 
-std::string shard_trouble(const std::filesystem::path& path, const std::string& key, int first, int end) {
+std::string shard_defect(const std::filesystem::path& path, const std::string& key, int first, int end) {
     try {
         const RecordingReader recording(path);
         if (recording.label(dataset_label) != key)
@@ -64,10 +64,10 @@ bool pack_shard(const ShardFolder& folder, const std::string& key, int shard,
         RecordingWriter whole(path);
         whole.label(dataset_label, key);
         for (int i = first; i < end; ++i) {
-            const std::string trouble = shard_trouble(folder.part(i), key, i, i + 1);
+            const std::string defect = shard_defect(folder.part(i), key, i, i + 1);
             if (there()) break;  // packed meanwhile by a process that our claims do not reach
-            if (!trouble.empty()) {
-                warn(fmt::format("made anew: {}", trouble));
+            if (!defect.empty()) {
+                warn(fmt::format("made anew: {}", defect));
                 std::filesystem::remove(folder.part(i));
                 return false;
             }

@@ -10,7 +10,7 @@ namespace nbd {
 
 /// Why a recording is not trajectories first .. end - 1 of the dataset with this key, whole: "" where it is.
 /// Reads all of it, so that every checksum is verified.
-std::string shard_trouble(const std::filesystem::path& path, const std::string& key, int first, int end);
+std::string shard_defect(const std::filesystem::path& path, const std::string& key, int first, int end);
 
 /// Joins the parts of a complete shard into its file and removes them; does nothing where a trajectory is
 /// missing. Only one process at a time may pack a shard. Returns whether the shard is there. A part that

@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "meshing/parallel/parallel_for.hpp"
-#include "sim/polar.hpp"
+#include "sim/fem/polar.hpp"
 
 namespace nbd {
 namespace {
 
-constexpr long most_samples = 1000;
+constexpr long max_samples = 1000;
 
 // Bins of logarithms of stretches from -range to range, 0.1 % each.
 constexpr double range = 5;
@@ -47,7 +47,7 @@ struct VarietyMeter::Sample {
 
 VarietyMeter::VarietyMeter(const Body& body, long frames)
     : body_(body),
-      stride_(std::max(1L, frames / most_samples)),
+      stride_(std::max(1L, frames / max_samples)),
       masses_(Eigen::VectorXd::Zero(body.tets.X.rows())),
       histogram_(bins, 0),
       sum_(Eigen::VectorXd::Zero(body.modes.count())),

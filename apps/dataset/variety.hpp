@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "meshing/body.hpp"
-#include "training/recording.hpp"
+#include "meshing/body/body.hpp"
+#include "training/files/recording.hpp"
 
 namespace nbd {
 

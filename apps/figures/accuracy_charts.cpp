@@ -10,7 +10,7 @@ namespace nbd {
 namespace {
 
 /// Bounds that may leave vertices outside.
-bool is_learned(BoundKind kind) { return kind == BoundKind::modal || kind == BoundKind::local; }
+bool is_learned(BoundKind kind) { return kind == BoundKind::nbd || kind == BoundKind::learned_spheres; }
 
 Dash dash_of(BoundKind kind) {
     switch (kind) {
@@ -19,7 +19,7 @@ Dash dash_of(BoundKind kind) {
         case BoundKind::exact:
         case BoundKind::certified:
             return Dash::mixed;
-        case BoundKind::modal:
+        case BoundKind::nbd:
             return Dash::solid;
         default:
             return Dash::dotted;

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/figures/chart.hpp"
-#include "training/evaluate.hpp"
+#include "apps/drawing/chart.hpp"
+#include "training/evaluate/evaluate.hpp"
 
 namespace nbd {
 

@@ -24,10 +24,10 @@ int trajectories_of(const std::vector<FrameId>& frames) {
 BodyFigures make_body_figures(const std::string& body, const TreeFile& file, const RecordingReader& recording,
                               int max_frames) {
     const auto tree = std::make_shared<const CollisionTree>(file.tree);
-    const EvaluateConfig config{
-        .bounds = bounds_of(*tree, {BoundKind::modal, BoundKind::local, BoundKind::bd, BoundKind::certified}),
-        .margins = chart_margins(),
-        .max_frames = max_frames};
+    const EvaluateConfig config{.bounds = bounds_of(*tree, {BoundKind::nbd, BoundKind::learned_spheres,
+                                                            BoundKind::bd, BoundKind::certified}),
+                                .margins = chart_margins(),
+                                .max_frames = max_frames};
     BodyFigures figures;
     figures.rows.body = body;
     const std::vector<TestFrames> sets = test_frames(file, recording);
@@ -40,7 +40,7 @@ BodyFigures make_body_figures(const std::string& body, const TreeFile& file, con
     // `certified` ones would need the motion of the tetrahedra.
     figures.spheres = spheres_in_pose(
         tree, figures.pose.x,
-        bounds_of(*tree, {BoundKind::modal, BoundKind::exact, BoundKind::local, BoundKind::bd}));
+        bounds_of(*tree, {BoundKind::nbd, BoundKind::exact, BoundKind::learned_spheres, BoundKind::bd}));
     figures.spheres_page =
         sphere_page(fmt::format("{}: spheres of a test pose ({}: trajectory {}, frame {})", body,
                                 sets.back().name, figures.pose.trajectory, figures.pose.frame),
@@ -48,17 +48,17 @@ BodyFigures make_body_figures(const std::string& body, const TreeFile& file, con
     return figures;
 }
 
-std::vector<PromiseRow> check_promises(const TreeFile& file, const RecordingReader& recording,
-                                       int max_frames) {
+std::vector<CoverageRow> measure_coverages(const TreeFile& file, const RecordingReader& recording,
+                                           int max_frames) {
     const auto tree = std::make_shared<const CollisionTree>(file.tree);
     std::vector<FrameId> frames = test_frames(file, recording).back().frames;
     if (max_frames > 0) frames = spread(frames, max_frames);
-    std::vector<PromiseRow> promises;
+    std::vector<CoverageRow> coverage;
     for (const auto& [kind, calibration] : tree->calibrations) {
-        const auto rows = check_promise(surface_body(file), tree, kind, recording, frames);
-        promises.insert(promises.end(), rows.begin(), rows.end());
+        const auto rows = measure_coverage(surface_body(file), tree, kind, recording, frames);
+        coverage.insert(coverage.end(), rows.begin(), rows.end());
     }
-    return promises;
+    return coverage;
 }
 
 }  // namespace nbd

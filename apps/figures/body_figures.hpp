@@ -6,7 +6,7 @@
 #include "apps/figures/accuracy_charts.hpp"
 #include "apps/figures/sphere_pictures.hpp"
 #include "apps/figures/test_pose.hpp"
-#include "training/promise.hpp"
+#include "training/evaluate/coverage.hpp"
 
 namespace nbd {
 
@@ -31,7 +31,7 @@ BodyFigures make_body_figures(const std::string& body, const TreeFile& tree, con
                               int max_frames);
 
 /// How all calibrated bounds of a tree did on the last of its test_frames(), at most so many of them.
-std::vector<PromiseRow> check_promises(const TreeFile& tree, const RecordingReader& recording,
-                                       int max_frames);
+std::vector<CoverageRow> measure_coverages(const TreeFile& tree, const RecordingReader& recording,
+                                           int max_frames);
 
 }  // namespace nbd

@@ -71,7 +71,7 @@ std::string facts(const TreeFile& file, const BodyFigures& figures) {
         fmt::format("{} nodes, {} levels", file.tree.spheres.nodes.size(), file.tree.spheres.depth() + 1));
     row("trained on",
         fmt::format("{} poses of {} trajectories", facts.poses, facts.split.train_trajectories.size()));
-    row("error of the clustered code", fmt::format("{:.2f} %", 100 * facts.code_error));
+    row("error of the clustered coordinates", fmt::format("{:.2f} %", 100 * facts.z_error));
     for (const TestSet& set : figures.sets)
         row("tested on",
             fmt::format("{}: {} poses of {} trajectories", set.name, set.frames, set.trajectories));
@@ -112,16 +112,16 @@ std::string table(const std::vector<EvaluationRow>& rows) {
     return text + "</table></div>\n";
 }
 
-std::string as_calibrated(const std::vector<PromiseRow>& promises) {
-    if (promises.empty()) return "";
+std::string as_calibrated(const std::vector<CoverageRow>& coverage) {
+    if (coverage.empty()) return "";
     std::string text = fmt::format(
         "<h2>As calibrated</h2>\n<p>{} poses of {} trajectories, with the margins and limits that queries "
         "use by "
         "default.</p>\n<div class=\"wide\"><table>\n<tr><th>bound</th><th>depth</th><th>nodes that miss, "
         "%</th><th>95 % interval</th><th>trajectories that keep {:g} %</th><th>vertices outside, "
         "%</th><th>inflation, %</th><th>out of range, %</th></tr>\n",
-        promises.front().poses, promises.front().trajectories, 100 * promises.front().miss_rate);
-    for (const PromiseRow& r : promises)
+        coverage.front().poses, coverage.front().trajectories, 100 * coverage.front().miss_rate);
+    for (const CoverageRow& r : coverage)
         text += fmt::format(
             "<tr><td>{}</td><td>{}</td><td>{:.3f}</td><td>{:.3f} to {:.3f}</td><td>{} of "
             "{}</td><td>{:.5f}</td><td>{:.2f}</td><td>{:.2f}</td></tr>\n",
@@ -148,13 +148,13 @@ std::string tables(const std::vector<EvaluationRow>& rows) {
 }  // namespace
 
 std::string html_report(const TreeFile& file, const BodyFigures& figures,
-                        const std::vector<PromiseRow>& promises, const std::string& command) {
+                        const std::vector<CoverageRow>& coverage, const std::string& command) {
     const std::vector<BodyRows> bodies{figures.rows};
     std::string html = fmt::format(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title>\n"
         "<style>{1}</style></head><body>\n<h1>The collision tree {0}</h1>\n<div class=\"trust\">\n",
         escaped(figures.rows.body), style);
-    for (const auto& sentences : {verdicts(promises), verdicts(figures.rows.rows)})
+    for (const auto& sentences : {verdicts(coverage), verdicts(figures.rows.rows)})
         for (const std::string& sentence : sentences) html += fmt::format("<p>{}</p>\n", escaped(sentence));
     html +=
         "<p>Nothing has been measured on poses unlike these: another material, stronger deformation, other "
@@ -167,7 +167,7 @@ std::string html_report(const TreeFile& file, const BodyFigures& figures,
         "{:.1f} % of the body's size away from the rest pose in the mean.</p>\n",
         100 * figures.pose.deformation);
     html += picture("png", to_png(figures.spheres_page), "spheres of a test pose");
-    html += as_calibrated(promises);
+    html += as_calibrated(coverage);
     html +=
         "<h2>Tables</h2>\n<p>Means over the nodes of a depth; errors relative to the exact radius.</p>\n" +
         tables(figures.rows.rows);

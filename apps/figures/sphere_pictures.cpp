@@ -7,9 +7,9 @@
 #include <map>
 #include <set>
 
-#include "apps/ball_mesh.hpp"
-#include "apps/picture.hpp"
-#include "collision/posed_tree.hpp"
+#include "apps/drawing/ball_mesh.hpp"
+#include "apps/drawing/picture.hpp"
+#include "collision/tree/posed_tree.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
@@ -25,7 +25,7 @@ Eigen::Vector3f sphere_colour(BoundKind kind) {
             return {0.35f, 0.56f, 0.86f};
         case BoundKind::bd:
             return {0.95f, 0.66f, 0.28f};
-        case BoundKind::modal:
+        case BoundKind::nbd:
             return {0.36f, 0.68f, 0.45f};
         default:
             return {0.66f, 0.48f, 0.80f};
@@ -38,10 +38,10 @@ std::string label_of(BoundKind kind) {
             return "exact";
         case BoundKind::bd:
             return "BD-Tree";
-        case BoundKind::modal:
-            return "predicted (modal)";
-        case BoundKind::local:
-            return "predicted (local)";
+        case BoundKind::nbd:
+            return "predicted (nbd)";
+        case BoundKind::learned_spheres:
+            return "predicted (learned)";
         default:
             return std::string(name(kind));
     }

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/figures/canvas.hpp"
-#include "collision/collision_tree.hpp"
+#include "apps/drawing/canvas.hpp"
+#include "collision/tree/collision_tree.hpp"
 
 namespace nbd {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "training/evaluate.hpp"
+#include "training/evaluate/evaluate.hpp"
 
 namespace nbd {
 

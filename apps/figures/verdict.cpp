@@ -61,11 +61,11 @@ std::string verdict(const std::vector<AtMargin>& at, const std::string& frames, 
             "contact "
             "matters, use exact bounds there.",
             as_they_are, nodes(at.back().missing), 100 * at.back().margin);
-    const std::string trust =
+    const std::string margins =
         "they may be trusted to miss no more than one node in a thousand on poses like these";
-    if (enough == at.begin()) return fmt::format("{}: {}.", as_they_are, trust);
+    if (enough == at.begin()) return fmt::format("{}: {}.", as_they_are, margins);
     return fmt::format("{}; with {:.0f} % added to every radius {}, at radii {:.1f} % off in the mean.",
-                       as_they_are, 100 * enough->margin, trust, 100 * enough->mean_error);
+                       as_they_are, 100 * enough->margin, margins, 100 * enough->mean_error);
 }
 
 }  // namespace
@@ -81,12 +81,12 @@ std::vector<std::string> verdicts(const std::vector<EvaluationRow>& rows) {
     return sentences;
 }
 
-std::vector<std::string> verdicts(const std::vector<PromiseRow>& promises) {
+std::vector<std::string> verdicts(const std::vector<CoverageRow>& coverage) {
     std::vector<std::string> sentences;
-    for (auto begin = promises.begin(); begin != promises.end();) {
-        const auto end = std::find_if(begin, promises.end(),
-                                      [&](const PromiseRow& row) { return row.bound != begin->bound; });
-        const auto worst = std::max_element(begin, end, [](const PromiseRow& a, const PromiseRow& b) {
+    for (auto begin = coverage.begin(); begin != coverage.end();) {
+        const auto end = std::find_if(begin, coverage.end(),
+                                      [&](const CoverageRow& row) { return row.bound != begin->bound; });
+        const auto worst = std::max_element(begin, end, [](const CoverageRow& a, const CoverageRow& b) {
             return a.nodes_missing < b.nodes_missing;
         });
         double inflation = 0, out_of_range = 0;
@@ -97,7 +97,7 @@ std::vector<std::string> verdicts(const std::vector<PromiseRow>& promises) {
         sentences.push_back(fmt::format(
             "With their calibrated margins {} bounds missed {:.2g} % of the nodes at the worst depth ({}), "
             "where "
-            "{:g} % were promised in {:.3g} % of the trajectories and kept in {} of {}; their radii are "
+            "{:g} % were stated for {:.3g} % of the trajectories and kept in {} of {}; their radii are "
             "{:.1f} % "
             "larger than the exact ones in the mean, and {:.1f} % of the nodes were out of range and bounded "
             "exactly.",

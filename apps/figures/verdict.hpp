@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "training/evaluate.hpp"
-#include "training/promise.hpp"
+#include "training/evaluate/coverage.hpp"
+#include "training/evaluate/evaluate.hpp"
 
 namespace nbd {
 
@@ -14,7 +14,7 @@ namespace nbd {
 std::vector<std::string> verdicts(const std::vector<EvaluationRow>& rows);
 
 /// What each calibrated bound, used as queries use it, may be trusted with, likewise. promises: of
-/// check_promise(), a bound's rows side by side.
-std::vector<std::string> verdicts(const std::vector<PromiseRow>& promises);
+/// measure_coverage(), a bound's rows side by side.
+std::vector<std::string> verdicts(const std::vector<CoverageRow>& coverage);
 
 }  // namespace nbd

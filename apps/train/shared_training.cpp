@@ -10,10 +10,10 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "apps/dataset/claims.hpp"
+#include "apps/sharing/claims.hpp"
 #include "meshing/parallel/parallel_for.hpp"
-#include "training/checkpoint.hpp"
-#include "training/pose_blocks.hpp"
+#include "training/networks/checkpoint.hpp"
+#include "training/networks/pose_blocks.hpp"
 
 namespace nbd {
 namespace {

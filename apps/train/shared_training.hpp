@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "apps/dataset/rank.hpp"
-#include "training/mlp_trainer.hpp"
+#include "apps/sharing/rank.hpp"
+#include "training/networks/mlp_trainer.hpp"
 
 namespace nbd {
 

@@ -10,9 +10,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "collision/fixed_point.hpp"
+#include "collision/base/message.hpp"
+#include "collision/bounds/learned/fixed_point.hpp"
 #include "collision/flat/flat_file.hpp"
-#include "collision/message.hpp"
 
 // C++ values as arrays of a flat file. FlatFieldWriter and FlatFieldReader have the same calls, so that one
 // list of fields serves both ways.
@@ -111,6 +111,9 @@ class FlatFieldReader {
  public:
     /// file: referred to.
     explicit FlatFieldReader(std::span<const std::byte> file) : file_(file) {}
+
+    int version() const noexcept { return file_.version(); }
+    void rename(std::string_view stored, std::string_view name) { file_.rename(stored, name); }
 
     template <class T>
     requires std::is_arithmetic_v<T>

@@ -5,8 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "collision/base/message.hpp"
 #include "collision/flat/crc64.hpp"
-#include "collision/message.hpp"
 
 namespace nbd {
 namespace {
@@ -41,8 +41,9 @@ FlatHeader checked_header(std::span<const std::byte> file) {
     std::memcpy(&header, file.data(), sizeof header);
     if (header.byte_order != FlatHeader::known_byte_order)
         fail("has its numbers in another byte order; allowed: little-endian");
-    if (header.version != FlatHeader::known_version)
-        fail("is a flat tree of version ", header.version, "; allowed: ", FlatHeader::known_version);
+    if (header.version < FlatHeader::oldest_version || header.version > FlatHeader::known_version)
+        fail("is a flat tree of version ", header.version, "; allowed: ", FlatHeader::oldest_version, " to ",
+             FlatHeader::known_version);
     if (header.bytes != file.size())
         fail("has ", file.size(), " bytes; allowed: ", header.bytes, ", as it says itself");
     if (const std::uint64_t is = checksum(file); is != header.checksum)
@@ -106,11 +107,17 @@ bool is_flat_file(std::span<const std::byte> beginning) noexcept {
 
 FlatReader::FlatReader(std::span<const std::byte> file) {
     const FlatHeader header = checked_header(file);
+    version_ = static_cast<int>(header.version);
     for (std::size_t i = 0; i < header.arrays; ++i) {
         FlatEntry entry;
         std::memcpy(&entry, file.data() + sizeof header + i * sizeof entry, sizeof entry);
         arrays_.push_back(checked_array(entry, file));
     }
+}
+
+void FlatReader::rename(std::string_view stored, std::string_view name) {
+    for (FlatArray& array : arrays_)
+        if (array.name.starts_with(stored)) array.name.replace(0, stored.size(), name);
 }
 
 bool FlatReader::has(std::string_view prefix) const noexcept {

@@ -22,7 +22,7 @@ static_assert(std::endian::native == std::endian::little, "flat files hold numbe
 
 struct FlatHeader {
     static constexpr std::string_view known_magic{"nbdflat\n"};
-    static constexpr std::uint32_t known_byte_order = 0x01020304, known_version = 2;
+    static constexpr std::uint32_t known_byte_order = 0x01020304, oldest_version = 2, known_version = 3;
 
     char magic[8]{};
     std::uint32_t byte_order = known_byte_order;
@@ -35,7 +35,7 @@ struct FlatHeader {
 static_assert(sizeof(FlatHeader) == 64);
 
 struct FlatEntry {
-    char name[64]{};  // "local/samples", filled up with zeros
+    char name[64]{};  // "learned/samples", filled up with zeros
     char type[8]{};   // as NumPy names it: "|u1", "<i4", "<i8", "<f4", "<f8", filled up with zeros
     std::uint64_t offset = 0;
     std::uint64_t rows = 0, columns = 0;
@@ -94,6 +94,12 @@ class FlatReader {
 
     const std::vector<FlatArray>& arrays() const noexcept { return arrays_; }
 
+    /// Of the file's format, at most FlatHeader::known_version.
+    int version() const noexcept { return version_; }
+
+    /// Calls arrays whose name begins with `stored`, as an older version has it, by the name of today.
+    void rename(std::string_view stored, std::string_view name);
+
     /// Whether there is an array whose name begins so.
     bool has(std::string_view prefix) const noexcept;
 
@@ -105,6 +111,7 @@ class FlatReader {
 
  private:
     std::vector<FlatArray> arrays_;
+    int version_ = 0;
 };
 
 }  // namespace nbd

@@ -297,7 +297,7 @@ inline void layer_outputs(const ByteLayer (*layers)[3], int l, const Inputs* con
 template <int count>
 inline void some_networks(const ByteLayer (*layers)[3], const FixedColumns& columns, const std::int16_t* x,
                           float scale, float (*outputs)[Kernels::outputs], float* products) noexcept {
-    alignas(64) float h[count][Kernels::most_hidden];
+    alignas(64) float h[count][Kernels::max_hidden];
     HiddenInputs hidden[count];
     const LayerInputs whole(x, 4 * layers[0][0].quads);
     const LayerInputs* inputs[count];
@@ -320,7 +320,7 @@ inline void some_networks(const ByteLayer (*layers)[3], const FixedColumns& colu
 
 void networks(const ByteLayer (*layers)[3], int count, const FixedColumns& columns, const std::int16_t* x,
               float scale, float (*outputs)[Kernels::outputs], float* products) noexcept {
-    static_assert(Kernels::most_networks == 2);
+    static_assert(Kernels::max_networks == 2);
     if (count == 2)
         some_networks<2>(layers, columns, x, scale, outputs, products);
     else

@@ -45,12 +45,12 @@ struct FixedColumns {
 /// products. Nothing here allocates.
 struct Kernels {
     /// Largest magnitude of a vector in fixed point.
-    static constexpr int most_fixed = 16384;
+    static constexpr int max_fixed = 16384;
     /// Networks at a time: one waits while another one computes.
-    static constexpr int most_networks = 2;
+    static constexpr int max_networks = 2;
     /// Inputs of a network, of more of which sums might overflow, outputs of a layer in between, and of a
     /// network, zeros added.
-    static constexpr int most_inputs = 1024, most_hidden = 128, outputs = 16;
+    static constexpr int max_inputs = 1024, max_hidden = 128, outputs = 16;
 
     InstructionSet instructions;
 
@@ -73,7 +73,7 @@ struct Kernels {
     PackVerdict (*edges_meet_faces)(const TrianglePack& s, const TrianglePack& t) noexcept;
 
     /// x, `count` numbers, a multiple of 16, as fixed[i] * scale, rounded to the nearest. Returns the scale,
-    /// a power of 2 that takes the largest one to at least most_fixed / 2, or 0 where all are below 2^-100;
+    /// a power of 2 that takes the largest one to at least max_fixed / 2, or 0 where all are below 2^-100;
     /// not a number, and all of fixed 0, where any of x is not finite.
     float (*fix)(const float* x, int count, std::int16_t* fixed) noexcept;
     /// products[c] = the sum of column c's numbers times those of x * scale, x as fix() gives it. Not a
@@ -81,7 +81,7 @@ struct Kernels {
     void (*products)(const FixedColumns& columns, const std::int16_t* x, float scale,
                      float* products) noexcept;
     /// What some networks of one shape, of three layers each, the first two with ReLU, make of the same
-    /// x * scale. What these two give goes on rounded to 8 bits. count: networks, at most most_networks.
+    /// x * scale. What these two give goes on rounded to 8 bits. count: networks, at most max_networks.
     /// Besides the products of some columns, for which there is time while networks wait.
     void (*networks)(const ByteLayer (*layers)[3], int count, const FixedColumns& columns,
                      const std::int16_t* x, float scale, float (*results)[outputs], float* products) noexcept;

@@ -60,11 +60,11 @@ inline void store_quads(__m128i bytes, std::uint8_t* p) noexcept {
     _mm_storeu_si128(reinterpret_cast<__m128i*>(p), _mm_shuffle_epi8(bytes, order));
 }
 
-/// x + most_fixed = 256 * high + low.
+/// x + max_fixed = 256 * high + low.
 struct LayerInputs {
-    std::uint8_t high[Kernels::most_inputs], low[Kernels::most_inputs];
+    std::uint8_t high[Kernels::max_inputs], low[Kernels::max_inputs];
     LayerInputs(const std::int16_t* x, int count) noexcept {
-        const __m256i offset = _mm256_set1_epi16(Kernels::most_fixed);
+        const __m256i offset = _mm256_set1_epi16(Kernels::max_fixed);
         for (int i = 0; i < count; i += 16) {
             const __m256i shifted =
                 _mm256_add_epi16(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(x + i)), offset);
@@ -87,7 +87,7 @@ struct LayerInputs {
 };
 using Hidden = std::uint8_t;
 struct HiddenInputs {
-    Hidden x[Kernels::most_hidden];
+    Hidden x[Kernels::max_hidden];
     struct Sums {
         Ints sums = zeros();
         void add(const std::int8_t* weights, const HiddenInputs& inputs, int quad) noexcept {

@@ -122,7 +122,7 @@ struct LayerInputs {
 using Hidden = std::int16_t;
 struct HiddenInputs {
     using Sums = LayerSums;
-    Hidden x[Kernels::most_hidden];
+    Hidden x[Kernels::max_hidden];
 };
 inline void store_hidden(const Lanes& a, Hidden* p) noexcept { store_rounded(a, p); }
 

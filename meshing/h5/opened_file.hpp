@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "meshing/h5/file_driver.hpp"
 #include "meshing/h5/library.hpp"
@@ -27,6 +29,12 @@ class OpenedFile {
     /// The same with the reason of the HDF5 call that has just failed.
     [[noreturn]] void refuse_damaged(const std::string& item) const;
 
+    /// Items whose name begins with `name` lie under `stored` in this file; the longest name that fits
+    /// counts.
+    void rename(std::string name, std::string stored);
+    /// Where an item of this name lies in this file.
+    std::string stored_name(const std::string& name) const;
+
     /// Whether a group, dataset or link has this name.
     bool has(const std::string& name) const;
 
@@ -45,6 +53,7 @@ class OpenedFile {
     DrivenFile driven_;
     Handle file_;
     Format format_;
+    std::vector<std::pair<std::string, std::string>> stored_names_;
 };
 
 }  // namespace nbd::h5

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <climits>
+#include <utility>
 
 #include "meshing/h5/opened_file.hpp"
+#include "meshing/h5/version.hpp"
 
 namespace nbd::h5 {
 
@@ -69,16 +71,19 @@ Reader::Reader(const std::filesystem::path& path, const Format& expected) : Read
     if (has.name != expected.name)
         refuse(fmt::format("is a file of format '{}'", has.name), fmt::format("'{}'", expected.name));
     if (has.version > expected.version)
-        refuse(
-            fmt::format("is a file of '{}' version {} from nbdtree {}", has.name, has.version,
-                        text_attribute("/", "program_version")),
-            fmt::format("versions up to {}, which nbdtree {} reads", expected.version, NBD_PROGRAM_VERSION));
+        refuse(fmt::format("is a file of '{}' version {} from nbdtree {}", has.name, has.version,
+                           text_attribute("/", "program_version")),
+               fmt::format("versions up to {}, which nbdtree {} reads", expected.version, version()));
 }
 
 Reader::~Reader() = default;
 Reader::Reader(Reader&&) noexcept = default;
 
 const std::filesystem::path& Reader::path() const noexcept { return impl_->file.path(); }
+void Reader::rename(std::string name, std::string stored) {
+    impl_->file.rename(std::move(name), std::move(stored));
+}
+
 const Format& Reader::format() const noexcept { return impl_->file.format(); }
 void Reader::refuse(const std::string& what, const std::string& allowed) const {
     impl_->file.refuse(what, allowed);
@@ -239,7 +244,8 @@ std::uint64_t Reader::uint_attribute(const std::string& object, const std::strin
 
 bool Reader::has_attribute(const std::string& object, const std::string& name) const {
     const LibraryLock lock;
-    return H5Aexists_by_name(impl_->file.id(), object.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+    return H5Aexists_by_name(impl_->file.id(), impl_->file.stored_name(object).c_str(), name.c_str(),
+                             H5P_DEFAULT) > 0;
 }
 
 std::vector<std::string> Reader::attributes(const std::string& object) const {

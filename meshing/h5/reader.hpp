@@ -24,6 +24,8 @@ class Reader {
     Reader(Reader&&) noexcept;
 
     const std::filesystem::path& path() const noexcept;
+    /// Items whose name begins with `name` lie under `stored` in this file, which an older release wrote.
+    void rename(std::string name, std::string stored);
     const Format& format() const noexcept;
 
     /// Whether a group, dataset or link has this name.

@@ -10,6 +10,7 @@
 #include "meshing/h5/file_driver.hpp"
 #include "meshing/h5/library.hpp"
 #include "meshing/h5/temporary_files.hpp"
+#include "meshing/h5/version.hpp"
 
 namespace nbd::h5 {
 
@@ -139,7 +140,7 @@ Writer::Writer(const std::filesystem::path& path, const Format& format)
     }
     attribute("/", "format", format.name);
     attribute("/", "format_version", format.version);
-    attribute("/", "program_version", NBD_PROGRAM_VERSION);
+    attribute("/", "program_version", build_version());
     attribute("/", "units", "m, s, kg");
 }
 

@@ -66,11 +66,10 @@ const std::string ours = "allowed: a file that nbdtree wrote";
 
 TEST_F(BadInputTest, CommandLine) {
     const std::string known =
-        "; known commands: mesh, modes, dataset, carry, train, calibrate, evaluate, figures, transfer, "
+        "; known commands: mesh, modes, dataset, remap, train, calibrate, evaluate, figures, transfer, "
         "export, "
-        "trust, simulate, validate, collide, "
-        "inspect, "
-        "bench";
+        "coverage, simulate, validate, collide, "
+        "inspect";
     expect_refused({
         {{}, 2, "no command" + known},
         {{"frob"}, 2, "unknown command or option 'frob'" + known},
@@ -124,9 +123,9 @@ TEST_F(BadInputTest, Numbers) {
          "data.h5: has 3 complete trajectories, and holding out 3 of them leaves none to train on"},
         {{"evaluate", "tree.h5", "data.h5", "--bounds", "foo"},
          2,
-         "--bounds: foo not in {exact,boxes,bd,modal,local,local_boxes,certified,auto}"},
-        {train("--bounds", "bd"), 2, "--bounds: bd not in {modal,local}"},
-        {train("--local-samples", "17"), 2, "--local-samples: is '17'; allowed: 0, 16, 32 .. 128"},
+         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,auto}"},
+        {train("--bounds", "bd"), 2, "--bounds: bd not in {nbd,learned_spheres}"},
+        {train("--samples", "17"), 2, "--samples: is '17'; allowed: 0, 16, 32 .. 128"},
         {{"transfer", "tree.h5", "box.h5"}, 2, "--output is required"},
         {{"evaluate", "tree.h5", "data.h5", "--margins", "0,-1"},
          2,
@@ -142,7 +141,7 @@ TEST_F(BadInputTest, Numbers) {
          "--within: is 'nan'; allowed: a number >= 0"},
         {{"collide", "box.obj", "box.obj", "--bounds", "foo"},
          2,
-         "--bounds: foo not in {exact,boxes,bd,modal,local,local_boxes,certified,auto}"},
+         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,auto}"},
     });
 }
 
@@ -169,7 +168,7 @@ TEST_F(BadInputTest, Files) {
         {{"train", "box.h5", "tree.h5", "-o", "x.h5"}, 1, kind("tree.h5", "tree", "recording")},
         {{"train", "still.h5", "data.h5", "-o", "x.h5"},
          1,
-         "still.h5: has no modes, which modal bounds need; make them with: nbdtree modes still.h5"},
+         "still.h5: has no modes, which nbd bounds need; make them with: nbdtree modes still.h5"},
         {{"transfer", "data.h5", "box.h5", "-o", "t.h5"}, 1, kind("data.h5", "recording", "tree")},
         {{"evaluate", "half_tree.h5", "data.h5"}, 1, "half_tree.h5" + cut},
         {{"evaluate", "text.h5", "data.h5"}, 1, "text.h5: is not an HDF5 file; " + ours},
@@ -238,10 +237,9 @@ TEST_F(BadInputTest, Scenes) {
         {scene(R"({"body": "none.h5"})"), 1, "none.h5: cannot be read: No such file or directory"},
         {scene(R"({"body": "other.h5", "tree": "tree.h5"})"), 1,
          "tree.h5: is the tree of another body than other.h5"},
-        {scene(R"({"body": "box.h5", "bounds": "modal"})"), 1,
-         said(
-             4,
-             R"(bodies[0].tree: is missing: bounds "modal" are learned or precomputed and need a tree file)")},
+        {scene(R"({"body": "box.h5", "bounds": "nbd"})"), 1,
+         said(4,
+              R"(bodies[0].tree: is missing: bounds "nbd" are learned or precomputed and need a tree file)")},
         {scene(R"({"body": "box.h5", "bounds": "foo"})"), 1, said(5, "bodies[0].bounds: ...")},
         {scene(""), 1, said(6, "bodies: must hold at least one body")},
         {scene("{"), 1, said(7, "line 1, column ...")},
@@ -259,8 +257,8 @@ TEST_F(BadInputTest, Scenes) {
     };
     expect_refused({
         {simulate("x.h5", "--bounds", "foo"), 2,
-         "--bounds: foo not in {exact,boxes,bd,modal,local,local_boxes,certified,auto}"},
-        {simulate("x.h5", "--bounds", "modal"), 1, "bodies[0] (box): bounds \"modal\" need a tree"},
+         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,auto}"},
+        {simulate("x.h5", "--bounds", "nbd"), 1, "bodies[0] (box): bounds \"nbd\" need a tree"},
         {simulate("x.h5", "--frames", "0"), 2, "--frames: Value 0 not in range 1 to 10000000"},
         {simulate("x.h5", "--audit", "-1"), 2, "--audit: is '-1'; allowed: a number >= 0"},
         {simulate("x.h5", "--margin", "nan"), 2, "--margin: is 'nan'; allowed: a number >= 0 and <= 10"},

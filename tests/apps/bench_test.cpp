@@ -11,7 +11,7 @@ using BenchSimulate = test::BoxFolder;
 
 TEST_F(BenchSimulate, FindsBothSolversInAgreement) {
     const test::Ran ran =
-        test::run(folder(), {"bench", "simulate", "box.h5", "--steps", "4", "-o", "table.csv", "--json"});
+        test::run_bench(folder(), {"simulate", "box.h5", "--steps", "4", "-o", "table.csv", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto rows = nlohmann::json::parse(ran.out);
     ASSERT_EQ(rows.size(), 3U);
@@ -24,22 +24,22 @@ TEST_F(BenchSimulate, FindsBothSolversInAgreement) {
 }
 
 TEST_F(BenchSimulate, RefusesWhatItCannotTime) {
-    const test::Ran none = test::run(folder(), {"bench", "simulate", "absent.h5"});
+    const test::Ran none = test::run_bench(folder(), {"simulate", "absent.h5"});
     EXPECT_EQ(none.status, 1);
     EXPECT_NE(none.err.find("absent.h5"), std::string::npos) << none.err;
-    EXPECT_EQ(test::run(folder(), {"bench", "simulate", "box.h5", "--steps", "1"}).status, 2);
-    EXPECT_EQ(test::run(folder(), {"bench"}).status, 2);
-    EXPECT_EQ(test::run(folder(), {"bench", "simulate", "box.h5", "-o", "box.h5"}).status, 1);
+    EXPECT_EQ(test::run_bench(folder(), {"simulate", "box.h5", "--steps", "1"}).status, 2);
+    EXPECT_EQ(test::run(folder(), {}).status, 2);
+    EXPECT_EQ(test::run_bench(folder(), {"simulate", "box.h5", "-o", "box.h5"}).status, 1);
 }
 
-using BenchLocal = test::SmallFiles;
+using BenchLearned = test::SmallFiles;
 
-TEST_F(BenchLocal, ComparesEveryChoiceAtEveryDepth) {
+TEST_F(BenchLearned, ComparesEveryChoiceAtEveryDepth) {
     make({"dataset", "box.h5", "-o", "more.h5", "--trajectories", "10", "--frames", "12", "--steps-per-frame",
           "1", "-q"});
     const test::Ran ran =
-        test::run(folder(), {"bench", "local", "box.h5", "more.h5", "--depth", "2", "--samples", "16,0",
-                             "--max-frames", "40", "-o", "local.csv", "--json"});
+        test::run_bench(folder(), {"learned_spheres", "box.h5", "more.h5", "--depth", "2", "--samples",
+                                   "16,0", "--max-frames", "40", "-o", "learned.csv", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto rows = nlohmann::json::parse(ran.out);
     ASSERT_EQ(rows.size(), 84U);  // two rules, two numbers of samples, seven fits, three depths
@@ -50,8 +50,8 @@ TEST_F(BenchLocal, ComparesEveryChoiceAtEveryDepth) {
         const bool timed = row.at("fit") != "network 32" && row.at("fit") != "network relative";
         EXPECT_EQ(row.at("nanoseconds").get<double>() > 0, timed) << row;
     }
-    EXPECT_TRUE(test::listing(folder()).contains("local.csv"));
-    const test::Ran few = test::run(folder(), {"bench", "local", "box.h5", "data.h5"});
+    EXPECT_TRUE(test::listing(folder()).contains("learned.csv"));
+    const test::Ran few = test::run_bench(folder(), {"learned_spheres", "box.h5", "data.h5"});
     EXPECT_EQ(few.status, 1);
     EXPECT_NE(few.err.find("1 trajectories held out, at least 2 needed"), std::string::npos) << few.err;
 }
@@ -59,9 +59,9 @@ TEST_F(BenchLocal, ComparesEveryChoiceAtEveryDepth) {
 using BenchPeers = test::SmallFiles;
 
 TEST_F(BenchPeers, RacesOnTheBodysOwnPosesWithTheSameAnswers) {
-    const test::Ran ran =
-        test::run(folder(), {"bench", "peers", "data.h5", "--body", "box.h5", "-o", "peers", "--scenes", "2",
-                             "--rounds", "1", "--light", "4", "--heavy", "6", "--clusters", "32", "--json"});
+    const test::Ran ran = test::run_bench(
+        folder(), {"peers", "data.h5", "--body", "box.h5", "-o", "peers", "--scenes", "2", "--rounds", "1",
+                   "--light", "4", "--heavy", "6", "--clusters", "32", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto rows = nlohmann::json::parse(ran.out);
     ASSERT_GE(rows.size(), 4 * 8U);  // contacts, orders, methods
@@ -78,8 +78,8 @@ TEST_F(BenchPeers, RacesOnTheBodysOwnPosesWithTheSameAnswers) {
 
 TEST_F(BenchPeers, ScalingTellsTimesByDepthAndBodies) {
     const test::Ran ran = test::run(
-        folder(), {"bench", "scaling", "data.h5", "--body", "box.h5", "-o", "scaling", "--scenes", "2",
-                   "--rounds", "1", "--depths", "0,0.2", "--bodies", "2,9", "--spacing", "0.6", "--json"});
+        folder(), {"scaling", "data.h5", "--body", "box.h5", "-o", "scaling", "--scenes", "2", "--rounds",
+                   "1", "--depths", "0,0.2", "--bodies", "2,9", "--spacing", "0.6", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto result = nlohmann::json::parse(ran.out);
     EXPECT_EQ(result.at("depth").size(), 2 * 4U);  // exact, boxes, auto, lazy boxes
@@ -97,23 +97,21 @@ TEST_F(BenchPeers, RefuseWhatTheyCannotRace) {
         EXPECT_NE(ran.err.find(says), std::string::npos) << ran.err;
         EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
     };
-    fails({"bench", "peers", "data.h5", "--body", "absent.h5", "-o", "none", "-q"}, 1, "absent.h5");
-    fails({"bench", "peers", "box.h5", "--body", "box.h5", "-o", "none", "-q"}, 1, "box.h5");
-    fails({"bench", "peers", "data.h5", "-o", "none"}, 2, "--body");
-    fails({"bench", "peers", "data.h5", "--body", "box.h5", "-o", "none", "--scenes", "0"}, 2, "--scenes");
-    fails({"bench", "peers", "data.h5", "--body", "box.h5", "-o", "none", "--contact", "soft"}, 2,
-          "--contact");
-    fails({"bench", "peers", "data.h5", "--body", "box.h5", "-o", "box.h5", "-q"}, 1, "box.h5");
-    fails({"bench", "peers", "data.h5", "--body", "box.h5", "-o", "none", "--light", "9999", "-q"}, 1,
+    fails({"peers", "data.h5", "--body", "absent.h5", "-o", "none", "-q"}, 1, "absent.h5");
+    fails({"peers", "box.h5", "--body", "box.h5", "-o", "none", "-q"}, 1, "box.h5");
+    fails({"peers", "data.h5", "-o", "none"}, 2, "--body");
+    fails({"peers", "data.h5", "--body", "box.h5", "-o", "none", "--scenes", "0"}, 2, "--scenes");
+    fails({"peers", "data.h5", "--body", "box.h5", "-o", "none", "--contact", "soft"}, 2, "--contact");
+    fails({"peers", "data.h5", "--body", "box.h5", "-o", "box.h5", "-q"}, 1, "box.h5");
+    fails({"peers", "data.h5", "--body", "box.h5", "-o", "none", "--light", "9999", "-q"}, 1,
           "intersecting faces");
-    fails({"bench", "fig5", "data.h5", "--body", "box.h5", "-o", "none", "-q"}, 1,
-          "two copies of the first body");
-    fails({"bench", "fig5", "data.h5", "--body", "box.h5", "-o", "none", "--bounds", "best"}, 2, "--bounds");
-    fails({"bench", "scaling", "data.h5", "--body", "box.h5", "-o", "none", "--depths", "3"}, 2, "--depths");
+    fails({"fig5", "data.h5", "--body", "box.h5", "-o", "none", "-q"}, 1, "two copies of the first body");
+    fails({"fig5", "data.h5", "--body", "box.h5", "-o", "none", "--bounds", "best"}, 2, "--bounds");
+    fails({"scaling", "data.h5", "--body", "box.h5", "-o", "none", "--depths", "3"}, 2, "--depths");
     make({"mesh", "box.obj", "-o", "other.h5", "--nodes", "200", "-q"});
-    fails({"bench", "peers", "data.h5", "--body", "box.h5", "--body", "other.h5", "-o", "none", "-q"}, 1,
+    fails({"peers", "data.h5", "--body", "box.h5", "--body", "other.h5", "-o", "none", "-q"}, 1,
           "its tetrahedra are not those of");
-    fails({"bench", "peers", "data.h5", "--body", "other.h5", "tree.h5", "-o", "none", "-q"}, 1,
+    fails({"peers", "data.h5", "--body", "other.h5", "tree.h5", "-o", "none", "-q"}, 1,
           "the tree is of another body");
     EXPECT_FALSE(std::filesystem::exists(folder() / "none"));
 }
@@ -124,13 +122,13 @@ TEST_F(BenchPeers, Figure5TakesTheFramesInWhichBodiesTouch) {
         {"body": "box.h5", "transform": {"translate": [0.42, 0.02, 0.01]}, "velocity": [-1, 0, 0]}],
         "gravity": [0, 0, 0], "time": {"dt": 0.005, "frames": 8}})");
     make({"simulate", "scene.json", "-o", "scene.h5", "-q"});
-    const test::Ran ran = test::run(folder(), {"bench", "fig5", "scene.h5", "--body", "box.h5", "tree.h5",
-                                               "-o", "fig5", "--distance", "0.1", "--rounds", "1", "--json"});
+    const test::Ran ran = test::run_bench(folder(), {"fig5", "scene.h5", "--body", "box.h5", "tree.h5", "-o",
+                                                     "fig5", "--distance", "0.1", "--rounds", "1", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto rows = nlohmann::json::parse(ran.out);
     ASSERT_EQ(rows.size(), 2U);
     EXPECT_EQ(rows[0].at("method"), "exact");
-    EXPECT_EQ(rows[1].at("method"), "modal");
+    EXPECT_EQ(rows[1].at("method"), "nbd");
     EXPECT_TRUE(std::filesystem::exists(folder() / "fig5" / "figure5.png"));
 }
 

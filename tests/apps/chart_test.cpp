@@ -1,4 +1,4 @@
-#include "apps/figures/chart.hpp"
+#include "apps/drawing/chart.hpp"
 
 #include <gtest/gtest.h>
 #include <png.h>
@@ -125,7 +125,7 @@ std::vector<EvaluationRow> rows(const std::vector<std::pair<double, double>>& mi
     for (const auto& [margin, missing] : missing_by_margin)
         for (int depth = 0; depth < 2; ++depth)
             result.push_back({.frames = "held-out trajectories",
-                              .bound = BoundKind::modal,
+                              .bound = BoundKind::nbd,
                               .depth = depth,
                               .margin = margin,
                               .radius_error = 0.01 + margin,
@@ -138,7 +138,7 @@ TEST(Verdict, NamesTheMarginFromWhichANodeInAThousandIsMissed) {
     const auto said = verdicts(rows({{0, 0.5}, {0.05, 0.002}, {0.1, 0.001}, {0.2, 0}}));
     ASSERT_EQ(said.size(), 1u);
     EXPECT_EQ(said[0],
-              "On these poses (held-out trajectories) modal bounds, as they are, leave a part of 50 % of the "
+              "On these poses (held-out trajectories) nbd bounds, as they are, leave a part of 50 % of the "
               "nodes outside "
               "at the worst depth (1); with 10 % added to every radius they may be trusted to miss no more "
               "than one node in "
@@ -161,32 +161,33 @@ TEST(Verdict, SaysWhenNothingWasMissed) {
 }
 
 TEST(Verdict, OfCalibratedBoundsNamesTheWorstDepth) {
-    const std::vector<PromiseRow> promises{{.bound = BoundKind::local,
-                                            .depth = 0,
-                                            .trajectories = 20,
-                                            .miss_rate = 1e-3,
-                                            .confidence = 0.9,
-                                            .keeping = 20,
-                                            .nodes_missing = 0,
-                                            .inflation = 0.03,
-                                            .out_of_range = 0.01},
-                                           {.bound = BoundKind::local,
-                                            .depth = 1,
-                                            .trajectories = 20,
-                                            .miss_rate = 1e-3,
-                                            .confidence = 0.9,
-                                            .keeping = 17,
-                                            .nodes_missing = 0.0012,
-                                            .inflation = 0.01,
-                                            .out_of_range = 0.03}};
-    const auto said = verdicts(promises);
+    const std::vector<CoverageRow> coverage{{.bound = BoundKind::learned_spheres,
+                                             .depth = 0,
+                                             .trajectories = 20,
+                                             .miss_rate = 1e-3,
+                                             .confidence = 0.9,
+                                             .keeping = 20,
+                                             .nodes_missing = 0,
+                                             .inflation = 0.03,
+                                             .out_of_range = 0.01},
+                                            {.bound = BoundKind::learned_spheres,
+                                             .depth = 1,
+                                             .trajectories = 20,
+                                             .miss_rate = 1e-3,
+                                             .confidence = 0.9,
+                                             .keeping = 17,
+                                             .nodes_missing = 0.0012,
+                                             .inflation = 0.01,
+                                             .out_of_range = 0.03}};
+    const auto said = verdicts(coverage);
     ASSERT_EQ(said.size(), 1u);
     EXPECT_EQ(
         said[0],
-        "With their calibrated margins local bounds missed 0.12 % of the nodes at the worst depth (1), where "
-        "0.1 % were promised in 90 % of the trajectories and kept in 17 of 20; their radii are 2.0 % larger "
+        "With their calibrated margins learned_spheres bounds missed 0.12 % of the nodes at the worst depth "
+        "(1), where "
+        "0.1 % were stated for 90 % of the trajectories and kept in 17 of 20; their radii are 2.0 % larger "
         "than the exact ones in the mean, and 2.0 % of the nodes were out of range and bounded exactly.");
-    EXPECT_TRUE(verdicts(std::vector<PromiseRow>{}).empty());
+    EXPECT_TRUE(verdicts(std::vector<CoverageRow>{}).empty());
 }
 
 }  // namespace

@@ -13,10 +13,11 @@ struct Ran {
     std::string out, err;
 };
 
-/// A run of `nbdtree` in the background, in `folder`.
+/// A run of `nbdtree`, or of another program of ours, in the background, in `folder`.
 class Running {
  public:
-    Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments);
+    Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
+            const char* program = NBD_COMMAND);
     ~Running();
     Running(const Running&) = delete;
     Running& operator=(const Running&) = delete;
@@ -39,6 +40,11 @@ class Running {
 
 inline Ran run(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {
     return Running(folder, arguments).wait();
+}
+
+/// The same of `nbdtree-bench`.
+inline Ran run_bench(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {
+    return Running(folder, arguments, NBD_BENCH_COMMAND).wait();
 }
 
 /// Names of the files of a folder, hidden ones included.

@@ -7,11 +7,11 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "apps/dataset/claims.hpp"
 #include "apps/dataset/plan.hpp"
-#include "apps/dataset/rank.hpp"
 #include "apps/dataset/shard_folder.hpp"
 #include "apps/dataset/variety.hpp"
+#include "apps/sharing/claims.hpp"
+#include "apps/sharing/rank.hpp"
 #include "tests/sim/box_body.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
@@ -156,7 +156,7 @@ class VarietyTest : public test::FileTest {
     double root_mean_square_;  // of x over the bar's mass
 };
 
-TEST_F(VarietyTest, FindsStretchesAndModalSpreadWhateverTheRigidMotion) {
+TEST_F(VarietyTest, FindsStretchesAndNbdSpreadWhateverTheRigidMotion) {
     VarietyMeter meter(body_, 4);
     meter.add(RecordingReader(record({0.8, 1.2, 0.8, 1.2})));
     const Variety variety = meter.report();

@@ -48,8 +48,8 @@ TEST_F(FiguresTest, WritesEveryFigureAsTableAndPictures) {
     std::string margins = "0";
     for (int percent = 1; percent <= 25; ++percent)
         margins += ",0." + std::string(percent < 10 ? "0" : "") + std::to_string(percent);
-    make({"evaluate", "tree.h5", "data.h5", "--bounds", "modal,local,bd,certified", "--margins", margins,
-          "--csv", "table.csv", "-q"});
+    make({"evaluate", "tree.h5", "data.h5", "--bounds", "nbd,learned_spheres,bd,certified", "--margins",
+          margins, "--csv", "table.csv", "-q"});
     const auto ours = lines(read_bytes(folder() / "figures/bounds.csv")),
                evaluated = lines(read_bytes(folder() / "table.csv"));
     ASSERT_EQ(ours.size(), 2 * evaluated.size() - 1);
@@ -72,7 +72,7 @@ TEST_F(FiguresTest, DrawsSpheresOfBoundsWhoseExactOnesHoldEveryVertex) {
             EXPECT_EQ(row[7], "0") << table[i];
         }
     }
-    EXPECT_EQ(bounds, (std::set<std::string>{"bd", "exact", "local", "modal"}));
+    EXPECT_EQ(bounds, (std::set<std::string>{"bd", "exact", "learned_spheres", "nbd"}));
 }
 
 TEST_F(FiguresTest, ReportsOnATreeInOneFileThatNeedsNoOther) {
@@ -80,7 +80,7 @@ TEST_F(FiguresTest, ReportsOnATreeInOneFileThatNeedsNoOther) {
     const std::string page = read_bytes(folder() / "report.html");
     EXPECT_TRUE(page.starts_with("<!DOCTYPE html>"));
     EXPECT_TRUE(page.ends_with("</html>\n"));
-    EXPECT_NE(page.find("modal bounds"), std::string::npos);
+    EXPECT_NE(page.find("nbd bounds"), std::string::npos);
     EXPECT_EQ(page.find("As calibrated"), std::string::npos);  // it is not
     EXPECT_NE(page.find("nbdtree evaluate tree.h5 data.h5 --html report.html"), std::string::npos);
     std::size_t pictures = 0;
@@ -96,7 +96,7 @@ TEST_F(FiguresTest, ReportsOnATreeInOneFileThatNeedsNoOther) {
 TEST_F(FiguresTest, CarriesARecordingToAFinerSurfaceOfTheSameTetrahedra) {
     make({"mesh", "box.obj", "-o", "fine.h5", "--subdivide", "1", "-q"});
     make({"modes", "fine.h5", "-m", "8", "-q"});
-    make({"carry", "data.h5", "--from", "box.h5", "--to", "fine.h5", "-o", "fine_data.h5", "-q"});
+    make({"remap", "data.h5", "--from", "box.h5", "--to", "fine.h5", "-o", "fine_data.h5", "-q"});
     make({"train", "fine.h5", "fine_data.h5", "-o", "fine_tree.h5", "--depth", "2", "-m", "8", "-k", "16",
           "--epochs", "5", "--held-out", "0", "--calibration", "0", "-q"});
     // What moves alike has the same exact sphere around it, whatever the surface that is laid over it.
@@ -110,7 +110,7 @@ TEST_F(FiguresTest, CarriesARecordingToAFinerSurfaceOfTheSameTetrahedra) {
     write("other.obj", obj_file(box(0.3, 0.1, 0.1, 3)));
     make({"mesh", "other.obj", "-o", "other_tets.h5", "-q"});
     const Ran refused =
-        run(folder(), {"carry", "data.h5", "--from", "box.h5", "--to", "other_tets.h5", "-o", "no.h5"});
+        run(folder(), {"remap", "data.h5", "--from", "box.h5", "--to", "other_tets.h5", "-o", "no.h5"});
     EXPECT_EQ(refused.status, 1);
     EXPECT_EQ(refused.err, "nbdtree: error: other_tets.h5: its tetrahedra are not those of box.h5\n");
 }

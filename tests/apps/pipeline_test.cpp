@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "meshing/read_surface.hpp"
+#include "meshing/formats/read_surface.hpp"
 #include "tests/apps/command.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
@@ -75,12 +75,13 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
         json_of({"evaluate", "tree.h5", "data.h5", "--margins", "0,0.1", "--csv", "table.csv"});
     ASSERT_EQ(table["rows"].size(), 100u);  // two sets, five bounds, two margins, five depths
     for (const auto& row : table["rows"])
-        EXPECT_TRUE(row["bound"] == "modal" || row["bound"] == "local" || row["nodes_missing"] == 0) << row;
+        EXPECT_TRUE(row["bound"] == "nbd" || row["bound"] == "learned_spheres" || row["nodes_missing"] == 0)
+            << row;
     EXPECT_EQ(std::ranges::count(bytes("table.csv"), '\n'), 101);
 
     folder.write("scene.json", R"({"bodies": [
-        {"body": "beam.h5", "tree": "tree.h5", "bounds": "modal", "margin": 0.1},
-        {"body": "beam.h5", "tree": "tree.h5", "bounds": "local", "margin": 0.1,
+        {"body": "beam.h5", "tree": "tree.h5", "bounds": "nbd", "margin": 0.1},
+        {"body": "beam.h5", "tree": "tree.h5", "bounds": "learned_spheres", "margin": 0.1,
          "transform": {"translate": [0.05, 0, 0.15]}, "velocity": [0, 0, -3]}],
         "time": {"dt": 0.005, "frames": 4, "steps_per_frame": 2}})");
     const nlohmann::json scene = json_of({"simulate", "scene.json", "-o", "scene.h5", "--audit", "1", "--csv",
@@ -100,7 +101,7 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
     EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj"), exact);
     EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", "bd"}), exact);
     EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", "certified"}), exact);
-    for (const char* bounds : {"modal", "local"})
+    for (const char* bounds : {"nbd", "learned_spheres"})
         EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "moved.obj", {"--bounds", bounds, "--margin", "10"}), exact);
 
     // Whatever kernels the machine has, the same numbers: all that can be named here.

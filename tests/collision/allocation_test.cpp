@@ -6,9 +6,9 @@
 #include <cstdlib>
 #include <memory>
 
-#include "collision/closest_query.hpp"
-#include "collision/many_body_query.hpp"
-#include "collision/pair_query.hpp"
+#include "collision/query/closest_query.hpp"
+#include "collision/query/many_body_query.hpp"
+#include "collision/query/pair_query.hpp"
 #include "tests/collision/models.hpp"
 
 extern "C" {

@@ -1,4 +1,4 @@
-#include "collision/auto_boxes.hpp"
+#include "collision/bounds/learned/auto_boxes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,13 +13,13 @@ class AutoBoxesTest : public ::testing::Test {
 
     shapes::Surface s = shapes::bar(40, 40, 0.1f);
     SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 7});
-    LocalModel model = shapes::random_local_model(tree, false, 3);
-    Trust trust{std::vector<float>(tree.nodes.size(), 0.f), {}};
+    LearnedModel model = shapes::random_learned_model(tree, false, 3);
+    NodeMargins margins{std::vector<float>(tree.nodes.size(), 0.f), {}};
 };
 
 TEST_F(AutoBoxesTest, AreLearnedWhileFewNodesAreAskedForAndExactWhenManyWere) {
-    AutoBoxes boxes(tree, &model, trust);
-    LocalBoxes learned(tree, model, trust);
+    AutoBoxes boxes(tree, &model, margins);
+    LearnedBoxes learned(tree, model, margins);
     ExactBoxes exact(tree);
     learned.begin_pose(s.X);
     exact.begin_pose(s.X);
@@ -39,7 +39,7 @@ TEST_F(AutoBoxesTest, AreLearnedWhileFewNodesAreAskedForAndExactWhenManyWere) {
 }
 
 TEST_F(AutoBoxesTest, AreExactWhereThereIsNothingLearned) {
-    AutoBoxes boxes(tree, nullptr, trust);
+    AutoBoxes boxes(tree, nullptr, margins);
     ExactBoxes exact(tree);
     exact.begin_pose(s.X);
     for (int pose = 0; pose < 3; ++pose) {

@@ -1,4 +1,4 @@
-#include "collision/bd_model.hpp"
+#include "collision/bounds/learned/bd_model.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,11 +18,11 @@ struct BdModelTest : testing::Test {
 
 TEST_F(BdModelTest, FitsTheCoordinatesOfAPoseInTheSpan) {
     const BdModel model = build_bd_model(tree, modes.U, modes.clustered);
-    ModalCodeScratch scratch;
+    ModalCoordinatesScratch scratch;
     Eigen::VectorXf z(4);
     const Eigen::VectorXf q = Eigen::Vector4f(0.1f, -0.2f, 0.05f, 0.15f);
-    modal_code(modes.clustered, shapes::modal_pose(s, modes.U, q), scratch, z);
-    EXPECT_NEAR((model.code_to_q * z - q).norm(), 0, 1e-5);
+    modal_coordinates(modes.clustered, shapes::nbd_pose(s, modes.U, q), scratch, z);
+    EXPECT_NEAR((model.z_to_q * z - q).norm(), 0, 1e-5);
 }
 
 TEST_F(BdModelTest, RefusesModesThatDoNotFit) {
@@ -73,8 +73,8 @@ TEST_F(BdModelTest, CheckNamesWhatIsWrong) {
     EXPECT_EQ(error([](M&) {}), "");
     EXPECT_EQ(error([](M& m) { m.modes.representatives.pop_back(); }),
               "modes: 19 representatives, but 20 weights, 20 rest positions and 60 rows of U instead of 57");
-    EXPECT_EQ(error([](M& m) { m.code_to_q.conservativeResize(4, 3); }),
-              "BD-Tree: code_to_q is 4 x 3 instead of 4 x 4");
+    EXPECT_EQ(error([](M& m) { m.z_to_q.conservativeResize(4, 3); }),
+              "BD-Tree: z_to_q is 4 x 3 instead of 4 x 4");
     EXPECT_EQ(error([](M& m) { m.Ubar.conservativeResize(4, 8); }),
               "BD-Tree: Ubar is 4 x 8 instead of 4 x 9");
     EXPECT_EQ(error([](M& m) { m.dr.conservativeResize(3, 3); }), "BD-Tree: dr is 3 x 3 instead of 4 x 3");

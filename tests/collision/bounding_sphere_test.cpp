@@ -1,4 +1,4 @@
-#include "collision/bounding_sphere.hpp"
+#include "collision/geometry/bounding_sphere.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <memory>
 
-#include "collision/bd_bound.hpp"
-#include "collision/bounding_sphere.hpp"
-#include "collision/exact_bound.hpp"
-#include "collision/exact_boxes.hpp"
-#include "collision/modal_bound.hpp"
-#include "collision/posed_tree.hpp"
+#include "collision/bounds/exact/exact_bound.hpp"
+#include "collision/bounds/exact/exact_boxes.hpp"
+#include "collision/bounds/learned/bd_bound.hpp"
+#include "collision/bounds/learned/nbd_bound.hpp"
+#include "collision/geometry/bounding_sphere.hpp"
+#include "collision/tree/posed_tree.hpp"
 #include "tests/collision/models.hpp"
 
 namespace nbd {
@@ -117,7 +117,7 @@ SpanPose random_span_pose(const shapes::Surface& s, const shapes::Modes& modes, 
     pose.q = Eigen::VectorXf::NullaryExpr(modes.U.cols(),
                                           [&](Eigen::Index) { return amount * shapes::uniform(random); });
     pose.motion = shapes::random_motion(random, 2);
-    pose.x = shapes::moved(shapes::modal_pose(s, modes.U, pose.q), pose.motion);
+    pose.x = shapes::moved(shapes::nbd_pose(s, modes.U, pose.q), pose.motion);
     return pose;
 }
 
@@ -189,39 +189,39 @@ TEST(BdBound, FollowsItsEquations) {
     }
 }
 
-TEST(ModalBound, IsTheNetworksSphereInTheWorld) {
+TEST(NbdBound, IsTheNetworksSphereInTheWorld) {
     std::mt19937 random(5);
     const auto s = shapes::torus(20, 12);
     const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
-    ModalModel model = shapes::random_model(tree, modes.clustered, 32, 6);
+    NbdModel model = shapes::random_model(tree, modes.clustered, 32, 6);
     const auto nodes = static_cast<int>(tree.nodes.size());
     model.centre_map = FixedMatrix(Eigen::MatrixXf::NullaryExpr(
         9, 3 * nodes, [&](Eigen::Index, Eigen::Index) { return 0.1f * shapes::uniform(random); }));
-    ModalBound bound(tree, model);
+    NbdBound bound(tree, model);
     for (int round = 0; round < 2; ++round) {
         const SpanPose pose = random_span_pose(s, modes, random, 0.3f);
         bound.begin_pose(pose.x);
-        ModalCodeScratch scratch;
+        ModalCoordinatesScratch scratch;
         Eigen::VectorXf z(9);
-        const RigidTransform align = modal_code(modes.clustered, pose.x, scratch, z);
+        const RigidTransform align = modal_coordinates(modes.clustered, pose.x, scratch, z);
         const FixedVector zn = shapes::fixed((z - model.z_centre).cwiseProduct(model.z_scale));
         for (int k = 0; k < nodes; ++k) {
             const int i = round == 0 ? k : nodes - 1 - k;  // siblings in either order
-            const Sphere expected = shapes::modal_sphere(model, tree, i, zn);
+            const Sphere expected = shapes::nbd_sphere(model, tree, i, zn);
             EXPECT_NEAR((bound.bound(i).c - (align.R * expected.c + align.t)).norm(), 0, 1e-6);
             EXPECT_EQ(bound.bound(i).r, expected.r);
         }
     }
 }
 
-TEST(ModalBound, GivesNoNumberForAPoseWithOneThatIsNone) {
+TEST(NbdBound, GivesNoNumberForAPoseWithOneThatIsNone) {
     std::mt19937 random(5);
     const auto s = shapes::torus(20, 12);
     const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
-    const ModalModel model = shapes::random_model(tree, modes.clustered, 32, 6);
-    ModalBound bound(tree, model);
+    const NbdModel model = shapes::random_model(tree, modes.clustered, 32, 6);
+    NbdBound bound(tree, model);
     for (const float bad : {NAN, INFINITY}) {
         Vertices x = s.X;
         x(modes.clustered.representatives[7], 1) = bad;
@@ -229,31 +229,31 @@ TEST(ModalBound, GivesNoNumberForAPoseWithOneThatIsNone) {
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
             const Sphere sphere = bound.bound(i);
             EXPECT_TRUE(std::isnan(sphere.c[0]) && std::isnan(sphere.r));
-            EXPECT_FALSE(bound.strangeness(i) <= 1e30f);
+            EXPECT_FALSE(bound.ood_score(i) <= 1e30f);
         }
     }
 }
 
-TEST(ModalBound, IsStrangeByItsCodeAndByRepresentativesOutside) {
+TEST(NbdBound, IsStrangeByItsCodeAndByRepresentativesOutside) {
     std::mt19937 random(8);
     const auto s = shapes::torus(20, 12);
     const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
-    ModalModel model = shapes::random_model(tree, modes.clustered, 32, 6);
+    NbdModel model = shapes::random_model(tree, modes.clustered, 32, 6);
     for (Eigen::Index i = 0; i < model.out_centre.cols(); i += 2) model.out_centre(3, i) += 1;  // ample
-    model.code_mean = Eigen::VectorXf::LinSpaced(9, -0.2f, 0.1f);
-    model.code_whitening = Eigen::MatrixXf::NullaryExpr(
+    model.z_mean = Eigen::VectorXf::LinSpaced(9, -0.2f, 0.1f);
+    model.z_whitening = Eigen::MatrixXf::NullaryExpr(
         9, 9, [&](Eigen::Index, Eigen::Index) { return shapes::uniform(random); });
-    ModalModel unmeasured = model;
-    unmeasured.code_mean.resize(0);
-    unmeasured.code_whitening.resize(0, 0);
-    ModalBound bound(tree, model), outside_alone(tree, unmeasured);
+    NbdModel unmeasured = model;
+    unmeasured.z_mean.resize(0);
+    unmeasured.z_whitening.resize(0, 0);
+    NbdBound bound(tree, model), outside_alone(tree, unmeasured);
     const Vertices x = shapes::wobbled(s.X, random, 0.2f);
-    ModalCodeScratch scratch;
+    ModalCoordinatesScratch scratch;
     Eigen::VectorXf z(9);
-    modal_code(modes.clustered, x, scratch, z);
+    modal_coordinates(modes.clustered, x, scratch, z);
     const Eigen::VectorXf zn = (z - model.z_centre).cwiseProduct(model.z_scale);
-    const float code = (model.code_whitening * (zn - model.code_mean)).norm() / 3;
+    const float code = (model.z_whitening * (zn - model.z_mean)).norm() / 3;
     EXPECT_GT(code, 0.1f);
     bound.begin_pose(x);
     outside_alone.begin_pose(x);
@@ -267,16 +267,16 @@ TEST(ModalBound, IsStrangeByItsCodeAndByRepresentativesOutside) {
                 farthest = std::max(farthest, (x.row(v).transpose() - sphere.c).norm());
         const float outside = 20 * (farthest / sphere.r - 1);
         ++(outside > 0 ? with_some : with_none);
-        EXPECT_NEAR(bound.strangeness(i), code + outside, 1e-4f * (code + outside)) << i;
+        EXPECT_NEAR(bound.ood_score(i), code + outside, 1e-4f * (code + outside)) << i;
         outside_alone.bound(i);
-        EXPECT_NEAR(outside_alone.strangeness(i), outside, 1e-4f * (1 + outside)) << i;
+        EXPECT_NEAR(outside_alone.ood_score(i), outside, 1e-4f * (1 + outside)) << i;
     }
     EXPECT_GT(with_some, 2);
     EXPECT_GT(with_none, 2);
-    for (ModalBound* b : {&bound, &outside_alone}) {
+    for (NbdBound* b : {&bound, &outside_alone}) {
         b->begin_pose(Vertices::Constant(s.X.rows(), 3, NAN));
         b->bound(3);
-        EXPECT_TRUE(std::isnan(b->strangeness(3)));
+        EXPECT_TRUE(std::isnan(b->ood_score(3)));
     }
 }
 
@@ -298,7 +298,7 @@ TEST(Bounds, MoveWithARigidMotion) {
             for (int node = 0; node < static_cast<int>(tree->spheres.nodes.size()); ++node) {
                 const Sphere expected = to_world(motion, here.sphere(node));
                 // Rounding turns with the body, and modal bounds round to few bits.
-                const float tolerance = kind == BoundKind::modal ? 1e-3f : 3e-5f;
+                const float tolerance = kind == BoundKind::nbd ? 1e-3f : 3e-5f;
                 EXPECT_NEAR((there.sphere(node).c - expected.c).norm(), 0, tolerance) << name(kind);
                 EXPECT_NEAR(there.sphere(node).r, expected.r, tolerance) << name(kind);
             }

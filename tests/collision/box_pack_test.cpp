@@ -1,11 +1,11 @@
-#include "collision/box_pack.hpp"
+#include "collision/kernels/box_pack.hpp"
 
 #include <gtest/gtest.h>
 
 #include <bit>
 #include <vector>
 
-#include "collision/separation.hpp"
+#include "collision/geometry/separation.hpp"
 #include "tests/collision/random_triangles.hpp"
 
 namespace nbd {

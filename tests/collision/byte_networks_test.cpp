@@ -1,4 +1,4 @@
-#include "collision/byte_networks.hpp"
+#include "collision/bounds/learned/byte_networks.hpp"
 
 #include <gtest/gtest.h>
 
@@ -54,7 +54,7 @@ TEST(ByteNetworks, OfTheLargestNumbersDoNotOverflow) {
     weights[static_cast<std::size_t>(inputs) + 1] = 1;  // W2
     weights[static_cast<std::size_t>(inputs) + 3] = 1;  // W3, first output
     const float most = 1.99999f;                        // rounds to the largest number of all
-    EXPECT_EQ(shapes::fixed(Eigen::VectorXf::Constant(inputs, most)).fixed()[0], Kernels::most_fixed);
+    EXPECT_EQ(shapes::fixed(Eigen::VectorXf::Constant(inputs, most)).fixed()[0], Kernels::max_fixed);
     for (const float sign : {1.f, -1.f}) {
         std::fill_n(weights.begin(), inputs, sign * 127.f);  // W1
         const ByteNetworks network(inputs, hidden, weights);
@@ -73,10 +73,10 @@ TEST(ByteNetworks, GiveTheSameAloneAndTogether) {
         const ByteNetworks networks(20, hidden,
                                     random_weights(5 * ByteNetworks::weight_count(20, hidden), 4));
         const FixedVector x = shapes::fixed(Eigen::VectorXf::LinSpaced(20, -0.7f, 1.2f));
-        std::array<Eigen::Array4f, ByteNetworks::most_at_once> together;
-        for (int first = 0; first + ByteNetworks::most_at_once <= 5; ++first) {
+        std::array<Eigen::Array4f, ByteNetworks::max_at_once> together;
+        for (int first = 0; first + ByteNetworks::max_at_once <= 5; ++first) {
             networks.evaluate(first, x, together);
-            for (int i = 0; i < ByteNetworks::most_at_once; ++i)
+            for (int i = 0; i < ByteNetworks::max_at_once; ++i)
                 EXPECT_TRUE(
                     (together[static_cast<std::size_t>(i)] == evaluated(networks, first + i, x)).all());
         }
@@ -93,14 +93,14 @@ TEST(ByteNetworks, SayWhatTheyDoNotTake) {
     const auto error = [](int inputs, int hidden, std::vector<float> weights) {
         return test::refusal([&] { ByteNetworks(inputs, hidden, weights); });
     };
-    EXPECT_EQ(error(0, 1, {}), "modal tree: 0 inputs, allowed: 1 to 1024");
-    EXPECT_EQ(error(1025, 1, {}), "modal tree: 1025 inputs, allowed: 1 to 1024");
-    EXPECT_EQ(error(3, 129, {}), "modal tree: hidden width 129, allowed: 1 to 128");
-    EXPECT_EQ(error(1, 1, std::vector<float>(13)), "modal tree: 13 weights, allowed: multiples of 12");
+    EXPECT_EQ(error(0, 1, {}), "NBD-Tree: 0 inputs, allowed: 1 to 1024");
+    EXPECT_EQ(error(1025, 1, {}), "NBD-Tree: 1025 inputs, allowed: 1 to 1024");
+    EXPECT_EQ(error(3, 129, {}), "NBD-Tree: hidden width 129, allowed: 1 to 128");
+    EXPECT_EQ(error(1, 1, std::vector<float>(13)), "NBD-Tree: 13 weights, allowed: multiples of 12");
     std::vector<float> weights(36);
     EXPECT_EQ(error(1, 1, weights), "");
     weights[20] = NAN;
-    EXPECT_EQ(error(1, 1, weights), "modal tree: a weight of node 1 is not finite");
+    EXPECT_EQ(error(1, 1, weights), "NBD-Tree: a weight of node 1 is not finite");
 }
 
 }  // namespace

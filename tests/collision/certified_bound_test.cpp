@@ -1,4 +1,4 @@
-#include "collision/certified/certified_bound.hpp"
+#include "collision/bounds/certified/certified_bound.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <cmath>
 #include <memory>
 
-#include "collision/bounding_sphere.hpp"
-#include "collision/certified/build_certified_model.hpp"
-#include "collision/certified/solid_meter.hpp"
-#include "collision/posed_tree.hpp"
+#include "collision/bounds/certified/build_certified_model.hpp"
+#include "collision/bounds/certified/solid_meter.hpp"
+#include "collision/geometry/bounding_sphere.hpp"
+#include "collision/tree/posed_tree.hpp"
 #include "tests/support/solid_bodies.hpp"
 
 namespace nbd {

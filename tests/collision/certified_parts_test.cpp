@@ -7,12 +7,12 @@
 #include <memory>
 #include <random>
 
-#include "collision/certified/enclosing_ellipsoid.hpp"
-#include "collision/certified/path_forest.hpp"
-#include "collision/certified/segment_walk.hpp"
-#include "collision/certified/solid_meter.hpp"
-#include "collision/certified/squared_norm.hpp"
-#include "collision/certified/tet_regions.hpp"
+#include "collision/bounds/certified/enclosing_ellipsoid.hpp"
+#include "collision/bounds/certified/path_forest.hpp"
+#include "collision/bounds/certified/segment_walk.hpp"
+#include "collision/bounds/certified/solid_meter.hpp"
+#include "collision/bounds/certified/squared_norm.hpp"
+#include "collision/bounds/certified/tet_regions.hpp"
 #include "tests/support/solid_bodies.hpp"
 
 namespace nbd {

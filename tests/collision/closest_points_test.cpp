@@ -1,4 +1,4 @@
-#include "collision/closest_points.hpp"
+#include "collision/geometry/closest_points.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "collision/triangle_triangle.hpp"
+#include "collision/geometry/triangle_triangle.hpp"
 #include "tests/collision/random_triangles.hpp"
 
 namespace nbd {

@@ -1,4 +1,4 @@
-#include "collision/closest_query.hpp"
+#include "collision/query/closest_query.hpp"
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ Closest brute_force(const Surface& s, const Vertices& x, const Surface& t, const
 }
 
 PosedTree posed(const Surface& s, BoundKind kind, int depth = 5) {
-    return {std::make_shared<const CollisionTree>(make_exact_tree(s.X, s.F, {.depth = depth})), kind};
+    return {shared_exact_tree(s.X, s.F, {.depth = depth}), kind};
 }
 
 TEST(ClosestQuery, FindsWhatBruteForceFindsWithAllExactBounds) {

@@ -1,4 +1,4 @@
-#include "collision/counter_random.hpp"
+#include "collision/base/counter_random.hpp"
 
 #include <gtest/gtest.h>
 

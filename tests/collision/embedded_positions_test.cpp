@@ -1,8 +1,8 @@
-#include "collision/embedded_positions.hpp"
+#include "collision/geometry/embedded_positions.hpp"
 
 #include <gtest/gtest.h>
 
-#include "collision/pair_query.hpp"
+#include "collision/query/pair_query.hpp"
 #include "tests/collision/models.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -91,7 +91,7 @@ TEST(EmbeddedPositions, GiveTheSameFacePairsWithEveryKindOfBounds) {
         const auto found = query.intersecting(a, b), expected = eager.intersecting(eager_a, eager_b);
         EXPECT_GT(expected.size(), 0u) << name(kind);
         EXPECT_TRUE(std::ranges::equal(found, expected)) << name(kind);
-        if (kind != BoundKind::local_boxes) continue;
+        if (kind != BoundKind::learned_boxes) continue;
         // Far apart, the roots' samples decide.
         Vertices far = s.X;
         far.col(0).array() += 10.f;
@@ -102,7 +102,7 @@ TEST(EmbeddedPositions, GiveTheSameFacePairsWithEveryKindOfBounds) {
         b.begin_pose(y);
         EXPECT_EQ(query.intersecting(a, b).size(), 0u);
         EXPECT_GT(x.computed(), 0);
-        EXPECT_LE(x.computed(), static_cast<long>(tree->local->node_samples(0).size()));
+        EXPECT_LE(x.computed(), static_cast<long>(tree->learned->node_samples(0).size()));
     }
 }
 

@@ -1,4 +1,4 @@
-#include "collision/expansion.hpp"
+#include "collision/geometry/expansion.hpp"
 
 #include <gtest/gtest.h>
 

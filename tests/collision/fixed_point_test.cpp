@@ -1,4 +1,4 @@
-#include "collision/fixed_point.hpp"
+#include "collision/bounds/learned/fixed_point.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,9 +5,9 @@
 #include <cstring>
 #include <vector>
 
-#include "collision/box_pack.hpp"
-#include "collision/separation.hpp"
-#include "collision/triangle_pack.hpp"
+#include "collision/geometry/separation.hpp"
+#include "collision/kernels/box_pack.hpp"
+#include "collision/kernels/triangle_pack.hpp"
 #include "tests/collision/models.hpp"
 #include "tests/collision/random_triangles.hpp"
 
@@ -113,7 +113,7 @@ TEST_P(KernelForms, RoundAlike) {
             EXPECT_EQ(fixed[5], count == 48 ? 1 : 2);
             EXPECT_EQ(fixed[6], count == 48 ? -2 : -4);
             if (count == 48) {
-                EXPECT_EQ(fixed[7], -Kernels::most_fixed);
+                EXPECT_EQ(fixed[7], -Kernels::max_fixed);
             }
         }
 }
@@ -215,7 +215,7 @@ TEST_P(KernelForms, GiveTheSameBitsForProductsOfAnySize) {
 }
 
 TEST_P(KernelForms, DoNotOverflow) {
-    constexpr int inputs = Kernels::most_inputs;
+    constexpr int inputs = Kernels::max_inputs;
     for (const int sign : {1, -1}) {
         RandomLayer first(random, inputs / 4, 16, true), second(random, 4, 16, true),
             third(random, 4, 16, false);
@@ -223,8 +223,8 @@ TEST_P(KernelForms, DoNotOverflow) {
         std::ranges::fill(first.sums, 127 * inputs);
         const ByteLayer both[2][3] = {{first.layer, second.layer, third.layer},
                                       {first.layer, second.layer, third.layer}};
-        const std::vector<std::int16_t> x(inputs, static_cast<std::int16_t>(sign * Kernels::most_fixed)),
-            M(4 * inputs, static_cast<std::int16_t>(1 - Kernels::most_fixed));
+        const std::vector<std::int16_t> x(inputs, static_cast<std::int16_t>(sign * Kernels::max_fixed)),
+            M(4 * inputs, static_cast<std::int16_t>(1 - Kernels::max_fixed));
         const std::vector<float> scales(4, 1.f);
         const FixedColumns columns{M.data(), scales.data(), inputs, 4};
         float expected[2][16], results[2][16], expected_products[4], products[4];

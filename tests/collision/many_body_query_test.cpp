@@ -1,4 +1,4 @@
-#include "collision/many_body_query.hpp"
+#include "collision/query/many_body_query.hpp"
 
 #include <gtest/gtest.h>
 
@@ -103,13 +103,13 @@ TEST_P(ManyBodies, AreBoundedOnceAPoseForAllTheirPairs) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllBounds, ManyBodies,
-                         ::testing::Values(BoundKind::exact, BoundKind::boxes, BoundKind::bd,
-                                           BoundKind::modal, BoundKind::local, BoundKind::local_boxes),
+                         ::testing::Values(BoundKind::exact, BoundKind::boxes, BoundKind::bd, BoundKind::nbd,
+                                           BoundKind::learned_spheres, BoundKind::learned_boxes),
                          [](const auto& info) { return std::string(name(info.param)); });
 
 TEST(ManyBodyQuery, BodiesWithoutAPoseTouchNothing) {
     const shapes::Surface torus = shapes::torus(12, 8);
-    const auto tree = std::make_shared<const CollisionTree>(make_exact_tree(torus.X, torus.F));
+    const auto tree = shared_exact_tree(torus.X, torus.F);
     PosedTree a(tree, BoundKind::boxes), b(tree, BoundKind::exact), c(tree, BoundKind::boxes);
     PosedTree* bodies[] = {&a, &b, &c};
     ManyBodyQuery many;

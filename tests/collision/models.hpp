@@ -54,7 +54,7 @@ inline Modes make_modes(const Surface& s, int mode_count, int representatives, u
 }
 
 /// The pose X + U q.
-inline Vertices modal_pose(const Surface& s, const Eigen::MatrixXf& U, const Eigen::VectorXf& q) {
+inline Vertices nbd_pose(const Surface& s, const Eigen::MatrixXf& U, const Eigen::VectorXf& q) {
     const Eigen::VectorXf shift = U * q;
     return s.X + Eigen::Map<const Vertices>(shift.data(), s.X.rows(), 3);
 }
@@ -66,17 +66,16 @@ inline FixedVector fixed(const Eigen::VectorXf& numbers) {
     return x;
 }
 
-inline Sphere modal_sphere(const ModalModel& model, const SphereTree& tree, int node, const FixedVector& zn) {
+inline Sphere nbd_sphere(const NbdModel& model, const SphereTree& tree, int node, const FixedVector& zn) {
     Sphere sphere;
-    modal_spheres(model, tree, node, zn, {&sphere, 1});
+    nbd_spheres(model, tree, node, zn, {&sphere, 1});
     return sphere;
 }
 
 /// A model with random weights, about what training starts from.
-inline ModalModel random_model(const SphereTree& tree, const ClusteredModes& modes, int hidden,
-                               unsigned seed) {
+inline NbdModel random_model(const SphereTree& tree, const ClusteredModes& modes, int hidden, unsigned seed) {
     std::mt19937 random(seed);
-    ModalModel model;
+    NbdModel model;
     model.modes = modes;
     const int m = model.mode_count();
     model.z_centre = Eigen::VectorXf::NullaryExpr(m, [&](Eigen::Index) { return 0.1f * uniform(random); });
@@ -94,9 +93,9 @@ inline ModalModel random_model(const SphereTree& tree, const ClusteredModes& mod
 }
 
 /// A model over evenly spread vertices of each node, at most 32 of them, with random weights.
-inline LocalModel random_local_model(const SphereTree& tree, bool network, unsigned seed) {
+inline LearnedModel random_learned_model(const SphereTree& tree, bool network, unsigned seed) {
     std::mt19937 random(seed);
-    LocalModel model;
+    LearnedModel model;
     model.network = network;
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
         const std::span<const int> vertices = tree.node_vertices(i);
@@ -105,7 +104,8 @@ inline LocalModel random_local_model(const SphereTree& tree, bool network, unsig
                                static_cast<int>(model.values.size())});
         for (std::size_t k = 0; k < count; ++k)
             model.samples.push_back(vertices[k * vertices.size() / count]);
-        const auto size = static_cast<std::size_t>(LocalModel::block_size(static_cast<int>(count), network));
+        const auto size =
+            static_cast<std::size_t>(LearnedModel::block_size(static_cast<int>(count), network));
         std::vector<float> block(size);
         for (float& value : block) value = 0.3f * uniform(random);
         float sum = 0;
@@ -113,7 +113,7 @@ inline LocalModel random_local_model(const SphereTree& tree, bool network, unsig
         for (std::size_t k = 0; k < count; ++k) block[k] /= sum;
         for (std::size_t k = 2 * count; k < 3 * count; ++k) block[k] = 10 + 5 * uniform(random);
         const float reach[] = {0.02f * uniform(random), 0.f, 0.2f};
-        std::ranges::copy(reach, block.end() - LocalModel::lanes);
+        std::ranges::copy(reach, block.end() - LearnedModel::lanes);
         model.values.insert(model.values.end(), block.begin(), block.end());
         model.boxes.push_back({0.05f, tree.rest[static_cast<std::size_t>(i)].r, 1.f});
     }
@@ -124,8 +124,8 @@ inline LocalModel random_local_model(const SphereTree& tree, bool network, unsig
 inline CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeConfig& config = {}) {
     CollisionTree tree = make_exact_tree(s.X, s.F, config);
     tree.bd = build_bd_model(tree.spheres, modes.U, modes.clustered);
-    tree.modal = random_model(tree.spheres, modes.clustered, 32, 5);
-    tree.local = random_local_model(tree.spheres, true, 6);
+    tree.nbd = random_model(tree.spheres, modes.clustered, 32, 5);
+    tree.learned = random_learned_model(tree.spheres, true, 6);
     return tree;
 }
 

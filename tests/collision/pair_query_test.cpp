@@ -1,4 +1,4 @@
-#include "collision/pair_query.hpp"
+#include "collision/query/pair_query.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <memory>
 #include <string>
 
-#include "collision/closest_points.hpp"
-#include "collision/leaf_boxes.hpp"
-#include "collision/triangle_triangle.hpp"
+#include "collision/geometry/closest_points.hpp"
+#include "collision/geometry/triangle_triangle.hpp"
+#include "collision/tree/leaf_boxes.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nbd {
@@ -41,7 +41,7 @@ std::vector<FacePair> brute_force_intersecting(const Faces& A, const Vertices& a
 
 PosedTree exact_tree(const Surface& s, const SphereTreeConfig& config = {},
                      BoundKind kind = BoundKind::exact) {
-    return {std::make_shared<const CollisionTree>(make_exact_tree(s.X, s.F, config)), kind};
+    return {shared_exact_tree(s.X, s.F, config), kind};
 }
 
 std::vector<FacePair> copied(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }

@@ -1,10 +1,10 @@
-#include "collision/posed_tree.hpp"
+#include "collision/tree/posed_tree.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "collision/sphere_cache.hpp"
+#include "collision/tree/sphere_cache.hpp"
 #include "tests/collision/models.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -15,8 +15,7 @@ struct PosedTreeTest : testing::Test {
     shapes::Surface s = shapes::torus(16, 10);
     std::shared_ptr<const CollisionTree> full = std::make_shared<const CollisionTree>(
         shapes::full_tree(s, shapes::make_modes(s, 6, 40, 1), {.depth = 3}));
-    std::shared_ptr<const CollisionTree> bare =
-        std::make_shared<const CollisionTree>(make_exact_tree(s.X, s.F, {.depth = 3}));
+    std::shared_ptr<const CollisionTree> bare = shared_exact_tree(s.X, s.F, {.depth = 3});
 };
 
 TEST_F(PosedTreeTest, CountsEachNodeOnceAPose) {
@@ -57,8 +56,8 @@ TEST_F(PosedTreeTest, TakesEachNodesMarginFromTheCalibrationUnlessToldAnother) {
     calibration = {.miss_rate = 0.01, .confidence = 0.9, .trajectories = 20, .poses = 400};
     for (int node = 0; node < 15; ++node) calibration.margins.push_back(0.01f * static_cast<float>(node));
     PosedTree plain(full, BoundKind::bd), by_default(calibrated, BoundKind::bd),
-        without(calibrated, BoundKind::bd, 0.f), other(calibrated, BoundKind::modal),
-        paper(full, BoundKind::modal);
+        without(calibrated, BoundKind::bd, 0.f), other(calibrated, BoundKind::nbd),
+        paper(full, BoundKind::nbd);
     for (PosedTree* posed : {&plain, &by_default, &without, &other, &paper}) posed->begin_pose(s.X);
     for (int node = 0; node < 15; ++node) {
         EXPECT_EQ(by_default.sphere(node).c, plain.sphere(node).c);
@@ -83,13 +82,14 @@ TEST_F(PosedTreeTest, RefusesWhatItCannotBound) {
               "a posed tree needs a collision tree, got none");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::bd); }),
               "the collision tree has no model for \"bd\" bounds, only for exact, boxes, auto");
-    EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::modal); }),
-              "the collision tree has no model for \"modal\" bounds, only for exact, boxes, auto");
+    EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::nbd); }),
+              "the collision tree has no model for \"nbd\" bounds, only for exact, boxes, auto");
     auto without_bd = std::make_shared<CollisionTree>(*full);
     without_bd->bd.reset();
-    EXPECT_EQ(test::refusal([&] { PosedTree(without_bd, BoundKind::bd); }),
-              "the collision tree has no model for \"bd\" bounds, only for exact, boxes, modal, local, "
-              "local_boxes, auto");
+    EXPECT_EQ(
+        test::refusal([&] { PosedTree(without_bd, BoundKind::bd); }),
+        "the collision tree has no model for \"bd\" bounds, only for exact, boxes, nbd, learned_spheres, "
+        "learned_boxes, auto");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, -0.1f); }),
               "margin is -0.1, allowed: finite and 0 or more");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::boxes, 0.1f); }),
@@ -117,24 +117,24 @@ TEST_F(PosedTreeTest, RefusesACalibrationThatDoesNotFit) {
     const auto with = [&](auto change) {
         Calibration bad = good;
         change(bad);
-        return refused(BoundKind::modal, bad);
+        return refused(BoundKind::nbd, bad);
     };
     EXPECT_EQ(refused(BoundKind::bd, good), "calibration of bd bounds, which the tree has not");
     EXPECT_EQ(with([](Calibration& c) { c.miss_rate = 0; }),
-              "calibration of modal bounds: miss rate is 0, allowed: above 0 and below 1");
+              "calibration of nbd bounds: miss rate is 0, allowed: above 0 and below 1");
     EXPECT_EQ(with([](Calibration& c) { c.confidence = NAN; }),
-              "calibration of modal bounds: confidence is nan, allowed: above 0 and below 1");
+              "calibration of nbd bounds: confidence is nan, allowed: above 0 and below 1");
     EXPECT_EQ(with([](Calibration& c) { c.poses = 19; }),
-              "calibration of modal bounds: made from 19 poses of 20 trajectories, allowed: at least 1 "
+              "calibration of nbd bounds: made from 19 poses of 20 trajectories, allowed: at least 1 "
               "trajectory, of at least 1 pose each");
     EXPECT_EQ(with([](Calibration& c) { c.margins.pop_back(); }),
-              "calibration of modal bounds: has 14 margins for 15 nodes");
+              "calibration of nbd bounds: has 14 margins for 15 nodes");
     EXPECT_EQ(with([](Calibration& c) { c.margins[3] = -0.1f; }),
-              "calibration of modal bounds: margin of node 3 is -0.1, allowed: finite and 0 or more");
+              "calibration of nbd bounds: margin of node 3 is -0.1, allowed: finite and 0 or more");
     EXPECT_EQ(with([](Calibration& c) { c.limits = {1}; }),
-              "calibration of modal bounds: has 1 limits of its inputs for 15 nodes");
+              "calibration of nbd bounds: has 1 limits of its inputs for 15 nodes");
     EXPECT_EQ(with([&](Calibration& c) { (c.limits = fifteen)[7] = INFINITY; }),
-              "calibration of modal bounds: limit of node 7's input is inf, allowed: finite and 0 or more");
+              "calibration of nbd bounds: limit of node 7's input is inf, allowed: finite and 0 or more");
 }
 
 /// Half of the exact spheres, the stranger the higher the node's number; none for node 5.
@@ -147,7 +147,7 @@ struct HalfSpheres {
         half.r *= 0.5f;
         return half;
     }
-    float strangeness(int node) const { return node == 5 ? NAN : 0.1f * static_cast<float>(node); }
+    float ood_score(int node) const { return node == 5 ? NAN : 0.1f * static_cast<float>(node); }
 };
 
 TEST(SphereCache, GrowsMarginsWithStrangenessAndTakesTheExactSphereOfANodeOutOfRange) {
@@ -166,10 +166,10 @@ TEST(SphereCache, GrowsMarginsWithStrangenessAndTakesTheExactSphereOfANodeOutOfR
     open.begin_pose(x);
     for (int node = 0; node < 15; ++node) {
         const Sphere exact = bounding_sphere(s.X, tree.node_vertices(node));
-        const bool strange = node == 5 || node > 8;
+        const bool ood_score = node == 5 || node > 8;
         const float grown =
             0.5f * exact.r * (1 + 2 * (0.03f + 0.97f * 0.1f * static_cast<float>(node) / 0.85f));
-        EXPECT_FLOAT_EQ(gated.get(node, half).r, strange ? exact.r : grown) << node;
+        EXPECT_FLOAT_EQ(gated.get(node, half).r, ood_score ? exact.r : grown) << node;
         EXPECT_EQ(open.get(node, half).r, exact.r * 0.5f * 3);
     }
     EXPECT_EQ(gated.out_of_range(), 7);
@@ -182,7 +182,8 @@ TEST(SphereCache, GrowsMarginsWithStrangenessAndTakesTheExactSphereOfANodeOutOfR
 TEST(BoundKinds, HaveNames) {
     for (const BoundKind kind : bound_kinds) EXPECT_EQ(bound_kind(name(kind)), kind);
     EXPECT_EQ(test::refusal([] { bound_kind("loca"); }),
-              "unknown bounds \"loca\", known: exact, boxes, bd, modal, local, local_boxes, certified, auto");
+              "unknown bounds \"loca\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, "
+              "certified, auto");
 }
 
 }  // namespace

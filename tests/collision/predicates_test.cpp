@@ -1,4 +1,4 @@
-#include "collision/predicates.hpp"
+#include "collision/geometry/predicates.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <random>
 #include <utility>
 
-#include "collision/geometry.hpp"
+#include "collision/geometry/geometry.hpp"
 
 namespace nbd {
 

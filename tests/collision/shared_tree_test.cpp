@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "collision/pair_query.hpp"
+#include "collision/query/pair_query.hpp"
 #include "tests/collision/models.hpp"
 
 namespace nbd {

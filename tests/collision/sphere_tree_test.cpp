@@ -1,4 +1,4 @@
-#include "collision/sphere_tree.hpp"
+#include "collision/topology/sphere_tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "collision/bounding_sphere.hpp"
+#include "collision/geometry/bounding_sphere.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
 

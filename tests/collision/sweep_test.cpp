@@ -1,4 +1,4 @@
-#include "collision/sweep.hpp"
+#include "collision/query/sweep.hpp"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <variant>
 
-#include "collision/triangle_triangle.hpp"
+#include "collision/geometry/triangle_triangle.hpp"
 #include "tests/collision/random_triangles.hpp"
 
 namespace nbd {

@@ -1,4 +1,4 @@
-#include "collision/triangle_pack.hpp"
+#include "collision/kernels/triangle_pack.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "collision/intersecting_faces.hpp"
-#include "collision/triangle_triangle.hpp"
+#include "collision/geometry/triangle_triangle.hpp"
+#include "collision/query/intersecting_faces.hpp"
 #include "tests/collision/random_triangles.hpp"
 
 namespace nbd {

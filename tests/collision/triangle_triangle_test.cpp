@@ -1,4 +1,4 @@
-#include "collision/triangle_triangle.hpp"
+#include "collision/geometry/triangle_triangle.hpp"
 
 #include <gtest/gtest.h>
 

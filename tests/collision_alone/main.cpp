@@ -3,12 +3,11 @@
 #include <cstdio>
 #include <memory>
 
-#include "collision/closest_points.hpp"
-#include "collision/collision_tree.hpp"
-#include "collision/pair_query.hpp"
-#include "collision/posed_tree.hpp"
-#include "collision/triangle_contact.hpp"
-#include "collision/triangle_triangle.hpp"
+#include "collision/geometry/closest_points.hpp"
+#include "collision/geometry/triangle_triangle.hpp"
+#include "collision/query/pair_query.hpp"
+#include "collision/tree/collision_tree.hpp"
+#include "collision/tree/posed_tree.hpp"
 
 int main() {
     nbd::Vertices X(8, 3);
@@ -17,8 +16,7 @@ int main() {
     F << 0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3,
         4, 7;
 
-    const auto cube = std::make_shared<const nbd::CollisionTree>(
-        nbd::make_exact_tree(X, F, {.depth = 2, .min_leaf_faces = 2}));
+    const auto cube = nbd::shared_exact_tree(X, F, {.depth = 2, .min_leaf_faces = 2});
     nbd::PosedTree a(cube, nbd::BoundKind::exact), b(cube, nbd::BoundKind::exact);
     const nbd::Vertices here = X;
     const nbd::Vertices there = X.rowwise() + Eigen::RowVector3f(0.7f, 0.6f, 0.55f);

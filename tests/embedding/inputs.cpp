@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "collision/flat_tree.hpp"
-#include "collision/triangle_triangle.hpp"
+#include "collision/flat/flat_tree.hpp"
+#include "collision/geometry/triangle_triangle.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nbd {

@@ -7,10 +7,10 @@
 #include <numbers>
 #include <string>
 
-#include "meshing/read_surface.hpp"
-#include "meshing/solid_boundary.hpp"
-#include "meshing/tet_quality.hpp"
-#include "meshing/tetrahedralize.hpp"
+#include "meshing/formats/read_surface.hpp"
+#include "meshing/surface/solid_boundary.hpp"
+#include "meshing/tets/tet_quality.hpp"
+#include "meshing/tets/tetrahedralize.hpp"
 
 namespace nbd {
 namespace {

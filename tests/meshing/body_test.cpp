@@ -1,4 +1,4 @@
-#include "meshing/body.hpp"
+#include "meshing/body/body.hpp"
 
 #include <gtest/gtest.h>
 

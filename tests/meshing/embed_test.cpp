@@ -1,4 +1,4 @@
-#include "meshing/embed.hpp"
+#include "meshing/body/embed.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <limits>
 #include <string>
 
-#include "meshing/point_triangle.hpp"
-#include "meshing/subdivide.hpp"
+#include "meshing/surface/point_triangle.hpp"
+#include "meshing/surface/subdivide.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
@@ -54,7 +54,7 @@ TEST(Embed, CarriesInnerPointsAffinelyWithWeightsFromZeroToOne) {
         for (Embedding::InnerIterator w(W, p); w; ++w) {
             ASSERT_GE(w.value(), -1e-9);
             ASSERT_LE(w.value(), 1 + 1e-9);
-            ASSERT_LT((tets.X.row(w.col()) - points.row(p)).norm(), 1) << "local";
+            ASSERT_LT((tets.X.row(w.col()) - points.row(p)).norm(), 1) << "learned_spheres";
         }
 }
 
@@ -115,25 +115,10 @@ TEST(Embed, RefusesBadInput) {
     EXPECT_EQ(error_of([&] { embed(good, point); }), "vertex 0 at (0.5, nan, 0.5) is not finite");
 }
 
-TEST(BoundaryEmbedding, SelectsNodesBitByBit) {
-    const TetMesh tets = test::box_mesh({1, 1, 1}, {3, 3, 3});
-    const Nodes points = tets.X.colwise().reverse();
-    const Embedding W = boundary_embedding(tets, points);
-    EXPECT_EQ(W.nonZeros(), points.rows());
-    EXPECT_EQ(Nodes(W * affine(tets.X)), Nodes(affine(tets.X).colwise().reverse()));
-
-    Nodes moved = points;
-    moved(5, 0) = std::nextafter(moved(5, 0), 2);
-    moved(9, 1) += 1e-3;
-    const std::string error = error_of([&] { boundary_embedding(tets, moved); });
-    EXPECT_EQ(error.find("vertex 5 at ("), 0u);
-    EXPECT_NE(error.find(" is not a node of the tetrahedra; 2 such vertices"), std::string::npos) << error;
-}
-
-TEST(BoundaryEmbedding, ComposesWithSubdivision) {
+TEST(Embed, ComposesWithSubdivision) {
     const TetMesh tets = test::box_mesh({2, 2, 2}, {3, 3, 3});
     const TriMesh surface = box(2, 2, 2, 3);
-    const Embedding W = boundary_embedding(tets, surface.X);
+    const Embedding W = embed(tets, surface.X);
     for (const SubdivisionScheme scheme : {SubdivisionScheme::midpoint, SubdivisionScheme::loop}) {
         const auto [fine, S] = subdivide(surface, scheme, 2);
         const Embedding composed = S * W;

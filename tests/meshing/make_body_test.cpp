@@ -1,12 +1,12 @@
-#include "meshing/make_body.hpp"
+#include "meshing/body/make_body.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "meshing/check_surface.hpp"
-#include "meshing/read_surface.hpp"
-#include "meshing/tetrahedralize.hpp"
+#include "meshing/formats/read_surface.hpp"
+#include "meshing/surface/check_surface.hpp"
+#include "meshing/tets/tetrahedralize.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"

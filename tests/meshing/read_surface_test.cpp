@@ -1,4 +1,4 @@
-#include "meshing/read_surface.hpp"
+#include "meshing/formats/read_surface.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "meshing/write_surface.hpp"
+#include "meshing/formats/write_surface.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
 #include "tests/support/error_of.hpp"

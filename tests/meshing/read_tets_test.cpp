@@ -1,4 +1,4 @@
-#include "meshing/read_tets.hpp"
+#include "meshing/formats/read_tets.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <random>
 #include <utility>
 
-#include "meshing/tet_quality.hpp"
+#include "meshing/tets/tet_quality.hpp"
 #include "tests/meshing/tet_file_writers.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"

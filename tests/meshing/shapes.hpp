@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "meshing/mesh.hpp"
+#include "meshing/surface/mesh.hpp"
 
 namespace nbd::test {
 

@@ -1,4 +1,4 @@
-#include "meshing/solid_boundary.hpp"
+#include "meshing/surface/solid_boundary.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <tuple>
 #include <utility>
 
-#include "collision/triangle_triangle.hpp"
-#include "meshing/read_surface.hpp"
-#include "meshing/self_intersections.hpp"
+#include "collision/geometry/triangle_triangle.hpp"
+#include "meshing/formats/read_surface.hpp"
+#include "meshing/surface/self_intersections.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
 #include "tests/support/error_of.hpp"

@@ -1,4 +1,4 @@
-#include "meshing/subdivide.hpp"
+#include "meshing/surface/subdivide.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "meshing/read_surface.hpp"
-#include "meshing/solid_boundary.hpp"
+#include "meshing/formats/read_surface.hpp"
+#include "meshing/surface/solid_boundary.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-#include "meshing/mesh.hpp"
+#include "meshing/surface/mesh.hpp"
 
 /// The same surface as the text or bytes of each kind of file, written apart from the library's own writers.
 namespace nbd::test {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "meshing/mesh.hpp"
+#include "meshing/surface/mesh.hpp"
 
 namespace nbd {
 

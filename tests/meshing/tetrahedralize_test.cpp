@@ -1,4 +1,4 @@
-#include "meshing/tetrahedralize.hpp"
+#include "meshing/tets/tetrahedralize.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "meshing/read_surface.hpp"
-#include "meshing/tet_quality.hpp"
+#include "meshing/formats/read_surface.hpp"
+#include "meshing/tets/tet_quality.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -1,4 +1,4 @@
-#include "sim/backward_euler.hpp"
+#include "sim/fem/backward_euler.hpp"
 
 #include <gtest/gtest.h>
 

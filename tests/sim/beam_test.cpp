@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "sim/backward_euler.hpp"
-#include "sim/modes.hpp"
+#include "sim/fem/backward_euler.hpp"
+#include "sim/fem/modes.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd {

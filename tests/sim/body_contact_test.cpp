@@ -1,4 +1,4 @@
-#include "sim/body_contact.hpp"
+#include "sim/contact/body_contact.hpp"
 
 #include <gtest/gtest.h>
 

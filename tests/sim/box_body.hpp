@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "meshing/body.hpp"
+#include "meshing/body/body.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd::test {

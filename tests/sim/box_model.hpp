@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <memory>
 
-#include "sim/world.hpp"
+#include "sim/world/world.hpp"
 #include "tests/sim/box_body.hpp"
 
 namespace nbd::test {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "sim/elastic_body.hpp"
+#include "sim/fem/elastic_body.hpp"
 
 namespace nbd::test {
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "sim/modes.hpp"
+#include "sim/fem/modes.hpp"
 #include "tests/sim/calculix.hpp"
 #include "tests/sim/static_pose.hpp"
 #include "tests/support/box_mesh.hpp"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "meshing/body.hpp"
+#include "meshing/body/body.hpp"
 
 namespace nbd::test {
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <memory>
 
-#include "collision/certified/build_certified_model.hpp"
-#include "collision/certified/solid_meter.hpp"
-#include "sim/world.hpp"
+#include "collision/bounds/certified/build_certified_model.hpp"
+#include "collision/bounds/certified/solid_meter.hpp"
+#include "sim/world/world.hpp"
 #include "tests/sim/box_model.hpp"
 #include "tests/support/on_threads.hpp"
 

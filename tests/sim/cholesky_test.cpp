@@ -1,9 +1,9 @@
-#include "sim/cholesky.hpp"
+#include "sim/factor/cholesky.hpp"
 
 #include <gtest/gtest.h>
 
-#include "sim/blas.hpp"
-#include "sim/elastic_body.hpp"
+#include "sim/factor/blas.hpp"
+#include "sim/fem/elastic_body.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
 

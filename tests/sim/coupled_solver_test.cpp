@@ -1,4 +1,4 @@
-#include "sim/coupled_solver.hpp"
+#include "sim/solvers/coupled_solver.hpp"
 
 #include <gtest/gtest.h>
 
@@ -104,7 +104,7 @@ TEST(CoupledSolver, KeepsPrescribedVelocities) {
 TEST(CoupledSolver, FactorisesTheSystemWithAReasonWhereTheIterationDoesNotConverge) {
     const Scene scene(2, 100);
     LinearSolveReport report;
-    const Eigen::VectorXd v = scene.solve({.tolerance = 1e-9, .most_iterations = 1}, report);
+    const Eigen::VectorXd v = scene.solve({.tolerance = 1e-9, .max_iterations = 1}, report);
     EXPECT_TRUE(report.converged);
     EXPECT_NE(report.fallback.find("iterations left a relative residual of"), std::string::npos)
         << report.fallback;

@@ -1,4 +1,4 @@
-#include "sim/elastic_body.hpp"
+#include "sim/fem/elastic_body.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/excitation.hpp"
+#include "sim/excitation/excitation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/backward_euler.hpp"
-#include "sim/stress.hpp"
+#include "sim/fem/backward_euler.hpp"
+#include "sim/fem/stress.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd {

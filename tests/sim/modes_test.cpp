@@ -1,4 +1,4 @@
-#include "sim/modes.hpp"
+#include "sim/fem/modes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "sim/obstacle.hpp"
+#include "sim/contact/obstacle.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "collision/counter_random.hpp"
+#include "collision/base/counter_random.hpp"
 #include "tests/sim/box_body.hpp"
 #include "tests/support/error_of.hpp"
 

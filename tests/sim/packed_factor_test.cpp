@@ -1,8 +1,8 @@
-#include "sim/packed_factor.hpp"
+#include "sim/factor/packed_factor.hpp"
 
 #include <gtest/gtest.h>
 
-#include "sim/step_system.hpp"
+#include "sim/fem/step_system.hpp"
 #include "tests/sim/box_body.hpp"
 #include "tests/support/on_threads.hpp"
 

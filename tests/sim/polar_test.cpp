@@ -1,4 +1,4 @@
-#include "sim/polar.hpp"
+#include "sim/fem/polar.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/recipe_ranges.hpp"
+#include "sim/excitation/recipe_ranges.hpp"
 
 #include <gtest/gtest.h>
 

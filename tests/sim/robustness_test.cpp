@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "collision/counter_random.hpp"
-#include "sim/backward_euler.hpp"
-#include "sim/polar.hpp"
+#include "collision/base/counter_random.hpp"
+#include "sim/fem/backward_euler.hpp"
+#include "sim/fem/polar.hpp"
 #include "tests/sim/box_model.hpp"
 
 namespace nbd {
@@ -109,9 +109,9 @@ TEST(Robustness, ACrushedOrInvertedBodyRecoversItsShape) {
 
 TEST(Robustness, BodiesThatMeetFastAreStoppedBySmallerSteps) {
     const Model box({0.3, 0.3, 0.1}, {3, 3, 1}, 1e6);
-    const auto collide = [&](int most_substeps) {
+    const auto collide = [&](int max_substeps) {
         WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
-        config.step.most_substeps = most_substeps;
+        config.step.max_substeps = max_substeps;
         World world(config);
         world.add_body(box.at({0, 0, 0}, Eigen::Matrix3d::Identity(), {0, 0, 12}));
         world.add_body(box.at({0.03, 0.02, 0.35}, turned(0.1), {0, 0, -12}));
@@ -120,11 +120,11 @@ TEST(Robustness, BodiesThatMeetFastAreStoppedBySmallerSteps) {
         for (int i = 0; i < 20; ++i) {
             const WorldReport report = world.step(5e-3);
             EXPECT_EQ(report.failure, "");
-            EXPECT_EQ(report.substeps > 1, !report.trouble.empty() && most_substeps > 1);
+            EXPECT_EQ(report.substeps > 1, !report.rejection.empty() && max_substeps > 1);
             most = std::max(most, report.substeps);
             deepest = std::max(deepest, report.deepest_penetration);
         }
-        EXPECT_EQ(most > 1, most_substeps > 1);
+        EXPECT_EQ(most > 1, max_substeps > 1);
         EXPECT_NEAR(world.time(), 20 * 5e-3, 1e-12);
         return std::pair(deepest, world.state(1).x.col(2).mean() - world.state(0).x.col(2).mean());
     };
@@ -152,7 +152,7 @@ TEST(Robustness, NewtonsIterationsSolveTheStep) {
     for (int i = 0; i < 10; ++i) {
         const WorldReport report = world.step(dt);
         ASSERT_EQ(report.failure, "");
-        EXPECT_EQ(report.substeps, 1) << report.trouble;
+        EXPECT_EQ(report.substeps, 1) << report.rejection;
         most = std::max(most, report.newton_iterations);
         backward_euler_step(system, lone, dt, {.gravity = config.gravity, .forces = {}}, pinned, 60, 1e-7);
     }
@@ -169,14 +169,14 @@ TEST(Robustness, NewtonWithContactSettles) {
     world.add_obstacle(floor_at(0));
     world.add_body(box.at({0, 0, 0.16}));
     world.add_body(box.at({0.1, 0.05, 0.5}, turned(0.3)));
-    int troubled = 0, pressing = 0;
+    int rejected_steps = 0, pressing = 0;
     for (int i = 0; i < 60; ++i) {
         const WorldReport report = world.step(5e-3);
         ASSERT_EQ(report.failure, "");
-        troubled += report.trouble.empty() ? 0 : 1;
+        rejected_steps += report.rejection.empty() ? 0 : 1;
         pressing = std::max(pressing, report.contacts);
     }
-    EXPECT_LE(troubled, 6);
+    EXPECT_LE(rejected_steps, 6);
     EXPECT_GT(pressing, 10);
 }
 

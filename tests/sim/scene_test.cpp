@@ -1,11 +1,11 @@
-#include "sim/scene.hpp"
+#include "sim/scene/scene.hpp"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <string>
 
-#include "sim/scene_check.hpp"
+#include "sim/scene/scene_check.hpp"
 #include "tests/sim/box_body.hpp"
 #include "tests/sim/schema.hpp"
 #include "tests/support/error_of.hpp"
@@ -26,7 +26,7 @@ std::string with(const std::string& in_body, const std::string& beside = "") {
 
 const std::string full = R"({
   "bodies": [
-    {"body": "a.h5", "name": "first", "tree": "a_tree.h5", "bounds": "modal", "margin": 0.02,
+    {"body": "a.h5", "name": "first", "tree": "a_tree.h5", "bounds": "nbd", "margin": 0.02,
      "transform": {"translate": [1, 2, 3], "rotate": {"axis": [0, 0, 2], "degrees": 90}},
      "velocity": [0, 0, -1], "angular_velocity": [0, 3, 0], "material": {"young": 5e4, "poisson": 0.3},
      "pins": [{"sphere": {"centre": [1, 2, 3], "radius": 0.1}},
@@ -42,7 +42,7 @@ const std::string full = R"({
                 {"mesh": {"file": "rock.obj", "transform": {"scale": 2}}}],
   "gravity": [0, -9.81, 0],
   "contact": {"stiffness_scale": 2, "friction": 0.1, "thickness": 0.005, "damping": 0},
-  "solver": {"newton_iterations": 3, "newton_tolerance": 0.01, "most_substeps": 4},
+  "solver": {"newton_iterations": 3, "newton_tolerance": 0.01, "max_substeps": 4},
   "time": {"dt": 0.01, "frames": 7, "steps_per_frame": 3},
   "output": {"recording": "out/a.h5", "csv": "a.csv", "vtu": "frames", "obj": "frames", "picture": "a.png"},
   "seed": 42
@@ -56,7 +56,7 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(a.source, BodySource::body);
     EXPECT_EQ(a.name, "first");
     EXPECT_EQ(a.tree, std::filesystem::path("folder/a_tree.h5"));
-    EXPECT_EQ(a.bounds, BoundKind::modal);
+    EXPECT_EQ(a.bounds, BoundKind::nbd);
     EXPECT_EQ(a.margin, 0.02);
     EXPECT_EQ(a.velocity, Eigen::Vector3d(0, 0, -1));
     EXPECT_EQ(a.angular_velocity, Eigen::Vector3d(0, 3, 0));
@@ -92,7 +92,7 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(spec.obstacles[1].obstacle.stop, 2.5);
     EXPECT_EQ(spec.step.newton_iterations, 3);
     EXPECT_EQ(spec.step.newton_tolerance, 0.01);
-    EXPECT_EQ(spec.step.most_substeps, 4);
+    EXPECT_EQ(spec.step.max_substeps, 4);
     EXPECT_DOUBLE_EQ(spec.time.dt, 0.01);
     EXPECT_EQ(spec.time.frames, 7);
     EXPECT_EQ(spec.time.steps_per_frame, 3);
@@ -159,8 +159,8 @@ const Broken broken_scenes[] = {
     {with("", R"("obstacles": [{"mesh": {}}])"), "obstacles[0].mesh.file: is missing"},
     {with("", R"("obstacles": [{"mesh": {"file": ""}}])"), "obstacles[0].mesh.file: must not be empty"},
     {with(R"("bounds": "tight")"),
-     "bodies[0].bounds: is \"tight\", but must be exact, boxes, bd, modal, local, "
-     "local_boxes, certified or auto"},
+     "bodies[0].bounds: is \"tight\", but must be exact, boxes, bd, nbd, learned_spheres, "
+     "learned_boxes, certified or auto"},
     {with(R"("meshing": {"nodes": 9})"),
      "bodies[0].meshing: is for surfaces and tetrahedra; a body file is taken as it is"},
     {R"({"bodies": [{"tets": "a.msh", "meshing": {"nodes": 9}}]})",
@@ -172,8 +172,8 @@ const Broken broken_scenes[] = {
     {with("", R"("seed": 1, "seed": 2)"), "seed: this key is there twice"},
     {with(R"("pins": [], "grips": [{}, {"start": 1, "start": 1}])"),
      "bodies[0].grips[1].start: this key is there twice"},
-    {with(R"("bounds": "modal")"),
-     "bodies[0].tree: is missing: bounds \"modal\" are learned or precomputed and need a tree file"},
+    {with(R"("bounds": "nbd")"),
+     "bodies[0].tree: is missing: bounds \"nbd\" are learned or precomputed and need a tree file"},
     {with(R"("bounds": "bd", "tree": "t.h5", "transform": {"scale": 2})"),
      "bodies[0].transform.scale: must be 1 unless bounds are \"exact\" or \"boxes\""},
     {with(R"("margin": "wide")"), "bodies[0].margin: must be a number, not \"wide\""},
@@ -290,8 +290,8 @@ TEST(BuildWorld, SaysWhichBodyDoesNotFit) {
     EXPECT_EQ(message(with(""), {}), "scene: it has 1 bodies, but 0 were loaded");
     EXPECT_EQ(message(with(R"("pins": [{"sphere": {"centre": [9, 9, 9], "radius": 1}}])"), loaded),
               "bodies[0] (a): pins[0]: the region holds no node of the body");
-    EXPECT_EQ(message(with(R"("bounds": "modal", "tree": "t.h5")"), loaded),
-              "bodies[0] (a): bounds \"modal\" need a tree");
+    EXPECT_EQ(message(with(R"("bounds": "nbd", "tree": "t.h5")"), loaded),
+              "bodies[0] (a): bounds \"nbd\" need a tree");
     EXPECT_EQ(message(with(""), loaded), "");
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/json_object.hpp"
+#include "sim/json/json_object.hpp"
 
 namespace nbd::test {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "sim/backward_euler.hpp"
+#include "sim/fem/backward_euler.hpp"
 
 namespace nbd::test {
 

@@ -1,4 +1,4 @@
-#include "sim/step_system.hpp"
+#include "sim/fem/step_system.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/stress.hpp"
+#include "sim/fem/stress.hpp"
 
 #include <gtest/gtest.h>
 

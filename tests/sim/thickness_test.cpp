@@ -1,8 +1,8 @@
-#include "sim/thickness.hpp"
+#include "sim/excitation/thickness.hpp"
 
 #include <gtest/gtest.h>
 
-#include "sim/recipe.hpp"
+#include "sim/excitation/recipe.hpp"
 #include "tests/sim/box_body.hpp"
 
 namespace nbd {

@@ -1,4 +1,4 @@
-#include "sim/vtu.hpp"
+#include "meshing/formats/vtu.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/world.hpp"
+#include "sim/world/world.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "sim/backward_euler.hpp"
+#include "sim/fem/backward_euler.hpp"
 #include "tests/sim/box_model.hpp"
 #include "tests/support/error_of.hpp"
 

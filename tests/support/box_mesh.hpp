@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "meshing/mesh.hpp"
+#include "meshing/surface/mesh.hpp"
 
 namespace nbd::test {
 

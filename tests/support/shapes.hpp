@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "collision/collision_tree.hpp"
+#include "collision/tree/collision_tree.hpp"
 
 namespace nbd::shapes {
 

@@ -5,9 +5,9 @@
 #include <random>
 #include <vector>
 
-#include "collision/certified/solid_graph.hpp"
-#include "meshing/embed.hpp"
-#include "meshing/make_body.hpp"
+#include "collision/bounds/certified/solid_graph.hpp"
+#include "meshing/body/embed.hpp"
+#include "meshing/body/make_body.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/shapes.hpp"
 

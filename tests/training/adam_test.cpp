@@ -1,4 +1,4 @@
-#include "training/adam.hpp"
+#include "training/networks/adam.hpp"
 
 #include <gtest/gtest.h>
 

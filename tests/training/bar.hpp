@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "collision/counter_random.hpp"
-#include "training/recording.hpp"
-#include "training/surface_body.hpp"
+#include "collision/base/counter_random.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/surface_body.hpp"
 
 namespace nbd::test {
 

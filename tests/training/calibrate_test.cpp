@@ -1,16 +1,16 @@
-#include "training/calibrate.hpp"
+#include "training/calibrate/calibrate.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "collision/bound.hpp"
+#include "collision/bounds/bound.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
-#include "training/conformal.hpp"
-#include "training/interval.hpp"
-#include "training/random_splits.hpp"
+#include "training/calibrate/conformal.hpp"
+#include "training/calibrate/random_splits.hpp"
+#include "training/evaluate/interval.hpp"
 
 namespace nbd {
 namespace {
@@ -38,7 +38,7 @@ TEST(ConfidentLevel, IsTheRankOfSplitConformalPrediction) {
     EXPECT_EQ(confident_level(scores, 0.1, 0.75), 8);
     EXPECT_EQ(confident_level(scores, 0.34, 0.9), 0);  // one of three may miss
     EXPECT_EQ(error_of([&] { confident_level(scores, 0.1, 0.91); }),
-              "9 trajectories cannot promise anything with a confidence of 0.91; allowed: up to 0.9");
+              "9 trajectories cannot support a confidence of 0.91; allowed: up to 0.9");
 }
 
 TEST(MeanLevel, CountsTheWorstTrajectoryTwiceAndIsTheLeastThatKeepsTheRate) {
@@ -112,10 +112,10 @@ class MadeUpBound {
                 const auto row = static_cast<Eigen::Index>(scores.trajectories.size());
                 scores.trajectories.push_back(t);
                 for (Eigen::Index i = 0; i < nodes; ++i) {
-                    const float strange = severity * std::abs(phase + 0.2f * normal(random));
+                    const float ood_score = severity * std::abs(phase + 0.2f * normal(random));
                     const float scale = 0.01f * static_cast<float>(1 + i % 5);
-                    scores.excess(row, i) = scale * (0.3f + strange) * normal(random);
-                    if (gated_) scores.strangeness(row, i) = strange;
+                    scores.excess(row, i) = scale * (0.3f + ood_score) * normal(random);
+                    if (gated_) scores.ood_score(row, i) = ood_score;
                 }
             }
         }
@@ -183,7 +183,7 @@ TEST(Calibration, OfARateWithoutEnoughTrajectoriesIsRefused) {
     const MadeUpBound bound(false);
     const BoundScores few = bound.scores(4, 10, 3);
     EXPECT_EQ(error_of([&] { calibrate(bound.tree(), few, few, {.confidence = 0.9}); }),
-              "4 trajectories cannot promise anything with a confidence of 0.9; allowed: up to 0.8");
+              "4 trajectories cannot support a confidence of 0.9; allowed: up to 0.8");
     EXPECT_EQ(calibrate(bound.tree(), few, few, {}).confidence, 0.8);
     EXPECT_EQ(calibrate(bound.tree(), few, bound.scores(12, 10, 3), {}).confidence, 0.9);
 }
@@ -196,9 +196,9 @@ TEST(Calibration, TakesEachNodesScaleAndLimitFromTheShape) {
     EXPECT_EQ(calibration.trajectories, 30);
     EXPECT_EQ(calibration.poses, 600);
     for (std::size_t i = 0; i < calibration.limits.size(); ++i) {
-        const auto strange = shape.strangeness.col(static_cast<Eigen::Index>(i)).array();
-        EXPECT_EQ((strange > calibration.limits[i]).count(), 30);  // of 600
-        EXPECT_EQ((strange >= calibration.limits[i]).count(), 31);
+        const auto ood_score = shape.ood_score.col(static_cast<Eigen::Index>(i)).array();
+        EXPECT_EQ((ood_score > calibration.limits[i]).count(), 30);  // of 600
+        EXPECT_EQ((ood_score >= calibration.limits[i]).count(), 31);
     }
     // Nodes 15 to 30 are the leaves; those of scale 5 need more than those of scale 1.
     EXPECT_GT(calibration.margins[19], 1.5f * calibration.margins[15]);
@@ -221,7 +221,7 @@ TEST(Calibration, GivesNoMarginToNodesThatAreAlwaysExact) {
     const MadeUpBound bound(true);
     BoundScores shape = bound.scores(20, 20, 6), scores = bound.scores(20, 20, 7);
     for (BoundScores* s : {&shape, &scores}) {
-        s->strangeness.col(20).setZero();
+        s->ood_score.col(20).setZero();
         s->excess.col(20).setConstant(-1e-8f);
     }
     const Calibration calibration = calibrate(bound.tree(), shape, scores, {.miss_rate = 0.02});
@@ -238,8 +238,8 @@ TEST(Calibration, CountsAPoseOutOfRangeAsBoundedExactly) {
     BoundScores far = bound.scores(1, 3, 10);
     far.excess.setConstant(10);
     EXPECT_TRUE(misses(calibration, far).all());
-    far.strangeness.row(1).setConstant(1e6f);
-    far.strangeness.row(2).setConstant(NAN);
+    far.ood_score.row(1).setConstant(1e6f);
+    far.ood_score.row(2).setConstant(NAN);
     const auto missed = misses(calibration, far);
     EXPECT_TRUE(missed.row(0).all());
     EXPECT_FALSE(missed.row(1).any());

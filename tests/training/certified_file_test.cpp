@@ -3,14 +3,14 @@
 #include <cmath>
 #include <memory>
 
-#include "collision/certified/build_certified_model.hpp"
-#include "collision/certified/solid_meter.hpp"
-#include "collision/posed_tree.hpp"
+#include "collision/bounds/certified/build_certified_model.hpp"
+#include "collision/bounds/certified/solid_meter.hpp"
+#include "collision/tree/posed_tree.hpp"
 #include "tests/support/edit_file.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/solid_bodies.hpp"
-#include "training/tree_file.hpp"
+#include "training/files/tree_file.hpp"
 
 namespace nbd {
 namespace {

@@ -6,9 +6,9 @@ import h5py
 import torch
 
 sys.path.insert(0, sys.argv[1])
-from modal_tree import ModalTree  # noqa: E402
+from nbd_tree import NbdTree  # noqa: E402
 
-tree = ModalTree(sys.argv[2])
+tree = NbdTree(sys.argv[2])
 with h5py.File(sys.argv[3]) as file:
     x, expected = torch.from_numpy(file["x"][:]), torch.from_numpy(file["spheres"][:])
 # There hidden layers are rounded to 8 bits.

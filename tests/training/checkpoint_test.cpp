@@ -1,4 +1,4 @@
-#include "training/checkpoint.hpp"
+#include "training/networks/checkpoint.hpp"
 
 #include <gtest/gtest.h>
 

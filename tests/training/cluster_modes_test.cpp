@@ -1,4 +1,4 @@
-#include "training/cluster_modes.hpp"
+#include "training/learn/cluster_modes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ class ClusterModes : public test::FileTest {
 TEST_F(ClusterModes, WithEveryVertexGiveTheExactCode) {
     const auto choice = choose(100000, 1);
     EXPECT_EQ(choice.modes.X.rows(), bar.body.X.rows());
-    EXPECT_LT(choice.code_error, 1e-4);
+    EXPECT_LT(choice.z_error, 1e-4);
 }
 
 TEST_F(ClusterModes, WeighEveryVertexOnceAndKeepItsRows) {
@@ -45,7 +45,7 @@ TEST_F(ClusterModes, WeighEveryVertexOnceAndKeepItsRows) {
 }
 
 TEST_F(ClusterModes, MoreClustersGiveABetterCode) {
-    const double few = choose(15, 1).code_error, many = choose(120, 1).code_error;
+    const double few = choose(15, 1).z_error, many = choose(120, 1).z_error;
     EXPECT_GT(few, 0.005);
     EXPECT_LT(many, few);
 }
@@ -54,8 +54,8 @@ TEST_F(ClusterModes, KeepTheBestOfSeveralInitialisationsOnAnyNumberOfThreads) {
     const auto one = test::on_threads(1, [&] { return choose(20, 6); });
     const auto two = test::on_threads(2, [&] { return choose(20, 6); });
     EXPECT_EQ(one.modes.representatives, two.modes.representatives);
-    EXPECT_EQ(one.code_error, two.code_error);
-    EXPECT_LE(one.code_error, 1.05 * choose(20, 1).code_error);
+    EXPECT_EQ(one.z_error, two.z_error);
+    EXPECT_LE(one.z_error, 1.05 * choose(20, 1).z_error);
 }
 
 TEST_F(ClusterModes, RefuseABadConfig) {

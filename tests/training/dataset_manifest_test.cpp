@@ -1,12 +1,12 @@
-#include "training/dataset_manifest.hpp"
+#include "training/files/dataset_manifest.hpp"
 
 #include <gtest/gtest.h>
 
 #include "tests/support/edit_file.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
-#include "training/recording_hash.hpp"
-#include "training/split.hpp"
+#include "training/files/recording_hash.hpp"
+#include "training/files/split.hpp"
 
 namespace nbd {
 namespace {

@@ -1,17 +1,17 @@
-#include "training/evaluate.hpp"
+#include "training/evaluate/evaluate.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <memory>
 
-#include "collision/bounding_sphere.hpp"
-#include "collision/posed_tree.hpp"
+#include "collision/geometry/bounding_sphere.hpp"
+#include "collision/tree/posed_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
-#include "training/train_tree.hpp"
+#include "training/learn/train_tree.hpp"
 
 namespace nbd {
 namespace {
@@ -77,7 +77,7 @@ TEST_F(Evaluate, NamesBothSetsAndCountsWhatItAveragesOver) {
                                     std::pair("held-out trajectories", FrameSet::held_out)}) {
         const auto poses = static_cast<long>(frames_of(data, split, set).size());
         ASSERT_GT(poses, 0);
-        const EvaluationRow& r = find(rows, name, BoundKind::modal, 3, 0.02);
+        const EvaluationRow& r = find(rows, name, BoundKind::nbd, 3, 0.02);
         EXPECT_EQ(r.poses, poses);
         EXPECT_EQ(r.nodes, 8 * poses);
         EXPECT_GE(r.vertices, bar->body.X.rows() * poses);
@@ -89,7 +89,7 @@ TEST_F(Evaluate, KeepsTheSplitOnPartOfTheRecordingThatWasCarriedElsewhere) {
     const int held_out = tree->facts.split.held_out_trajectories.at(0);
     const auto copy = [&](const char* name, const std::string& source) {
         RecordingWriter writer(folder / name);
-        writer.label("carried_from_sha256", source);
+        writer.label("remapped_from_sha256", source);
         Vertices x;
         for (const int id : {held_out, tree->facts.split.train_trajectories.at(0)}) {
             const int handle = writer.begin_trajectory(
@@ -103,23 +103,23 @@ TEST_F(Evaluate, KeepsTheSplitOnPartOfTheRecordingThatWasCarriedElsewhere) {
         writer.finish();
         return test_frames(*tree, RecordingReader(folder / name));
     };
-    const auto sets = copy("carried.h5", tree->facts.recording_hash);
+    const auto sets = copy("remapped.h5", tree->facts.recording_hash);
     EXPECT_EQ(sets.back().name, "held-out trajectories");
     ASSERT_EQ(sets.back().frames.size(), 5u);
-    const RecordingReader carried(folder / "carried.h5");
+    const RecordingReader remapped(folder / "remapped.h5");
     for (const FrameId& frame : sets.back().frames)
-        EXPECT_EQ(carried.trajectories()[static_cast<std::size_t>(frame.trajectory)].id, held_out);
-    const auto strange = copy("strange.h5", std::string(64, '0'));
-    ASSERT_EQ(strange.size(), 1u);
-    EXPECT_EQ(strange[0].name, "other recording");
-    EXPECT_EQ(strange[0].frames.size(), 10u);
+        EXPECT_EQ(remapped.trajectories()[static_cast<std::size_t>(frame.trajectory)].id, held_out);
+    const auto ood_score = copy("other.h5", std::string(64, '0'));
+    ASSERT_EQ(ood_score.size(), 1u);
+    EXPECT_EQ(ood_score[0].name, "other recording");
+    EXPECT_EQ(ood_score[0].frames.size(), 10u);
 }
 
-TEST_F(Evaluate, ModalBoundsAreTightAndAMarginTakesInWhatIsOutside) {
+TEST_F(Evaluate, NbdBoundsAreTightAndAMarginTakesInWhatIsOutside) {
     const auto rows = rows_of("data.h5");
     for (int depth = 0; depth <= 3; ++depth) {
-        const auto& bare = find(rows, "random frames", BoundKind::modal, depth, 0);
-        const auto& wide = find(rows, "random frames", BoundKind::modal, depth, 0.1);
+        const auto& bare = find(rows, "random frames", BoundKind::nbd, depth, 0);
+        const auto& wide = find(rows, "random frames", BoundKind::nbd, depth, 0.1);
         EXPECT_LT(bare.radius_error, 0.05);
         EXPECT_GT(bare.radius_error, 0);
         EXPECT_LT(bare.centre_error, 0.1);
@@ -133,7 +133,7 @@ TEST_F(Evaluate, ModalBoundsAreTightAndAMarginTakesInWhatIsOutside) {
 TEST_F(Evaluate, AgreesWithACountByHand) {
     const RecordingReader data(folder / "other.h5");
     const auto posed_tree = std::make_shared<const CollisionTree>(tree->tree);
-    PosedTree posed(posed_tree, BoundKind::modal, 0.f);
+    PosedTree posed(posed_tree, BoundKind::nbd, 0.f);
     long outside = 0, vertices = 0;
     double radius_error = 0;
     Vertices x;
@@ -152,7 +152,7 @@ TEST_F(Evaluate, AgreesWithACountByHand) {
             }
         }
     const auto rows = rows_of("other.h5");
-    const EvaluationRow& r = find(rows, "other recording", BoundKind::modal, 3, 0);
+    const EvaluationRow& r = find(rows, "other recording", BoundKind::nbd, 3, 0);
     ASSERT_GT(outside, 0);
     EXPECT_EQ(r.vertices, vertices);
     EXPECT_NEAR(r.vertices_outside, static_cast<double>(outside) / static_cast<double>(vertices), 1e-12);
@@ -165,13 +165,12 @@ TEST_F(Evaluate, IsTheSameOnAnyNumberOfThreads) {
 }
 
 TEST_F(Evaluate, WritesTables) {
-    const auto rows =
-        rows_of("data.h5", {.bounds = {BoundKind::modal}, .margins = {0, 0.02}, .max_frames = 7});
+    const auto rows = rows_of("data.h5", {.bounds = {BoundKind::nbd}, .margins = {0, 0.02}, .max_frames = 7});
     const std::string csv = to_csv(rows), text = to_text(rows);
     EXPECT_EQ(std::ranges::count(csv, '\n'), 1 + static_cast<long>(rows.size()));
     EXPECT_EQ(csv.find("frames,bound,margin,depth,radius_error"), 0u);
-    EXPECT_NE(csv.find("\nheld-out trajectories,modal,0.02,3,"), std::string::npos);
-    EXPECT_NE(text.find("random frames, 7 poses, modal bounds; % at margins of 0 2 %\n"), std::string::npos);
+    EXPECT_NE(csv.find("\nheld-out trajectories,nbd,0.02,3,"), std::string::npos);
+    EXPECT_NE(text.find("random frames, 7 poses, nbd bounds; % at margins of 0 2 %\n"), std::string::npos);
 }
 
 TEST_F(Evaluate, RefusesWhatDoesNotFit) {

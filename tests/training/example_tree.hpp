@@ -2,7 +2,7 @@
 
 #include "tests/collision/models.hpp"
 #include "tests/support/shapes.hpp"
-#include "training/tree_file.hpp"
+#include "training/files/tree_file.hpp"
 
 namespace nbd::test {
 
@@ -31,30 +31,30 @@ inline TreeFile example_tree(const ExampleTree& config) {
     modes.U = FixedMatrix(Eigen::MatrixXf::Random(3 * config.representatives, config.modes));
     tree.bd = build_bd_model(tree.spheres, Eigen::MatrixXf::Random(3 * n * n, config.modes), modes);
 
-    tree.modal.emplace();
-    tree.modal->modes = modes;
-    tree.modal->z_centre = Eigen::VectorXf::Random(config.modes);
-    tree.modal->z_scale = Eigen::VectorXf::Random(config.modes);
+    tree.nbd.emplace();
+    tree.nbd->modes = modes;
+    tree.nbd->z_centre = Eigen::VectorXf::Random(config.modes);
+    tree.nbd->z_scale = Eigen::VectorXf::Random(config.modes);
     constexpr int hidden = 32;
     const Eigen::VectorXf weights =
         Eigen::VectorXf::Random(nodes * ByteNetworks::weight_count(config.modes, hidden));
-    tree.modal->networks = ByteNetworks(config.modes, hidden,
-                                        std::span(weights.data(), static_cast<std::size_t>(weights.size())));
-    tree.modal->out_centre = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
-    tree.modal->out_scale = Eigen::MatrixXf::Random(ModalModel::outputs, nodes);
-    tree.modal->centre_map = FixedMatrix(Eigen::MatrixXf::Random(config.modes, 3 * nodes));
-    tree.modal->code_mean = Eigen::VectorXf::Random(config.modes);
-    tree.modal->code_whitening = Eigen::MatrixXf::Random(config.modes, config.modes);
+    tree.nbd->networks = ByteNetworks(config.modes, hidden,
+                                      std::span(weights.data(), static_cast<std::size_t>(weights.size())));
+    tree.nbd->out_centre = Eigen::MatrixXf::Random(NbdModel::outputs, nodes);
+    tree.nbd->out_scale = Eigen::MatrixXf::Random(NbdModel::outputs, nodes);
+    tree.nbd->centre_map = FixedMatrix(Eigen::MatrixXf::Random(config.modes, 3 * nodes));
+    tree.nbd->z_mean = Eigen::VectorXf::Random(config.modes);
+    tree.nbd->z_whitening = Eigen::MatrixXf::Random(config.modes, config.modes);
 
-    tree.local = shapes::random_local_model(tree.spheres, false, 3);
+    tree.learned = shapes::random_learned_model(tree.spheres, false, 3);
 
-    for (const BoundKind kind : {BoundKind::bd, BoundKind::modal}) {
+    for (const BoundKind kind : {BoundKind::bd, BoundKind::nbd}) {
         Calibration& calibration = tree.calibrations[kind];
         calibration = {.miss_rate = 1e-3, .confidence = 0.9, .trajectories = 20, .poses = 1000};
         const Eigen::VectorXf margins = Eigen::VectorXf::Random(nodes).cwiseAbs();
         calibration.margins.assign(margins.begin(), margins.end());
     }
-    tree.calibrations[BoundKind::modal].limits.assign(static_cast<std::size_t>(nodes), 1.25f);
+    tree.calibrations[BoundKind::nbd].limits.assign(static_cast<std::size_t>(nodes), 1.25f);
 
     TrainingFacts& facts = file.facts;
     facts.body_hash = std::string(64, 'b');
@@ -63,7 +63,7 @@ inline TreeFile example_tree(const ExampleTree& config) {
     facts.split = {{0, 2, 5}, {4, 6}, {1, 3}, ~std::uint64_t{0}, 0.1f};
     facts.poses = 1234;
     facts.node_loss = Eigen::VectorXf::Random(nodes).cwiseAbs();
-    facts.code_error = 0.07;
+    facts.z_error = 0.07;
     return file;
 }
 

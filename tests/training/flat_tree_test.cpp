@@ -1,13 +1,13 @@
-#include "collision/flat_tree.hpp"
+#include "collision/flat/flat_tree.hpp"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 
-#include "collision/certified/build_certified_model.hpp"
+#include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/flat/crc64.hpp"
 #include "collision/flat/flat_file.hpp"
-#include "collision/posed_tree.hpp"
+#include "collision/tree/posed_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/solid_bodies.hpp"
@@ -32,8 +32,8 @@ CollisionTree certified_tree() {
 /// A file of some 10 kB, so that every byte can be tried.
 Bytes small_file() {
     CollisionTree tree = test::example_tree({.grid = 4, .depth = 1, .modes = 2, .representatives = 4}).tree;
-    tree.modal.reset();
-    tree.calibrations.erase(BoundKind::modal);
+    tree.nbd.reset();
+    tree.calibrations.erase(BoundKind::nbd);
     return write_flat_tree(tree);
 }
 
@@ -99,13 +99,13 @@ TEST_F(FlatTree, ArraysLieWhereTheTableSays) {
         FlatEntry entry;
         std::memcpy(&entry, file.data() + sizeof header + i * sizeof entry, sizeof entry);
         EXPECT_EQ(entry.offset % 64, 0u) << entry.name;
-        if (entry.name != std::string("local/values")) continue;
+        if (entry.name != std::string("learned/values")) continue;
         found = true;
         EXPECT_STREQ(entry.type, "<f4");
-        ASSERT_EQ(entry.rows, tree.local->values.size());
+        ASSERT_EQ(entry.rows, tree.learned->values.size());
         EXPECT_EQ(entry.columns, 1u);
         EXPECT_EQ(
-            std::memcmp(file.data() + entry.offset, tree.local->values.data(), entry.rows * sizeof(float)),
+            std::memcmp(file.data() + entry.offset, tree.learned->values.data(), entry.rows * sizeof(float)),
             0);
     }
     EXPECT_TRUE(found);
@@ -181,7 +181,7 @@ TEST_F(FlatTree, ForeignFilesAreRefused) {
 
 TEST_F(FlatTree, ArraysThatThisProgramDoesNotKnowAreRefused) {
     // By another name, one is missing and one is unknown.
-    const std::string is = "local/samples", becomes = "local/examples";
+    const std::string is = "learned/samples", becomes = "learned/examples";
     Bytes file = small_file();
     FlatHeader header;
     std::memcpy(&header, file.data(), sizeof header);
@@ -191,7 +191,7 @@ TEST_F(FlatTree, ArraysThatThisProgramDoesNotKnowAreRefused) {
     }
     renew_checksum(file);
     EXPECT_EQ(error_of([&] { read_flat_tree(file); }),
-              "holds no local/samples; allowed: flat trees of this program's version");
+              "holds no learned/samples; allowed: flat trees of this program's version");
 
     CollisionTree tree = random_tree();
     tree.calibrations.erase(BoundKind::bd);

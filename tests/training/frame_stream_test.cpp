@@ -1,4 +1,4 @@
-#include "training/frame_stream.hpp"
+#include "training/files/frame_stream.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,11 +4,11 @@
 
 #include <cstdlib>
 
-#include "meshing/body.hpp"
+#include "meshing/body/body.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/training/example_tree.hpp"
-#include "training/dataset_manifest.hpp"
-#include "training/recording.hpp"
+#include "training/files/dataset_manifest.hpp"
+#include "training/files/recording.hpp"
 
 namespace nbd {
 namespace {
@@ -55,7 +55,7 @@ TEST_F(H5pyTest, ReadsBodyRecordingAndTree) {
         fmt::format("cd / && /usr/bin/python3 '{}' '{}' '{}' '{}' '{}' {} {:.9g} {:.9g}", NBD_READ_WITH_H5PY,
                     (folder / "body.h5").string(), (folder / "shard.h5").string(),
                     (folder / "data.h5").string(), (folder / "tree.h5").string(), body_hash(body),
-                    tree.tree.modal->modes.U.numbers()(7, 2), tree.tree.bd->Ubar(1, 3));
+                    tree.tree.nbd->modes.U.numbers()(7, 2), tree.tree.bd->Ubar(1, 3));
     EXPECT_EQ(std::system(command.c_str()), 0) << command;
 }
 

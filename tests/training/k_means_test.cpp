@@ -1,11 +1,11 @@
-#include "training/k_means.hpp"
+#include "training/learn/k_means.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
-#include "collision/counter_random.hpp"
+#include "collision/base/counter_random.hpp"
 #include "tests/support/on_threads.hpp"
 
 namespace nbd {

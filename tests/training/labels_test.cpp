@@ -1,14 +1,14 @@
-#include "training/labels.hpp"
+#include "training/learn/labels.hpp"
 
 #include <gtest/gtest.h>
 
-#include "collision/bounding_sphere.hpp"
+#include "collision/geometry/bounding_sphere.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
-#include "training/cluster_modes.hpp"
-#include "training/split.hpp"
+#include "training/files/split.hpp"
+#include "training/learn/cluster_modes.hpp"
 
 namespace nbd {
 namespace {
@@ -48,7 +48,7 @@ TEST_F(Labels, OfARigidlyMovedRestPoseAreZero) {
         ASSERT_EQ(labels.spheres.cols(), 4 * static_cast<int>(tree.nodes.size()));
         // 200 m from the origin float positions are known to 8e-6 m.
         EXPECT_LT(labels.spheres.cwiseAbs().maxCoeff(), 1e-4) << name(frame);
-        EXPECT_LT(labels.codes.cwiseAbs().maxCoeff(), 1e-2) << name(frame);
+        EXPECT_LT(labels.z.cwiseAbs().maxCoeff(), 1e-2) << name(frame);
     }
 }
 
@@ -58,12 +58,12 @@ TEST_F(Labels, ClusteredOnesGiveBackTheExactWorldSpheres) {
     const ClusteredModes chosen = modes(data);
     const auto frames = complete_frames(data);
     const PoseLabels labels = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::clustered);
-    ModalCodeScratch scratch;
+    ModalCoordinatesScratch scratch;
     Eigen::VectorXf z(12);
     double largest = 0;
     const auto compare = [&](int, int index, VerticesRef x) {
-        const RigidTransform align = modal_code(chosen, x, scratch, z);
-        EXPECT_EQ(z, labels.codes.row(index).transpose());
+        const RigidTransform align = modal_coordinates(chosen, x, scratch, z);
+        EXPECT_EQ(z, labels.z.row(index).transpose());
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
             const Sphere& rest = tree.rest[static_cast<std::size_t>(i)];
             const Sphere exact = bounding_sphere(x, tree.node_vertices(i));
@@ -84,7 +84,7 @@ TEST_F(Labels, FullFrameIsThatOfAllVertices) {
     const auto frames = complete_frames(data);
     const auto full = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::full);
     const auto clustered = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::clustered);
-    EXPECT_EQ(full.codes, clustered.codes);
+    EXPECT_EQ(full.z, clustered.z);
     EXPECT_NE(full.spheres, clustered.spheres);
     for_each_frame(bar.body, data, frames, [&](int, int index, VerticesRef x) {
         const auto align = match_shape(bar.body.X, x, Eigen::VectorXf::Ones(x.rows()));
@@ -103,7 +103,7 @@ TEST_F(Labels, AreTheSameBitsOnAnyNumberOfThreads) {
     const auto frames = complete_frames(data);
     const auto run = [&] { return compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::full); };
     const auto one = test::on_threads(1, run), two = test::on_threads(2, run);
-    EXPECT_EQ(one.codes, two.codes);
+    EXPECT_EQ(one.z, two.z);
     EXPECT_EQ(one.spheres, two.spheres);
 }
 

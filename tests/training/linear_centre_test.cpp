@@ -1,4 +1,4 @@
-#include "training/linear_centre.hpp"
+#include "training/networks/linear_centre.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,20 +9,20 @@ namespace {
 
 /// Spheres of two nodes in 60 poses: centres linear in a code of three numbers, radii anything.
 struct Linear {
-    PoseRows codes = PoseRows::Random(60, 3), spheres = PoseRows::Random(60, 8);
+    PoseRows z = PoseRows::Random(60, 3), spheres = PoseRows::Random(60, 8);
     Eigen::MatrixXf map = Eigen::MatrixXf::Random(3, 6);
 
     Linear() {
         for (int node = 0; node < 2; ++node)
             spheres.middleCols<3>(4 * node) =
-                (codes * map.middleCols<3>(3 * node)).rowwise() + Eigen::RowVector3f(1, -2, 3);
+                (z * map.middleCols<3>(3 * node)).rowwise() + Eigen::RowVector3f(1, -2, 3);
     }
 };
 
 TEST(LinearCentre, FindsALinearMapAndLeavesItsConstantAndTheRadii) {
     Linear data;
     const PoseRows before = data.spheres;
-    const Eigen::MatrixXf map = take_linear_centre(data.codes, data.spheres);
+    const Eigen::MatrixXf map = take_linear_centre(data.z, data.spheres);
     EXPECT_LT((map - data.map).cwiseAbs().maxCoeff(), 2e-3f);
     for (int node = 0; node < 2; ++node) {
         const PoseRows left = data.spheres.middleCols<3>(4 * node).rowwise() - Eigen::RowVector3f(1, -2, 3);
@@ -33,8 +33,8 @@ TEST(LinearCentre, FindsALinearMapAndLeavesItsConstantAndTheRadii) {
 
 TEST(LinearCentre, LeavesACoordinateThatNeverChangesAlone) {
     Linear data;
-    data.codes.col(1).setZero();
-    const Eigen::MatrixXf map = take_linear_centre(data.codes, data.spheres);
+    data.z.col(1).setZero();
+    const Eigen::MatrixXf map = take_linear_centre(data.z, data.spheres);
     EXPECT_TRUE(map.allFinite());
     EXPECT_EQ(map.row(1).cwiseAbs().maxCoeff(), 0);
 }
@@ -43,7 +43,7 @@ TEST(LinearCentre, GivesTheSameBitsOnAnyNumberOfThreads) {
     const Linear data;
     const auto run = [&] {
         PoseRows spheres = data.spheres;
-        return take_linear_centre(data.codes, spheres);
+        return take_linear_centre(data.z, spheres);
     };
     EXPECT_EQ(test::on_threads(1, run), test::on_threads(2, run));
 }

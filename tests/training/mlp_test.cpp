@@ -1,11 +1,11 @@
-#include "training/mlp.hpp"
+#include "training/networks/mlp.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
 
-#include "collision/counter_random.hpp"
-#include "training/pose_blocks.hpp"
+#include "collision/base/counter_random.hpp"
+#include "training/networks/pose_blocks.hpp"
 
 namespace nbd {
 namespace {

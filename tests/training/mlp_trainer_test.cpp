@@ -1,11 +1,11 @@
-#include "training/mlp_trainer.hpp"
+#include "training/networks/mlp_trainer.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 #include <string>
 
-#include "collision/counter_random.hpp"
+#include "collision/base/counter_random.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/on_threads.hpp"
 

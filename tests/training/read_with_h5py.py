@@ -64,7 +64,7 @@ with h5py.File(dataset_path) as dataset:
 
 with h5py.File(tree_path) as tree:
     assert text(tree, "format") == "nbdtree tree"
-    assert tree["modal/modes/U"][7, 2] == modal_u
+    assert tree["nbd/modes/U"][7, 2] == modal_u
     assert tree["bd/modes/U"][7, 2] == modal_u  # stored once, a link
     assert tree["bd/Ubar"][1, 3] == bd_ubar
     assert tree["topology/nodes"].shape == (15, 6) and tree["topology/nodes"][0, 0] == 1

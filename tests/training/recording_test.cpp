@@ -1,4 +1,4 @@
-#include "training/recording.hpp"
+#include "training/files/recording.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "tests/support/edit_file.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
-#include "training/recording_hash.hpp"
+#include "training/files/recording_hash.hpp"
 
 namespace nbd {
 namespace {

@@ -1,13 +1,13 @@
-#include "training/round_networks.hpp"
+#include "training/networks/round_networks.hpp"
 
 #include <gtest/gtest.h>
 
 namespace nbd {
 namespace {
 
-Eigen::Array4f given(const ByteNetworks& networks, int node, const PoseRows& codes, Eigen::Index pose) {
-    FixedVector x(codes.cols());
-    x.numbers() = codes.row(pose).transpose();
+Eigen::Array4f given(const ByteNetworks& networks, int node, const PoseRows& z, Eigen::Index pose) {
+    FixedVector x(z.cols());
+    x.numbers() = z.row(pose).transpose();
     x.fix();
     Eigen::Array4f result;
     networks.evaluate(node, x, {&result, 1});
@@ -22,17 +22,17 @@ TEST(RoundNetworks, LeavesNoMeanError) {
         weights.segment(node * shape.weights(), shape.weights()) =
             initial_weights(shape, 5, static_cast<std::uint64_t>(node));
     std::srand(3);
-    const PoseRows codes = PoseRows::Random(poses, shape.inputs);
+    const PoseRows z = PoseRows::Random(poses, shape.inputs);
     const PoseRows targets = PoseRows::Random(poses, MlpShape::outputs * nodes).array() + 0.5f;
     const std::span<const float> all(weights.data(), static_cast<std::size_t>(weights.size()));
     const ByteNetworks plain(shape.inputs, shape.hidden, all),
-        centred = round_networks(shape, all, codes, targets);
+        centred = round_networks(shape, all, z, targets);
     for (int node = 0; node < nodes; ++node) {
         Eigen::Array4f before = Eigen::Array4f::Zero(), after = before;
         for (int pose = 0; pose < poses; ++pose) {
             const Eigen::Array4f target = targets.row(pose).segment<4>(4 * node).transpose();
-            before += target - given(plain, node, codes, pose);
-            after += target - given(centred, node, codes, pose);
+            before += target - given(plain, node, z, pose);
+            after += target - given(centred, node, z, pose);
         }
         EXPECT_GT((before / poses).abs().maxCoeff(), 0.1f);
         EXPECT_LT((after / poses).abs().maxCoeff(), 1e-5f);

@@ -1,4 +1,4 @@
-#include "training/split.hpp"
+#include "training/files/split.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "training/surface_body.hpp"
+#include "training/files/surface_body.hpp"
 
 #include <gtest/gtest.h>
 

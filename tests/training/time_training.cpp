@@ -5,7 +5,7 @@
 #include <ctime>
 #include <string_view>
 
-#include "training/mlp_trainer.hpp"
+#include "training/networks/mlp_trainer.hpp"
 
 int main(int argc, char** argv) {
     constexpr int nodes = 4;

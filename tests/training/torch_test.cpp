@@ -5,14 +5,14 @@
 #include <cstdlib>
 #include <memory>
 
-#include "collision/posed_tree.hpp"
+#include "collision/tree/posed_tree.hpp"
 #include "meshing/h5/writer.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/training/bar.hpp"
 #include "tests/training/example_tree.hpp"
-#include "training/evaluate.hpp"
-#include "training/torch_file.hpp"
-#include "training/train_tree.hpp"
+#include "training/evaluate/evaluate.hpp"
+#include "training/learn/torch_file.hpp"
+#include "training/learn/train_tree.hpp"
 
 namespace nbd {
 namespace {
@@ -36,12 +36,12 @@ class TorchTest : public test::FileTest {
 TEST_F(TorchTest, ExportedNetworksGiveTheSameSpheres) {
     TreeFile file = test::example_tree({});
     // Aligned to a body, so that the rotation is well determined.
-    for (std::size_t i = 0; i < file.tree.modal->modes.representatives.size(); ++i)
-        file.tree.modal->modes.X.row(static_cast<Eigen::Index>(i)) =
-            file.X.row(file.tree.modal->modes.representatives[i]);
+    for (std::size_t i = 0; i < file.tree.nbd->modes.representatives.size(); ++i)
+        file.tree.nbd->modes.X.row(static_cast<Eigen::Index>(i)) =
+            file.X.row(file.tree.nbd->modes.representatives[i]);
     save_torch(folder / "torch.h5", file);
     const auto tree = std::make_shared<const CollisionTree>(file.tree);
-    PosedTree posed(tree, BoundKind::modal, 0.f);  // no margins: the networks alone
+    PosedTree posed(tree, BoundKind::nbd, 0.f);  // no margins: the networks alone
     constexpr int poses = 7;
     const auto nodes = static_cast<Eigen::Index>(tree->spheres.nodes.size());
     PoseRows x(poses, 3 * file.X.rows()), spheres(poses, 4 * nodes);
@@ -63,7 +63,7 @@ TEST_F(TorchTest, ExportedNetworksGiveTheSameSpheres) {
 
 TEST_F(TorchTest, ExportRefusesATreeWithoutNetworks) {
     TreeFile file = test::example_tree({});
-    file.tree.modal.reset();
+    file.tree.nbd.reset();
     const std::string error = test::error_of([&] { save_torch(folder / "torch.h5", file); });
     EXPECT_NE(error.find("no networks to export"), std::string::npos) << error;
     EXPECT_FALSE(std::filesystem::exists(folder / "torch.h5"));
@@ -73,7 +73,7 @@ TEST_F(TorchTest, ExportRefusesATreeWithoutNetworks) {
 double radius_error(const TreeFile& file, const RecordingReader& recording) {
     double sum = 0;
     int rows = 0;
-    for (const EvaluationRow& row : evaluate(file, recording, {.bounds = {BoundKind::modal}, .margins = {0}}))
+    for (const EvaluationRow& row : evaluate(file, recording, {.bounds = {BoundKind::nbd}, .margins = {0}}))
         if (row.frames == "held-out trajectories") {
             sum += row.radius_error;
             ++rows;
@@ -92,19 +92,19 @@ TEST_F(TorchTest, TheTrainingScriptWritesATreeThatLoadsAndHasLearned) {
     TreeFile begun = train_tree(bar.body, recording, config);
     const double error_before = radius_error(begun, recording);
     const auto nodes = begun.tree.spheres.nodes.size();
-    begun.tree.calibrations[BoundKind::modal] = {.miss_rate = 0.1,
-                                                 .confidence = 0.9,
-                                                 .trajectories = 3,
-                                                 .poses = 9,
-                                                 .margins = std::vector<float>(nodes, 0.1f),
-                                                 .limits = std::vector<float>(nodes, 1.f)};
+    begun.tree.calibrations[BoundKind::nbd] = {.miss_rate = 0.1,
+                                               .confidence = 0.9,
+                                               .trajectories = 3,
+                                               .poses = 9,
+                                               .margins = std::vector<float>(nodes, 0.1f),
+                                               .limits = std::vector<float>(nodes, 1.f)};
     save_tree(folder / "begun.h5", begun);
     python(NBD_TORCH "/train.py", "begun.h5 data.h5 -o trained.h5 --epochs 120 --device cpu");
     const TreeFile trained = load_tree(folder / "trained.h5");
     EXPECT_TRUE(trained.tree.calibrations.empty());     // other networks keep no old promise
     EXPECT_EQ(trained.facts.poses, begun.facts.poses);  // the same frames kept out
     EXPECT_EQ(trained.tree.bd->modes.U, begun.tree.bd->modes.U);
-    const ModalModel &ours = *begun.tree.modal, &theirs = *trained.tree.modal;
+    const NbdModel &ours = *begun.tree.nbd, &theirs = *trained.tree.nbd;
     EXPECT_EQ(theirs.modes.representatives, ours.modes.representatives);
     EXPECT_LT((theirs.z_centre - ours.z_centre).norm(), 1e-4f * ours.z_scale.cwiseInverse().norm());
     EXPECT_LT((theirs.out_scale - ours.out_scale).norm(), 1e-2f * ours.out_scale.norm());
@@ -115,8 +115,8 @@ TEST_F(TorchTest, TheTrainingScriptWritesATreeThatLoadsAndHasLearned) {
     python(NBD_TORCH "/train.py",
            "trained.h5 data.h5 -o again.h5 --epochs 2 --device cpu --hidden 16 --linear-centre 0");
     const TreeFile again = load_tree(folder / "again.h5");
-    EXPECT_EQ(again.tree.modal->networks.hidden(), 16);
-    EXPECT_EQ(again.tree.modal->centre_map.size(), 0);
+    EXPECT_EQ(again.tree.nbd->networks.hidden(), 16);
+    EXPECT_EQ(again.tree.nbd->centre_map.size(), 0);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
-#include "training/train_tree.hpp"
+#include "training/learn/train_tree.hpp"
 
 #include <gtest/gtest.h>
 
-#include "collision/modal_model.hpp"
+#include "collision/bounds/learned/nbd_model.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
@@ -30,14 +30,14 @@ class TrainTree : public test::FileTest {
 };
 
 void expect_same(const TreeFile& a, const TreeFile& b) {
-    EXPECT_EQ(a.tree.modal->networks.weights(), b.tree.modal->networks.weights());
-    EXPECT_EQ(a.tree.modal->modes.representatives, b.tree.modal->modes.representatives);
-    EXPECT_EQ(a.tree.modal->z_centre, b.tree.modal->z_centre);
-    EXPECT_EQ(a.tree.modal->out_scale, b.tree.modal->out_scale);
-    EXPECT_EQ(a.tree.local->samples, b.tree.local->samples);
-    EXPECT_EQ(a.tree.local->values, b.tree.local->values);
+    EXPECT_EQ(a.tree.nbd->networks.weights(), b.tree.nbd->networks.weights());
+    EXPECT_EQ(a.tree.nbd->modes.representatives, b.tree.nbd->modes.representatives);
+    EXPECT_EQ(a.tree.nbd->z_centre, b.tree.nbd->z_centre);
+    EXPECT_EQ(a.tree.nbd->out_scale, b.tree.nbd->out_scale);
+    EXPECT_EQ(a.tree.learned->samples, b.tree.learned->samples);
+    EXPECT_EQ(a.tree.learned->values, b.tree.learned->values);
     EXPECT_EQ(a.facts.node_loss, b.facts.node_loss);
-    EXPECT_EQ(a.facts.code_error, b.facts.code_error);
+    EXPECT_EQ(a.facts.z_error, b.facts.z_error);
 }
 
 TEST_F(TrainTree, GivesATreeWhoseModelsFitAndThatSaysWhatItWasTrainedOn) {
@@ -46,10 +46,10 @@ TEST_F(TrainTree, GivesATreeWhoseModelsFitAndThatSaysWhatItWasTrainedOn) {
     const TreeFile file = train_tree(bar.body, data, quick(),
                                      {.stage = [&](std::string_view name) { stages.emplace_back(name); }});
     EXPECT_NO_THROW(check_sphere_tree(file.tree.spheres, file.tree.vertex_count, file.tree.faces));
-    ASSERT_TRUE(file.tree.bd && file.tree.modal && file.tree.local);
-    EXPECT_NO_THROW(check_local_model(*file.tree.local, file.tree.spheres, file.tree.vertex_count));
+    ASSERT_TRUE(file.tree.bd && file.tree.nbd && file.tree.learned);
+    EXPECT_NO_THROW(check_learned_model(*file.tree.learned, file.tree.spheres, file.tree.vertex_count));
     EXPECT_NO_THROW(check_bd_model(*file.tree.bd, file.tree.spheres, file.tree.vertex_count));
-    EXPECT_NO_THROW(check_modal_model(*file.tree.modal, file.tree.spheres, file.tree.vertex_count));
+    EXPECT_NO_THROW(check_nbd_model(*file.tree.nbd, file.tree.spheres, file.tree.vertex_count));
     EXPECT_EQ(file.tree.spheres.nodes.size(), 7u);
     EXPECT_EQ(file.facts.body_hash, bar.body.hash);
     EXPECT_EQ(file.facts.recording_hash.size(), 64u);
@@ -57,9 +57,9 @@ TEST_F(TrainTree, GivesATreeWhoseModelsFitAndThatSaysWhatItWasTrainedOn) {
     EXPECT_EQ(file.facts.poses, static_cast<int>(frames_of(data, file.facts.split, FrameSet::train).size()));
     EXPECT_NE(file.facts.config.find("\"representatives\":40"), std::string::npos);
     EXPECT_LT(file.facts.node_loss.maxCoeff(), 0.05f);
-    EXPECT_GT(file.facts.code_error, 0);
+    EXPECT_GT(file.facts.z_error, 0);
     EXPECT_EQ(stages,
-              (std::vector<std::string>{"reading", "choosing samples", "fitting local bounds",
+              (std::vector<std::string>{"reading", "choosing samples", "fitting learned bounds",
                                         "clustering modes", "computing labels", "training networks"}));
 }
 
@@ -90,28 +90,28 @@ TEST_F(TrainTree, TrainsTheBoundsThatItIsAskedFor) {
     const auto data = recording();
     const TreeFile both = train_tree(bar.body, data, quick());
     TrainConfig config = quick();
-    config.bounds = {BoundKind::modal};
-    const TreeFile modal = train_tree(bar.body, data, config);
-    EXPECT_TRUE(modal.tree.bd && modal.tree.modal && !modal.tree.local);
-    EXPECT_EQ(modal.tree.modal->networks.weights(), both.tree.modal->networks.weights());
-    config.bounds = {BoundKind::local};
+    config.bounds = {BoundKind::nbd};
+    const TreeFile nbd = train_tree(bar.body, data, config);
+    EXPECT_TRUE(nbd.tree.bd && nbd.tree.nbd && !nbd.tree.learned);
+    EXPECT_EQ(nbd.tree.nbd->networks.weights(), both.tree.nbd->networks.weights());
+    config.bounds = {BoundKind::learned_spheres};
     SurfaceBody without_modes = bar.body;
     without_modes.U.resize(without_modes.U.rows(), 0);
-    const TreeFile local = train_tree(without_modes, data, config);
-    EXPECT_TRUE(!local.tree.bd && !local.tree.modal && local.tree.local);
-    EXPECT_EQ(local.tree.local->values, both.tree.local->values);
-    save_tree(folder / "local.h5", local);
-    EXPECT_EQ(load_tree(folder / "local.h5").tree.local->values, local.tree.local->values);
+    const TreeFile learned = train_tree(without_modes, data, config);
+    EXPECT_TRUE(!learned.tree.bd && !learned.tree.nbd && learned.tree.learned);
+    EXPECT_EQ(learned.tree.learned->values, both.tree.learned->values);
+    save_tree(folder / "learned.h5", learned);
+    EXPECT_EQ(load_tree(folder / "learned.h5").tree.learned->values, learned.tree.learned->values);
 }
 
 TEST_F(TrainTree, TakesTheLowestModesWhereTheBodyHasMore) {
     TrainConfig config = quick();
     config.modes = 5;
     const TreeFile file = train_tree(bar.body, recording(), config);
-    EXPECT_EQ(file.tree.modal->mode_count(), 5);
-    const int v = file.tree.modal->modes.representatives[0];
+    EXPECT_EQ(file.tree.nbd->mode_count(), 5);
+    const int v = file.tree.nbd->modes.representatives[0];
     const Eigen::MatrixXf U = bar.body.U.block(3 * v, 0, 3, 5);
-    EXPECT_TRUE(file.tree.modal->modes.U.numbers().topRows(3).isApprox(U, 1e-3f));
+    EXPECT_TRUE(file.tree.nbd->modes.U.numbers().topRows(3).isApprox(U, 1e-3f));
     EXPECT_NE(file.facts.config.find("\"modes\":5,"), std::string::npos);
 }
 
@@ -125,10 +125,10 @@ TEST_F(TrainTree, RefusesTooFewPosesAndBadOptions) {
     EXPECT_NE(error([](auto&) {}).find("training poses, at least 32 needed"), std::string::npos);
     EXPECT_EQ(error([](auto& c) { c.modes = 0; }), "0 modes, allowed are 1 to 1024");
     EXPECT_EQ(error([](auto& c) { c.modes = 1025; }), "1025 modes, allowed are 1 to 1024");
-    EXPECT_EQ(error([](auto& c) { c.bounds = {}; }), "no bounds to train; allowed: modal, local");
+    EXPECT_EQ(error([](auto& c) { c.bounds = {}; }), "no bounds to train; allowed: nbd, learned_spheres");
     EXPECT_EQ(error([](auto& c) { c.bounds = {BoundKind::bd}; }),
-              "bd bounds are not trained; allowed: modal, local");
-    EXPECT_EQ(error([](auto& c) { c.local.sample_poses = 0; }),
+              "bd bounds are not trained; allowed: nbd, learned_spheres");
+    EXPECT_EQ(error([](auto& c) { c.learned.sample_poses = 0; }),
               "0 poses to choose samples from, at least 1 needed");
     EXPECT_EQ(error([](auto& c) { c.held_out_share = 2; }),
               "share of held-out trajectories 2, allowed is [0, 1)");

@@ -1,13 +1,13 @@
-#include "training/transfer_tree.hpp"
+#include "training/learn/transfer_tree.hpp"
 
 #include <gtest/gtest.h>
 
-#include "collision/bounding_sphere.hpp"
-#include "collision/posed_tree.hpp"
+#include "collision/geometry/bounding_sphere.hpp"
+#include "collision/tree/posed_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/training/bar.hpp"
-#include "training/train_tree.hpp"
+#include "training/learn/train_tree.hpp"
 
 namespace nbd {
 namespace {
@@ -19,15 +19,15 @@ class TransferTree : public test::FileTest {
     TreeFile trained() const {
         coarse.record(folder / "data.h5", 12, 25, 2);
         TrainConfig config;
-        config.bounds = {BoundKind::local};
+        config.bounds = {BoundKind::learned_spheres};
         config.tree.depth = 4;
         TreeFile file = train_tree(coarse.body, RecordingReader(folder / "data.h5"), config);
         const std::size_t nodes = file.tree.spheres.nodes.size();
-        file.tree.calibrations[BoundKind::local] = {.miss_rate = 0.01,
-                                                    .confidence = 0.9,
-                                                    .trajectories = 2,
-                                                    .poses = 50,
-                                                    .margins = std::vector<float>(nodes, 0.01f)};
+        file.tree.calibrations[BoundKind::learned_spheres] = {.miss_rate = 0.01,
+                                                              .confidence = 0.9,
+                                                              .trajectories = 2,
+                                                              .poses = 50,
+                                                              .margins = std::vector<float>(nodes, 0.01f)};
         return file;
     }
     Bar coarse{0, 4}, fine{0, 8};
@@ -40,7 +40,7 @@ TEST_F(TransferTree, BoundsTheSameNodesOfAFinerSurface) {
     EXPECT_EQ(after.tree.spheres.nodes.size(), before.tree.spheres.nodes.size());
     EXPECT_EQ(after.tree.faces, fine.body.F);
     EXPECT_EQ(after.facts.body_hash, fine.body.hash);
-    EXPECT_EQ(after.tree.calibrations.at(BoundKind::local).margins[3], 0.01f);
+    EXPECT_EQ(after.tree.calibrations.at(BoundKind::learned_spheres).margins[3], 0.01f);
     for (std::size_t i = 0; i < after.tree.spheres.nodes.size(); ++i) {
         const SphereTree::Node &a = before.tree.spheres.nodes[i], &b = after.tree.spheres.nodes[i];
         EXPECT_EQ(b.first_child, a.first_child);
@@ -55,7 +55,7 @@ TEST_F(TransferTree, BoundsTheSameNodesOfAFinerSurface) {
         Vertices x;
         apply_embedding(fine.body.W, fine.frame(99, frame % 5, frame), x);
         for (int i = 0; i < static_cast<int>(after.tree.spheres.nodes.size()); ++i) {
-            const Sphere s = local_sphere(*after.tree.local, i, VerticesRef(x)).sphere;
+            const Sphere s = learned_sphere(*after.tree.learned, i, VerticesRef(x)).sphere;
             float most = 0;
             for (const int v : after.tree.spheres.node_vertices(i))
                 most = std::max(most, (x.row(v).transpose() - s.c).norm());
@@ -71,17 +71,17 @@ TEST_F(TransferTree, BoundsTheSameNodesOfAFinerSurface) {
     EXPECT_EQ(leaves_outside, 0);
 }
 
-TEST_F(TransferTree, GivesModalSpheresAsTheyWere) {
+TEST_F(TransferTree, GivesNbdSpheresAsTheyWere) {
     const Bar coarse(12, 4), fine(12, 8);
     coarse.record(folder / "data.h5", 12, 25, 2);
     TrainConfig config;
-    config.bounds = {BoundKind::modal};
+    config.bounds = {BoundKind::nbd};
     config.tree.depth = 3;
     const TreeFile before = train_tree(coarse.body, RecordingReader(folder / "data.h5"), config);
     const TreeFile after = transfer_tree(before, fine.body);
     EXPECT_NO_THROW(check_collision_tree(after.tree));
-    PosedTree a(std::make_shared<const CollisionTree>(before.tree), BoundKind::modal),
-        b(std::make_shared<const CollisionTree>(after.tree), BoundKind::modal);
+    PosedTree a(std::make_shared<const CollisionTree>(before.tree), BoundKind::nbd),
+        b(std::make_shared<const CollisionTree>(after.tree), BoundKind::nbd);
     float moved = 0;
     for (int frame = 0; frame < 5; ++frame) {
         Vertices x, y;
@@ -112,10 +112,10 @@ TEST_F(TransferTree, RefusesOtherSurfacesAndTreesWithoutSuchBounds) {
     part.F = fine.body.F.topRows(40).eval();
     EXPECT_NE(test::refusal([&] { transfer_tree(before, part); }).find("gets no face of the surface"),
               std::string::npos);
-    before.tree.local.reset();
+    before.tree.learned.reset();
     before.tree.calibrations.clear();
     EXPECT_EQ(test::refusal([&] { transfer_tree(before, fine.body); }),
-              "the tree has neither local nor modal bounds to carry over");
+              "the tree has neither learned nor nbd bounds to transfer");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "training/tree_file.hpp"
+#include "training/files/tree_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -55,7 +55,7 @@ void expect_same(const TrainingFacts& a, const TrainingFacts& b) {
     EXPECT_EQ(a.split.random_frame_share, b.split.random_frame_share);
     EXPECT_EQ(a.poses, b.poses);
     EXPECT_EQ(a.node_loss, b.node_loss);
-    EXPECT_EQ(a.code_error, b.code_error);
+    EXPECT_EQ(a.z_error, b.z_error);
 }
 
 void expect_same(const std::map<BoundKind, Calibration>& a, const std::map<BoundKind, Calibration>& b) {
@@ -82,29 +82,29 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
     ASSERT_EQ(a.tree.bd.has_value(), b.tree.bd.has_value());
     if (a.tree.bd) {
         expect_same(a.tree.bd->modes, b.tree.bd->modes);
-        EXPECT_EQ(a.tree.bd->code_to_q, b.tree.bd->code_to_q);
+        EXPECT_EQ(a.tree.bd->z_to_q, b.tree.bd->z_to_q);
         EXPECT_EQ(a.tree.bd->Ubar, b.tree.bd->Ubar);
         EXPECT_EQ(a.tree.bd->dr, b.tree.bd->dr);
     }
-    ASSERT_EQ(a.tree.modal.has_value(), b.tree.modal.has_value());
-    if (a.tree.modal) {
-        expect_same(a.tree.modal->modes, b.tree.modal->modes);
-        EXPECT_EQ(a.tree.modal->z_centre, b.tree.modal->z_centre);
-        EXPECT_EQ(a.tree.modal->z_scale, b.tree.modal->z_scale);
-        EXPECT_EQ(a.tree.modal->networks.hidden(), b.tree.modal->networks.hidden());
-        EXPECT_EQ(a.tree.modal->networks.weights(), b.tree.modal->networks.weights());
-        EXPECT_EQ(a.tree.modal->out_centre, b.tree.modal->out_centre);
-        EXPECT_EQ(a.tree.modal->out_scale, b.tree.modal->out_scale);
-        EXPECT_EQ(a.tree.modal->centre_map, b.tree.modal->centre_map);
-        EXPECT_EQ(a.tree.modal->code_mean, b.tree.modal->code_mean);
-        EXPECT_EQ(a.tree.modal->code_whitening, b.tree.modal->code_whitening);
+    ASSERT_EQ(a.tree.nbd.has_value(), b.tree.nbd.has_value());
+    if (a.tree.nbd) {
+        expect_same(a.tree.nbd->modes, b.tree.nbd->modes);
+        EXPECT_EQ(a.tree.nbd->z_centre, b.tree.nbd->z_centre);
+        EXPECT_EQ(a.tree.nbd->z_scale, b.tree.nbd->z_scale);
+        EXPECT_EQ(a.tree.nbd->networks.hidden(), b.tree.nbd->networks.hidden());
+        EXPECT_EQ(a.tree.nbd->networks.weights(), b.tree.nbd->networks.weights());
+        EXPECT_EQ(a.tree.nbd->out_centre, b.tree.nbd->out_centre);
+        EXPECT_EQ(a.tree.nbd->out_scale, b.tree.nbd->out_scale);
+        EXPECT_EQ(a.tree.nbd->centre_map, b.tree.nbd->centre_map);
+        EXPECT_EQ(a.tree.nbd->z_mean, b.tree.nbd->z_mean);
+        EXPECT_EQ(a.tree.nbd->z_whitening, b.tree.nbd->z_whitening);
     }
-    ASSERT_EQ(a.tree.local.has_value(), b.tree.local.has_value());
-    if (a.tree.local) {
-        EXPECT_EQ(a.tree.local->network, b.tree.local->network);
-        EXPECT_EQ(a.tree.local->nodes, b.tree.local->nodes);
-        EXPECT_EQ(a.tree.local->samples, b.tree.local->samples);
-        EXPECT_EQ(a.tree.local->values, b.tree.local->values);
+    ASSERT_EQ(a.tree.learned.has_value(), b.tree.learned.has_value());
+    if (a.tree.learned) {
+        EXPECT_EQ(a.tree.learned->network, b.tree.learned->network);
+        EXPECT_EQ(a.tree.learned->nodes, b.tree.learned->nodes);
+        EXPECT_EQ(a.tree.learned->samples, b.tree.learned->samples);
+        EXPECT_EQ(a.tree.learned->values, b.tree.learned->values);
     }
     expect_same(a.facts, b.facts);
 }
@@ -113,18 +113,18 @@ TEST_F(TreeFileTest, GivesBackWhatWasSaved) {
     TreeFile file = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
     save_tree(folder / "tree.h5", file);
     expect_same(load_tree(folder / "tree.h5"), file);
-    file.tree.modal->centre_map = FixedMatrix();  // as the paper has it
+    file.tree.nbd->centre_map = FixedMatrix();  // as the paper has it
     save_tree(folder / "tree.h5", file);
     expect_same(load_tree(folder / "tree.h5"), file);
     EXPECT_EQ(files_in_folder(), 1u);
 }
 
-TEST_F(TreeFileTest, DoesNotTrustModalCalibrationsFromBeforeTheSpreadOfCodesWasMeasured) {
+TEST_F(TreeFileTest, DoesNotTrustNbdCalibrationsFromBeforeTheSpreadOfCodesWasMeasured) {
     TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
-    file.tree.modal->code_mean.resize(0);
-    file.tree.modal->code_whitening.resize(0, 0);
+    file.tree.nbd->z_mean.resize(0);
+    file.tree.nbd->z_whitening.resize(0, 0);
     save_tree(folder / "old.h5", file);
-    file.tree.calibrations.erase(BoundKind::modal);
+    file.tree.calibrations.erase(BoundKind::nbd);
     EXPECT_FALSE(file.tree.calibrations.empty());
     expect_same(load_tree(folder / "old.h5"), file);
 }
@@ -132,8 +132,8 @@ TEST_F(TreeFileTest, DoesNotTrustModalCalibrationsFromBeforeTheSpreadOfCodesWasM
 TEST_F(TreeFileTest, DoesNotTrustCalibrationsOfNetworksThatAreRoundedNow) {
     const TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
     save_tree(folder / "tree.h5", file);
-    EXPECT_TRUE(load_tree(folder / "tree.h5").tree.calibrations.contains(BoundKind::modal));
-    EditFile(folder / "tree.h5").set("modal/weights", 3, 0.123f);
+    EXPECT_TRUE(load_tree(folder / "tree.h5").tree.calibrations.contains(BoundKind::nbd));
+    EditFile(folder / "tree.h5").set("nbd/weights", 3, 0.123f);
     const TreeFile rounded = load_tree(folder / "tree.h5");
     EXPECT_TRUE(rounded.tree.calibrations.empty());
 }
@@ -142,14 +142,14 @@ TEST_F(TreeFileTest, NeedsNoModels) {
     TreeFile file = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
     file.tree.bd.reset();
     file.tree.calibrations.erase(BoundKind::bd);
-    save_tree(folder / "modal.h5", file);
-    expect_same(load_tree(folder / "modal.h5"), file);
-    file.tree.modal.reset();
+    save_tree(folder / "nbd.h5", file);
+    expect_same(load_tree(folder / "nbd.h5"), file);
+    file.tree.nbd.reset();
     file.tree.calibrations.clear();
-    file.tree.local->nodes[3].exact = true;
-    save_tree(folder / "local.h5", file);
-    expect_same(load_tree(folder / "local.h5"), file);
-    file.tree.local.reset();
+    file.tree.learned->nodes[3].exact = true;
+    save_tree(folder / "learned.h5", file);
+    expect_same(load_tree(folder / "learned.h5"), file);
+    file.tree.learned.reset();
     file.facts = {};
     save_tree(folder / "exact.h5", file);
     expect_same(load_tree(folder / "exact.h5"), file);
@@ -173,15 +173,15 @@ TEST_F(TreeFileTest, StaysBelowEightMegabytesAtThePapersSizes) {
     file.tree.bd.reset();
     file.tree.calibrations.erase(BoundKind::bd);
     save_tree(path, file);
-    const auto modal = std::filesystem::file_size(path);
-    std::cout << "bd and modal: " << both << " bytes, modal alone: " << modal << " bytes\n";
+    const auto nbd = std::filesystem::file_size(path);
+    std::cout << "bd and nbd: " << both << " bytes, nbd alone: " << nbd << " bytes\n";
     EXPECT_LT(both, 8000000u);
-    EXPECT_LT(modal, both);
+    EXPECT_LT(nbd, both);
 }
 
 TEST_F(TreeFileTest, ThatWouldNotLoadIsNotSaved) {
     TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
-    file.tree.modal->out_scale(1, 5) = std::numeric_limits<float>::quiet_NaN();
+    file.tree.nbd->out_scale(1, 5) = std::numeric_limits<float>::quiet_NaN();
     const std::string error = error_of([&] { save_tree(folder / "tree.h5", file); });
     test::expect_clear(error, folder / "tree.h5");
     EXPECT_NE(error.find("the scaling of the outputs is not finite"), std::string::npos) << error;
@@ -252,58 +252,59 @@ const BrokenTree broken_trees[] = {
      [](EditFile& f) {
          f.replace("topology/nodes", {0, 6}, std::vector<int>());
          f.replace("topology/rest_spheres", {0, 4}, std::vector<float>());
-         f.remove("bd"), f.remove("modal"), f.remove("local"), f.remove("calibration");
+         f.remove("bd"), f.remove("nbd"), f.remove("learned"), f.remove("calibration");
      }},
     {"node 0 has its first child at 1000000", [](EditFile& f) { f.set("topology/nodes", 0, 1000000); }},
     {"the root owns faces", [](EditFile& f) { f.set("topology/nodes", 3, 127); }},
     {"lists face 128", [](EditFile& f) { f.set("topology/faces", 17, 128); }},
     {"lists vertex 64", [](EditFile& f) { f.set("topology/vertices", 2, 64); }},
     {"the rest sphere of node 2", [](EditFile& f) { f.set("topology/rest_spheres", 8, nan); }},
-    {"dataset 'bd/code_to_q' is 4 x 5; allowed: 5 x 5",
+    {"dataset 'bd/z_to_q' is 4 x 5; allowed: 5 x 5",
      [](EditFile& f) {
-         f.replace("bd/code_to_q", {4, 5}, std::vector<float>(20));
+         f.replace("bd/z_to_q", {4, 5}, std::vector<float>(20));
      }},
     {"an entry of dr is negative", [](EditFile& f) { f.set("bd/dr", 3, -1.f); }},
     {"an entry of Ubar is not finite", [](EditFile& f) { f.set("bd/Ubar", 3, nan); }},
-    {"modes: representative vertex 64", [](EditFile& f) { f.set("modal/modes/representatives", 1, 64); }},
-    {"modes: weight 2 is 0", [](EditFile& f) { f.set("modal/modes/weights", 2, 0.f); }},
-    {"has no 'modal/modes/representatives'; allowed: a file that has it",
-     [](EditFile& f) { f.remove("bd"), f.remove("modal/modes"); }},
-    {"'bd/modes/representatives'", [](EditFile& f) { f.remove("modal"); }},
+    {"modes: representative vertex 64", [](EditFile& f) { f.set("nbd/modes/representatives", 1, 64); }},
+    {"modes: weight 2 is 0", [](EditFile& f) { f.set("nbd/modes/weights", 2, 0.f); }},
+    {"has no 'nbd/modes/representatives'; allowed: a file that has it",
+     [](EditFile& f) { f.remove("bd"), f.remove("nbd/modes"); }},
+    {"'bd/modes/representatives'", [](EditFile& f) { f.remove("nbd"); }},
     {"dataset 'bd/modes/U' is 36; allowed: 36 x n",
-     [](EditFile& f) { f.replace("modal/modes/U", {36}, std::vector<float>(36)); }},
+     [](EditFile& f) { f.replace("nbd/modes/U", {36}, std::vector<float>(36)); }},
     {"networks with 100000 hidden units; allowed: 1 to 128",
-     [](EditFile& f) { f.set_attribute("modal", "hidden", 100000); }},
-    {"dataset 'modal/weights' is 15 x 1380; allowed: 15 x",
-     [](EditFile& f) { f.set_attribute("modal", "hidden", 16); }},
-    {"modal tree: a weight of node 1", [](EditFile& f) { f.set("modal/weights", 1380 + 7, nan); }},
-    {"dataset 'modal/out_scale' is 4 x 14; allowed: 4 x 15",
+     [](EditFile& f) { f.set_attribute("nbd", "hidden", 100000); }},
+    {"dataset 'nbd/weights' is 15 x 1380; allowed: 15 x",
+     [](EditFile& f) { f.set_attribute("nbd", "hidden", 16); }},
+    {"NBD-Tree: a weight of node 1", [](EditFile& f) { f.set("nbd/weights", 1380 + 7, nan); }},
+    {"dataset 'nbd/out_scale' is 4 x 14; allowed: 4 x 15",
      [](EditFile& f) {
-         f.replace("modal/out_scale", {4, 14}, std::vector<float>(56));
+         f.replace("nbd/out_scale", {4, 14}, std::vector<float>(56));
      }},
-    {"dataset 'modal/centre_map' is 5 x 44; allowed: 5 x 45",
+    {"dataset 'nbd/centre_map' is 5 x 44; allowed: 5 x 45",
      [](EditFile& f) {
-         f.replace("modal/centre_map", {5, 44}, std::vector<float>(220));
+         f.replace("nbd/centre_map", {5, 44}, std::vector<float>(220));
      }},
-    {"node 2 of local/nodes with 1000000 samples; allowed: 16 to 128",
-     [](EditFile& f) { f.set("local/nodes", 4, 1000000); }},
-    {"node 2 of local/nodes with -16 samples", [](EditFile& f) { f.set("local/nodes", 4, -16); }},
-    {"dataset 'local/samples' is", [](EditFile& f) { f.set("local/nodes", 0, 48); }},
-    {"dataset 'local/values' is", [](EditFile& f) { f.set_attribute("local", "network", 1); }},
-    {"dataset 'local/nodes' is 14 x 2; allowed: 15 x 2",
+    {"node 2 of learned/nodes with 1000000 samples; allowed: 16 to 128",
+     [](EditFile& f) { f.set("learned/nodes", 4, 1000000); }},
+    {"node 2 of learned/nodes with -16 samples", [](EditFile& f) { f.set("learned/nodes", 4, -16); }},
+    {"dataset 'learned/samples' is", [](EditFile& f) { f.set("learned/nodes", 0, 48); }},
+    {"dataset 'learned/values' is", [](EditFile& f) { f.set_attribute("learned", "network", 1); }},
+    {"dataset 'learned/nodes' is 14 x 2; allowed: 15 x 2",
      [](EditFile& f) {
-         f.replace("local/nodes", {14, 2}, std::vector<int>(28));
+         f.replace("learned/nodes", {14, 2}, std::vector<int>(28));
      }},
-    {"local tree: sample vertex 64", [](EditFile& f) { f.set("local/samples", 5, 64); }},
-    {"local tree: a number of node 0 is not finite", [](EditFile& f) { f.set("local/values", 40, nan); }},
+    {"learned bounds: sample vertex 64", [](EditFile& f) { f.set("learned/samples", 5, 64); }},
+    {"learned bounds: a number of node 0 is not finite",
+     [](EditFile& f) { f.set("learned/values", 40, nan); }},
     {"calibration of bd bounds, which the tree has not", [](EditFile& f) { f.remove("bd"); }},
-    {"dataset 'calibration/modal/margins' is 14; allowed: 15",
-     [](EditFile& f) { f.replace("calibration/modal/margins", {14}, std::vector<float>(14)); }},
+    {"dataset 'calibration/nbd/margins' is 14; allowed: 15",
+     [](EditFile& f) { f.replace("calibration/nbd/margins", {14}, std::vector<float>(14)); }},
     {"calibration of bd bounds: margin of node 2 is nan",
      [](EditFile& f) { f.set("calibration/bd/margins", 2, nan); }},
     {"calibration of bd bounds: miss rate is 1, allowed",
      [](EditFile& f) { f.set_attribute("calibration/bd", "miss_rate", 1.0); }},
-    {"calibration/modal of 0 poses", [](EditFile& f) { f.set_attribute("calibration/modal", "poses", 0); }},
+    {"calibration/nbd of 0 poses", [](EditFile& f) { f.set_attribute("calibration/nbd", "poses", 0); }},
     {"has no 'facts'", [](EditFile& f) { f.remove("facts"); }},
     {"-1 training poses", [](EditFile& f) { f.set_attribute("facts", "poses", -1); }},
     {"random_frame_share is 1.5; allowed: 0 to 1",

@@ -18,7 +18,7 @@ import torch
 
 
 def counter_uniform(seed, stream, counter):
-    """The draw of collision/counter_random.hpp, in [0, 1)."""
+    """The draw of collision/base/counter_random.hpp, in [0, 1)."""
     mask = (1 << 64) - 1
 
     def mix(z):
@@ -183,15 +183,15 @@ def write(template, output, numbers, hidden, facts):
     try:
         shutil.copyfile(template, temporary)
         with h5py.File(temporary, "a") as file:
-            if "modal" in file:
+            if "nbd" in file:
                 modes = file["bd"].get("modes", getlink=True)
                 if isinstance(modes, h5py.SoftLink):  # the representatives lie with the old networks
                     del file["bd/modes"]
-                    file.move("modal/modes", "bd/modes")
-                del file["modal"]
-            if "calibration/modal" in file:  # a promise of the old networks; `nbdtree calibrate` makes a new one
-                del file["calibration/modal"]
-            group = file.create_group("modal")
+                    file.move("nbd/modes", "bd/modes")
+                del file["nbd"]
+            if "calibration/nbd" in file:  # calibrated for the old networks; `nbdtree calibrate` makes a new one
+                del file["calibration/nbd"]
+            group = file.create_group("nbd")
             group["modes"] = h5py.SoftLink("/bd/modes")
             group.attrs["hidden"] = np.int64(hidden)
             for name, values in numbers.items():

@@ -22,7 +22,7 @@ std::vector<int> tree_order(const SphereTree& tree, int vertex_count) {
 
 BenchBody make_bench_body(SurfaceBody surface) {
     surface.U.resize(0, 0);
-    auto tree = std::make_shared<const CollisionTree>(make_exact_tree(surface.X, surface.F));
+    auto tree = shared_exact_tree(surface.X, surface.F);
     return {std::move(surface), std::move(tree), {}};
 }
 
@@ -55,9 +55,8 @@ BenchBody in_tree_order(const BenchBody& body) {
     CollisionTree tree = *body.tree;
     tree.faces = F;
     renumber(tree.spheres.vertices.begin(), tree.spheres.vertices.end());
-    if (tree.local) renumber(tree.local->samples.begin(), tree.local->samples.end());
-    for (ClusteredModes* modes :
-         {tree.bd ? &tree.bd->modes : nullptr, tree.modal ? &tree.modal->modes : nullptr})
+    if (tree.learned) renumber(tree.learned->samples.begin(), tree.learned->samples.end());
+    for (ClusteredModes* modes : {tree.bd ? &tree.bd->modes : nullptr, tree.nbd ? &tree.nbd->modes : nullptr})
         if (modes) renumber(modes->representatives.begin(), modes->representatives.end());
     tree.certified.reset();
     tree.calibrations.erase(BoundKind::certified);

@@ -2,9 +2,9 @@
 
 #include <memory>
 
-#include "collision/collision_tree.hpp"
-#include "training/surface_body.hpp"
-#include "training/tree_file.hpp"
+#include "collision/tree/collision_tree.hpp"
+#include "training/files/surface_body.hpp"
+#include "training/files/tree_file.hpp"
 
 namespace nbd {
 

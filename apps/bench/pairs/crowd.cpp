@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "apps/bench/pairs/lazy_boxes.hpp"
-#include "collision/counter_random.hpp"
-#include "collision/many_body_query.hpp"
-#include "collision/sweep.hpp"
+#include "collision/base/counter_random.hpp"
+#include "collision/query/many_body_query.hpp"
+#include "collision/query/sweep.hpp"
 
 namespace nbd {
 namespace {

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "apps/bench/pairs/bench_body.hpp"
-#include "collision/executor.hpp"
-#include "training/recording.hpp"
-#include "training/split.hpp"
+#include "collision/base/executor.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/split.hpp"
 
 namespace nbd {
 

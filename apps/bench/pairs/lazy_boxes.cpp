@@ -7,9 +7,9 @@
 #include <span>
 #include <stdexcept>
 
-#include "collision/intersecting_faces.hpp"
-#include "collision/lane_mask.hpp"
-#include "collision/sphere_tree.hpp"
+#include "collision/kernels/lane_mask.hpp"
+#include "collision/query/intersecting_faces.hpp"
+#include "collision/topology/sphere_tree.hpp"
 
 namespace nbd {
 namespace {
@@ -62,7 +62,7 @@ LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const
         cut(range.begin, range.end, std::max(1, (config.cluster_faces + lanes - 1) / lanes), blocks);
         clusters_.push_back(
             {static_cast<int>(blocks_.size()), static_cast<int>(blocks_.size() + blocks.size())});
-        lists.push_back(points_of(range));
+        cluster_points_.add(points_of(range));
         for (const Range& block : blocks) {
             const auto begin = static_cast<int>(groups_.size());
             cut(block.begin, block.end, lanes, groups_);
@@ -71,10 +71,6 @@ LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const
             if (W) add_vertices(block);
         }
     }
-    if (config.streamed)
-        streamed_.emplace(point_count(X, W), lists);
-    else
-        for (const std::vector<int>& list : lists) cluster_points_.add(list);
     cluster_boxes_.resize((clusters_.size() + lanes - 1) / lanes);
     near_.resize(cluster_boxes_.size());
     block_boxes_.resize(clusters_.size());
@@ -115,10 +111,8 @@ void LazyBoxes::begin_pose(VerticesRef points) noexcept {
     x_ = W_ ? VerticesRef(made_) : points;
     ++pose_;
     all_ = empty_box();
-    std::span<const Box> streamed;
-    if (streamed_) streamed = streamed_->boxes(points_);
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
-        const Box box = streamed_ ? streamed[c] : cluster_points_.box(static_cast<int>(c), points_);
+        const Box box = cluster_points_.box(static_cast<int>(c), points_);
         cluster_boxes_[c / lanes].set(static_cast<int>(c % lanes), box);
         all_ = joined(all_, box);
     }

@@ -5,17 +5,15 @@
 #include <vector>
 
 #include "apps/bench/pairs/point_boxes.hpp"
-#include "apps/bench/pairs/streamed_boxes.hpp"
-#include "collision/box_pack.hpp"
-#include "collision/posed_faces.hpp"
-#include "training/surface_body.hpp"
+#include "collision/geometry/posed_faces.hpp"
+#include "collision/kernels/box_pack.hpp"
+#include "training/files/surface_body.hpp"
 
 namespace nbd {
 
 struct LazyBoxesConfig {
     /// Faces of a cluster, at most. It has up to 16 blocks, whose faces come in groups of up to 16.
     int cluster_faces = 1024;
-    bool streamed = false;  // the clusters' boxes by StreamedBoxes, else by PointBoxes
 };
 
 /// The strongest rival of learned bounds that we know of: exact, untrained, and nearly as cheap as reading
@@ -71,8 +69,7 @@ class LazyBoxes {
     std::vector<Range> blocks_;    // of groups
     std::vector<Range> groups_;    // of slots
     PointBoxes cluster_points_, block_points_;
-    std::optional<StreamedBoxes> streamed_;  // in place of cluster_points_
-    std::vector<Range> block_vertices_;      // with an embedding: of vertices_
+    std::vector<Range> block_vertices_;  // with an embedding: of vertices_
     std::vector<int> vertices_;
 
     std::vector<BoxPack> cluster_boxes_;                      // sixteen clusters each

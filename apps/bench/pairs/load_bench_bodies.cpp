@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "apps/load.hpp"
+#include "apps/cli/load.hpp"
 
 namespace nbd {
 namespace {

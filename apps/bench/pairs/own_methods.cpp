@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "apps/bench/pairs/lazy_boxes.hpp"
-#include "collision/embedded_positions.hpp"
-#include "collision/pair_query.hpp"
+#include "collision/geometry/embedded_positions.hpp"
+#include "collision/query/pair_query.hpp"
 
 namespace nbd {
 namespace {
@@ -160,14 +160,6 @@ std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
     return methods;
 }
 
-PairMethodEntry streamed_boxes_method(int cluster_faces) {
-    return {fmt::format("lazy boxes streamed {}", cluster_faces), true, false,
-            [cluster_faces](const BenchBody& body) {
-                return std::make_unique<LazyBoxesMethod>(body, LazyBoxesConfig{cluster_faces, true},
-                                                         Reads::surface);
-            }};
-}
-
 PairMethodEntry lazy_boxes_method(int cluster_faces) {
     return {fmt::format("lazy boxes {}", cluster_faces), true, false, [cluster_faces](const BenchBody& body) {
                 return std::make_unique<LazyBoxesMethod>(body, LazyBoxesConfig{cluster_faces},
@@ -182,14 +174,9 @@ std::vector<PairMethodEntry> box_methods(const BenchBody& body, const std::vecto
             {fmt::format("refitted boxes {}", leaf_faces), true, false, [leaf_faces](const BenchBody& b) {
                  const SurfaceBody& s = b.surface;
                  const SphereTreeConfig config{depth_of_leaves(b.faces(), leaf_faces), 1};
-                 return std::make_unique<TreeMethod>(
-                     std::make_shared<const CollisionTree>(make_exact_tree(s.X, s.F, config)),
-                     BoundKind::boxes);
+                 return std::make_unique<TreeMethod>(shared_exact_tree(s.X, s.F, config), BoundKind::boxes);
              }});
-    for (const int faces : clusters) {
-        methods.push_back(lazy_boxes_method(faces));
-        methods.push_back(streamed_boxes_method(faces));
-    }
+    for (const int faces : clusters) methods.push_back(lazy_boxes_method(faces));
     const auto over_nodes = [&](const char* name, Reads reads) {
         for (const int faces : clusters)
             methods.push_back(

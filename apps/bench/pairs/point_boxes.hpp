@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "collision/box.hpp"
+#include "collision/geometry/box.hpp"
 
 namespace nbd {
 

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "apps/bench/heap.hpp"
-#include "apps/bench/median.hpp"
+#include "apps/bench/measure/heap.hpp"
+#include "apps/bench/measure/median.hpp"
 #include "apps/bench/pairs/lazy_boxes.hpp"
-#include "collision/missing_pairs.hpp"
+#include "collision/query/missing_pairs.hpp"
 
 namespace nbd {
 namespace {
@@ -91,7 +91,7 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
         }
         if (round == 0) row.bytes = heap_bytes() - heap;
         row.rounds = round;
-        if (round > 0 && microseconds(Clock::now() - started) > 1e6 * config.most_seconds) break;
+        if (round > 0 && microseconds(Clock::now() - started) > 1e6 * config.max_seconds) break;
     }
     row.update_us = median(update);
     row.query_us = median(query);

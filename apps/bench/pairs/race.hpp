@@ -11,8 +11,8 @@
 namespace nbd {
 
 struct RaceConfig {
-    int rounds = 15;          // over all scenes, of each method, at most
-    double most_seconds = 3;  // a method; rounds end when it is over, but one is always complete
+    int rounds = 15;         // over all scenes, of each method, at most
+    double max_seconds = 3;  // a method; rounds end when it is over, but one is always complete
 };
 
 /// What a method took for both bodies, medians over scenes and rounds, and how good its answers were.

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/bench/machine.hpp"
-#include "apps/figures/chart.hpp"
+#include "apps/bench/measure/machine.hpp"
+#include "apps/drawing/chart.hpp"
 
 namespace nbd {
 namespace {

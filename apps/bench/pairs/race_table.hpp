@@ -4,7 +4,7 @@
 #include <string>
 
 #include "apps/bench/pairs/race.hpp"
-#include "apps/figures/canvas.hpp"
+#include "apps/drawing/canvas.hpp"
 
 namespace nbd {
 

@@ -11,11 +11,11 @@
 #include <memory>
 #include <stdexcept>
 
-#include "apps/bench/machine.hpp"
-#include "apps/bench/median.hpp"
+#include "apps/bench/measure/machine.hpp"
+#include "apps/bench/measure/median.hpp"
 #include "apps/bench/pairs/crowd.hpp"
 #include "apps/bench/pairs/own_methods.hpp"
-#include "apps/figures/chart.hpp"
+#include "apps/drawing/chart.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
@@ -59,7 +59,7 @@ CrowdRow time_crowd(const std::string& method, int threads, Crowd& crowd, std::s
         update.push_back(microseconds(middle - begin));
         query.push_back(microseconds(end - middle));
         total.push_back(microseconds(end - begin));
-        if (microseconds(end - started) > 1e6 * config.most_seconds) break;
+        if (microseconds(end - started) > 1e6 * config.max_seconds) break;
     }
     row.update_us = median(update);
     row.query_us = median(query);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "apps/bench/pairs/race.hpp"
-#include "apps/figures/canvas.hpp"
+#include "apps/drawing/canvas.hpp"
 
 namespace nbd {
 

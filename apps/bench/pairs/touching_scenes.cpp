@@ -85,9 +85,9 @@ std::vector<TouchingScene> make_touching_scenes(const BenchBody& coarse, const R
     Approach approach(coarse.tree);
     std::vector<TouchingScene> scenes;
     const float radius = coarse.tree->spheres.rest[0].r;
-    const int most_draws = 50 * config.scenes;
+    const int max_draws = 50 * config.scenes;
     for (int draw = 0; static_cast<int>(scenes.size()) < config.scenes; ++draw) {
-        if (draw == most_draws)
+        if (draw == max_draws)
             throw std::runtime_error(
                 fmt::format("{} draws gave {} of {} scenes with {} to {} intersecting faces", draw,
                             scenes.size(), config.scenes, config.pairs, config.pairs + config.pairs / 2));

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "apps/bench/pairs/bench_body.hpp"
-#include "training/contact_placement.hpp"
-#include "training/recording.hpp"
+#include "training/evaluate/contact_placement.hpp"
+#include "training/files/recording.hpp"
 
 namespace nbd {
 

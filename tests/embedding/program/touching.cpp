@@ -10,8 +10,8 @@
 #include <fstream>
 #include <memory>
 
-#include "collision/flat_tree.hpp"
-#include "collision/pair_query.hpp"
+#include "nbdtree/flat/flat_tree.hpp"
+#include "nbdtree/query/pair_query.hpp"
 
 namespace {
 

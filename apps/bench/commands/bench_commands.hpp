@@ -1,0 +1,17 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "apps/cli/output.hpp"
+
+namespace nbd {
+
+// One function a benchmark of `nbdtree-bench`: each adds its subcommand.
+void add_bench_simulate(CLI::App& app, Output& out);
+void add_bench_learned(CLI::App& app, Output& out);
+void add_bench_kernels(CLI::App& app, Output& out);
+void add_bench_peers(CLI::App& app, Output& out);
+void add_bench_fig5(CLI::App& app, Output& out);
+void add_bench_scaling(CLI::App& app, Output& out);
+
+}  // namespace nbd

@@ -1,0 +1,118 @@
+#include <fmt/core.h>
+#include <tbb/global_control.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "apps/bench/commands/bench_commands.hpp"
+#include "apps/bench/steps/simulate_bench.hpp"
+#include "apps/cli/load.hpp"
+#include "apps/cli/mesh_file.hpp"
+#include "apps/cli/option_checks.hpp"
+#include "sim/factor/blas.hpp"
+
+namespace nbd {
+namespace {
+
+struct BenchSimulateArguments {
+    std::vector<std::string> bodies;
+    std::string csv;
+    std::vector<int> nodes{2500, 5000, 10000};
+    int steps = 40, threads = 0;
+    double tolerance = 1e-6;
+};
+
+/// The bodies of one argument: a body file as it is, a surface meshed to each size.
+std::vector<Body> bodies_of(const std::string& path, const std::vector<int>& nodes, const Output& out) {
+    if (std::filesystem::path(path).extension() == ".h5") return {load_body(path)};
+    std::vector<Body> bodies;
+    for (const int count : nodes) {
+        MeshFileConfig config;
+        config.tets.nodes = count;
+        bodies.push_back(mesh_file(path, config, out));
+    }
+    return bodies;
+}
+
+void tell(const SimulateTiming& r, const Output& out) {
+    if (!r.failure.empty()) {
+        out.text(fmt::format("{:12} {:7} {:6} failed: {}", r.body, r.nodes, r.scene, r.failure));
+        return;
+    }
+    out.text(
+        fmt::format("{:12} {:7} {:6} {:8.1f} = {:6.1f} + {:6.1f} + {:5.1f}   {:8.1f} {:6.1f}x   {:5.0f} "
+                    "{:6.0f}   {:6.1f} {:7.1f} {:5.1f}x",
+                    r.body, r.nodes, r.scene, r.step, r.assemble, r.solve, r.step - r.assemble - r.solve,
+                    r.direct_step, r.step_ratio(), r.iterations, r.patch_nodes, r.ours_assembly,
+                    r.textbook_assembly, r.assembly_ratio()));
+}
+
+void run(const BenchSimulateArguments& arguments, Output& out) {
+    hold_blas_to_one_thread();
+    if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
+    std::optional<tbb::global_control> limit;
+    if (arguments.threads > 0)
+        limit.emplace(tbb::global_control::max_allowed_parallelism,
+                      static_cast<std::size_t>(arguments.threads));
+    if (!arguments.csv.empty())
+        check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()});
+    out.text(fmt::format("medians in ms a step; threads: {}; both solvers to a relative residual of {:g}",
+                         arguments.threads > 0 ? std::to_string(arguments.threads) : "all",
+                         arguments.tolerance));
+    out.text(
+        "body           nodes scene      step = assembly + solve + rest   factorising  ratio   iter.  patch  "
+        " "
+        "assembly textbook ratio");
+    std::vector<SimulateTiming> rows;
+    nlohmann::ordered_json result = nlohmann::ordered_json::array();
+    for (const std::string& path : arguments.bodies)
+        for (const Body& body : bodies_of(path, arguments.nodes, out))
+            for (const SimulateTiming& row :
+                 time_simulation(body, arguments.steps, arguments.tolerance, out)) {
+                tell(row, out);
+                rows.push_back(row);
+                result.push_back({{"body", row.body},
+                                  {"nodes", row.nodes},
+                                  {"scene", row.scene},
+                                  {"step_ms", row.step},
+                                  {"direct_step_ms", row.direct_step},
+                                  {"step_ratio", row.step_ratio()},
+                                  {"assembly_ratio", row.assembly_ratio()},
+                                  {"iterations", row.iterations},
+                                  {"fallbacks", row.fallbacks},
+                                  {"relative_difference", row.difference}});
+            }
+    for (const char* scene : {"fly", "twist", "drop"})
+        if (const double p = growth(rows, scene); std::isfinite(p))
+            out.text(fmt::format("{}: a step costs as nodes^{:.2f}", scene, p));
+    if (!arguments.csv.empty()) write_simulate_table(arguments.csv, rows);
+    out.result(result);
+}
+
+}  // namespace
+
+void add_bench_simulate(CLI::App& app, Output& out) {
+    auto arguments = std::make_shared<BenchSimulateArguments>();
+    CLI::App* simulate = app.add_subcommand(
+        "simulate", "Steps and assembly, against a factorisation a step and a textbook's loop, in one run");
+    simulate->add_option("BODIES", arguments->bodies, "Body files, or surfaces to mesh at several sizes")
+        ->required();
+    simulate->add_option("--nodes", arguments->nodes, "Sizes for surfaces, in tet nodes")
+        ->delimiter(',')
+        ->check(CLI::Range(8, 10'000'000))
+        ->capture_default_str();
+    simulate->add_option("--steps", arguments->steps, "Steps a scene; the first is not counted")
+        ->check(CLI::Range(2, 1'000'000))
+        ->capture_default_str();
+    simulate->add_option("--tolerance", arguments->tolerance, "Relative residual of the linear solves")
+        ->check(between(1e-12, 0.5))
+        ->capture_default_str();
+    simulate->add_option("--threads", arguments->threads, "0: all cores")
+        ->check(CLI::Range(0, 1024))
+        ->capture_default_str();
+    simulate->add_option("-o,--output", arguments->csv, "Table to write, CSV");
+    simulate->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+}  // namespace nbd

@@ -1,0 +1,18 @@
+// The command `nbdtree-bench`.
+#include "apps/bench/commands/bench_commands.hpp"
+#include "apps/cli/program.hpp"
+
+int main(int argc, char** argv) {
+    const auto add_commands = [](CLI::App& app, nbd::Output& out) {
+        nbd::add_bench_simulate(app, out);
+        nbd::add_bench_learned(app, out);
+        nbd::add_bench_peers(app, out);
+        nbd::add_bench_fig5(app, out);
+        nbd::add_bench_scaling(app, out);
+        nbd::add_bench_kernels(app, out);
+    };
+    return nbd::run_program({.name = "nbdtree-bench",
+                             .description = "Times nbdtree against what it is to be compared with.",
+                             .add_commands = add_commands},
+                            argc, argv);
+}

@@ -1,0 +1,47 @@
+#include "apps/bench/measure/machine.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <thread>
+
+#include "collision/kernels/kernels.hpp"
+
+namespace nbd {
+namespace {
+
+/// What follows "key : " in the first line of /proc/cpuinfo that begins with the key.
+std::string of_processor(const std::string& key) {
+    std::ifstream file("/proc/cpuinfo");
+    for (std::string line; std::getline(file, line);)
+        if (line.starts_with(key)) {
+            const std::size_t colon = line.find(": ");
+            return colon == std::string::npos ? std::string() : line.substr(colon + 2);
+        }
+    return {};
+}
+
+/// Size of a cache of the first core, as the system writes it.
+std::string cache(int index) {
+    std::ifstream file(fmt::format("/sys/devices/system/cpu/cpu0/cache/index{}/size", index));
+    std::string size;
+    file >> size;
+    return size;
+}
+
+}  // namespace
+
+std::string this_machine() {
+    std::string text = of_processor("model name");
+    if (text.empty()) text = "unknown processor";
+    text += fmt::format(", {} kernels", name(kernels().instructions));
+    text += fmt::format(", {} cores", std::thread::hardware_concurrency());
+    if (const std::string l2 = cache(2), l3 = cache(3); !l2.empty() && !l3.empty())
+        text += fmt::format(", caches of {} and {}", l2, l3);
+#ifdef __VERSION__
+    text += ", compiler " __VERSION__;
+#endif
+    return text;
+}
+
+}  // namespace nbd

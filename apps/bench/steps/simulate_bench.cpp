@@ -1,0 +1,143 @@
+#include "apps/bench/steps/simulate_bench.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "apps/bench/measure/median.hpp"
+#include "apps/bench/steps/simulate_scenes.hpp"
+#include "apps/bench/steps/textbook_assembly.hpp"
+#include "apps/cli/interrupt.hpp"
+#include "meshing/h5/atomic_file.hpp"
+
+namespace nbd {
+namespace {
+
+double milliseconds(auto&& work) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// A world and what its steps cost.
+struct Course {
+    World world;
+    std::vector<double> step{}, assemble{}, solve{}, iterations{}, patch{};
+
+    WorldReport advance(double dt) {
+        WorldReport report;
+        step.push_back(milliseconds([&] { report = world.step(dt); }));
+        assemble.push_back(report.assemble_us / 1000);
+        solve.push_back(report.solve_us / 1000);
+        iterations.push_back(report.solver_iterations);
+        patch.push_back(report.patch_nodes);
+        return report;
+    }
+};
+
+/// Both assemblies of one pose.
+class AssemblyRace {
+ public:
+    explicit AssemblyRace(const ElasticBody& body)
+        : body_(body), textbook_(body), A_(body.pattern().zero_matrix()), force_(body.node_count(), 3) {}
+
+    void run(const Nodes& x) {
+        ours.push_back(milliseconds([&] {
+            body_.pose(x, pose_);
+            body_.forces(pose_, force_);
+            body_.combine(1, 1e-4, pose_, A_);
+        }));
+        textbook.push_back(milliseconds([&] { textbook_.assemble(x, 1, 1e-4, force_, A_); }));
+    }
+
+    std::vector<double> ours, textbook;
+
+ private:
+    const ElasticBody& body_;
+    TextbookAssembly textbook_;
+    ElementPose pose_;
+    SparseMatrix A_;
+    Nodes force_;
+};
+
+SimulateTiming time_scene(const Body& body, const ElasticBody& elastic, const SimulateScene& scene, int steps,
+                          double tolerance, Output& out) {
+    SimulateTiming row{.body = body.name,
+                       .scene = scene.name,
+                       .nodes = elastic.node_count(),
+                       .tets = elastic.element_count()};
+    Course iterative{scene.world({.tolerance = tolerance})};
+    Course direct{scene.world({.solver = LinearSolver::direct, .tolerance = tolerance})};
+    AssemblyRace race(elastic);
+    for (int k = 0; k <= steps; ++k) {
+        const WorldReport ours = iterative.advance(scene.dt), reference = direct.advance(scene.dt);
+        row.fallbacks += !ours.fallback.empty();
+        row.failure = !ours.failure.empty() ? ours.failure : reference.failure;
+        if (!row.failure.empty()) break;
+        race.run(iterative.world.state(0).x);
+        if (k == 0)  // makes the factors and grows the scratch of all that follow
+            for (std::vector<double>* times :
+                 {&iterative.step, &iterative.assemble, &iterative.solve, &direct.step, &direct.assemble,
+                  &direct.solve, &iterative.iterations, &iterative.patch, &race.ours, &race.textbook})
+                times->clear();
+        ++row.steps;
+        out.progress(fmt::format("{} {} nodes, {}", row.body, row.nodes, row.scene), k, steps);
+        if (interrupted()) throw Interrupted("the benchmark's table is not written");
+    }
+    row.step = median(iterative.step);
+    row.assemble = median(iterative.assemble);
+    row.solve = median(iterative.solve);
+    row.direct_step = median(direct.step);
+    row.direct_assemble = median(direct.assemble);
+    row.direct_solve = median(direct.solve);
+    row.iterations = median(iterative.iterations);
+    row.patch_nodes = median(iterative.patch);
+    row.ours_assembly = median(race.ours);
+    row.textbook_assembly = median(race.textbook);
+    const Nodes difference = iterative.world.state(0).x - direct.world.state(0).x;
+    row.difference = difference.rowwise().norm().maxCoeff() /
+                     (body.surface.X.colwise().maxCoeff() - body.surface.X.colwise().minCoeff()).norm();
+    return row;
+}
+
+}  // namespace
+
+std::vector<SimulateTiming> time_simulation(const Body& body, int steps, double tolerance, Output& out) {
+    const auto elastic = std::make_shared<const ElasticBody>(body.tets, body.material);
+    std::vector<SimulateTiming> rows;
+    for (const SimulateScene& scene : simulate_scenes(body, elastic))
+        rows.push_back(time_scene(body, *elastic, scene, steps, tolerance, out));
+    return rows;
+}
+
+void write_simulate_table(const std::filesystem::path& path, std::span<const SimulateTiming> rows) {
+    h5::AtomicFile file(path);
+    file.out()
+        << "body,nodes,tets,scene,steps,step_ms,assemble_ms,solve_ms,direct_step_ms,direct_assemble_ms,"
+           "direct_solve_ms,step_ratio,iterations,patch_nodes,fallbacks,assembly_ms,"
+           "textbook_assembly_ms,assembly_ratio,relative_difference,failure\n";
+    for (const SimulateTiming& r : rows)
+        file.out() << fmt::format(
+            "{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f},{},{},{},{:.3f},{:.3f},{:.2f},{:"
+            ".2g},"
+            "{}\n",
+            r.body, r.nodes, r.tets, r.scene, r.steps, r.step, r.assemble, r.solve, r.direct_step,
+            r.direct_assemble, r.direct_solve, r.step_ratio(), r.iterations, r.patch_nodes, r.fallbacks,
+            r.ours_assembly, r.textbook_assembly, r.assembly_ratio(), r.difference, r.failure);
+    file.commit();
+}
+
+double growth(std::span<const SimulateTiming> rows, const std::string& scene) {
+    const SimulateTiming *small = nullptr, *large = nullptr;
+    for (const SimulateTiming& row : rows) {
+        if (row.scene != scene) continue;
+        if (!small || row.nodes < small->nodes) small = &row;
+        if (!large || row.nodes > large->nodes) large = &row;
+    }
+    if (!small || small->nodes == large->nodes) return std::numeric_limits<double>::quiet_NaN();
+    return std::log(large->step / small->step) / std::log(static_cast<double>(large->nodes) / small->nodes);
+}
+
+}  // namespace nbd

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/cli/output.hpp"
+#include "meshing/body/body.hpp"
+
+namespace nbd {
+
+/// Medians over the steps of one scene, milliseconds, of the iterative and of the direct solver, stepped in
+/// turn.
+struct SimulateTiming {
+    std::string body, scene;
+    int nodes = 0, tets = 0, steps = 0;
+    double step = 0, assemble = 0, solve = 0;                       // iterative
+    double direct_step = 0, direct_assemble = 0, direct_solve = 0;  // a factorisation a step
+    double iterations = 0, patch_nodes = 0;
+    int fallbacks = 0;                                // steps that were factorised after all
+    double ours_assembly = 0, textbook_assembly = 0;  // of the scene's poses
+    double difference = 0;  // of the end positions, largest, over the body's diagonal
+    std::string failure{};
+
+    double step_ratio() const { return direct_step / step; }
+    double assembly_ratio() const { return textbook_assembly / ours_assembly; }
+};
+
+std::vector<SimulateTiming> time_simulation(const Body& body, int steps, double tolerance, Output& out);
+
+void write_simulate_table(const std::filesystem::path& path, std::span<const SimulateTiming> rows);
+
+/// Exponent p of cost ~ nodes^p between the smallest and the largest mesh, for one scene.
+double growth(std::span<const SimulateTiming> rows, const std::string& scene);
+
+}  // namespace nbd

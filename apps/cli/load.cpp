@@ -1,0 +1,94 @@
+#include "apps/cli/load.hpp"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <span>
+#include <stdexcept>
+
+#include "meshing/h5/sha256.hpp"
+
+namespace nbd {
+
+SurfaceBody surface_body(const Body& body) {
+    const Eigen::MatrixXf none(3 * body.tets.X.rows(), 0);  // a body file without modes has no matrix of them
+    SurfaceBody result = make_surface_body(body.surface.X.cast<float>(), body.surface.F, body.W.cast<float>(),
+                                           body.modes.count() > 0 ? body.modes.U : none, body_hash(body));
+    result.solid = body.tets;
+    return result;
+}
+
+namespace {
+
+[[noreturn]] void cannot_write(const std::filesystem::path& path, const std::string& why) {
+    throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), why));
+}
+
+}  // namespace
+
+void check_output(const std::filesystem::path& path, const std::vector<std::filesystem::path>& inputs) {
+    namespace fs = std::filesystem;
+    const auto fail = [&](const std::string& why) { cannot_write(path, why); };
+    const fs::path folder = fs::absolute(path).parent_path();
+    if (!fs::is_directory(folder)) fail("there is no folder " + folder.string());
+    if (access(folder.c_str(), W_OK) != 0) fail("no permission in " + folder.string());
+    std::error_code none_there;
+    if (!fs::exists(path, none_there)) return;
+    if (fs::is_directory(path)) fail("it is a folder");
+    if (!fs::is_regular_file(path)) fail("it is a device or the like; allowed: a file");
+    for (const fs::path& input : inputs)
+        if (fs::equivalent(path, input, none_there)) fail("the command reads this very file");
+}
+
+void check_output_folder(const std::filesystem::path& path) {
+    namespace fs = std::filesystem;
+    fs::path there = fs::absolute(path);
+    std::error_code none;
+    while (!fs::exists(there, none) && there.has_relative_path()) there = there.parent_path();
+    if (!fs::is_directory(there, none)) cannot_write(path, there.string() + " is no folder");
+    if (access(there.c_str(), W_OK | X_OK) != 0) cannot_write(path, "no permission in " + there.string());
+}
+
+void check_distinct(const std::vector<std::pair<std::string, std::filesystem::path>>& outputs) {
+    std::map<std::filesystem::path, std::string> seen;
+    for (const auto& [what, path] : outputs) {
+        if (path.empty()) continue;
+        std::error_code none;
+        const auto place = std::filesystem::weakly_canonical(std::filesystem::absolute(path), none);
+        const auto [other, is_new] = seen.emplace(place, what);
+        if (!is_new) cannot_write(path, fmt::format("{} and {} are the same file", other->second, what));
+    }
+}
+
+void make_folder(const std::filesystem::path& path) {
+    std::error_code error;
+    std::filesystem::create_directories(path, error);
+    if (error)
+        throw std::runtime_error(
+            fmt::format("{}: cannot create the directory: {}", path.string(), error.message()));
+}
+
+std::string text_hash(std::string_view text) {
+    h5::Sha256 hash;
+    hash.add(std::as_bytes(std::span(text)));
+    return hash.hex();
+}
+
+std::string file_hash(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file || std::filesystem::is_directory(path))
+        throw std::runtime_error(fmt::format("{}: cannot be read: {}", path.string(),
+                                             file ? "it is a folder" : std::strerror(errno)));
+    h5::Sha256 hash;
+    std::vector<char> piece(1 << 20);
+    while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())) || file.gcount() > 0)
+        hash.add(std::as_bytes(std::span(piece.data(), static_cast<std::size_t>(file.gcount()))));
+    return hash.hex();
+}
+
+}  // namespace nbd

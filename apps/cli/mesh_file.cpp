@@ -1,0 +1,54 @@
+#include "apps/cli/mesh_file.hpp"
+
+#include <fmt/core.h>
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "meshing/body/make_body.hpp"
+#include "meshing/formats/read_surface.hpp"
+#include "meshing/formats/read_tets.hpp"
+#include "meshing/surface/solid_boundary.hpp"
+
+namespace nbd {
+namespace {
+
+bool holds_tets(const std::filesystem::path& path) {
+    const std::string extension = path.extension().string();
+    return extension == ".msh" || extension == ".vtk" || extension == ".mesh";
+}
+
+}  // namespace
+
+Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
+    std::vector<std::string> notes;
+    TetMesh tets = read_tets(path, &notes);
+    for (const std::string& note : notes) out.text(note);
+    try {
+        return make_body(path.stem().string(), std::move(tets), config.material, config.levels,
+                         config.scheme);
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
+    }
+}
+
+Body body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
+    TriMesh surface = read_surface(path);
+    try {
+        const SolidBoundary boundary = make_solid_boundary(std::move(surface));
+        out.text(fmt::format("surface: {}", describe(boundary.report)));
+        TetrahedralizeResult filled = tetrahedralize(boundary.mesh, config.tets);
+        out.text(fmt::format("gmsh: grading {:.4g} after {} run(s)", filled.grading, filled.runs));
+        return make_body(path.stem().string(), boundary.mesh, std::move(filled.tets), config.material,
+                         config.levels, config.scheme);
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
+    }
+}
+
+Body mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
+    return holds_tets(path) ? body_of_tets(path, config, out) : body_of_surface(path, config, out);
+}
+
+}  // namespace nbd

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "collision/tree/collision_tree.hpp"
+
+namespace nbd {
+
+/// A check of finite numbers; whole ones in a closed range have CLI::Range.
+/// allowed: what the message and --help say, as in "> 0".
+template <class Allows>
+CLI::Validator number_check(std::string allowed, Allows allows) {
+    return CLI::Validator(
+        [allowed, allows](std::string& text) {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && std::isfinite(value) && allows(value))
+                return std::string();
+            return fmt::format("is '{}'; allowed: a number {}", text, allowed);
+        },
+        allowed);
+}
+
+/// Finite and > 0.
+inline CLI::Validator positive() {
+    return number_check("> 0", [](double value) { return value > 0; });
+}
+
+/// Finite and >= 0.
+inline CLI::Validator not_negative() {
+    return number_check(">= 0", [](double value) { return value >= 0; });
+}
+
+/// A whole number of 64 bits without sign, which CLI11 alone would wrap around.
+inline CLI::Validator seed_check() {
+    return CLI::Validator(
+        [](std::string& text) {
+            std::uint64_t value = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+            if (error == std::errc() && end == text.data() + text.size()) return std::string();
+            return fmt::format("is '{}'; allowed: a whole number from 0 to 2^64 - 1", text);
+        },
+        ">= 0");
+}
+
+/// low <= number <= high; unlike CLI::Range it refuses nan.
+inline CLI::Validator between(double low, double high) {
+    return number_check(fmt::format(">= {} and <= {}", low, high),
+                        [low, high](double value) { return value >= low && value <= high; });
+}
+
+/// How many samples a node of local bounds has.
+inline CLI::Validator sample_count() {
+    return CLI::Validator(
+        [](std::string& text) {
+            int count = -1;
+            const bool ok = CLI::detail::lexical_cast(text, count) && count >= 0 &&
+                            count <= LearnedModel::max_samples && count % LearnedModel::lanes == 0;
+            return ok ? std::string() : fmt::format("is '{}'; allowed: 0, 16, 32 .. 128", text);
+        },
+        "0, 16 .. 128");
+}
+
+/// The names of these bounds, and the old names of release 0.1.
+inline CLI::Validator bounds_name(std::span<const BoundKind> kinds = bound_kinds) {
+    std::vector<std::string> names;
+    for (const BoundKind kind : kinds) names.emplace_back(name(kind));
+    const CLI::Validator is_member = CLI::IsMember(names);
+    return CLI::Validator(
+        [is_member](std::string& text) {
+            std::string now(current_bound_name(text));
+            return is_member(now);
+        },
+        is_member.get_description());
+}
+
+}  // namespace nbd

@@ -1,0 +1,143 @@
+#include "training/evaluate/coverage.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "apps/cli/load.hpp"
+#include "apps/cli/option_checks.hpp"
+#include "apps/commands/commands.hpp"
+#include "meshing/h5/atomic_file.hpp"
+#include "training/calibrate/calibrate.hpp"
+#include "training/calibrate/random_splits.hpp"
+#include "training/evaluate/contact_scenes.hpp"
+#include "training/evaluate/evaluate.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/tree_file.hpp"
+
+namespace nbd {
+namespace {
+
+struct CoverageArguments {
+    std::string tree, recording, csv, contacts_csv;
+    std::vector<std::string> bounds;
+    ContactScenesConfig contacts;
+    int splits = 0;
+};
+
+/// Those that were asked for, or all that are calibrated.
+std::vector<BoundKind> chosen_bounds(const std::vector<std::string>& names, const CollisionTree& tree) {
+    std::vector<BoundKind> kinds;
+    for (const std::string& name : names) kinds.push_back(bound_kind(name));
+    if (names.empty())
+        for (const auto& [kind, calibration] : tree.calibrations) kinds.push_back(kind);
+    return kinds;
+}
+
+void write(const std::string& path, const std::string& text) {
+    if (path.empty()) return;
+    h5::AtomicFile file(path);
+    file.out() << text;
+    file.commit();
+}
+
+nlohmann::ordered_json to_json(const CoverageRow& row) {
+    return {{"bound", name(row.bound)},
+            {"depth", row.depth},
+            {"trajectories", row.trajectories},
+            {"keeping", row.keeping},
+            {"keeping_low", row.keeping_share.low},
+            {"keeping_high", row.keeping_share.high},
+            {"nodes_missing", row.nodes_missing},
+            {"nodes_missing_low", row.nodes_missing_mean.low},
+            {"nodes_missing_high", row.nodes_missing_mean.high},
+            {"vertices_outside", row.vertices_outside},
+            {"inflation", row.inflation},
+            {"out_of_range", row.out_of_range}};
+}
+
+nlohmann::ordered_json to_json(const ContactScenesRow& row) {
+    return {{"bound", name(row.bound)},
+            {"scenes", row.scenes},
+            {"scenes_missing", row.scenes_missing},
+            {"face_pairs", row.face_pairs},
+            {"missed", row.missed},
+            {"missed_share_low", row.missed_share.low},
+            {"missed_share_high", row.missed_share.high},
+            {"out_of_range", row.out_of_range}};
+}
+
+void run(const CoverageArguments& arguments, Output& out) {
+    for (const std::string& path : {arguments.csv, arguments.contacts_csv})
+        if (!path.empty()) check_output(path, {arguments.tree, arguments.recording});
+    check_distinct({{"csv", arguments.csv}, {"contacts csv", arguments.contacts_csv}});
+    const TreeFile file = load_tree(arguments.tree);
+    const RecordingReader recording(arguments.recording);
+    const auto tree = std::make_shared<const CollisionTree>(file.tree);
+    const SurfaceBody body = surface_body(file);
+    const std::vector<BoundKind> kinds = chosen_bounds(arguments.bounds, *tree);
+    if (kinds.empty())
+        throw std::runtime_error(
+            fmt::format("{0}: no bounds are calibrated; do so with: nbdtree calibrate {0}", arguments.tree));
+    const TestFrames poses = test_frames(file, recording).back();
+    out.text(poses.name);
+
+    std::vector<CoverageRow> coverage;
+    for (const BoundKind kind : kinds) {
+        const auto rows = measure_coverage(body, tree, kind, recording, poses.frames);
+        coverage.insert(coverage.end(), rows.begin(), rows.end());
+    }
+    out.text(to_text(coverage));
+    write(arguments.csv, to_csv(coverage));
+    nlohmann::ordered_json coverage_table = nlohmann::ordered_json::array(), contact_table = coverage_table;
+    for (const CoverageRow& row : coverage) coverage_table.push_back(to_json(row));
+    if (arguments.contacts.scenes > 0) {
+        const auto rows =
+            check_contact_scenes(body, tree, kinds, recording, poses.frames, arguments.contacts);
+        out.text(to_text(rows));
+        write(arguments.contacts_csv, to_csv(rows));
+        for (const ContactScenesRow& row : rows) contact_table.push_back(to_json(row));
+    }
+    if (arguments.splits > 0)
+        for (const BoundKind kind : kinds)
+            out.text(fmt::format("{}: {}", name(kind),
+                                 to_text(check_random_splits(file, kind, recording, arguments.splits))));
+    out.result({{"coverage", coverage_table}, {"contact_scenes", contact_table}});
+}
+
+}  // namespace
+
+void add_coverage(CLI::App& app, Output& out) {
+    auto arguments = std::make_shared<CoverageArguments>();
+    CLI::App* command = app.add_subcommand(
+        "coverage",
+        "Whether a tree's calibrated bounds keep their stated miss rate, and what their misses cost");
+    command->footer(
+        "On the recording of the training: its held-out trajectories. On another recording of the body: all\n"
+        "complete trajectories.");
+    command->add_option("TREE", arguments->tree, "Tree file")->required();
+    command->add_option("DATA", arguments->recording, "Recording of the body")->required();
+    command->add_option("--bounds", arguments->bounds, "Which bounds; without it all that are calibrated")
+        ->delimiter(',')
+        ->check(bounds_name());
+    command
+        ->add_option("--contacts", arguments->contacts.scenes,
+                     "Contact scenes of two bodies, in which missed face pairs are counted; 0: none")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 1'000'000));
+    command->add_option("--seed", arguments->contacts.seed, "Of the contact scenes")
+        ->capture_default_str()
+        ->check(seed_check());
+    command
+        ->add_option("--splits", arguments->splits,
+                     "Draws calibration and test trajectories anew so many times, from all that training did "
+                     "not see, and tells how often the stated miss rate was kept")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 100'000));
+    command->add_option("--csv", arguments->csv, "The table of nodes and vertices as a file");
+    command->add_option("--contacts-csv", arguments->contacts_csv, "The table of contact scenes as a file");
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+}  // namespace nbd

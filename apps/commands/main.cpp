@@ -1,0 +1,29 @@
+// The command `nbdtree`.
+#include "apps/cli/program.hpp"
+#include "apps/commands/commands.hpp"
+
+int main(int argc, char** argv) {
+    const auto add_commands = [](CLI::App& app, nbd::Output& out) {
+        nbd::add_mesh(app, out);
+        nbd::add_modes(app, out);
+        nbd::add_dataset(app, out);
+        nbd::add_remap(app, out);
+        nbd::add_train(app, out);
+        nbd::add_calibrate(app, out);
+        nbd::add_evaluate(app, out);
+        nbd::add_figures(app, out);
+        nbd::add_transfer(app, out);
+        nbd::add_export(app, out);
+        nbd::add_coverage(app, out);
+        nbd::add_simulate(app, out);
+        nbd::add_validate(app, out);
+        nbd::add_collide(app, out);
+        nbd::add_inspect(app, out);
+        nbd::add_bench(app);
+    };
+    return nbd::run_program({.name = "nbdtree",
+                             .description = "Deformable solids with learned collision culling.",
+                             .add_commands = add_commands,
+                             .old_names = {{"trust", "coverage"}, {"carry", "remap"}}},
+                            argc, argv);
+}

@@ -1,0 +1,73 @@
+#include "apps/commands/pose_argument.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <regex>
+#include <stdexcept>
+
+#include "collision/bounds/certified/solid_meter.hpp"
+#include "meshing/formats/read_surface.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/tree_file.hpp"
+
+namespace nbd {
+namespace {
+
+/// nodes: out, [N, 3] of the body.
+Vertices recorded_pose(const TreeFile& file, const std::string& path, int id, int frame, Vertices& nodes) {
+    const RecordingReader recording(path);
+    const auto& trajectories = recording.trajectories();
+    const auto found = std::ranges::find(trajectories, id, &TrajectoryInfo::id);
+    if (found == trajectories.end())
+        throw std::runtime_error(
+            fmt::format("{}: no trajectory {}, it has {}", path, id, trajectories.size()));
+    if (found->body_hash != file.facts.body_hash)
+        throw std::runtime_error(fmt::format("{}: trajectory {} is of another body than the tree", path, id));
+    if (frame >= found->frames)
+        throw std::runtime_error(
+            fmt::format("{}: no frame {} in trajectory {}, it has {}", path, frame, id, found->frames));
+    Vertices x;
+    recording.read(static_cast<int>(found - trajectories.begin()), frame, 1, nodes);
+    apply_embedding(file.W, nodes, x);
+    return x;
+}
+
+Vertices surface_pose(const TreeFile& file, const std::string& path) {
+    const TriMesh mesh = read_surface(path);
+    if (mesh.F.rows() != file.tree.faces.rows() || mesh.F != file.tree.faces)
+        throw std::runtime_error(fmt::format("{}: its {} faces are not those of the tree ({})", path,
+                                             mesh.F.rows(), file.tree.faces.rows()));
+    return mesh.X.cast<float>();
+}
+
+}  // namespace
+
+PosedSurface read_pose(const std::string& argument) {
+    const std::size_t at = argument.find('@');
+    if (at == std::string::npos) {
+        const TriMesh mesh = read_surface(argument);
+        Vertices x = mesh.X.cast<float>();
+        return {shared_exact_tree(x, mesh.F), x, false};
+    }
+    if (at == 0 || at + 1 == argument.size())
+        throw std::invalid_argument(
+            fmt::format("'{}': a name is empty; allowed: SURFACE or TREE.h5@POSE", argument));
+    TreeFile file = load_tree(argument.substr(0, at));
+    const std::string pose = argument.substr(at + 1);
+    std::smatch part;
+    Vertices nodes;
+    std::vector<RegionMotion> motion;
+    Vertices x = std::regex_match(pose, part, std::regex("(.+):([0-9]{1,9}):([0-9]{1,9})"))
+                     ? recorded_pose(file, part[1], std::stoi(part[2]), std::stoi(part[3]), nodes)
+                     : surface_pose(file, pose);
+    if (file.tree.certified && nodes.rows() > 0) {
+        SolidMeter meter(file.solid, std::make_shared<const TetRegions>(file.tree.certified->regions));
+        const std::span<const RegionMotion> measured = meter.measure(nodes);
+        motion.assign(measured.begin(), measured.end());
+    }
+    return {std::make_shared<const CollisionTree>(std::move(file.tree)), std::move(x), true,
+            std::move(motion)};
+}
+
+}  // namespace nbd

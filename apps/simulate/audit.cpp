@@ -1,0 +1,82 @@
+#include "apps/simulate/audit.hpp"
+
+#include "collision/base/stopwatch.hpp"
+#include "collision/query/missing_pairs.hpp"
+
+namespace nbd {
+AuditCount& AuditCount::operator+=(const AuditCount& other) {
+    intersecting += other.intersecting;
+    intersecting_missed += other.intersecting_missed;
+    near += other.near;
+    near_missed += other.near_missed;
+    tests += other.tests;
+    exact_tests += other.exact_tests;
+    us += other.us;
+    exact_us += other.exact_us;
+    return *this;
+}
+
+template <class Question>
+auto Audit::Side::measured(const Question& question) {
+    const Stopwatch watch;
+    const auto answer = question();
+    us += watch.microseconds();
+    const QueryCounters& count = query.counters();
+    tests += count.node_tests + count.box_tests + count.triangle_tests;
+    return answer;
+}
+
+void Audit::Side::begin_poses(World& world) {
+    tests = 0;
+    us = 0;
+    for (std::size_t i = 0; i < trees.size(); ++i) {
+        const int body = static_cast<int>(i);
+        const Vertices& x = world.surface(body).x_float();
+        const auto motion = world.motion(body);
+        const Stopwatch watch;
+        trees[i].begin_pose(x, motion);
+        us += watch.microseconds();
+    }
+}
+
+std::span<const FacePair> Audit::Side::intersecting(std::size_t a, std::size_t b) {
+    return measured([&] { return query.intersecting(trees[a], trees[b]); });
+}
+
+std::span<const FacePair> Audit::Side::within(std::size_t a, std::size_t b, float distance) {
+    return measured([&] { return query.within(trees[a], trees[b], distance); });
+}
+
+Audit::Audit(const SceneSpec& spec, const std::vector<LoadedBody>& bodies) {
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+        const TriMesh& surface = bodies[i].body.surface;
+        const auto tree =
+            bodies[i].tree ? bodies[i].tree : shared_exact_tree(surface.X.cast<float>(), surface.F);
+        scene_.trees.emplace_back(tree, spec.bodies[i].bounds, spec.bodies[i].margin);
+        exact_.trees.emplace_back(tree, BoundKind::exact);
+    }
+}
+
+AuditCount Audit::check(World& world) {
+    scene_.begin_poses(world);
+    exact_.begin_poses(world);
+    const auto distance = static_cast<float>(world.thickness());
+    const std::size_t bodies = exact_.trees.size();
+    AuditCount count;
+    for (std::size_t a = 0; a < bodies; ++a)
+        for (std::size_t b = a + 1; b < bodies; ++b) {
+            const auto crossing = exact_.intersecting(a, b);
+            count.intersecting += static_cast<long>(crossing.size());
+            count.intersecting_missed += missing_pairs(crossing, scene_.intersecting(a, b));
+            const auto near = exact_.within(a, b, distance);
+            count.near += static_cast<long>(near.size());
+            count.near_missed += missing_pairs(near, scene_.within(a, b, distance));
+        }
+    count.tests = scene_.tests;
+    count.exact_tests = exact_.tests;
+    count.us = scene_.us;
+    count.exact_us = exact_.us;
+    return count;
+}
+
+}  // namespace nbd

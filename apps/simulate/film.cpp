@@ -1,0 +1,104 @@
+#include "apps/simulate/film.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "apps/drawing/ball_mesh.hpp"
+#include "apps/drawing/picture.hpp"
+#include "sim/scene/scene_parts.hpp"
+
+namespace nbd {
+namespace {
+
+const std::array<Eigen::Vector3f, 6> colours{
+    Eigen::Vector3f{0.36f, 0.68f, 0.45f}, Eigen::Vector3f{0.35f, 0.56f, 0.86f},
+    Eigen::Vector3f{0.95f, 0.66f, 0.28f}, Eigen::Vector3f{0.66f, 0.48f, 0.80f},
+    Eigen::Vector3f{0.88f, 0.42f, 0.40f}, Eigen::Vector3f{0.35f, 0.72f, 0.74f}};
+const Eigen::Vector3f obstacle_colour{0.72f, 0.72f, 0.74f};
+
+PictureSurface as_surface(const TriMesh& mesh, const Eigen::Vector3d& shift, const Eigen::Vector3f& colour) {
+    return {(mesh.X.rowwise() + shift.transpose()).cast<float>(), mesh.F, colour};
+}
+
+/// 1, 2 or 5 times a power of ten, near a length.
+float round_length(double length) {
+    const double power = std::pow(10, std::floor(std::log10(length)));
+    const double factor = length / power;
+    return static_cast<float>(power * (factor < 1.5 ? 1 : factor < 3.5 ? 2 : factor < 7.5 ? 5 : 10));
+}
+
+/// From the side and a little above; up is against gravity.
+Camera camera_for(const Eigen::Vector3d& gravity) {
+    Camera camera;
+    if (gravity.norm() > 0) camera.up = -gravity.normalized().cast<float>();
+    const Eigen::Vector3f side =
+        std::abs(camera.up.z()) > 0.5f ? Eigen::Vector3f(0.5f, 0.87f, 0) : Eigen::Vector3f(0.5f, 0, -0.87f);
+    camera.forward = (side - side.dot(camera.up) * camera.up).normalized() - 0.42f * camera.up;
+    camera.forward.normalize();
+    return camera;
+}
+
+}  // namespace
+
+Film::Film(const SceneSpec& spec, int stills)
+    : frames_(spec.time.frames + 1),
+      stills_(std::min(frames_, stills)),
+      gravity_(spec.gravity),
+      obstacles_(spec.obstacles) {}
+
+bool Film::wants(int frame) const {
+    // The first still at or after the frame; stills are (frames - 1) / (stills - 1) frames apart.
+    const long still = (static_cast<long>(frame) * (stills_ - 1) + frames_ - 2) / (frames_ - 1);
+    return frame == still * (frames_ - 1) / (stills_ - 1);
+}
+
+void Film::add_frame(double time, std::vector<TriMesh> surfaces) {
+    kept_.push_back({time, std::move(surfaces)});
+}
+
+void Film::write(const std::filesystem::path& path) const {
+    if (kept_.empty()) return;
+    Camera camera = camera_for(gravity_);
+    Eigen::AlignedBox3f seen;
+    for (const Still& still : kept_)
+        for (const TriMesh& mesh : still.surfaces)
+            for (Eigen::Index i = 0; i < mesh.X.rows(); ++i)
+                seen.extend(camera.seen(mesh.X.row(i).transpose().cast<float>()));
+    const Eigen::Vector3f right = camera.forward.cross(camera.up).normalized();
+    camera.target = seen.center().x() * right + seen.center().y() * right.cross(camera.forward) +
+                    seen.center().z() * camera.forward;
+    const Eigen::Vector3f size = 1.25f * seen.sizes();
+    constexpr int height = 400;
+    const float aspect = std::clamp(size.x() / size.y(), 0.6f, 1.5f);
+    camera.extent = std::max(size.y(), size.x() / aspect);
+
+    std::vector<Obstacle> obstacles;
+    for (const SceneObstacle& obstacle : obstacles_) obstacles.push_back(make_obstacle(obstacle));
+    std::vector<Image> images;
+    for (const Still& still : kept_) {
+        std::vector<PictureSurface> surfaces;
+        std::vector<PictureFloor> floors;
+        for (std::size_t b = 0; b < still.surfaces.size(); ++b)
+            surfaces.push_back(
+                as_surface(still.surfaces[b], Eigen::Vector3d::Zero(), colours[b % colours.size()]));
+        for (const Obstacle& obstacle : obstacles) {
+            const Eigen::Vector3d shift = displacement_at(obstacle, still.time);
+            if (const auto* plane = std::get_if<PlaneShape>(&obstacle.shape))
+                floors.push_back({(plane->point + shift).cast<float>(), plane->normal.cast<float>(),
+                                  round_length(camera.extent / 8)});
+            else if (const auto* ball = std::get_if<BallShape>(&obstacle.shape))
+                surfaces.push_back(as_surface(ball_mesh(ball->centre, ball->radius), shift, obstacle_colour));
+            else
+                surfaces.push_back(
+                    as_surface(std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh(), shift,
+                               obstacle_colour));
+        }
+        images.push_back(draw(surfaces, floors, camera, static_cast<int>(aspect * height), height));
+    }
+    write_png(path, contact_sheet(images, 3));
+}
+
+}  // namespace nbd

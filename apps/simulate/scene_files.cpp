@@ -1,0 +1,50 @@
+#include "apps/simulate/scene_files.hpp"
+
+#include <fmt/core.h>
+
+#include <stdexcept>
+
+#include "apps/cli/mesh_file.hpp"
+#include "training/files/tree_file.hpp"
+
+namespace nbd {
+
+std::vector<std::filesystem::path> scene_inputs(const SceneSpec& spec) {
+    std::vector<std::filesystem::path> files;
+    const auto add = [&](const std::filesystem::path& file) {
+        if (!file.empty()) files.push_back(file);
+    };
+    for (const SceneBody& body : spec.bodies) {
+        add(body.file);
+        add(body.tree);
+    }
+    for (const SceneObstacle& obstacle : spec.obstacles) add(obstacle.mesh);
+    return files;
+}
+
+const Body& SceneFiles::body(const SceneBody& spec, const Output& out) {
+    const SceneMeshing& m = spec.meshing;
+    const std::string key =
+        fmt::format("{}|{}|{}|{}|{}|{}", spec.file.string(), static_cast<int>(spec.source), m.tets.nodes,
+                    m.tets.grading, m.levels, static_cast<int>(m.scheme));
+    const auto known = bodies_.find(key);
+    if (known != bodies_.end()) return known->second;
+    const MeshFileConfig config{.tets = m.tets, .material = {}, .levels = m.levels, .scheme = m.scheme};
+    Body body = spec.source == BodySource::body   ? load_body(spec.file)
+                : spec.source == BodySource::tets ? body_of_tets(spec.file, config, out)
+                                                  : body_of_surface(spec.file, config, out);
+    return bodies_.emplace(key, std::move(body)).first->second;
+}
+
+LoadedBody SceneFiles::load(const SceneBody& spec, const Output& out) {
+    LoadedBody loaded{body(spec, out), nullptr};
+    if (spec.tree.empty()) return loaded;
+    TreeFile file = load_tree(spec.tree);
+    if (file.facts.body_hash != body_hash(loaded.body))
+        throw std::runtime_error(
+            fmt::format("{}: is the tree of another body than {}", spec.tree.string(), spec.file.string()));
+    loaded.tree = std::make_shared<const CollisionTree>(std::move(file.tree));
+    return loaded;
+}
+
+}  // namespace nbd

@@ -1,0 +1,64 @@
+#include "apps/simulate/simulation_frame.hpp"
+
+#include <utility>
+
+#include "apps/simulate/byte_stream.hpp"
+
+namespace nbd {
+namespace {
+
+/// Rows of a matrix in place of vectors, which are no plain values.
+Nodes rows_of(const std::vector<Eigen::Vector3d>& vectors) {
+    Nodes rows(static_cast<Eigen::Index>(vectors.size()), 3);
+    for (std::size_t i = 0; i < vectors.size(); ++i) rows.row(static_cast<Eigen::Index>(i)) = vectors[i];
+    return rows;
+}
+
+}  // namespace
+
+SimulationFrame take_frame(int number, const World& world, std::vector<StepRow> steps) {
+    SimulationFrame frame{
+        .number = number, .world = world.snapshot(), .contact_forces = {}, .steps = std::move(steps)};
+    for (int b = 0; b < world.body_count(); ++b) frame.contact_forces.push_back(world.contact_forces(b));
+    return frame;
+}
+
+std::string to_bytes(const SimulationFrame& frame) {
+    ByteWriter out;
+    out.put(frame.number);
+    out.put(frame.world.time);
+    out.put(frame.world.dt_before);
+    out.put(frame.world.bodies.size());
+    for (const BodyState& body : frame.world.bodies) {
+        out.put_nodes(body.x);
+        out.put_nodes(body.v);
+    }
+    out.put_all(frame.world.sides.vertices);
+    out.put_nodes(rows_of(frame.world.sides.normals));
+    out.put_all(frame.world.sides.depths);
+    for (const Nodes& forces : frame.contact_forces) out.put_nodes(forces);
+    out.put_all(frame.steps);
+    return out.bytes();
+}
+
+SimulationFrame frame_from(std::string_view bytes) {
+    ByteReader in(bytes);
+    SimulationFrame frame;
+    frame.number = in.get<int>();
+    frame.world.time = in.get<double>();
+    frame.world.dt_before = in.get<double>();
+    const auto bodies = in.get<std::size_t>();
+    for (std::size_t b = 0; b < bodies; ++b) {
+        Nodes x = in.get_nodes();
+        frame.world.bodies.push_back({std::move(x), in.get_nodes()});
+    }
+    frame.world.sides.vertices = in.get_all<std::array<int, 3>>();
+    const Nodes normals = in.get_nodes();
+    for (Eigen::Index i = 0; i < normals.rows(); ++i) frame.world.sides.normals.emplace_back(normals.row(i));
+    frame.world.sides.depths = in.get_all<double>();
+    for (std::size_t b = 0; b < bodies; ++b) frame.contact_forces.push_back(in.get_nodes());
+    frame.steps = in.get_all<StepRow>();
+    return frame;
+}
+
+}  // namespace nbd

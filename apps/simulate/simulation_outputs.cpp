@@ -1,0 +1,100 @@
+#include "apps/simulate/simulation_outputs.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "apps/cli/load.hpp"
+#include "meshing/formats/write_surface.hpp"
+#include "meshing/h5/temporary_files.hpp"
+#include "sim/fem/stress.hpp"
+
+namespace nbd {
+namespace {
+
+/// "1_upper_ring" of the body with number 1 and the name "upper ring": safe in file names, and unique.
+std::string file_name(std::size_t body, std::string name) {
+    std::ranges::replace_if(
+        name, [](unsigned char c) { return !std::isalnum(c) && c != '-' && c != '_'; }, '_');
+    return fmt::format("{}_{}", body, name.substr(0, 100));
+}
+
+}  // namespace
+
+SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& spec, const World& world,
+                                     const std::vector<std::string>& body_hashes)
+    : paths_(paths), world_(world), recording_(paths.recording), film_(spec, 6) {
+    for (int b = 0; b < world.body_count(); ++b) {
+        const auto i = static_cast<std::size_t>(b);
+        TrajectoryInfo info;
+        info.id = b;
+        info.seed = spec.seed;
+        info.body_hash = body_hashes[i];
+        info.recipe = spec.text;
+        handles_.push_back(recording_.begin_trajectory(info, world.elastic(b).node_count()));
+        start_.push_back(world.state(b).x);
+        names_.push_back(file_name(i, spec.bodies[i].name));
+    }
+    for (const auto& path : {paths.recording, paths.csv, paths.picture}) h5::remove_abandoned(path);
+    if (!paths.vtu.empty()) {
+        h5::remove_abandoned(paths.vtu / "scene");
+        vtu_.emplace(paths.vtu, "scene");
+    }
+    if (!paths.obj.empty()) {
+        for (const std::string& name : names_) h5::remove_abandoned(paths.obj / name);
+        make_folder(paths.obj);
+    }
+}
+
+void SimulationOutputs::add_frame(const SimulationFrame& frame) {
+    table_.add(frame.steps);
+    add_to_recording(frame);
+    if (vtu_) add_vtu(frame);
+    if (!paths_.obj.empty() || (!paths_.picture.empty() && film_.wants(frame.number))) add_surfaces(frame);
+}
+
+void SimulationOutputs::add_to_recording(const SimulationFrame& frame) {
+    for (std::size_t b = 0; b < handles_.size(); ++b)
+        recording_.add_frame(handles_[b], frame.world.time, frame.world.bodies[b].x.cast<float>());
+}
+
+void SimulationOutputs::add_vtu(const SimulationFrame& frame) {
+    std::vector<Eigen::VectorXd> stresses;
+    std::vector<VtuBody> grids;
+    stresses.reserve(start_.size());
+    for (std::size_t b = 0; b < start_.size(); ++b) {
+        const ElasticBody& elastic = world_.elastic(static_cast<int>(b));
+        const BodyState& state = frame.world.bodies[b];
+        stresses.push_back(von_mises_stress(elastic, state.x));
+        grids.push_back({.T = &elastic.rest().T,
+                         .start = &start_[b],
+                         .x = &state.x,
+                         .v = &state.v,
+                         .contact_force = &frame.contact_forces[b],
+                         .von_mises = &stresses.back()});
+    }
+    vtu_->add_frame(frame.world.time, grids);
+}
+
+void SimulationOutputs::add_surfaces(const SimulationFrame& frame) {
+    std::vector<TriMesh> surfaces;
+    for (std::size_t b = 0; b < start_.size(); ++b) {
+        const ContactSurface& surface = world_.surface(static_cast<int>(b));
+        surfaces.push_back({Nodes(surface.W() * frame.world.bodies[b].x), surface.F()});
+        if (!paths_.obj.empty())
+            write_surface(paths_.obj / fmt::format("{}_{:06}.obj", names_[b], frame.number),
+                          surfaces.back().X, surfaces.back().F);
+    }
+    if (!paths_.picture.empty() && film_.wants(frame.number))
+        film_.add_frame(frame.world.time, std::move(surfaces));
+}
+
+void SimulationOutputs::finish(const std::string& failure) {
+    for (const int handle : handles_) recording_.end_trajectory(handle, failure);
+    recording_.finish();
+    if (!paths_.csv.empty()) table_.write(paths_.csv);
+    if (!paths_.picture.empty()) film_.write(paths_.picture);
+}
+
+}  // namespace nbd

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "apps/simulate/audit.hpp"
+#include "sim/world/world.hpp"
+
+namespace nbd {
+
+/// What one step did: a line of the table. Plain values, so that a journal can keep it.
+struct StepRow {
+    int frame = 0;  // that the step leads to
+    double time = 0;
+    int contacts = 0, substeps = 0, newton_iterations = 0, solver_iterations = 0, inverted_elements = 0;
+    bool solver_converged = true, audited = false;
+    long face_pairs = 0, nodes_bounded = 0, nodes_out_of_range = 0;
+    double kinetic_energy = 0, elastic_energy = 0, gravity_energy = 0, deepest_penetration = 0;
+    double update_us = 0, collision_us = 0;  // measured; all else is the same in every run
+    AuditCount audit{};
+};
+
+StepRow step_row(int frame, const WorldReport& report);
+
+/// Sums and means over a whole run. Costs are means a step.
+struct StepTotals {
+    double time = 0;  // seconds simulated
+    int steps = 0, frames_in_contact = 0;
+    double deepest_penetration = 0;  // metres
+    double update_us = 0, collision_us = 0, nodes_bounded = 0;
+    long nodes_out_of_range = 0;
+    int audited_frames = 0;
+    AuditCount audit;
+};
+
+/// What a scene's steps did, a row a step.
+class StepTable {
+ public:
+    void add(const std::vector<StepRow>& rows) { rows_.insert(rows_.end(), rows.begin(), rows.end()); }
+    StepTotals totals() const;
+
+    /// CSV, a line a step: SI units, costs in microseconds, an audited frame's pairs at its last step.
+    /// Atomic.
+    void write(const std::filesystem::path& path) const;
+
+ private:
+    std::vector<StepRow> rows_;
+};
+
+}  // namespace nbd

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <vector>
+
+#include "collision/bounds/bound.hpp"
+#include "collision/topology/sphere_tree.hpp"
+
+namespace nbd {
+
+/// Every node's bounding sphere from the vertices themselves, bottom-up, at each pose: the rule of
+/// bounding_sphere() to within rounding, for the whole tree. Each sphere contains its node's vertices.
+/// Work: one gather of the vertices, then one distance a vertex and level.
+class ExactBound {
+ public:
+    /// tree: referred to.
+    explicit ExactBound(const SphereTree& tree);
+    void begin_pose(VerticesRef x) noexcept;
+    Sphere bound(int node) const noexcept { return spheres_[static_cast<std::size_t>(node)]; }
+
+ private:
+    static constexpr int lanes = 16;
+    using Lanes = Eigen::Array<float, lanes, 1>;
+    /// Positions of 16 vertices of a leaf. The last block of a leaf repeats the leaf's first vertex.
+    struct Block {
+        Lanes x, y, z;
+    };
+    struct Leaf {
+        int node;
+        std::size_t block_begin, block_end;
+    };
+
+    void gather(VerticesRef x) noexcept;
+    void add_up_centres() noexcept;
+    void measure_radii() noexcept;
+
+    const SphereTree* tree_;
+    std::vector<int> parents_;  // [nodes], -1 at the root
+    std::vector<Leaf> leaves_;
+    std::vector<int> rows_;  // [blocks * lanes] vertex in each lane
+    std::vector<Block> blocks_;
+    std::vector<Eigen::Vector3d> sums_;  // [nodes] of the positions of the node's vertex list
+    std::vector<Lanes> squared_;         // [nodes] largest squared distance from the centre, lane by lane
+    std::vector<Sphere> spheres_;        // [nodes]
+};
+
+}  // namespace nbd

@@ -1,0 +1,110 @@
+#include "collision/bounds/learned/byte_networks.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <stdexcept>
+
+#include "collision/base/message.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int most = 127;
+
+template <class... Parts>
+void require(bool ok, const Parts&... parts) {
+    if (!ok) throw std::invalid_argument(message("NBD-Tree: ", parts...));
+}
+
+/// The scale of numbers up to `largest`. Its digits are few enough for most * scale to be exact, so that the
+/// scale of rounded numbers is the same again.
+float scale_for(float largest) noexcept {
+    const auto bits = std::bit_cast<std::uint32_t>(largest / most);
+    return std::bit_cast<float>((bits + 0xffu) & ~0xffu);
+}
+
+}  // namespace
+
+ByteNetworks::ByteNetworks(int inputs, int hidden, std::span<const float> weights)
+    : inputs_(inputs), hidden_(hidden) {
+    require(inputs >= 1 && inputs <= max_inputs, inputs, " inputs, allowed: 1 to ", max_inputs);
+    require(hidden >= 1 && hidden <= max_hidden, "hidden width ", hidden, ", allowed: 1 to ", max_hidden);
+    const auto each = static_cast<std::size_t>(weight_count());
+    require(weights.size() % each == 0, weights.size(), " weights, allowed: multiples of ", each);
+    count_ = static_cast<int>(weights.size() / each);
+    for (int l = 0; l < layers; ++l) {
+        const auto at = static_cast<std::size_t>(l);
+        places_[at + 1] = {places_[at].bytes + padded(layer_inputs(l)) * padded(layer_outputs(l)),
+                           places_[at].outputs + padded(layer_outputs(l))};
+    }
+    const auto networks = static_cast<std::size_t>(count_);
+    bytes_.resize(networks * static_cast<std::size_t>(places_.back().bytes));
+    sums_.resize(networks * static_cast<std::size_t>(places_.back().outputs));
+    numbers_.resize(2 * sums_.size());
+    const float* next = weights.data();
+    for (int i = 0; i < count_; ++i)
+        for (int l = 0; l < layers; ++l) {
+            const Eigen::Index in = layer_inputs(l), out = layer_outputs(l);
+            const Eigen::Map<const Eigen::MatrixXf> W(next, out, in);
+            const Eigen::Map<const Eigen::VectorXf> b(next + in * out, out);
+            next += (in + 1) * out;
+            require(W.allFinite() && b.allFinite(), "a weight of node ", i, " is not finite");
+            const ByteLayer to = layer(i, l);
+            std::int8_t* bytes = bytes_.data() + (to.weights - bytes_.data());
+            std::int32_t* sums = sums_.data() + (to.sums - sums_.data());
+            float *scales = numbers_.data() + (to.scales - numbers_.data()), *biases = scales + to.outputs;
+            for (int o = 0; o < static_cast<int>(out); ++o) {
+                scales[o] = scale_for(W.row(o).cwiseAbs().maxCoeff());
+                biases[o] = b[o];
+                if (scales[o] == 0) continue;
+                for (int k = 0; k < static_cast<int>(in); ++k) {
+                    const auto weight =
+                        std::clamp(static_cast<int>(std::lrint(W(o, k) / scales[o])), -most, most);
+                    bytes[to.at(o, k)] = static_cast<std::int8_t>(weight);
+                    sums[o] += weight;
+                }
+            }
+        }
+}
+
+std::vector<float> ByteNetworks::weights() const {
+    std::vector<float> weights;
+    weights.reserve(static_cast<std::size_t>(count_) * static_cast<std::size_t>(weight_count()));
+    for (int i = 0; i < count_; ++i)
+        for (int l = 0; l < layers; ++l) {
+            const ByteLayer from = layer(i, l);
+            for (int k = 0; k < layer_inputs(l); ++k)
+                for (int o = 0; o < layer_outputs(l); ++o)
+                    weights.push_back(from.scales[o] * static_cast<float>(from.weights[from.at(o, k)]));
+            weights.insert(weights.end(), from.biases, from.biases + layer_outputs(l));
+        }
+    return weights;
+}
+
+ByteLayer ByteNetworks::layer(int i, int layer) const noexcept {
+    const Place &place = places_[static_cast<std::size_t>(layer)], &whole = places_.back();
+    const std::ptrdiff_t output = std::ptrdiff_t{i} * whole.outputs + place.outputs;
+    const int outputs = padded(layer_outputs(layer));
+    return {.weights = bytes_.data() + std::ptrdiff_t{i} * whole.bytes + place.bytes,
+            .sums = sums_.data() + output,
+            .scales = numbers_.data() + 2 * output,
+            .biases = numbers_.data() + 2 * output + outputs,
+            .quads = padded(layer_inputs(layer)) / 4,
+            .outputs = outputs,
+            .relu = layer < layers - 1};
+}
+
+void ByteNetworks::evaluate(int first, const FixedVector& x, std::span<Eigen::Array4f> results,
+                            const FixedColumns& columns, float* products) const noexcept {
+    ByteLayer all[max_at_once][layers];
+    const auto count = static_cast<int>(results.size());
+    for (int i = 0; i < count; ++i)
+        for (int l = 0; l < layers; ++l) all[i][l] = layer(first + i, l);
+    alignas(64) float numbers[max_at_once][lanes];
+    kernels().networks(all, count, columns, x.fixed(), x.scale(), numbers, products);
+    for (std::size_t i = 0; i < results.size(); ++i)
+        results[i] = Eigen::Map<const Eigen::Array4f>(numbers[i]);
+}
+
+}  // namespace nbd

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "collision/bounds/bound.hpp"
+#include "collision/bounds/learned/learned_model.hpp"
+
+namespace nbd {
+
+/// Learned bounds of a pose. begin_pose() costs nothing: a node reads its own samples when it is asked for.
+class LearnedSpheres {
+ public:
+    /// model: referred to.
+    explicit LearnedSpheres(const LearnedModel& model) : model_(&model) {}
+
+    /// x: referred to until the next pose.
+    void begin_pose(const Positions& x) noexcept { x_ = x; }
+    Sphere bound(int node) noexcept {
+        x_.require(model_->node_samples(node));
+        const LearnedSphere learned = learned_sphere(*model_, node, x_);
+        ood_score_ = learned.ood_score;
+        return learned.sphere;
+    }
+    float ood_score(int) const noexcept { return ood_score_; }
+
+ private:
+    const LearnedModel* model_;
+    Positions x_;
+    float ood_score_ = 0;  // of the last sphere
+};
+static_assert(GatedBound<LearnedSpheres>);
+
+}  // namespace nbd

@@ -1,0 +1,92 @@
+#include "collision/bounds/learned/modal_coordinates.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+#include <stdexcept>
+
+#include "collision/base/message.hpp"
+
+namespace nbd {
+namespace {
+
+/// Sum of w (x, 1) (X, 1)^T about the first points: no digits are lost far from the origin.
+Eigen::Matrix4d weighted_moments(VerticesRef X, VerticesRef x, Eigen::Ref<const Eigen::VectorXf> w) noexcept {
+    const double X0 = X(0, 0), X1 = X(0, 1), X2 = X(0, 2), x0 = x(0, 0), x1 = x(0, 1), x2 = x(0, 2);
+    double sums[4][4] = {};  // plain arrays, which the compiler keeps in registers
+    for (Eigen::Index i = 0; i < X.rows(); ++i) {
+        const double weight = w[i];
+        const double from[4] = {weight * (X(i, 0) - X0), weight * (X(i, 1) - X1), weight * (X(i, 2) - X2),
+                                weight};
+        const double to[4] = {x(i, 0) - x0, x(i, 1) - x1, x(i, 2) - x2, 1};
+        for (int column = 0; column < 4; ++column)
+            for (int row = 0; row < 4; ++row) sums[column][row] += from[column] * to[row];
+    }
+    return Eigen::Map<const Eigen::Matrix4d>(&sums[0][0]);
+}
+
+}  // namespace
+
+RigidTransform match_shape(VerticesRef X, VerticesRef x, Eigen::Ref<const Eigen::VectorXf> w) noexcept {
+    const Eigen::Matrix4d moments = weighted_moments(X, x, w);
+    const double total = moments(3, 3);
+    const Eigen::Vector3d mean_X = moments.row(3).head<3>().transpose() / total,
+                          mean_x = moments.col(3).head<3>() / total;
+    Eigen::Matrix3d A = moments.topLeftCorner<3, 3>() - total * mean_x * mean_X.transpose();
+    // Points on a line or all in one place leave R open; this picks the R nearest to the identity, and is
+    // far below float precision for all others.
+    A.diagonal().array() += 1e-10 * A.norm();
+
+    RigidTransform align;
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+    if (svd.info() == Eigen::Success) {
+        const bool reflected = svd.matrixU().determinant() * svd.matrixV().determinant() < 0;
+        const Eigen::Vector3d signs(1, 1, reflected ? -1 : 1);
+        R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    }
+    align.R = R.cast<float>();
+    const Eigen::Vector3d X0 = X.row(0).transpose().cast<double>(), x0 = x.row(0).transpose().cast<double>();
+    align.t = (x0 + mean_x - R * (X0 + mean_X)).cast<float>();
+    return align;
+}
+
+RigidTransform modal_coordinates(const ClusteredModes& modes, VerticesRef x, ModalCoordinatesScratch& scratch,
+                                 Eigen::Ref<Eigen::VectorXf> z) noexcept {
+    const Eigen::Index k = modes.X.rows();
+    scratch.x.resize(k, 3);
+    if (scratch.d.size() != 3 * k) scratch.d = FixedVector(3 * k);
+    for (Eigen::Index i = 0; i < k; ++i)
+        scratch.x.row(i) = x.row(modes.representatives[static_cast<std::size_t>(i)]);
+    const RigidTransform align = match_shape(modes.X, scratch.x, modes.w);
+    auto d = scratch.d.numbers();
+    for (Eigen::Index i = 0; i < k; ++i) {
+        const Eigen::Vector3f y = align.R.transpose() * (scratch.x.row(i).transpose() - align.t);
+        d.segment<3>(3 * i) = modes.w[i] * (y - modes.X.row(i).transpose());
+    }
+    scratch.d.fix();
+    modes.U.transposed_times(scratch.d, z);
+    return align;
+}
+
+void check_clustered_modes(const ClusteredModes& modes, int vertex_count) {
+    const auto k = static_cast<Eigen::Index>(modes.representatives.size());
+    if (k == 0) throw std::invalid_argument("modes: no representative vertices");
+    for (const int v : modes.representatives)
+        if (v < 0 || v >= vertex_count)
+            throw std::invalid_argument(message("modes: representative vertex ", v, ", but the surface has ",
+                                                vertex_count, " vertices"));
+    if (modes.w.size() != k || modes.X.rows() != k || modes.U.rows() != 3 * k)
+        throw std::invalid_argument(message("modes: ", k, " representatives, but ", modes.w.size(),
+                                            " weights, ", modes.X.rows(), " rest positions and ",
+                                            modes.U.rows(), " rows of U instead of ", 3 * k));
+    if (modes.U.cols() == 0) throw std::invalid_argument("modes: U has no columns");
+    if (!modes.X.allFinite() || !modes.U.all_finite())
+        throw std::invalid_argument("modes: a rest position or an entry of U is not finite");
+    for (Eigen::Index i = 0; i < k; ++i)
+        if (!(modes.w[i] > 0 && std::isfinite(modes.w[i])))
+            throw std::invalid_argument(
+                message("modes: weight ", i, " is ", modes.w[i], ", allowed: finite and above 0"));
+}
+
+}  // namespace nbd

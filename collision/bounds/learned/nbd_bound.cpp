@@ -1,0 +1,60 @@
+#include "collision/bounds/learned/nbd_bound.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace nbd {
+
+static_assert(GatedBound<NbdBound> && ByteNetworks::max_at_once >= 2);
+
+NbdBound::NbdBound(const SphereTree& tree, const NbdModel& model)
+    : tree_(&tree),
+      model_(&model),
+      z_(Eigen::VectorXf::Zero(model.mode_count())),
+      zn_(model.mode_count()),
+      difference_(z_),
+      whitened_(z_) {
+    const std::vector<int>& representatives = model.modes.representatives;
+    const int vertex_count = tree.vertices.empty() ? 0 : std::ranges::max(tree.vertices) + 1;
+    std::vector<int> row_of(static_cast<std::size_t>(vertex_count), -1);
+    for (std::size_t k = 0; k < representatives.size(); ++k)
+        if (representatives[k] < vertex_count)
+            row_of[static_cast<std::size_t>(representatives[k])] = static_cast<int>(k);
+    for (const int v : tree.vertices) {
+        seen_begin_.push_back(static_cast<int>(seen_.size()));
+        if (const int row = row_of[static_cast<std::size_t>(v)]; row >= 0) seen_.push_back(row);
+    }
+    seen_begin_.push_back(static_cast<int>(seen_.size()));
+}
+
+void NbdBound::begin_pose(VerticesRef x) noexcept {
+    align_ = modal_coordinates(model_->modes, x, scratch_, z_);
+    zn_.numbers() = (z_ - model_->z_centre).cwiseProduct(model_->z_scale);
+    zn_.fix();
+    code_ood_score_ = -1;
+    first_ = -1;
+}
+
+float NbdBound::ood_score(int node) noexcept {
+    if (!(code_ood_score_ >= 0)) {
+        code_ood_score_ = 0;
+        if (const auto m = static_cast<float>(model_->z_mean.size()); m > 0) {
+            difference_ = zn_.numbers() - model_->z_mean;
+            whitened_.noalias() = model_->z_whitening * difference_;
+            code_ood_score_ = std::sqrt(whitened_.squaredNorm() / m);
+        }
+    }
+    const SphereTree::Node& n = tree_->nodes[static_cast<std::size_t>(node)];
+    const auto begin = static_cast<std::size_t>(seen_begin_[static_cast<std::size_t>(n.vertex_begin)]),
+               end = static_cast<std::size_t>(seen_begin_[static_cast<std::size_t>(n.vertex_end)]);
+    float squared = last_.r * last_.r;
+    for (const int row : std::span(seen_).subspan(begin, end - begin))
+        squared = std::max(squared, (scratch_.x.row(row).transpose() - last_.c).squaredNorm());
+    float outside = 0 * (last_.c.sum() + last_.r);  // not a number where the sphere is none
+    if (squared > last_.r * last_.r) outside = std::sqrt(squared) / last_.r - 1;
+    constexpr float radii = 20;  // what standing outside by a radius weighs, in standard deviations
+    return code_ood_score_ + radii * outside;
+}
+
+}  // namespace nbd

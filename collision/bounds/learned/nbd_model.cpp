@@ -1,0 +1,71 @@
+#include "collision/bounds/learned/nbd_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "collision/base/message.hpp"
+
+namespace nbd {
+namespace {
+
+template <class... Parts>
+void require(bool ok, const Parts&... parts) {
+    if (!ok) throw std::invalid_argument(message("NBD-Tree: ", parts...));
+}
+
+}  // namespace
+
+void nbd_spheres(const NbdModel& model, const SphereTree& tree, int first, const FixedVector& zn,
+                 std::span<Sphere> spheres) noexcept {
+    constexpr int most = ByteNetworks::max_at_once;
+    Eigen::Array4f results[most];
+    Eigen::Matrix<float, 3, most> linear = Eigen::Matrix<float, 3, most>::Zero();
+    const auto count = static_cast<Eigen::Index>(spheres.size());
+    const FixedColumns columns = model.centre_map.size() > 0
+                                     ? model.centre_map.columns(3 * Eigen::Index{first}, 3 * count)
+                                     : FixedColumns{};
+    model.networks.evaluate(first, zn, std::span(results).first(spheres.size()), columns, linear.data());
+    for (std::size_t i = 0; i < spheres.size(); ++i) {
+        const auto node = static_cast<Eigen::Index>(i) + first;
+        const Eigen::Array4f delta =
+            results[i] * model.out_scale.col(node).array() + model.out_centre.col(node).array();
+        const Sphere& rest = tree.rest[static_cast<std::size_t>(node)];
+        spheres[i] = {rest.c + delta.head<3>().matrix() + linear.col(static_cast<Eigen::Index>(i)),
+                      std::max(rest.r + delta[3], 0.f)};
+    }
+}
+
+void check_nbd_model(const NbdModel& model, const SphereTree& tree, int vertex_count) {
+    check_clustered_modes(model.modes, vertex_count);
+    const int m = model.mode_count();
+    require(model.z_centre.size() == m && model.z_scale.size() == m, "z_centre and z_scale have ",
+            model.z_centre.size(), " and ", model.z_scale.size(), " entries instead of ", m);
+    require(model.z_centre.allFinite() && model.z_scale.allFinite(),
+            "the scaling of the modal coordinates is not finite");
+    const std::size_t nodes = tree.nodes.size();
+    require(model.networks.inputs() == m && static_cast<std::size_t>(model.networks.count()) == nodes, "has ",
+            model.networks.count(), " networks of ", model.networks.inputs(), " inputs instead of ", nodes,
+            " of ", m);
+    for (const Eigen::MatrixXf* a : {&model.out_centre, &model.out_scale}) {
+        require(a->rows() == NbdModel::outputs && static_cast<std::size_t>(a->cols()) == nodes,
+                "the scaling of the outputs is ", a->rows(), " x ", a->cols(), " instead of ",
+                NbdModel::outputs, " x ", nodes);
+        require(a->allFinite(), "the scaling of the outputs is not finite");
+    }
+    const FixedMatrix& map = model.centre_map;
+    require(map.size() == 0 || (map.rows() == m && static_cast<std::size_t>(map.cols()) == 3 * nodes),
+            "the linear part of the centres is ", map.rows(), " x ", map.cols(), " instead of ", m, " x ",
+            3 * nodes);
+    require(map.all_finite(), "the linear part of the centres is not finite");
+    require(model.z_mean.size() == model.z_whitening.rows() &&
+                (model.z_mean.size() == 0 || model.z_mean.size() == m) &&
+                model.z_whitening.cols() == model.z_whitening.rows(),
+            "the spread of the modal coordinates has a mean of ", model.z_mean.size(), " numbers and ",
+            model.z_whitening.rows(), " x ", model.z_whitening.cols(), " more, allowed: ", m, " and ", m,
+            " x ", m, ", or none");
+    require(model.z_mean.allFinite() && model.z_whitening.allFinite(),
+            "the spread of the modal coordinates is not finite");
+}
+
+}  // namespace nbd

@@ -1,0 +1,212 @@
+#include "collision/flat/flat_tree.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <stdexcept>
+#include <system_error>
+
+#include "collision/base/message.hpp"
+#include "collision/base/notice.hpp"
+#include "collision/flat/flat_fields.hpp"
+
+namespace nbd {
+namespace {
+
+// The fields of a tree: `file` is a FlatFieldWriter or a FlatFieldReader, the other argument const or not.
+// Names in brackets must be all members of a struct, in order, so that a new one cannot be forgotten.
+
+constexpr auto sphere_fields = [](auto& file, auto& spheres) {
+    using Node = SphereTree::Node;
+    auto& [nodes, faces, vertices, rest] = spheres;
+    file.table("topology/nodes", nodes, FlatColumn{"first_child", &Node::first_child},
+               FlatColumn{"depth", &Node::depth}, FlatColumn{"face_begin", &Node::face_begin},
+               FlatColumn{"face_end", &Node::face_end}, FlatColumn{"vertex_begin", &Node::vertex_begin},
+               FlatColumn{"vertex_end", &Node::vertex_end});
+    file.field("topology/faces", faces);
+    file.field("topology/vertices", vertices);
+    file.table("topology/rest_spheres", rest, FlatColumn{"c", &Sphere::c}, FlatColumn{"r", &Sphere::r});
+};
+
+constexpr auto modes_fields = [](auto& file, const std::string& group, auto& modes) {
+    auto& [representatives, w, X, U] = modes;
+    file.field(group + "/representatives", representatives);
+    file.field(group + "/w", w);
+    file.field(group + "/X", X);
+    file.field(group + "/U", U);
+};
+
+constexpr auto bd_fields = [](auto& file, auto& bd) {
+    auto& [modes, z_to_q, Ubar, dr] = bd;
+    modes_fields(file, "bd/modes", modes);
+    file.field("bd/z_to_q", z_to_q);
+    file.field("bd/Ubar", Ubar);
+    file.field("bd/dr", dr);
+};
+
+constexpr auto nbd_fields = [](auto& file, auto& nbd) {
+    auto& [modes, z_centre, z_scale, networks, out_centre, out_scale, centre_map, z_mean, z_whitening] = nbd;
+    modes_fields(file, "nbd/modes", modes);
+    int hidden = networks.hidden();
+    std::vector<float> weights = networks.weights();
+    file.field("nbd/hidden", hidden);
+    file.field("nbd/z_centre", z_centre);
+    file.field("nbd/z_scale", z_scale);
+    file.field("nbd/weights", weights);
+    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(nbd)>>) {
+        networks = ByteNetworks(nbd.mode_count(), hidden, weights);
+        if (networks.weights() != weights)
+            throw std::invalid_argument("NBD-Tree: holds weights that are not rounded to bytes");
+    }
+    file.field("nbd/out_centre", out_centre);
+    file.field("nbd/out_scale", out_scale);
+    file.field("nbd/centre_map", centre_map);
+    file.field("nbd/z_mean", z_mean);
+    file.field("nbd/z_whitening", z_whitening);
+};
+
+constexpr auto learned_fields = [](auto& file, auto& learned) {
+    using Node = LearnedModel::Node;
+    using Fit = LearnedModel::BoxFit;
+    auto& [network, nodes, samples, values, boxes] = learned;
+    file.field("learned/network", network);
+    file.table("learned/nodes", nodes, FlatColumn{"sample_begin", &Node::sample_begin},
+               FlatColumn{"sample_count", &Node::sample_count}, FlatColumn{"value_begin", &Node::value_begin},
+               FlatColumn{"exact", &Node::exact});
+    file.field("learned/samples", samples);
+    file.field("learned/values", values);
+    file.table("learned/boxes", boxes, FlatColumn{"growth", &Fit::growth}, FlatColumn{"mean", &Fit::mean},
+               FlatColumn{"inverse_deviation", &Fit::inverse_deviation});
+};
+
+constexpr auto certified_fields = [](auto& file, auto& certified) {
+    using Cell = CertifiedModel::Cell;
+    using Pair = CertifiedModel::RegionPair;
+    using Leg = CertifiedModel::Leg;
+    auto& [regions, cell_begin, cells, legs, pairs, rounding, reach] = certified;
+    auto& [of_tet, sample_begin, samples] = regions;
+    file.field("certified/regions/of_tet", of_tet);
+    file.field("certified/regions/sample_begin", sample_begin);
+    file.field("certified/regions/samples", samples);
+    file.field("certified/cell_begin", cell_begin);
+    file.table("certified/cells", cells, FlatColumn{"anchor", &Cell::anchor},
+               FlatColumn{"carrier", &Cell::carrier}, FlatColumn{"leg_begin", &Cell::leg_begin},
+               FlatColumn{"leg_end", &Cell::leg_end}, FlatColumn{"path", &Cell::path},
+               FlatColumn{"weight", &Cell::weight}, FlatColumn{"m", &Cell::m}, FlatColumn{"B", &Cell::B});
+    file.table("certified/legs", legs, FlatColumn{"pair", &Leg::pair}, FlatColumn{"length", &Leg::length});
+    file.table("certified/pairs", pairs, FlatColumn{"carrier", &Pair::carrier},
+               FlatColumn{"other", &Pair::other});
+    file.field("certified/rounding", rounding);
+    file.field("certified/reach", reach);
+};
+
+constexpr auto tree_fields = [](auto& file, auto& tree) {
+    auto& [vertex_count, faces, spheres, bd, nbd, learned, certified, calibrations] = tree;
+    file.field("surface/vertex_count", vertex_count);
+    file.field("surface/faces", faces);
+    sphere_fields(file, spheres);
+    file.optional("bd", bd, bd_fields);
+    file.optional("nbd", nbd, nbd_fields);
+    file.optional("learned", learned, learned_fields);
+    file.optional("certified", certified, certified_fields);
+    for (const BoundKind kind : bound_kinds) {
+        const std::string group = message("calibration/", name(kind));
+        file.entry(group, calibrations, kind, [&](auto& part, auto& calibration) {
+            auto& [miss_rate, confidence, trajectories, poses, margins, limits] = calibration;
+            part.field(group + "/miss_rate", miss_rate);
+            part.field(group + "/confidence", confidence);
+            part.field(group + "/trajectories", trajectories);
+            part.field(group + "/poses", poses);
+            part.field(group + "/margins", margins);
+            part.field(group + "/limits", limits);
+        });
+    }
+};
+
+/// Release 0.1 wrote version 2, with other names. Release 0.3 will no longer read it.
+void use_names_of_version_2(FlatFieldReader& file) {
+    file.rename("modal/code_mean", "nbd/z_mean");
+    file.rename("modal/code_whitening", "nbd/z_whitening");
+    file.rename("modal/", "nbd/");
+    file.rename("bd/code_to_q", "bd/z_to_q");
+    file.rename("local/", "learned/");
+    file.rename("calibration/modal/", "calibration/nbd/");
+    file.rename("calibration/local/", "calibration/learned_spheres/");
+    file.rename("calibration/local_boxes/", "calibration/learned_boxes/");
+    notice(
+        "a flat tree of release 0.1, which release 0.3 will refuse; `nbdtree export --flat` writes it anew");
+}
+
+[[noreturn]] void fail(const std::filesystem::path& path, const auto&... parts) {
+    throw std::runtime_error(message(path.string(), ": ", parts...));
+}
+
+/// The file's bytes; of a foreign one, which may be large, no more than it takes to see that.
+std::vector<std::byte> file_content(const std::filesystem::path& path) {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(path, error);
+    if (error) fail(path, "cannot be read: ", error.message());
+    errno = 0;
+    std::ifstream in(path, std::ios::binary);
+    std::vector<std::byte> content;
+    const auto read_to = [&](std::uintmax_t end) {
+        const std::size_t begin = content.size();
+        content.resize(static_cast<std::size_t>(end));
+        in.read(reinterpret_cast<char*>(content.data() + begin), static_cast<std::streamsize>(end - begin));
+        if (!in) fail(path, "cannot be read: ", std::generic_category().message(errno));
+    };
+    read_to(std::min<std::uintmax_t>(size, sizeof(FlatHeader)));
+    if (is_flat_file(content)) read_to(size);
+    return content;
+}
+
+}  // namespace
+
+CollisionTree read_flat_tree(std::span<const std::byte> file) {
+    FlatFieldReader reader(file);
+    CollisionTree tree;
+    try {
+        if (reader.version() < 3) use_names_of_version_2(reader);
+        tree_fields(reader, tree);
+        reader.finish();
+        check_collision_tree(tree);
+    } catch (const std::invalid_argument& e) {
+        throw std::runtime_error(e.what());
+    }
+    return tree;
+}
+
+std::vector<std::byte> write_flat_tree(const CollisionTree& tree) {
+    check_collision_tree(tree);
+    FlatFieldWriter writer;
+    tree_fields(writer, tree);
+    return writer.finish();
+}
+
+CollisionTree load_flat_tree(const std::filesystem::path& path) {
+    const std::vector<std::byte> content = file_content(path);
+    try {
+        return read_flat_tree(content);
+    } catch (const std::runtime_error& e) {
+        fail(path, e.what());
+    }
+}
+
+void save_flat_tree(const std::filesystem::path& path, const CollisionTree& tree) {
+    const std::vector<std::byte> bytes = write_flat_tree(tree);
+    std::filesystem::path partial = path;
+    partial += ".partial";
+    errno = 0;
+    std::ofstream out(partial, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    std::error_code error(errno, std::generic_category());
+    if (out) std::filesystem::rename(partial, path, error);
+    if (!out || error) {
+        std::error_code ignored;
+        std::filesystem::remove(partial, ignored);
+        fail(path, "cannot be written: ", error.message());
+    }
+}
+
+}  // namespace nbd

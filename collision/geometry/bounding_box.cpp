@@ -1,0 +1,35 @@
+#include "collision/geometry/bounding_box.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace nbd {
+
+Box bounding_box(const Positions& x, std::span<const int> vertices) noexcept {
+    // Four boxes at a time, since each minimum waits for the one before.
+    constexpr int chains = 4;
+    Box part[chains] = {empty_box(), empty_box(), empty_box(), empty_box()};
+    const auto add = [&](Box& box, int vertex) {
+        const Eigen::Array4f p = x[vertex];
+        box.lo = box.lo.min(p);
+        box.hi = box.hi.max(p);
+    };
+    const int *begin = vertices.data(), *end = begin + vertices.size();
+    for (; end - begin >= chains; begin += chains)
+        for (int c = 0; c < chains; ++c) add(part[c], begin[c]);
+    for (; begin < end; ++begin) add(part[0], *begin);
+    Box box = joined(joined(part[0], part[1]), joined(part[2], part[3]));
+    box.lo[3] = box.hi[3] = 0;
+    return box;
+}
+
+Sphere sphere_around(const Box& box) noexcept {
+    // Middle and half diagonal round by a few ulp, the middle of coordinates that may be large beside the
+    // box.
+    constexpr float ulp = std::numeric_limits<float>::epsilon();
+    const Eigen::Array4f centre = (box.lo + box.hi) / 2, half = (box.hi - centre).max(centre - box.lo);
+    const float far = std::max(box.lo.abs().maxCoeff(), box.hi.abs().maxCoeff());
+    return {centre.head<3>().matrix(), half.matrix().norm() * (1 + 4 * ulp) + 2 * ulp * far};
+}
+
+}  // namespace nbd

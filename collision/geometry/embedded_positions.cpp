@@ -1,0 +1,56 @@
+#include "collision/geometry/embedded_positions.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <stdexcept>
+
+#include "collision/base/message.hpp"
+
+namespace nbd {
+
+EmbeddedPositions::EmbeddedPositions(std::span<const int> row_begin, std::span<const int> columns,
+                                     std::span<const float> weights, int node_count)
+    : node_count_(node_count),
+      row_begin_(row_begin.begin(), row_begin.end()),
+      columns_(columns.begin(), columns.end()),
+      weights_(weights.begin(), weights.end()) {
+    if (row_begin.empty() || row_begin.front() != 0 || !std::ranges::is_sorted(row_begin) ||
+        static_cast<std::size_t>(row_begin.back()) != columns.size() || columns.size() != weights.size())
+        throw std::invalid_argument(message("an embedding's rows must begin at 0 and end, ascending, at its ",
+                                            columns.size(), " columns and ", weights.size(), " weights"));
+    for (const int column : columns)
+        if (column < 0 || column >= node_count)
+            throw std::invalid_argument(
+                message("an embedding refers to node ", column, ", but there are ", node_count));
+    x_.setZero(4, vertex_count());
+    poses_.assign(static_cast<std::size_t>(vertex_count()), 0);
+}
+
+void EmbeddedPositions::begin_pose(VerticesRef nodes) noexcept {
+    assert(nodes.rows() == node_count_);
+    nodes_ = nodes.data();
+    stride_ = nodes.outerStride();
+    computed_ = 0;
+    if (++pose_ == 0) {  // the count has come round: no row belongs to a pose any more
+        std::ranges::fill(poses_, 0);
+        pose_ = 1;
+    }
+}
+
+void EmbeddedPositions::compute(int vertex) noexcept {
+    const auto v = static_cast<std::size_t>(vertex);
+    Eigen::Array3f sum = Eigen::Array3f::Zero();
+    for (auto k = static_cast<std::size_t>(row_begin_[v]); k < static_cast<std::size_t>(row_begin_[v + 1]);
+         ++k)
+        sum += weights_[k] * Eigen::Map<const Eigen::Array3f>(nodes_ + stride_ * columns_[k]);
+    x_.col(vertex).head<3>() = sum.matrix();
+    poses_[v] = pose_;
+    ++computed_;
+}
+
+void EmbeddedPositions::compute_all() noexcept {
+    for (int v = 0; v < vertex_count(); ++v)
+        if (poses_[static_cast<std::size_t>(v)] != pose_) compute(v);
+}
+
+}  // namespace nbd

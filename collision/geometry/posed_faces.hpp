@@ -1,0 +1,26 @@
+#pragma once
+
+#include "collision/geometry/box.hpp"
+#include "collision/geometry/geometry.hpp"
+#include "collision/geometry/positions.hpp"
+
+namespace nbd {
+
+/// Faces in a pose, as triangle tests read them.
+struct PosedFaces {
+    const Faces* F = nullptr;
+    Positions x;  // whose vertices of the faces have been required
+
+    /// See Positions::operator[] for what the fourth number is.
+    Eigen::Array4f corner(int face, int k) const noexcept { return x[(*F)(face, k)]; }
+    /// The fourth numbers of its corners are of no meaning.
+    Box box(int face) const noexcept {
+        const Eigen::Array4f a = corner(face, 0), b = corner(face, 1), c = corner(face, 2);
+        return {a.min(b).min(c), a.max(b).max(c)};
+    }
+    Triangle triangle(int face) const noexcept {
+        return {x.point((*F)(face, 0)), x.point((*F)(face, 1)), x.point((*F)(face, 2))};
+    }
+};
+
+}  // namespace nbd

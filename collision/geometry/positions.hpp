@@ -1,0 +1,64 @@
+#pragma once
+
+#include <span>
+
+#include "collision/base/prefetch.hpp"
+#include "collision/geometry/embedded_positions.hpp"
+#include "collision/geometry/geometry.hpp"
+
+namespace nbd {
+
+/// All positions of a pose, referred to; perhaps computed on demand. Who reads vertices asks for them with
+/// require() first.
+class Positions {
+ public:
+    using Rows = Eigen::Map<const Vertices, 0, Eigen::OuterStride<>>;
+
+    Positions() = default;
+    Positions(VerticesRef x) noexcept
+        : x_(x.data()), rows_(x.rows()), stride_(x.outerStride()), last_(x.rows() - 1) {}
+    Positions(const Vertices& x) noexcept : Positions(VerticesRef(x)) {}
+    template <int Options, class Stride>
+    Positions(const Eigen::Map<const Vertices, Options, Stride>& x) noexcept : Positions(VerticesRef(x)) {}
+    explicit Positions(EmbeddedPositions& source) noexcept
+        : x_(source.rows().data()),
+          rows_(source.vertex_count()),
+          stride_(source.rows().outerStride()),
+          last_(-1),  // its rows have four numbers each
+          source_(&source) {}
+
+    void require(std::span<const int> vertices) const noexcept {
+        if (source_) source_->compute(vertices);
+    }
+
+    void require_all() const noexcept {
+        if (source_) source_->compute_all();
+    }
+    bool on_demand() const noexcept { return source_ != nullptr; }
+
+    /// Has the cache bring them; nothing where they are computed on demand.
+    void prefetch(std::span<const int> vertices) const noexcept {
+        if (source_) return;
+        for (const int v : vertices) prefetch_line(data(v));
+    }
+
+    /// Vertex `v` as four floats, so that it fits a vector register: x, y, z and something, finite or not,
+    /// that must not be looked at.
+    Eigen::Array4f operator[](int v) const noexcept {
+        const float* p = data(v);
+        if (v == last_) return {p[0], p[1], p[2], 0};  // nothing need come after
+        return Eigen::Map<const Eigen::Array4f>(p);
+    }
+    Eigen::Map<const Eigen::Vector3f> point(int v) const noexcept {
+        return Eigen::Map<const Eigen::Vector3f>(data(v));
+    }
+    const float* data(int v) const noexcept { return x_ + stride_ * v; }
+    Rows rows() const noexcept { return {x_, rows_, 3, Eigen::OuterStride<>(stride_)}; }
+
+ private:
+    const float* x_ = nullptr;
+    Eigen::Index rows_ = 0, stride_ = 3, last_ = -1;
+    EmbeddedPositions* source_ = nullptr;
+};
+
+}  // namespace nbd

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "collision/geometry/box.hpp"
+#include "collision/kernels/kernels.hpp"
+#include "collision/kernels/packs.hpp"
+
+namespace nbd {
+
+inline BoxPack::BoxPack() noexcept {
+    for (auto& axis : lo)
+        for (float& side : axis) side = empty_box().lo[0];
+    for (auto& axis : hi)
+        for (float& side : axis) side = empty_box().hi[0];
+}
+
+inline void BoxPack::set(int lane, const Box& box) noexcept {
+    for (int axis = 0; axis < 3; ++axis) {
+        lo[axis][lane] = box.lo[axis];
+        hi[axis][lane] = box.hi[axis];
+    }
+}
+
+inline Box BoxPack::box(int lane) const noexcept {
+    return {{lo[0][lane], lo[1][lane], lo[2][lane], 0}, {hi[0][lane], hi[1][lane], hi[2][lane], 0}};
+}
+
+inline void BoxPack::grow(float by) noexcept {
+    for (auto& axis : lo)
+        for (float& side : axis) side -= by;
+    for (auto& axis : hi)
+        for (float& side : axis) side += by;
+}
+
+/// The eight numbers of a box, as kernels take them.
+inline const float* numbers(const Box& box) noexcept {
+    static_assert(sizeof(Box) == 8 * sizeof(float));
+    return reinterpret_cast<const float*>(&box);
+}
+
+/// Bit k is set unless box k of s and t have no point in common.
+inline unsigned overlapping(const BoxPack& s, const Box& t) noexcept {
+    std::uint16_t mask;
+    kernels().overlapping(&s, 1, numbers(t), &mask);
+    return mask;
+}
+
+}  // namespace nbd

@@ -1,0 +1,94 @@
+#include "collision/query/many_body_query.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace nbd {
+namespace {
+
+/// Holds all points within `distance` of the body, as far as the bound of its root holds the body.
+Box root_box(PosedTree& body, float distance) noexcept {
+    Box box;
+    if (const auto root = body.box(0)) {
+        box = *root;
+    } else {
+        const Sphere& sphere = body.sphere(0);
+        const Eigen::Array3f lo = sphere.c.array() - sphere.r, hi = sphere.c.array() + sphere.r;
+        box = {{lo[0], lo[1], lo[2], 0}, {hi[0], hi[1], hi[2], 0}};
+    }
+    // Each side rounds by an ulp of its coordinate or of the distance.
+    const Eigen::Array4f ulps =
+        4 * std::numeric_limits<float>::epsilon() * (box.lo.abs().max(box.hi.abs()) + distance);
+    const Box grown{box.lo - distance / 2 - ulps, box.hi + distance / 2 + ulps};
+    if (grown.lo.hasNaN() || grown.hi.hasNaN()) return {-empty_box().lo, -empty_box().hi};  // near everything
+    return grown.lo.allFinite() && grown.hi.allFinite() ? grown : empty_box();  // before the first pose
+}
+
+}  // namespace
+
+void ManyBodyQuery::deal_out(std::size_t bodies) {
+    order_.clear();
+    round_ends_.clear();
+    last_round_.assign(bodies, -1);
+    waiting_.resize(pairs_.size());
+    std::iota(waiting_.begin(), waiting_.end(), 0);
+    while (!waiting_.empty()) {
+        const int round = rounds();
+        std::size_t kept = 0;
+        for (const int pair : waiting_) {
+            const BodyIndices p = pairs_[static_cast<std::size_t>(pair)];
+            int& a = last_round_[static_cast<std::size_t>(p.a)];
+            int& b = last_round_[static_cast<std::size_t>(p.b)];
+            if (a == round || b == round) {
+                waiting_[kept++] = pair;
+            } else {
+                a = b = round;
+                order_.push_back(pair);
+            }
+        }
+        waiting_.resize(kept);
+        round_ends_.push_back(static_cast<int>(order_.size()));
+    }
+}
+
+template <class Ask>
+std::span<const TouchingBodies> ManyBodyQuery::run(std::span<PosedTree* const> bodies, float distance,
+                                                   const Ask& ask) {
+    roots_.resize(bodies.size());
+    const auto bound_root = [&](int i) {
+        const auto body = static_cast<std::size_t>(i);
+        roots_[body] = root_box(*bodies[body], distance);
+    };
+    executor_(static_cast<int>(bodies.size()), std::ref(bound_root));  // a reference needs no memory
+    pairs_ = sweep_.touching(roots_);
+    deal_out(bodies.size());
+    if (queries_.size() < pairs_.size()) queries_.resize(pairs_.size());
+    answers_.resize(pairs_.size());
+    int begin = 0;
+    for (const int end : round_ends_) {
+        const auto ask_pair = [&](int i) {
+            const auto pair = static_cast<std::size_t>(order_[static_cast<std::size_t>(begin + i)]);
+            const BodyIndices p = pairs_[pair];
+            answers_[pair] = {p, ask(queries_[pair], *bodies[static_cast<std::size_t>(p.a)],
+                                     *bodies[static_cast<std::size_t>(p.b)])};
+        };
+        executor_(end - begin, std::ref(ask_pair));
+        begin = end;
+    }
+    std::erase_if(answers_, [](const TouchingBodies& answer) { return answer.faces.empty(); });
+    return answers_;
+}
+
+std::span<const TouchingBodies> ManyBodyQuery::intersecting(std::span<PosedTree* const> bodies) {
+    return run(bodies, 0,
+               [](PairQuery& query, PosedTree& a, PosedTree& b) { return query.intersecting(a, b); });
+}
+
+std::span<const TouchingBodies> ManyBodyQuery::within(std::span<PosedTree* const> bodies, float distance) {
+    return run(bodies, distance, [distance](PairQuery& query, PosedTree& a, PosedTree& b) {
+        return query.within(a, b, distance);
+    });
+}
+
+}  // namespace nbd

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <algorithm>
+#include <iterator>
+#include <span>
+#include <vector>
+
+#include "collision/geometry/geometry.hpp"
+
+namespace nbd {
+
+/// How many of the exact face pairs are not among the found ones. Both sorted, without repeats.
+inline long missing_pairs(std::span<const FacePair> exact, std::span<const FacePair> found) {
+    std::vector<FacePair> missing;
+    std::ranges::set_difference(exact, found, std::back_inserter(missing));
+    return static_cast<long>(missing.size());
+}
+
+}  // namespace nbd

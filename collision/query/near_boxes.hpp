@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+
+#include "collision/geometry/separation.hpp"
+#include "collision/kernels/lane_mask.hpp"
+#include "collision/tree/leaf_boxes.hpp"
+
+namespace nbd {
+
+/// Which boxes are near other boxes: those that overlap them, or come within a distance, metres. Never leaves
+/// one out in error. See Kernels.
+class Overlapping {
+ public:
+    void all(const BoxPack* packs, int count, const Box& t, std::uint16_t* masks) const noexcept {
+        kernels_->overlapping(packs, count, numbers(t), masks);
+    }
+    void each(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which,
+              unsigned* masks) const noexcept {
+        kernels_->overlapping_each(packs, count, boxes, which, masks);
+    }
+
+ private:
+    const Kernels* kernels_ = &kernels();
+};
+class Within {
+ public:
+    explicit Within(float distance) noexcept : most_(certain_square(distance)) {}
+    void all(const BoxPack* packs, int count, const Box& t, std::uint16_t* masks) const noexcept {
+        kernels_->near(packs, count, numbers(t), most_, masks);
+    }
+    void each(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which,
+              unsigned* masks) const noexcept {
+        kernels_->near_each(packs, count, boxes, which, most_, masks);
+    }
+
+ private:
+    const Kernels* kernels_ = &kernels();
+    float most_;  // squared
+};
+
+/// A bit for each box of a node. Lanes without a box are left out below: they are far from every box, but not
+/// from a position that is no number, nor over a distance whose square overflows.
+inline unsigned all_boxes(const LeafBoxes::Opened& node) noexcept {
+    return node.count == 0 ? 0 : ~0u >> (LeafBoxes::max_boxes - node.count);
+}
+inline int pack_count(const LeafBoxes::Opened& node) noexcept { return node.count > BoxPack::lanes ? 2 : 1; }
+
+/// Bit k is set where box k of a node is near t.
+template <class Near>
+unsigned near_boxes(const LeafBoxes::Opened& s, const Box& t, const Near& near) noexcept {
+    std::uint16_t masks[2] = {0, 0};
+    near.all(s.packs.data(), pack_count(s), t, masks);
+    return (masks[0] | static_cast<unsigned>(masks[1]) << BoxPack::lanes) & all_boxes(s);
+}
+
+/// masks[i], for each bit i that is set in `which`: where the boxes of s are near box i of t.
+template <class Near>
+void near_boxes(const LeafBoxes::Opened& s, const LeafBoxes::Opened& t, unsigned which, const Near& near,
+                unsigned (&masks)[LeafBoxes::max_boxes]) noexcept {
+    near.each(s.packs.data(), pack_count(s), t.packs.data(), which, masks);
+    for_each_bit(which, [&](int i) { masks[i] &= all_boxes(s); });
+}
+
+}  // namespace nbd

@@ -1,0 +1,203 @@
+#include "collision/query/pair_query.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "collision/geometry/closest_points.hpp"
+#include "collision/geometry/separation.hpp"
+#include "collision/kernels/lane_mask.hpp"
+#include "collision/query/intersecting_faces.hpp"
+#include "collision/query/near_boxes.hpp"
+#include "collision/tree/posed_tree_state.hpp"
+
+namespace nbd {
+namespace {
+
+int face_count(const SphereTree::Node& node) noexcept { return node.face_end - node.face_begin; }
+
+/// Fetches what bounds of the nodes some pairs ahead will read, in three stages, each of which needs the one
+/// before to have come.
+template <class A, class B>
+void prefetch_ahead(const A& bounds_a, const B& bounds_b, const std::vector<NodePair>& level,
+                    std::size_t i) noexcept {
+    constexpr std::size_t nodes = 15, samples = 10, positions = 5;
+    const auto prefetch = [&](const auto& bounds, int NodePair::*node) {
+        if constexpr (requires { bounds.prefetch_positions(0); }) {
+            if (i + nodes < level.size()) bounds.prefetch_node(level[i + nodes].*node);
+            if (i + samples < level.size()) bounds.prefetch_samples(level[i + samples].*node);
+            if (i + positions < level.size()) bounds.prefetch_positions(level[i + positions].*node);
+        }
+    };
+    prefetch(bounds_a, &NodePair::a);
+    prefetch(bounds_b, &NodePair::b);
+}
+
+/// The walk of PairQuery over the sphere trees, for one pair of kinds of bounds. Level by level, so that
+/// what the next nodes read can be fetched meanwhile. level: scratch.
+template <Bound A, Bound B>
+void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, float distance,
+                std::vector<NodePair>& level, std::vector<NodePair>& next, std::vector<LeafPair>& leaf_pairs,
+                QueryCounters& counters) noexcept {
+    for (level.assign(1, {0, 0}); !level.empty(); std::swap(level, next)) {
+        next.clear();
+        counters.node_tests += static_cast<long>(level.size());
+        for (std::size_t i = 0; i < level.size(); ++i) {
+            const NodePair pair = level[i];
+            prefetch_ahead(bounds_a, bounds_b, level, i);
+            const SphereTree::Node& node_a = a.tree->spheres.nodes[static_cast<std::size_t>(pair.a)];
+            const SphereTree::Node& node_b = b.tree->spheres.nodes[static_cast<std::size_t>(pair.b)];
+            bool first_is_larger;
+            if constexpr (BoxBound<A> && BoxBound<B>) {
+                if (apart(bounds_a.box(pair.a), bounds_b.box(pair.b), distance)) continue;
+                first_is_larger = face_count(node_a) >= face_count(node_b);
+            } else {
+                const Sphere& sphere_a = a.spheres.get(pair.a, bounds_a);
+                const Sphere& sphere_b = b.spheres.get(pair.b, bounds_b);
+                if (apart(sphere_a, sphere_b, distance)) continue;
+                first_is_larger = sphere_a.r >= sphere_b.r;
+            }
+
+            if (node_a.is_leaf() && node_b.is_leaf()) {
+                leaf_pairs.push_back(pair);
+            } else if (node_b.is_leaf() || (!node_a.is_leaf() && first_is_larger)) {
+                next.push_back({node_a.first_child, pair.b});
+                next.push_back({node_a.first_child + 1, pair.b});
+            } else {
+                next.push_back({pair.a, node_b.first_child});
+                next.push_back({pair.a, node_b.first_child + 1});
+            }
+        }
+    }
+    // They have swapped places: the next walk may need either to be as large as the larger one.
+    level.reserve(next.capacity());
+    next.reserve(level.capacity());
+}
+
+/// The walk over the boxes under a pair of leaves: all pairs of faces whose boxes are near.
+template <class Near>
+void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, const Near& near,
+                std::vector<NodePair>& stack, std::vector<FacePair>& near_faces,
+                QueryCounters& counters) noexcept {
+    a.open(root_a);
+    b.open(root_b);
+    stack.assign(1, {root_a, root_b});
+    while (!stack.empty()) {
+        const NodePair pair = stack.back();
+        stack.pop_back();
+        const LeafBoxes::Node &node_a = a.node(pair.a), &node_b = b.node(pair.b);
+        const LeafBoxes::Opened& boxes_a = a.open(pair.a);
+        const unsigned near_b = near_boxes(boxes_a, b.whole(pair.b), near);
+        counters.box_tests += node_a.count;
+        if (near_b == 0) continue;
+        const LeafBoxes::Opened& boxes_b = b.open(pair.b);
+        unsigned any = 0;  // of b's boxes
+        unsigned masks[LeafBoxes::max_boxes];
+        near_boxes(boxes_b, boxes_a, near_b, near, masks);
+        for_each_bit(near_b, [&](int i) {
+            const unsigned mask = masks[i];
+            counters.box_tests += node_b.count;
+            any |= mask;
+            if (mask == 0 || (node_a.has_faces() && !node_b.has_faces())) return;
+            if (node_b.has_faces() && !node_a.has_faces())
+                stack.push_back({node_a.first_child + i, pair.b});
+            else if (node_b.has_faces())
+                for_each_bit(mask, [&](int j) {
+                    near_faces.push_back({node_a.first_slot + i, node_b.first_slot + j});
+                });
+            else
+                for_each_bit(mask, [&](int j) {
+                    stack.push_back({node_a.first_child + i, node_b.first_child + j});
+                    a.prefetch_node(stack.back().a);
+                    b.prefetch_node(stack.back().b);
+                });
+        });
+        if (node_a.has_faces() && !node_b.has_faces())
+            for_each_bit(any, [&](int j) { stack.push_back({pair.a, node_b.first_child + j}); });
+    }
+}
+
+}  // namespace
+
+void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {
+    assert(distance >= 0 && std::isfinite(distance));
+    counters_ = {};
+    leaf_pairs_.clear();
+    const auto bounded = [&] { return a.nodes_bounded() + (&a == &b ? 0 : b.nodes_bounded()); };
+    const auto out_of_range = [&] {
+        return a.nodes_out_of_range() + (&a == &b ? 0 : b.nodes_out_of_range());
+    };
+    const int bounded_before = bounded(), out_of_range_before = out_of_range();
+    std::visit(
+        [&](auto& bounds_a, auto& bounds_b) {
+            walk_nodes(*a.state_, bounds_a, *b.state_, bounds_b, distance, stack_, next_, leaf_pairs_,
+                       counters_);
+        },
+        a.state_->bounds, b.state_->bounds);
+    counters_.nodes_bounded = bounded() - bounded_before;
+    counters_.nodes_out_of_range = out_of_range() - out_of_range_before;
+    counters_.leaf_pairs = static_cast<long>(leaf_pairs_.size());
+}
+
+template <class Narrow>
+std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance,
+                                                     const Narrow& narrow) noexcept {
+    find_leaf_pairs(a, b, distance);
+    pairs_.clear();
+    LeafBoxes &boxes_a = a.state_->boxes, &boxes_b = b.state_->boxes;
+    const auto opened = [&] { return boxes_a.opened() + (&a == &b ? 0 : boxes_b.opened()); };
+    const long opened_before = opened();
+    for (std::size_t i = 0; i < leaf_pairs_.size(); ++i) {
+        const LeafPair pair = leaf_pairs_[i];
+        if (i + 2 < leaf_pairs_.size()) {
+            boxes_a.prefetch_vertices(boxes_a.root(leaf_pairs_[i + 2].a));
+            boxes_b.prefetch_vertices(boxes_b.root(leaf_pairs_[i + 2].b));
+        }
+        if (i + 1 < leaf_pairs_.size()) {
+            boxes_a.prefetch_positions(boxes_a.root(leaf_pairs_[i + 1].a));
+            boxes_b.prefetch_positions(boxes_b.root(leaf_pairs_[i + 1].b));
+        }
+        const auto walk = [&](const auto& near) {
+            walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), near, stack_, pairs_,
+                       counters_);
+        };
+        if (distance == 0)
+            walk(Overlapping{});
+        else
+            walk(Within(distance));
+    }
+    counters_.boxes_refitted = opened() - opened_before;
+    counters_.triangle_tests = static_cast<long>(pairs_.size());
+    narrow(pairs_, boxes_a.faces(), boxes_b.faces());
+    for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
+    // Every face belongs to one leaf, so no pair comes twice.
+    std::ranges::sort(pairs_);
+    counters_.face_pairs = static_cast<long>(pairs_.size());
+    return pairs_;
+}
+
+std::span<const FacePair> PairQuery::intersecting(PosedTree& a, PosedTree& b) noexcept {
+    return find_face_pairs(a, b, 0, keep_intersecting);
+}
+
+std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float distance) noexcept {
+    const auto keep_near = [&](std::vector<FacePair>& pairs, const PosedFaces& in_a, const PosedFaces& in_b) {
+        std::erase_if(pairs, [&](const FacePair& pair) {
+            return !(triangle_distance(in_a.triangle(pair.a), in_b.triangle(pair.b)) <= double{distance});
+        });
+    };
+    return find_face_pairs(a, b, distance, keep_near);
+}
+
+std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept {
+    return find_face_pairs(a, b, distance,
+                           [](std::vector<FacePair>&, const PosedFaces&, const PosedFaces&) {});
+}
+
+std::span<const LeafPair> PairQuery::leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {
+    find_leaf_pairs(a, b, distance);
+    std::ranges::sort(leaf_pairs_);
+    return leaf_pairs_;
+}
+
+}  // namespace nbd

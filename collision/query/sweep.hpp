@@ -1,0 +1,30 @@
+#pragma once
+
+#include <compare>
+#include <span>
+#include <vector>
+
+#include "collision/geometry/box.hpp"
+
+namespace nbd {
+
+/// Two bodies of a list, a < b.
+struct BodyIndices {
+    int a = 0, b = 0;
+    auto operator<=>(const BodyIndices&) const = default;
+};
+
+/// Finds the boxes of a list that touch. Owns the scratch, so that a warm one allocates nothing.
+class Sweep {
+ public:
+    /// Pairs of boxes that touch, in ascending order; until the next call. Sorts the boxes along the axis on
+    /// which their centres spread furthest and compares those whose intervals overlap: sweep and prune. Empty
+    /// boxes touch nothing.
+    std::span<const BodyIndices> touching(std::span<const Box> boxes);
+
+ private:
+    std::vector<int> order_;
+    std::vector<BodyIndices> pairs_;
+};
+
+}  // namespace nbd

@@ -1,0 +1,198 @@
+#include "collision/topology/sphere_tree.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include "collision/base/message.hpp"
+#include "collision/geometry/bounding_sphere.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int max_depth = 20;
+constexpr std::size_t ordered_faces = 4;  // inside a leaf, splits go down to so many
+
+void check_input(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
+    if (config.depth < 0 || config.depth > max_depth)
+        throw std::invalid_argument(
+            message("sphere tree depth is ", config.depth, ", allowed: 0 to ", max_depth));
+    if (config.min_leaf_faces < 1)
+        throw std::invalid_argument(
+            message("sphere tree min_leaf_faces is ", config.min_leaf_faces, ", allowed: 1 or more"));
+    if (F.rows() == 0)
+        throw std::invalid_argument("a sphere tree needs at least one face, the surface has none");
+    for (Eigen::Index v = 0; v < X.rows(); ++v)
+        if (!X.row(v).allFinite()) throw std::invalid_argument(message("vertex ", v, " is not finite"));
+    for (Eigen::Index f = 0; f < F.rows(); ++f)
+        for (const int v : F.row(f))
+            if (v < 0 || v >= X.rows())
+                throw std::invalid_argument(message("face ", f, " refers to vertex ", v,
+                                                    ", but the surface has ", X.rows(), " vertices"));
+}
+
+Eigen::MatrixX3d face_centroids(VerticesRef X, FacesRef F) {
+    Eigen::MatrixX3d centroids(F.rows(), 3);
+    for (Eigen::Index f = 0; f < F.rows(); ++f)
+        centroids.row(f) =
+            (X.row(F(f, 0)).cast<double>() + X.row(F(f, 1)).cast<double>() + X.row(F(f, 2)).cast<double>()) /
+            3;
+    return centroids;
+}
+
+/// Puts the lower half of the faces along the longest side of their centroids' box first.
+void split_at_median(std::span<int> faces, const Eigen::MatrixX3d& centroids) {
+    Eigen::RowVector3d lo = centroids.row(faces[0]), hi = lo;
+    for (const int f : faces) {
+        lo = lo.cwiseMin(centroids.row(f));
+        hi = hi.cwiseMax(centroids.row(f));
+    }
+    Eigen::Index axis = 0;
+    (hi - lo).maxCoeff(&axis);
+    std::ranges::nth_element(faces, faces.begin() + static_cast<std::ptrdiff_t>(faces.size() / 2), {},
+                             [&](int f) { return std::pair(centroids(f, axis), f); });
+}
+
+/// Orders faces by further splits. What the splits leave open goes by index, since the order that
+/// nth_element leaves inside the halves is the standard library's own.
+void order_leaf(std::span<int> faces, const Eigen::MatrixX3d& centroids) {
+    if (faces.size() <= ordered_faces) {
+        std::ranges::sort(faces);
+        return;
+    }
+    split_at_median(faces, centroids);
+    order_leaf(faces.first(faces.size() / 2), centroids);
+    order_leaf(faces.subspan(faces.size() / 2), centroids);
+}
+
+std::span<int> node_face_slots(SphereTree& tree, const SphereTree::Node& node) {
+    return std::span(tree.faces)
+        .subspan(static_cast<std::size_t>(node.face_begin),
+                 static_cast<std::size_t>(node.face_end - node.face_begin));
+}
+
+void split_nodes(SphereTree& tree, const Eigen::MatrixX3d& centroids, const SphereTreeConfig& config) {
+    tree.nodes.push_back({.face_end = static_cast<int>(tree.faces.size())});
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+        const SphereTree::Node node = tree.nodes[i];
+        const int count = node.face_end - node.face_begin;
+        if (node.depth == config.depth || count / 2 < config.min_leaf_faces) continue;
+        split_at_median(
+            std::span(tree.faces)
+                .subspan(static_cast<std::size_t>(node.face_begin), static_cast<std::size_t>(count)),
+            centroids);
+        const int middle = node.face_begin + count / 2;
+        tree.nodes[i].first_child = static_cast<int>(tree.nodes.size());
+        tree.nodes.push_back({.depth = node.depth + 1, .face_begin = node.face_begin, .face_end = middle});
+        tree.nodes.push_back({.depth = node.depth + 1, .face_begin = middle, .face_end = node.face_end});
+    }
+}
+
+/// Fills the vertex lists: of the leaves in the order of their faces, then of the nodes above.
+void list_vertices(SphereTree& tree, FacesRef F, Eigen::Index vertex_count) {
+    std::vector<int> leaves;
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i)
+        if (tree.nodes[static_cast<std::size_t>(i)].is_leaf()) leaves.push_back(i);
+    std::ranges::sort(leaves, {}, [&](int i) { return tree.nodes[static_cast<std::size_t>(i)].face_begin; });
+
+    std::vector<int> last_leaf(static_cast<std::size_t>(vertex_count), -1);
+    for (const int leaf : leaves) {
+        SphereTree::Node& node = tree.nodes[static_cast<std::size_t>(leaf)];
+        node.vertex_begin = static_cast<int>(tree.vertices.size());
+        for (const int f : tree.node_faces(leaf))
+            for (const int v : F.row(f))
+                if (std::exchange(last_leaf[static_cast<std::size_t>(v)], leaf) != leaf)
+                    tree.vertices.push_back(v);
+        node.vertex_end = static_cast<int>(tree.vertices.size());
+    }
+    for (std::size_t i = tree.nodes.size(); i-- > 0;) {
+        SphereTree::Node& node = tree.nodes[i];
+        if (node.is_leaf()) continue;
+        const auto child = static_cast<std::size_t>(node.first_child);
+        node.vertex_begin = tree.nodes[child].vertex_begin;
+        node.vertex_end = tree.nodes[child + 1].vertex_end;
+    }
+}
+
+/// Orders the faces inside the leaves, and fills in vertices and rest spheres.
+void fill_leaves(SphereTree& tree, VerticesRef X, FacesRef F, const Eigen::MatrixX3d& centroids) {
+    for (const SphereTree::Node& node : tree.nodes)
+        if (node.is_leaf()) order_leaf(node_face_slots(tree, node), centroids);
+    list_vertices(tree, F, X.rows());
+    tree.rest.clear();
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        tree.rest.push_back(bounding_sphere(X, tree.node_vertices(i)));
+        if (!tree.rest.back().c.allFinite() || !std::isfinite(tree.rest.back().r))
+            throw std::invalid_argument(message("the surface is too large for float32: the sphere of node ",
+                                                i, " overflows; positions should stay below 1e18 m"));
+    }
+}
+
+/// Each face's leaf is one, and each leaf has a face. Returns how many it has, node by node.
+std::vector<int> count_faces(const SphereTree& tree, std::span<const int> leaf_of_face) {
+    std::vector<int> counts(tree.nodes.size(), 0);
+    for (std::size_t f = 0; f < leaf_of_face.size(); ++f) {
+        const int leaf = leaf_of_face[f];
+        if (leaf < 0 || leaf >= static_cast<int>(tree.nodes.size()) ||
+            !tree.nodes[static_cast<std::size_t>(leaf)].is_leaf())
+            throw std::invalid_argument(
+                message("face ", f, " is given to node ", leaf, ", which is no leaf"));
+        ++counts[static_cast<std::size_t>(leaf)];
+    }
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i)
+        if (tree.nodes[i].is_leaf() && counts[i] == 0)
+            throw std::invalid_argument(message("leaf ", i,
+                                                " gets no face of the surface; it is too coarse for "
+                                                "the tree, or another surface"));
+    return counts;
+}
+
+}  // namespace
+
+SphereTree build_sphere_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
+    check_input(X, F, config);
+    SphereTree tree;
+    tree.faces.resize(static_cast<std::size_t>(F.rows()));
+    std::iota(tree.faces.begin(), tree.faces.end(), 0);
+    const Eigen::MatrixX3d centroids = face_centroids(X, F);
+    split_nodes(tree, centroids, config);
+    fill_leaves(tree, X, F, centroids);
+    return tree;
+}
+
+SphereTree sphere_tree_like(const SphereTree& like, std::span<const int> leaf_of_face, VerticesRef X,
+                            FacesRef F) {
+    check_input(X, F, {});
+    if (std::cmp_not_equal(leaf_of_face.size(), F.rows()))
+        throw std::invalid_argument(
+            message("leaves for ", leaf_of_face.size(), " faces, but the surface has ", F.rows()));
+    const std::vector<int> counts = count_faces(like, leaf_of_face);
+    SphereTree tree;
+    tree.nodes = like.nodes;
+    // Leaves keep their order, which is that of their faces.
+    tree.faces.resize(leaf_of_face.size());
+    std::iota(tree.faces.begin(), tree.faces.end(), 0);
+    const auto begin_of = [&](int f) {
+        return like.nodes[static_cast<std::size_t>(leaf_of_face[static_cast<std::size_t>(f)])].face_begin;
+    };
+    std::ranges::stable_sort(tree.faces, {}, begin_of);
+    for (std::size_t first = 0; first < tree.faces.size();) {
+        const auto leaf = static_cast<std::size_t>(leaf_of_face[static_cast<std::size_t>(tree.faces[first])]);
+        tree.nodes[leaf].face_begin = static_cast<int>(first);
+        first += static_cast<std::size_t>(counts[leaf]);
+        tree.nodes[leaf].face_end = static_cast<int>(first);
+    }
+    for (std::size_t i = tree.nodes.size(); i-- > 0;) {
+        SphereTree::Node& node = tree.nodes[i];
+        if (node.is_leaf()) continue;
+        const auto child = static_cast<std::size_t>(node.first_child);
+        node.face_begin = tree.nodes[child].face_begin;
+        node.face_end = tree.nodes[child + 1].face_end;
+    }
+    fill_leaves(tree, X, F, face_centroids(X, F));
+    return tree;
+}
+
+}  // namespace nbd

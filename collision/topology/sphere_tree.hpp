@@ -1,0 +1,63 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "collision/geometry/geometry.hpp"
+
+namespace nbd {
+
+struct SphereTreeConfig {
+    int depth = 7;           // levels below the root; a full tree has 2^(depth + 1) - 1 nodes
+    int min_leaf_faces = 4;  // a node with fewer than twice this many faces is not split
+};
+
+/// A binary tree over a surface's faces with a sphere per node at rest. Wrapped hierarchy: a node's
+/// sphere encloses its own vertices, not its children's spheres [JamesPai04].
+/// A vertex list is enough for a sphere: a ball that holds three vertices holds their triangle.
+struct SphereTree {
+    struct Node {
+        int first_child = -1;                  // children are first_child and first_child + 1; -1: a leaf
+        int depth = 0;                         // the root has 0
+        int face_begin = 0, face_end = 0;      // range of `faces`
+        int vertex_begin = 0, vertex_end = 0;  // range of `vertices`
+        bool is_leaf() const noexcept { return first_child < 0; }
+    };
+    std::vector<Node> nodes;    // breadth first, so a parent stands before its children
+    std::vector<int> faces;     // every face once; a node owns a contiguous range
+    std::vector<int> vertices;  // the leaves' vertex lists, each without repeats, one after another; a
+                                // vertex on the border of two leaves stands in both. A node owns the
+                                // contiguous range of its leaves
+    std::vector<Sphere> rest;   // one sphere per node, by bounding_sphere()
+
+    std::span<const int> node_faces(int node) const noexcept {
+        const Node& n = nodes[static_cast<std::size_t>(node)];
+        return std::span(faces).subspan(static_cast<std::size_t>(n.face_begin),
+                                        static_cast<std::size_t>(n.face_end - n.face_begin));
+    }
+    std::span<const int> node_vertices(int node) const noexcept {
+        const Node& n = nodes[static_cast<std::size_t>(node)];
+        return std::span(vertices).subspan(static_cast<std::size_t>(n.vertex_begin),
+                                           static_cast<std::size_t>(n.vertex_end - n.vertex_begin));
+    }
+    int depth() const noexcept { return nodes.empty() ? 0 : nodes.back().depth; }
+};
+
+/// Splits the faces at the median of their centroids along the longest side of the centroids' box,
+/// ties by face index, until `depth` or too few faces; then goes on in the same way to order the faces
+/// inside each leaf, so that halves of a leaf's range are compact down to a few faces. Deterministic.
+/// X: rest positions [n, 3]; F: faces [m, 3], m >= 1. Throws std::invalid_argument on an empty surface,
+/// an index out of range, a non-finite vertex, or a config out of range (depth 0 to 20).
+SphereTree build_sphere_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config = {});
+
+/// A tree of the same topology over another surface. leaf_of_face: the leaf of `tree` that owns each face of
+/// F. X, F: as in build_sphere_tree(). Throws std::invalid_argument on what that refuses of a surface, a
+/// number that is no leaf, or a leaf that would own no face.
+SphereTree sphere_tree_like(const SphereTree& tree, std::span<const int> leaf_of_face, VerticesRef X,
+                            FacesRef F);
+
+/// Throws std::invalid_argument with what is wrong unless `tree` is a valid tree over a surface of
+/// `vertex_count` vertices and faces F: for trees that come from a file.
+void check_sphere_tree(const SphereTree& tree, int vertex_count, FacesRef F);
+
+}  // namespace nbd

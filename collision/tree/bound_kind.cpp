@@ -1,0 +1,57 @@
+#include "collision/tree/bound_kind.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+#include "collision/base/message.hpp"
+#include "collision/base/notice.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr std::pair<std::string_view, std::string_view> old_names[] = {
+    {"modal", "nbd"}, {"local", "learned_spheres"}, {"local_boxes", "learned_boxes"}};
+
+}  // namespace
+
+std::string_view name(BoundKind kind) noexcept {
+    switch (kind) {
+        case BoundKind::exact:
+            return "exact";
+        case BoundKind::boxes:
+            return "boxes";
+        case BoundKind::bd:
+            return "bd";
+        case BoundKind::nbd:
+            return "nbd";
+        case BoundKind::learned_spheres:
+            return "learned_spheres";
+        case BoundKind::learned_boxes:
+            return "learned_boxes";
+        case BoundKind::certified:
+            return "certified";
+        case BoundKind::automatic:
+            return "auto";
+    }
+    return "unknown";
+}
+
+std::string_view current_bound_name(std::string_view name) {
+    for (const auto& [old, now] : old_names)
+        if (name == old) {
+            notice(message("bounds \"", old, "\" are called \"", now, "\" now; release 0.3 will refuse the old name"));
+            return now;
+        }
+    return name;
+}
+
+BoundKind bound_kind(std::string_view text) {
+    const std::string_view name = current_bound_name(text);
+    for (const BoundKind kind : bound_kinds)
+        if (name == nbd::name(kind)) return kind;
+    throw std::invalid_argument(
+        message("unknown bounds \"", name,
+                "\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, certified, auto"));
+}
+
+}  // namespace nbd

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "collision/bounds/calibration.hpp"
+#include "collision/bounds/certified/certified_model.hpp"
+#include "collision/bounds/learned/bd_model.hpp"
+#include "collision/bounds/learned/learned_model.hpp"
+#include "collision/bounds/learned/nbd_model.hpp"
+#include "collision/topology/sphere_tree.hpp"
+#include "collision/tree/bound_kind.hpp"
+
+namespace nbd {
+
+/// Everything a body needs for collision queries, at rest and for every pose: the same for all copies of
+/// the body. A tree file holds one.
+struct CollisionTree {
+    int vertex_count = 0;
+    Faces faces;
+    SphereTree spheres;
+    std::optional<BdModel> bd;                      // absent: the bound cannot be used
+    std::optional<NbdModel> nbd;                    // likewise
+    std::optional<LearnedModel> learned;            // likewise
+    std::optional<CertifiedModel> certified;        // likewise
+    std::map<BoundKind, Calibration> calibrations;  // absent: the bound keeps no stated miss rate
+};
+
+/// A tree with `exact` bounds alone, from rest positions X and faces F. Throws as build_sphere_tree().
+CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config = {});
+
+/// The same, shared, as PosedTree takes it.
+std::shared_ptr<const CollisionTree> shared_exact_tree(VerticesRef X, FacesRef F,
+                                                       const SphereTreeConfig& config = {});
+
+/// Throws std::invalid_argument with what is wrong unless all parts of the tree fit each other: for trees
+/// that come from a file.
+void check_collision_tree(const CollisionTree& tree);
+
+/// Whether the tree has what bounds of this kind need.
+bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept;
+
+}  // namespace nbd

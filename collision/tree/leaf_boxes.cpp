@@ -1,0 +1,114 @@
+#include "collision/tree/leaf_boxes.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "collision/geometry/bounding_box.hpp"
+
+namespace nbd {
+namespace {
+
+/// How often `count` faces are halved until a node can hold them.
+int halvings(int count) noexcept {
+    int n = 0;
+    for (; count > LeafBoxes::max_boxes; count = (count + 1) / 2) ++n;
+    return n;
+}
+
+}  // namespace
+
+LeafBoxes::LeafBoxes(const CollisionTree& tree) : tree_(&tree), roots_(tree.spheres.nodes.size(), -1) {
+    corners_ = tree.faces(tree.spheres.faces, Eigen::all);
+    for (std::size_t leaf = 0; leaf < roots_.size(); ++leaf) {
+        const SphereTree::Node& sphere_node = tree.spheres.nodes[leaf];
+        if (!sphere_node.is_leaf()) continue;
+        roots_[leaf] = static_cast<int>(nodes_.size());
+        add_nodes(sphere_node.face_begin, sphere_node.face_end);
+    }
+    list_vertices();
+    opened_.reserve(nodes_.size());
+    at_.assign(nodes_.size(), 0);
+}
+
+void LeafBoxes::add_nodes(int face_begin, int face_end) {
+    std::size_t next = nodes_.size();
+    nodes_.push_back({.first_slot = face_begin, .count = face_end - face_begin});
+    for (; next < nodes_.size(); ++next) {
+        const Node whole = nodes_[next];
+        const int left = halvings(whole.count);
+        if (left == 0) continue;
+        constexpr int most = std::bit_width(static_cast<unsigned>(LeafBoxes::max_boxes)) - 1;
+        const int levels = (left + most - 1) / most;
+        const int parts = 1 << (left + levels - 1) / levels;  // alike on all levels
+        nodes_[next].first_child = static_cast<int>(nodes_.size());
+        nodes_[next].count = parts;
+        add_parts(static_cast<int>(next), whole.first_slot, whole.first_slot + whole.count, parts);
+    }
+}
+
+/// A node under `parent` for each of `parts` parts, a power of 2, that halvings make.
+void LeafBoxes::add_parts(int parent, int face_begin, int face_end, int parts) {
+    if (parts == 1) {
+        nodes_.push_back({.parent = parent, .first_slot = face_begin, .count = face_end - face_begin});
+        return;
+    }
+    const int middle = face_begin + (face_end - face_begin) / 2;
+    add_parts(parent, face_begin, middle, parts / 2);
+    add_parts(parent, middle, face_end, parts / 2);
+}
+
+void LeafBoxes::list_vertices() {
+    // Children come after their parent, and their faces one after another: last slots are known from the end.
+    std::vector<int> ends(nodes_.size());
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+        const Node& n = nodes_[i];
+        ends[i] = n.has_faces() ? n.first_slot + n.count
+                                : ends[static_cast<std::size_t>(n.first_child + n.count - 1)];
+    }
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+        Node& n = nodes_[i];
+        n.vertex_begin = static_cast<int>(vertices_.size());
+        vertices_.insert(vertices_.end(), corners(n.first_slot), corners(ends[i]));
+        const auto begin = vertices_.begin() + n.vertex_begin;
+        std::sort(begin, vertices_.end());
+        vertices_.erase(std::unique(begin, vertices_.end()), vertices_.end());
+        n.vertex_end = static_cast<int>(vertices_.size());
+    }
+}
+
+void LeafBoxes::begin_pose(const Positions& x) noexcept {
+    x_ = x;
+    opened_.clear();
+}
+
+Box LeafBoxes::whole(int i) const noexcept {
+    const int parent = node(i).parent;
+    return parent < 0 ? opened_[static_cast<std::size_t>(at(i))].whole
+                      : opened_[static_cast<std::size_t>(at(parent))].box(i - node(parent).first_child);
+}
+
+int LeafBoxes::fit(int i) noexcept {
+    const Node& n = node(i);
+    x_.require(vertices_of(n));
+    at_[static_cast<std::size_t>(i)] = static_cast<int>(opened_.size());
+    Opened& opened = opened_.emplace_back();
+    opened.node = i;
+    const int count = x_.rows().rows() == 0 ? 0 : n.count;
+    opened.count = count;
+    Box all = empty_box();
+    const PosedFaces posed = faces();
+    for (int k = 0; k < count; ++k) {
+        Box box;
+        if (n.has_faces())
+            box = posed.box(n.first_slot + k);
+        else
+            box = bounding_box(x_, vertices_of(node(n.first_child + k)));
+        opened.packs[static_cast<std::size_t>(k / BoxPack::lanes)].set(k % BoxPack::lanes, box);
+        all = joined(all, box);
+    }
+    all.lo[3] = all.hi[3] = 0;
+    opened.whole = all;
+    return at(i);
+}
+
+}  // namespace nbd

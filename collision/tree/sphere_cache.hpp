@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "collision/bounds/bound.hpp"
+#include "collision/bounds/node_margins.hpp"
+#include "collision/geometry/bounding_sphere.hpp"
+#include "collision/geometry/positions.hpp"
+#include "collision/topology/sphere_tree.hpp"
+
+namespace nbd {
+
+/// The spheres of one pose, each computed when first asked for.
+class SphereCache {
+ public:
+    /// tree: referred to; its rest spheres are what the nodes have until the first pose.
+    SphereCache(const SphereTree& tree, NodeMargins margins)
+        : tree_(&tree), node_margins_(std::move(margins)), spheres_(tree.rest), poses_(tree.rest.size(), 0) {}
+
+    /// x: referred to until the next pose.
+    void begin_pose(const Positions& x) noexcept {
+        x_ = x;
+        ++pose_;
+        bounded_ = 0;
+        out_of_range_ = 0;
+    }
+
+    template <Bound B>
+    const Sphere& get(int node, B& bounds) noexcept {
+        const auto i = static_cast<std::size_t>(node);
+        if (poses_[i] != pose_) {
+            spheres_[i] = compute(node, bounds);
+            poses_[i] = pose_;
+            ++bounded_;
+        }
+        return spheres_[i];
+    }
+
+    /// Nodes computed in this pose, and how many of them exactly, their inputs being out of range.
+    int bounded() const noexcept { return bounded_; }
+    int out_of_range() const noexcept { return out_of_range_; }
+
+ private:
+    template <Bound B>
+    Sphere compute(int node, B& bounds) noexcept {
+        const auto i = static_cast<std::size_t>(node);
+        Sphere sphere = bounds.bound(node);
+        float margin = node_margins_.margins[i];
+        if constexpr (GatedBound<B>)
+            if (!node_margins_.limits.empty()) {
+                const float ood_score = bounds.ood_score(node);
+                if (!(ood_score <= node_margins_.limits[i])) return exact_sphere(node);
+                margin *= margin_weight(ood_score, node_margins_.limits[i]);
+            }
+        sphere.r *= 1 + margin;
+        return sphere;
+    }
+
+    Sphere exact_sphere(int node) noexcept {
+        ++out_of_range_;
+        x_.require(tree_->node_vertices(node));
+        return bounding_sphere(x_.rows(), tree_->node_vertices(node));
+    }
+
+    const SphereTree* tree_;
+    NodeMargins node_margins_;
+    std::vector<Sphere> spheres_;
+    std::vector<std::uint64_t> poses_;  // the pose each sphere belongs to
+    Positions x_;
+    std::uint64_t pose_ = 0;
+    int bounded_ = 0, out_of_range_ = 0;
+};
+
+}  // namespace nbd

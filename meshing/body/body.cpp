@@ -1,0 +1,104 @@
+#include "meshing/body/body.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <vector>
+
+#include "meshing/body/body_check.hpp"
+#include "meshing/h5/content_hash.hpp"
+#include "meshing/h5/sparse.hpp"
+
+namespace nbd {
+
+namespace {
+
+const h5::Format body_format{"nbdtree body", 1};
+
+template <class M>
+h5::Shape shape(const M& m) {
+    return {static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols())};
+}
+
+/// As check_body(), for a file.
+void check(const std::filesystem::path& path, const Body& body) {
+    try {
+        check_body(body);
+    } catch (const std::invalid_argument& e) {
+        throw std::runtime_error(fmt::format("{}: {}", path.string(), e.what()));
+    }
+}
+
+}  // namespace
+
+std::string body_hash(const Body& body) {
+    const h5::SparseRows W(body.W);
+    h5::Sha256 hash;
+    using enum h5::Type;
+    h5::add_dataset(hash, "tets/nodes", float64, shape(body.tets.X), body.tets.X.data());
+    h5::add_dataset(hash, "tets/cells", int32, shape(body.tets.T), body.tets.T.data());
+    h5::add_dataset(hash, "surface/vertices", float64, shape(body.surface.X), body.surface.X.data());
+    h5::add_dataset(hash, "surface/faces", int32, shape(body.surface.F), body.surface.F.data());
+    h5::add_dataset(hash, "embedding/rows", int32, {W.rows.size()}, W.rows.data());
+    h5::add_dataset(hash, "embedding/cols", int32, {W.cols.size()}, W.cols.data());
+    h5::add_dataset(hash, "embedding/values", float64, {W.values.size()}, W.values.data());
+    return hash.hex();
+}
+
+void save_body(const std::filesystem::path& path, const Body& body) {
+    check(path, body);
+    using enum h5::Packing;
+    h5::Writer file(path, body_format);
+    file.attribute("/", "name", body.name);
+    file.attribute("/", "body_sha256", body_hash(body));
+    file.attribute("/", "body_sha256_of",
+                   "tets/nodes tets/cells surface/vertices surface/faces embedding/rows embedding/cols "
+                   "embedding/values");
+    file.write("tets/nodes", body.tets.X);
+    file.write("tets/cells", body.tets.T, deflate);
+    file.write("surface/vertices", body.surface.X);
+    file.write("surface/faces", body.surface.F, deflate);
+    h5::write_sparse(file, "embedding", body.W);
+    file.group("material");
+    file.attribute("material", "young", body.material.young);
+    file.attribute("material", "poisson", body.material.poisson);
+    file.attribute("material", "density", body.material.density);
+    file.attribute("material", "rayleigh_mass", body.material.rayleigh_mass);
+    file.attribute("material", "rayleigh_stiffness", body.material.rayleigh_stiffness);
+    if (body.modes.count() > 0) {
+        file.write("modes/U", body.modes.U);
+        file.write("modes/frequencies", body.modes.frequencies);
+    }
+    file.commit();
+}
+
+Body load_body(const std::filesystem::path& path) {
+    const h5::Reader file(path, body_format);
+    Body body;
+    body.name = file.text_attribute("/", "name");
+    body.tets.X = file.matrix<Nodes>("tets/nodes", h5::any, 3);
+    body.tets.T = file.matrix<Tets>("tets/cells", h5::any, 4);
+    body.surface.X = file.matrix<Nodes>("surface/vertices", h5::any, 3);
+    body.surface.F = file.matrix<Faces>("surface/faces", h5::any, 3);
+    const auto vertices = static_cast<std::size_t>(body.surface.X.rows());
+    const auto nodes = static_cast<std::size_t>(body.tets.X.rows());
+    body.W = h5::read_sparse<double>(file, "embedding", vertices, nodes);
+    body.material.young = file.number_attribute("material", "young");
+    body.material.poisson = file.number_attribute("material", "poisson");
+    body.material.density = file.number_attribute("material", "density");
+    body.material.rayleigh_mass = file.number_attribute("material", "rayleigh_mass");
+    body.material.rayleigh_stiffness = file.number_attribute("material", "rayleigh_stiffness");
+    if (file.has("modes")) {
+        body.modes.frequencies = file.matrix<Eigen::VectorXd>("modes/frequencies", h5::any);
+        const auto modes = static_cast<std::size_t>(body.modes.frequencies.size());
+        body.modes.U = file.matrix<Eigen::MatrixXf>("modes/U", 3 * nodes, modes);
+    }
+    check(path, body);
+    if (const std::string stored = file.text_attribute("/", "body_sha256"), is = body_hash(body);
+        stored != is)
+        file.refuse(fmt::format("its content has SHA-256 {}", is),
+                    fmt::format("{}, as its attribute body_sha256 says", stored));
+    return body;
+}
+
+}  // namespace nbd

@@ -1,0 +1,47 @@
+#include "meshing/body/make_body.hpp"
+
+#include <utility>
+#include <vector>
+
+#include "meshing/body/body_check.hpp"
+#include "meshing/body/embed.hpp"
+
+namespace nbd {
+
+TriMesh boundary_surface(const TetMesh& tets) {
+    TriMesh surface{{}, boundary_faces(tets)};
+    std::vector<int> row(static_cast<std::size_t>(tets.X.rows()), -1);
+    for (const int node : surface.F.reshaped()) row[static_cast<std::size_t>(node)] = 0;
+    surface.X.resize(tets.X.rows(), 3);
+    int count = 0;
+    for (int node = 0; node < tets.X.rows(); ++node) {
+        if (row[static_cast<std::size_t>(node)] < 0) continue;
+        surface.X.row(count) = tets.X.row(node);
+        row[static_cast<std::size_t>(node)] = count++;
+    }
+    surface.X.conservativeResize(count, 3);
+    for (int& corner : surface.F.reshaped()) corner = row[static_cast<std::size_t>(corner)];
+    return surface;
+}
+
+Body make_body(std::string name, const TriMesh& surface, TetMesh tets, const Material& material, int levels,
+               SubdivisionScheme scheme) {
+    check_material(material);
+    Body body;
+    body.name = std::move(name);
+    body.material = material;
+    Subdivision fine = subdivide(surface, scheme, levels);
+    body.surface = std::move(fine.mesh);
+    body.W = fine.S * embed(tets, surface.X);
+    body.tets = std::move(tets);
+    check_body(body);
+    return body;
+}
+
+Body make_body(std::string name, TetMesh tets, const Material& material, int levels,
+               SubdivisionScheme scheme) {
+    const TriMesh surface = boundary_surface(tets);
+    return make_body(std::move(name), surface, std::move(tets), material, levels, scheme);
+}
+
+}  // namespace nbd

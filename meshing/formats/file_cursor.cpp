@@ -1,0 +1,129 @@
+#include "meshing/formats/file_cursor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <stdexcept>
+#include <system_error>
+
+namespace nbd {
+namespace {
+
+constexpr std::string_view white = " \t\r\n\v\f";
+
+/// A word of the file as it may stand in a message: short, printable.
+std::string quoted(std::string_view word) {
+    std::string text(word.substr(0, 24));
+    std::ranges::replace_if(
+        text, [](char c) { return c < ' ' || c > '~'; }, '?');
+    return "'" + text + (word.size() > 24 ? "...'" : "'");
+}
+
+}  // namespace
+
+FileCursor::FileCursor(const std::filesystem::path& path) : path_(path) {
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) throw std::runtime_error(path.string() + ": no such file");
+    if (!std::filesystem::is_regular_file(path, error))
+        throw std::runtime_error(path.string() + ": not a regular file");
+    std::ifstream file(path, std::ios::binary);
+    bytes_.assign(std::istreambuf_iterator<char>(file), {});
+    if (!file) throw std::runtime_error(path.string() + ": cannot be read");
+}
+
+bool FileCursor::at_end() noexcept {
+    at_ = std::min(bytes_.find_first_not_of(white, at_), bytes_.size());
+    return at_ == bytes_.size();
+}
+
+std::string_view FileCursor::word() {
+    if (at_end()) fail("the file ends early");
+    const std::size_t begin = at_;
+    at_ = std::min(bytes_.find_first_of(white, at_), bytes_.size());
+    return std::string_view(bytes_).substr(begin, at_ - begin);
+}
+
+std::string_view FileCursor::line() {
+    if (at_ == bytes_.size()) fail("the file ends early");
+    const std::size_t begin = at_, end = std::min(bytes_.find('\n', at_), bytes_.size());
+    at_ = std::min(end + 1, bytes_.size());
+    std::string_view text = std::string_view(bytes_).substr(begin, end - begin);
+    if (text.ends_with('\r')) text.remove_suffix(1);
+    return text;
+}
+
+bool FileCursor::is_next(std::string_view text) const noexcept {
+    return std::string_view(bytes_).substr(at_).starts_with(text);
+}
+
+void FileCursor::expect(std::string_view text) {
+    if (const std::string_view found = word(); found != text)
+        fail(fmt::format("expected {}, found {}", text, quoted(found)));
+}
+
+void FileCursor::skip_past(std::string_view text) {
+    const std::size_t found = bytes_.find(text, at_);
+    if (found == std::string::npos) fail(fmt::format("the file ends early, without {}", text));
+    at_ = found + text.size();
+}
+
+template <class T>
+T FileCursor::number() {
+    T value{};
+    if (binary_) {
+        if (bytes_.size() - at_ < sizeof(T)) fail("the file ends early");
+        char raw[sizeof(T)];
+        std::memcpy(raw, bytes_.data() + at_, sizeof(T));
+        if (swapped_) std::reverse(std::begin(raw), std::end(raw));
+        std::memcpy(&value, raw, sizeof(T));
+        at_ += sizeof(T);
+        return value;
+    }
+    std::string_view text = word();
+    const std::string_view whole = text;
+    if (text.starts_with('+')) text.remove_prefix(1);
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if constexpr (std::numeric_limits<T>::is_integer) {
+        if (error != std::errc{} || end != text.data() + text.size())
+            fail(fmt::format("expected an integer, found {}", quoted(whole)));
+    } else {
+        // Too small for the type is no error: such coordinates are written by programs that hold them in
+        // wider types, and read as zero.
+        if (error == std::errc::invalid_argument || end != text.data() + text.size())
+            fail(fmt::format("expected a number, found {}", quoted(whole)));
+        if (error == std::errc::result_out_of_range && text.find("e-") == text.npos &&
+            text.find("E-") == text.npos)
+            fail(fmt::format("{} is too large", quoted(whole)));
+    }
+    return value;
+}
+
+int FileCursor::int32() { return number<std::int32_t>(); }
+std::int64_t FileCursor::int64() { return number<std::int64_t>(); }
+float FileCursor::real32() { return number<float>(); }
+double FileCursor::real64() { return number<double>(); }
+
+std::size_t FileCursor::check_count(std::int64_t n, std::string_view things, std::size_t least_bytes) const {
+    const auto fitting =
+        std::min<std::size_t>((bytes_.size() - at_) / least_bytes, std::numeric_limits<int>::max());
+    if (n < 0 || static_cast<std::uint64_t>(n) > fitting + 1)
+        fail(fmt::format("claims {} {}, but at most {} fit in what follows", n, things, fitting + 1));
+    return static_cast<std::size_t>(n);
+}
+
+std::size_t FileCursor::count(std::string_view things, std::size_t least_bytes) {
+    return check_count(int64(), things, least_bytes);
+}
+
+void FileCursor::fail(const std::string& reason) const {
+    if (binary_) throw std::runtime_error(fmt::format("{}, byte {}: {}", path_.string(), at_, reason));
+    const auto lines = std::count(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(at_), '\n');
+    throw std::runtime_error(fmt::format("{}, line {}: {}", path_.string(), lines + 1, reason));
+}
+
+}  // namespace nbd

@@ -1,0 +1,49 @@
+#include "meshing/formats/polygon_soup.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "meshing/formats/triangulate_polygon.hpp"
+
+namespace nbd {
+
+TriMesh triangulate(const PolygonSoup& soup) {
+    constexpr auto most = static_cast<std::size_t>(std::numeric_limits<int>::max());
+    if (soup.X.size() > most || soup.corners.size() > most)
+        throw std::runtime_error(
+            fmt::format("{} vertices and {} face corners, but at most {} can be numbered", soup.X.size(),
+                        soup.corners.size(), most));
+    TriMesh mesh;
+    mesh.X.resize(static_cast<Eigen::Index>(soup.X.size()), 3);
+    for (std::size_t v = 0; v < soup.X.size(); ++v) {
+        const auto& [x, y, z] = soup.X[v];
+        if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(z))
+            throw std::runtime_error(fmt::format("vertex {} is not finite: ({}, {}, {})", v, x, y, z));
+        mesh.X.row(static_cast<Eigen::Index>(v)) << x, y, z;
+    }
+    std::vector<std::array<int, 3>> triangles;
+    std::vector<int> polygon;
+    std::size_t begin = 0;
+    for (std::size_t f = 0; f < soup.face_count(); ++f) {
+        polygon.clear();
+        for (; begin < soup.face_end[f]; ++begin) {
+            const std::int64_t v = soup.corners[begin];
+            if (v < 0 || v >= mesh.X.rows())
+                throw std::runtime_error(fmt::format(
+                    "face {} refers to vertex {}, but the file has {} vertices", f, v, soup.X.size()));
+            polygon.push_back(static_cast<int>(v));
+        }
+        if (polygon.size() < 3) continue;
+        for (const auto& triangle : triangulate_polygon(mesh.X, polygon)) triangles.push_back(triangle);
+    }
+    if (triangles.empty()) throw std::runtime_error("no faces in the file");
+    mesh.F.resize(static_cast<Eigen::Index>(triangles.size()), 3);
+    for (std::size_t f = 0; f < triangles.size(); ++f)
+        mesh.F.row(static_cast<Eigen::Index>(f)) << triangles[f][0], triangles[f][1], triangles[f][2];
+    return mesh;
+}
+
+}  // namespace nbd

@@ -1,0 +1,93 @@
+#include "meshing/formats/read_off.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace nbd {
+namespace {
+
+/// The lines of a file that hold something, without comments, word after word.
+class Lines {
+ public:
+    explicit Lines(const std::filesystem::path& path) : file_(path) {}
+
+    /// Goes to the next such line; `item` says what was wanted where there is none.
+    void next(const std::string& item) {
+        item_ = item;
+        do {
+            if (!std::getline(file_, line_))
+                throw std::runtime_error("OFF: the file ends early, before " + item);
+            rest_ = std::string_view(line_).substr(0, line_.find('#'));
+        } while (is_over());
+    }
+
+    /// Whether the current line has no further word.
+    bool is_over() {
+        rest_.remove_prefix(std::min(rest_.find_first_not_of(" \t\r\v\f"), rest_.size()));
+        return rest_.empty();
+    }
+
+    std::string_view word() {
+        if (is_over()) throw std::runtime_error(fmt::format("OFF: {} ends early", item_));
+        const std::string_view word = rest_.substr(0, rest_.find_first_of(" \t\r\v\f"));
+        rest_.remove_prefix(word.size());
+        return word;
+    }
+
+    template <class T>
+    T number() {
+        std::string_view text = word();
+        if (text.starts_with('+')) text.remove_prefix(1);
+        T value{};
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (error != std::errc() || end != text.data() + text.size())
+            throw std::runtime_error(fmt::format("OFF: {}: \"{}\" is not a number, or too large a one", item_,
+                                                 text.substr(0, 40)));
+        return value;
+    }
+
+ private:
+    std::ifstream file_;
+    std::string line_, item_;
+    std::string_view rest_;
+};
+
+/// Refuses other files, and goes on to the counts.
+void check_keyword(Lines& lines) {
+    const std::string first_word(lines.word());
+    if (!first_word.ends_with("OFF")) throw std::runtime_error("OFF: the file does not start with \"OFF\"");
+    if (first_word.find_first_of("4n") != first_word.npos)
+        throw std::runtime_error(fmt::format("OFF: \"{}\" is not of three dimensions", first_word));
+    if (lines.is_over()) lines.next("the counts");
+}
+
+}  // namespace
+
+PolygonSoup read_off(const std::filesystem::path& path) {
+    Lines lines(path);
+    lines.next("the header");
+    check_keyword(lines);
+    const auto vertices = lines.number<std::int64_t>(), faces = lines.number<std::int64_t>();
+    PolygonSoup soup;
+    for (std::int64_t v = 0; v < vertices; ++v) {
+        lines.next(fmt::format("vertex {} of {}", v, vertices));
+        std::array<float, 3> x;
+        for (float& coordinate : x) coordinate = static_cast<float>(lines.number<double>());
+        soup.X.push_back(x);
+    }
+    for (std::int64_t f = 0; f < faces; ++f) {
+        lines.next(fmt::format("face {} of {}", f, faces));
+        const auto corners = lines.number<std::int64_t>();
+        for (std::int64_t c = 0; c < corners; ++c) soup.corners.push_back(lines.number<std::int64_t>());
+        soup.face_end.push_back(soup.corners.size());
+    }
+    return soup;
+}
+
+}  // namespace nbd

@@ -1,0 +1,96 @@
+#include "meshing/formats/read_surface.hpp"
+
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <assimp/Importer.hpp>
+#include <cctype>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include "meshing/formats/polygon_soup.hpp"
+#include "meshing/formats/read_off.hpp"
+#include "meshing/formats/read_ply.hpp"
+#include "meshing/surface/weld.hpp"
+
+namespace nbd {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Refuses what is not a readable, non-empty file of a known kind. Returns the extension in lower case.
+std::string check_file(const fs::path& path) {
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (!fs::exists(status)) throw std::runtime_error("no such file");
+    if (fs::is_directory(status)) throw std::runtime_error("is a directory, not a surface file");
+    if (!fs::is_regular_file(status)) throw std::runtime_error("is a device or the like, not a surface file");
+    std::string extension = path.extension().string();
+    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    static constexpr std::array<std::string_view, 5> known = {".obj", ".ply", ".stl", ".off", ".glb"};
+    if (std::ranges::find(known, extension) == known.end())
+        throw std::runtime_error(fmt::format("unknown kind of surface file \"{}\": known are {}", extension,
+                                             fmt::join(known, " ")));
+    std::ifstream file(path, std::ios::binary);
+    if (!file) throw std::runtime_error("cannot be opened for reading");
+    if (file.peek() == std::ifstream::traits_type::eof()) throw std::runtime_error("the file is empty");
+    return extension;
+}
+
+void append(const aiMesh& mesh, const aiMatrix4x4& transform, PolygonSoup& soup) {
+    const auto base = static_cast<std::int64_t>(soup.X.size());
+    const bool stays = transform.IsIdentity();  // then not a bit of a position changes
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+        const aiVector3D x = stays ? mesh.mVertices[v] : transform * mesh.mVertices[v];
+        soup.X.push_back({x.x, x.y, x.z});
+    }
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+        const aiFace& face = mesh.mFaces[f];
+        if (face.mNumIndices < 3) continue;
+        for (unsigned c = 0; c < face.mNumIndices; ++c) {
+            // An index past its own group must not reach into the next one's vertices.
+            if (face.mIndices[c] >= mesh.mNumVertices)
+                throw std::runtime_error(fmt::format("face {} refers to vertex {} of a group of {} vertices",
+                                                     soup.face_count(), face.mIndices[c], mesh.mNumVertices));
+            soup.corners.push_back(base + face.mIndices[c]);
+        }
+        soup.face_end.push_back(soup.corners.size());
+    }
+}
+
+void append(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, PolygonSoup& soup) {
+    const aiMatrix4x4 transform = parent * node.mTransformation;
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) append(*scene.mMeshes[node.mMeshes[i]], transform, soup);
+    for (unsigned i = 0; i < node.mNumChildren; ++i) append(scene, *node.mChildren[i], transform, soup);
+}
+
+/// No step of assimp's post-processing runs but its validation: the others abort the process or drop faces
+/// on damaged input.
+PolygonSoup read_by_assimp(const fs::path& path) {
+    Assimp::Importer importer;
+    const aiScene* scene = importer.ReadFile(path.string(), aiProcess_ValidateDataStructure);
+    if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
+    PolygonSoup soup;
+    append(*scene, *scene->mRootNode, aiMatrix4x4(), soup);
+    return soup;
+}
+
+}  // namespace
+
+TriMesh read_surface(const fs::path& path) try {
+    const std::string extension = check_file(path);
+    return weld(triangulate(extension == ".ply"   ? read_ply(path)
+                            : extension == ".off" ? read_off(path)
+                                                  : read_by_assimp(path)));
+} catch (const std::exception& error) {
+    std::string reason = error.what();
+    std::ranges::replace_if(
+        reason, [](unsigned char c) { return std::iscntrl(c); }, ' ');
+    throw std::runtime_error(fmt::format("{}: {}", path.string(), reason));
+}
+
+}  // namespace nbd

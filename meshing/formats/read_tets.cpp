@@ -1,0 +1,125 @@
+#include "meshing/formats/read_tets.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "meshing/formats/tet_formats.hpp"
+
+namespace nbd {
+namespace {
+
+TetFileContent read_file(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::ranges::transform(extension, extension.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const auto read = extension == ".msh"    ? read_gmsh
+                      : extension == ".mesh" ? read_medit
+                      : extension == ".vtk"  ? read_vtk
+                                             : nullptr;
+    if (!read)
+        throw std::runtime_error(fmt::format(
+            "{}: tetrahedra are read from .msh, .mesh and .vtk, not from '{}'", path.string(), extension));
+    FileCursor in(path);
+    return read(in);
+}
+
+/// Keeps the nodes that tetrahedra use, in their order. Returns how many went.
+int drop_unused_nodes(TetFileContent& content) {
+    std::vector<int> row(content.nodes.size(), -1);
+    for (const auto& tet : content.tets)
+        for (const int node : tet) row[static_cast<std::size_t>(node)] = 0;
+    int kept = 0;
+    for (std::size_t n = 0; n < row.size(); ++n) {
+        if (row[n] < 0) continue;
+        content.nodes[static_cast<std::size_t>(kept)] = content.nodes[n];
+        row[n] = kept++;
+    }
+    for (auto& tet : content.tets)
+        for (int& node : tet) node = row[static_cast<std::size_t>(node)];
+    const int dropped = static_cast<int>(content.nodes.size()) - kept;
+    content.nodes.resize(static_cast<std::size_t>(kept));
+    return dropped;
+}
+
+/// Turns negative tetrahedra. Returns how many; throws std::runtime_error naming a flat or non-finite one.
+int orient(TetMesh& tets) {
+    constexpr double flat = 1e-13;  // of the cube of the longest edge at a corner: rounding's share
+    int turned = 0;
+    for (int t = 0; t < tets.T.rows(); ++t) {
+        for (int c = 0; c < 4; ++c)
+            if (!tets.X.row(tets.T(t, c)).allFinite())
+                throw std::runtime_error(fmt::format("tetrahedron {} has a corner that is not finite", t));
+        const Eigen::RowVector3d a = tets.X.row(tets.T(t, 0));
+        const Eigen::RowVector3d ab = tets.X.row(tets.T(t, 1)) - a, ac = tets.X.row(tets.T(t, 2)) - a,
+                                 ad = tets.X.row(tets.T(t, 3)) - a;
+        const double length = std::max({ab.norm(), ac.norm(), ad.norm()});
+        const double det = ab.cross(ac).dot(ad);
+        if (!(std::abs(det) > flat * length * length * length))
+            throw std::runtime_error(fmt::format("tetrahedron {} has no volume", t));
+        if (det < 0) {
+            std::swap(tets.T(t, 2), tets.T(t, 3));
+            ++turned;
+        }
+    }
+    return turned;
+}
+
+/// Throws std::runtime_error naming the tetrahedra where more than two share a face, or two lie on the same
+/// side of it: they overlap.
+void check_faces(const TetMesh& tets) {
+    // Sorted corners of the face, parity of the tetrahedron written as face and opposite corner, tetrahedron.
+    std::vector<std::array<int, 5>> sides;
+    sides.reserve(static_cast<std::size_t>(tets.T.size()));
+    for (int t = 0; t < tets.T.rows(); ++t)
+        for (int skip = 0; skip < 4; ++skip) {
+            std::array<int, 3> face{};
+            for (int c = 0, k = 0; c < 4; ++c)
+                if (c != skip) face[static_cast<std::size_t>(k++)] = tets.T(t, c);
+            const auto [a, b, c] = face;
+            const int parity = (3 - skip + (a > b) + (a > c) + (b > c)) % 2;
+            std::ranges::sort(face);
+            sides.push_back({face[0], face[1], face[2], parity, t});
+        }
+    std::ranges::sort(sides);
+    for (std::size_t i = 1; i < sides.size(); ++i)
+        if (std::equal(sides[i].begin(), sides[i].begin() + 4, sides[i - 1].begin()))
+            throw std::runtime_error(
+                fmt::format("tetrahedra {} and {} lie on the same side of the face they share: they overlap",
+                            sides[i - 1][4], sides[i][4]));
+}
+
+}  // namespace
+
+TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* notes) {
+    TetFileContent content = read_file(path);
+    try {
+        if (content.tets.empty()) throw std::runtime_error("the file holds no tetrahedra");
+        const int dropped = drop_unused_nodes(content);
+        TetMesh tets;
+        tets.X = Eigen::Map<const Nodes>(content.nodes.front().data(),
+                                         static_cast<Eigen::Index>(content.nodes.size()), 3);
+        tets.T = Eigen::Map<const Tets>(content.tets.front().data(),
+                                        static_cast<Eigen::Index>(content.tets.size()), 4);
+        const int turned = orient(tets);
+        check_faces(tets);
+        if (notes) {
+            if (content.other_cells > 0)
+                notes->push_back(
+                    fmt::format("{} points, lines and surface cells left out", content.other_cells));
+            if (dropped > 0) notes->push_back(fmt::format("{} nodes without a tetrahedron dropped", dropped));
+            if (turned > 0) notes->push_back(fmt::format("{} tetrahedra turned to positive volume", turned));
+        }
+        return tets;
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error(fmt::format("{}: {}", path.string(), error.what()));
+    }
+}
+
+}  // namespace nbd

@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <cctype>
+#include <string>
+
+#include "meshing/formats/tet_formats.hpp"
+
+namespace nbd {
+namespace {
+
+/// The next word that is no comment (from # to the end of the line).
+std::string_view next_word(FileCursor& in) {
+    std::string_view word = in.word();
+    while (word.starts_with('#')) {
+        in.line();
+        word = in.word();
+    }
+    return word;
+}
+
+bool is_keyword(std::string_view word) {
+    return std::isalpha(static_cast<unsigned char>(word.front())) && word != "nan" && word != "inf";
+}
+
+bool is_volume(std::string_view keyword) {
+    return keyword == "Hexahedra" || keyword == "Hexaedra" || keyword == "Prisms" || keyword == "Pyramids" ||
+           keyword.starts_with("TetrahedraP") || keyword.starts_with("HexahedraQ");
+}
+
+bool is_surface_or_line(std::string_view keyword) {
+    return keyword == "Triangles" || keyword == "Quadrilaterals" || keyword == "Edges";
+}
+
+}  // namespace
+
+TetFileContent read_medit(FileCursor& in) {
+    TetFileContent content;
+    if (next_word(in) != "MeshVersionFormatted") in.fail("expected MeshVersionFormatted");
+    in.int32();
+    std::string keyword(next_word(in));
+    while (keyword != "End") {
+        if (!is_keyword(keyword)) in.fail("expected a keyword");
+        if (keyword == "Dimension") {
+            if (const int dimension = in.int32(); dimension != 3)
+                in.fail(fmt::format("dimension is {}, allowed is 3", dimension));
+        } else if (keyword == "Vertices") {
+            if (!content.nodes.empty()) in.fail("a second list of vertices");
+            content.nodes.resize(in.count("vertices", 8));
+            for (auto& node : content.nodes) {
+                for (double& coordinate : node) coordinate = in.real64();
+                in.int32();  // reference
+            }
+        } else if (keyword == "Tetrahedra") {
+            if (!content.tets.empty()) in.fail("a second list of tetrahedra");
+            if (content.nodes.empty()) in.fail("tetrahedra before the vertices");
+            content.tets.resize(in.count("tetrahedra", 10));
+            for (std::size_t t = 0; t < content.tets.size(); ++t) {
+                for (int& corner : content.tets[t]) {
+                    const std::int64_t node = in.int64();
+                    if (node < 1 || node > static_cast<std::int64_t>(content.nodes.size()))
+                        in.fail(fmt::format("tetrahedron {} refers to node {}, allowed are 1 to {}", t, node,
+                                            content.nodes.size()));
+                    corner = static_cast<int>(node - 1);
+                }
+                in.int32();  // reference
+            }
+        } else {
+            // A list that is not needed: numbers up to the next keyword.
+            if (is_volume(keyword) && in.count("cells", 2) > 0)
+                in.fail(fmt::format("holds {}; only 4-node tetrahedra are allowed", keyword));
+            if (is_surface_or_line(keyword)) content.other_cells += static_cast<int>(in.count("cells", 4));
+            std::string_view word = next_word(in);
+            while (!is_keyword(word)) word = next_word(in);
+            keyword = word;
+            continue;
+        }
+        keyword = next_word(in);
+    }
+    return content;
+}
+
+}  // namespace nbd

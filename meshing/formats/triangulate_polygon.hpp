@@ -1,0 +1,16 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "meshing/surface/mesh.hpp"
+
+namespace nbd {
+
+/// Cuts a polygon into corners.size() - 2 triangles over its own corners, with its orientation, by clipping
+/// ears in the plane of its mean normal. A polygon that is not simple there is cut as well, into triangles
+/// that overlap. corners: three or more rows of X.
+std::vector<std::array<int, 3>> triangulate_polygon(NodesRef X, std::span<const int> corners);
+
+}  // namespace nbd

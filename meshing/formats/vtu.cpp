@@ -1,0 +1,132 @@
+#include "meshing/formats/vtu.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <stdexcept>
+
+#include "meshing/h5/atomic_file.hpp"
+
+namespace nbd {
+namespace {
+
+/// The appended block of a .vtu: arrays one after another, each behind its length in bytes (UInt64).
+class Appended {
+ public:
+    /// Returns the array's offset, which its XML element carries.
+    template <class T>
+    std::size_t add(const std::vector<T>& values) {
+        const std::size_t offset = bytes_.size();
+        const std::uint64_t length = values.size() * sizeof(T);
+        bytes_.resize(offset + sizeof(length) + length);
+        std::memcpy(bytes_.data() + offset, &length, sizeof(length));
+        if (length > 0) std::memcpy(bytes_.data() + offset + sizeof(length), values.data(), length);
+        return offset;
+    }
+    const std::string& bytes() const { return bytes_; }
+
+ private:
+    std::string bytes_;
+};
+
+void check(std::span<const VtuBody> bodies) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const VtuBody& body = bodies[b];
+        bool fits = body.T && body.start && body.x && body.v && body.contact_force && body.von_mises &&
+                    body.von_mises->size() == body.T->rows();
+        if (fits)
+            for (const Nodes* field : {body.start, body.v, body.contact_force})
+                fits = fits && field->rows() == body.x->rows();
+        if (!fits)
+            throw std::invalid_argument(
+                fmt::format("vtu: body {} needs fields of one size for nodes and tetrahedra", b));
+    }
+}
+
+void append(std::vector<float>& out, NodesRef rows) {
+    for (Eigen::Index i = 0; i < rows.size(); ++i) out.push_back(static_cast<float>(rows.data()[i]));
+}
+
+}  // namespace
+
+void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodies) {
+    check(bodies);
+    std::vector<float> points, displacement, velocity, contact_force, von_mises;
+    std::vector<std::int64_t> connectivity, offsets;
+    std::vector<std::uint8_t> types;
+    std::vector<std::int32_t> owner;
+    std::int64_t first_node = 0;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const VtuBody& body = bodies[b];
+        append(points, *body.x);
+        append(displacement, Nodes(*body.x - *body.start));
+        append(velocity, *body.v);
+        append(contact_force, *body.contact_force);
+        for (Eigen::Index t = 0; t < body.T->rows(); ++t) {
+            for (int k = 0; k < 4; ++k) connectivity.push_back(first_node + (*body.T)(t, k));
+            offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
+            types.push_back(10);  // VTK_TETRA
+            owner.push_back(static_cast<std::int32_t>(b));
+            von_mises.push_back(static_cast<float>((*body.von_mises)[t]));
+        }
+        first_node += body.x->rows();
+    }
+    Appended data;
+    const auto array = [](const char* type, const char* name, int components, std::size_t offset) {
+        return fmt::format(
+            R"(<DataArray type="{}" Name="{}" NumberOfComponents="{}" format="appended" offset="{}"/>)", type,
+            name, components, offset);
+    };
+    std::string text = fmt::format(
+        R"(<?xml version="1.0"?>
+<VTKFile type="UnstructuredGrid" version="1.0" byte_order="{}" header_type="UInt64">
+<UnstructuredGrid>
+<Piece NumberOfPoints="{}" NumberOfCells="{}">
+)",
+        std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian", first_node, owner.size());
+    text += "<Points>" + array("Float32", "points", 3, data.add(points)) + "</Points>\n";
+    text += "<Cells>" + array("Int64", "connectivity", 1, data.add(connectivity)) +
+            array("Int64", "offsets", 1, data.add(offsets)) + array("UInt8", "types", 1, data.add(types)) +
+            "</Cells>\n";
+    text += R"(<PointData Vectors="velocity">)" +
+            array("Float32", "displacement", 3, data.add(displacement)) +
+            array("Float32", "velocity", 3, data.add(velocity)) +
+            array("Float32", "contact_force", 3, data.add(contact_force)) + "</PointData>\n";
+    text += R"(<CellData Scalars="von_mises">)" + array("Int32", "body", 1, data.add(owner)) +
+            array("Float32", "von_mises", 1, data.add(von_mises)) + "</CellData>\n";
+    text += "</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
+    text += data.bytes();
+    text += "\n</AppendedData>\n</VTKFile>\n";
+    h5::AtomicFile file(path);
+    file.out() << text;
+    file.commit();
+}
+
+VtuSeries::VtuSeries(std::filesystem::path directory, std::string name)
+    : directory_(std::move(directory)), name_(std::move(name)) {
+    std::error_code error;
+    std::filesystem::create_directories(directory_, error);
+    if (error)
+        throw std::runtime_error(
+            fmt::format("{}: cannot create the directory: {}", directory_.string(), error.message()));
+}
+
+std::string VtuSeries::frame_name(std::size_t frame) const {
+    return fmt::format("{}_{:06}.vtu", name_, frame);
+}
+
+void VtuSeries::add_frame(double time, std::span<const VtuBody> bodies) {
+    write_vtu(directory_ / frame_name(times_.size()), bodies);
+    times_.push_back(time);
+    std::string text =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
+    for (std::size_t f = 0; f < times_.size(); ++f)
+        text += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", times_[f], frame_name(f));
+    h5::AtomicFile file(pvd());
+    file.out() << text << "</Collection>\n</VTKFile>\n";
+    file.commit();
+}
+
+}  // namespace nbd

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meshing/surface/mesh.hpp"
+
+namespace nbd {
+
+/// One body of a frame. The pointers are read during the call only; all must be there.
+struct VtuBody {
+    const Tets* T = nullptr;
+    const Nodes* start = nullptr;                // [N, 3] where displacements count from, metres
+    const Nodes* x = nullptr;                    // [N, 3] current positions, metres
+    const Nodes* v = nullptr;                    // [N, 3] velocities, m/s
+    const Nodes* contact_force = nullptr;        // [N, 3] N
+    const Eigen::VectorXd* von_mises = nullptr;  // [T] stress, Pa
+};
+
+/// Writes one frame as a VTK unstructured grid (.vtu, raw appended data, float32) with the cell fields `body`
+/// (number) and `von_mises` (Pa) and the point fields `displacement` (x minus start, metres), `velocity`
+/// (m/s) and `contact_force` (N). Atomic. Throws std::invalid_argument where shapes disagree,
+/// std::runtime_error with path and reason.
+void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodies);
+
+/// A directory of frames that ParaView opens as one animation: NAME_000000.vtu, ..., and NAME.pvd, which is
+/// complete after every frame.
+class VtuSeries {
+ public:
+    /// Creates the directory where needed. Throws std::runtime_error with path and reason.
+    VtuSeries(std::filesystem::path directory, std::string name);
+
+    /// time: seconds. Frames are numbered from 0 in the order of the calls.
+    void add_frame(double time, std::span<const VtuBody> bodies);
+
+    std::filesystem::path pvd() const { return directory_ / (name_ + ".pvd"); }
+
+ private:
+    std::string frame_name(std::size_t frame) const;
+
+    std::filesystem::path directory_;
+    std::string name_;
+    std::vector<double> times_;
+};
+
+}  // namespace nbd

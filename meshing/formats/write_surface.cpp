@@ -1,0 +1,71 @@
+#include "meshing/formats/write_surface.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+
+#include "meshing/h5/atomic_file.hpp"
+
+namespace nbd {
+namespace {
+
+/// Ten digits, one more than float32 needs, and no exponent: readers, assimp's among them, read the whole
+/// part, the decimals and the exponent apart and round in between.
+std::string decimal(double value) {
+    const auto x = static_cast<float>(value);
+    if (x == 0) return "0";
+    const int decimals = std::clamp(9 - static_cast<int>(std::floor(std::log10(std::abs(x)))), 9, 15);
+    return fmt::format("{:.{}f}", x, decimals);
+}
+
+std::string obj_text(NodesRef X, FacesRef F) {
+    std::string text;
+    const auto out = std::back_inserter(text);
+    for (int v = 0; v < X.rows(); ++v)
+        fmt::format_to(out, "v {} {} {}\n", decimal(X(v, 0)), decimal(X(v, 1)), decimal(X(v, 2)));
+    for (int f = 0; f < F.rows(); ++f)
+        fmt::format_to(out, "f {} {} {}\n", F(f, 0) + 1, F(f, 1) + 1, F(f, 2) + 1);
+    return text;
+}
+
+template <class T>
+void append_little_endian(std::string& bytes, T value) {
+    auto raw = std::bit_cast<std::array<char, sizeof(T)>>(value);
+    if (std::endian::native == std::endian::big) std::ranges::reverse(raw);
+    bytes.append(raw.data(), raw.size());
+}
+
+std::string ply_bytes(NodesRef X, FacesRef F) {
+    std::string bytes = fmt::format(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
+        "property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        X.rows(), F.rows());
+    for (int v = 0; v < X.rows(); ++v)
+        for (int k = 0; k < 3; ++k) append_little_endian(bytes, static_cast<float>(X(v, k)));
+    for (int f = 0; f < F.rows(); ++f) {
+        bytes.push_back(3);
+        for (int c = 0; c < 3; ++c) append_little_endian(bytes, F(f, c));
+    }
+    return bytes;
+}
+
+}  // namespace
+
+void write_surface(const std::filesystem::path& path, NodesRef X, FacesRef F) {
+    std::string extension = path.extension().string();
+    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (extension != ".obj" && extension != ".ply")
+        throw std::runtime_error(fmt::format("{}: surfaces are written as .obj or .ply", path.string()));
+    h5::AtomicFile file(path);
+    file.out() << (extension == ".obj" ? obj_text(X, F) : ply_bytes(X, F));
+    file.commit();
+}
+
+}  // namespace nbd

@@ -1,0 +1,42 @@
+#include "meshing/surface/box_tree.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace nbd {
+
+BoxTree::BoxTree(std::vector<Box> boxes) : boxes_(std::move(boxes)), items_(boxes_.size()) {
+    std::iota(items_.begin(), items_.end(), 0);
+    if (items_.empty()) return;
+    nodes_.reserve(boxes_.size());
+    nodes_.push_back({Box(), -1, 0, static_cast<int>(items_.size())});
+    split(0);
+}
+
+/// At the median of the centres along the longest side.
+void BoxTree::split(int n) {
+    const auto node = static_cast<std::size_t>(n);
+    Box centres;
+    for (int i = nodes_[node].begin; i < nodes_[node].end; ++i) {
+        const Box& box = boxes_[static_cast<std::size_t>(items_[static_cast<std::size_t>(i)])];
+        nodes_[node].box.extend(box);
+        centres.extend(box.center());
+    }
+    const int begin = nodes_[node].begin, end = nodes_[node].end, middle = begin + (end - begin) / 2;
+    if (end - begin <= leaf_items) return;
+    int axis = 0;
+    centres.sizes().maxCoeff(&axis);
+    std::nth_element(items_.begin() + begin, items_.begin() + middle, items_.begin() + end,
+                     [&](int a, int b) {
+                         return std::pair(boxes_[static_cast<std::size_t>(a)].center()[axis], a) <
+                                std::pair(boxes_[static_cast<std::size_t>(b)].center()[axis], b);
+                     });
+    const int first_child = static_cast<int>(nodes_.size());
+    nodes_[node].first_child = first_child;
+    nodes_.push_back({Box(), -1, begin, middle});
+    nodes_.push_back({Box(), -1, middle, end});
+    split(first_child);
+    split(first_child + 1);
+}
+
+}  // namespace nbd

@@ -1,0 +1,150 @@
+#include "meshing/surface/check_surface.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace nbd {
+namespace {
+
+template <class... Args>
+[[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) {
+    throw std::invalid_argument(fmt::format(text, std::forward<Args>(args)...));
+}
+
+std::string counted(std::size_t count, const char* one, const char* many) {
+    return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+std::string place(const TriMesh& mesh, int v) {
+    return fmt::format("({:.6g}, {:.6g}, {:.6g})", mesh.X(v, 0), mesh.X(v, 1), mesh.X(v, 2));
+}
+
+void check_numbers(const TriMesh& mesh) {
+    if (mesh.F.rows() == 0) fail("the surface has no faces");
+    for (int v = 0; v < mesh.X.rows(); ++v)
+        if (!mesh.X.row(v).allFinite()) fail("vertex {} is not finite: {}", v, place(mesh, v));
+    for (int f = 0; f < mesh.F.rows(); ++f)
+        for (int c = 0; c < 3; ++c)
+            if (mesh.F(f, c) < 0 || mesh.F(f, c) >= mesh.X.rows())
+                fail("face {} refers to vertex {}, but the surface has {} vertices", f, mesh.F(f, c),
+                     mesh.X.rows());
+}
+
+bool has_area(const TriMesh& mesh, int f) {
+    constexpr double least_height = 1e-7;  // of the longest side: a few float32 steps
+    const Eigen::RowVector3d a = mesh.X.row(mesh.F(f, 0)), b = mesh.X.row(mesh.F(f, 1)),
+                             c = mesh.X.row(mesh.F(f, 2));
+    const double longest = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+    return (b - a).cross(c - a).norm() > least_height * longest;
+}
+
+void check_faces(const TriMesh& mesh) {
+    std::vector<int> repeating, flat;
+    for (int f = 0; f < mesh.F.rows(); ++f) {
+        const int a = mesh.F(f, 0), b = mesh.F(f, 1), c = mesh.F(f, 2);
+        if (a == b || b == c || c == a)
+            repeating.push_back(f);
+        else if (!has_area(mesh, f))
+            flat.push_back(f);
+    }
+    const auto corners = [&](int f) {
+        return fmt::format("{} {} {}", mesh.F(f, 0), mesh.F(f, 1), mesh.F(f, 2));
+    };
+    if (!repeating.empty())
+        fail("face {} repeats a vertex ({}, at {}); {}", repeating[0], corners(repeating[0]),
+             place(mesh, mesh.F(repeating[0], 0)), counted(repeating.size(), "such face", "such faces"));
+    if (!flat.empty())
+        fail("face {} has no area (vertices {}, at {}); {}", flat[0], corners(flat[0]),
+             place(mesh, mesh.F(flat[0], 0)), counted(flat.size(), "such face", "such faces"));
+}
+
+void check_duplicates(const TriMesh& mesh) {
+    std::vector<std::pair<std::array<int, 3>, int>> keyed;  // sorted corners, face
+    keyed.reserve(static_cast<std::size_t>(mesh.F.rows()));
+    for (int f = 0; f < mesh.F.rows(); ++f) {
+        std::array<int, 3> key = {mesh.F(f, 0), mesh.F(f, 1), mesh.F(f, 2)};
+        std::ranges::sort(key);
+        keyed.emplace_back(key, f);
+    }
+    std::ranges::sort(keyed);
+    std::vector<std::pair<int, int>> repeats;  // face, the earlier one
+    for (std::size_t i = 1; i < keyed.size(); ++i)
+        if (keyed[i].first == keyed[i - 1].first) repeats.emplace_back(keyed[i].second, keyed[i - 1].second);
+    if (repeats.empty()) return;
+    const auto [face, earlier] = *std::ranges::min_element(repeats);
+    fail("face {} has the same vertices as face {}; {}", face, earlier,
+         counted(repeats.size(), "duplicate face", "duplicate faces"));
+}
+
+void check_edges(const TriMesh& mesh, const EdgeTable& table) {
+    std::vector<const EdgeTable::Edge*> open, crowded;
+    for (const EdgeTable::Edge& edge : table.edges) {
+        if (edge.end - edge.begin == 1) open.push_back(&edge);
+        if (edge.end - edge.begin > 2) crowded.push_back(&edge);
+    }
+    if (!crowded.empty()) {
+        const EdgeTable::Edge& edge = *crowded[0];
+        const auto halfedges = table.at(edge);
+        fail("edge {}-{} at {} belongs to {} faces ({}, {}, {}{}) where a solid's edge has 2; {}", edge.a,
+             edge.b, place(mesh, edge.a), halfedges.size(), halfedges[0] / 3, halfedges[1] / 3,
+             halfedges[2] / 3, halfedges.size() > 3 ? ", ..." : "",
+             counted(crowded.size(), "such edge", "such edges"));
+    }
+    if (!open.empty())
+        fail("the surface is open: edge {}-{} at {} belongs to face {} alone; {}", open[0]->a, open[0]->b,
+             place(mesh, open[0]->a), table.at(*open[0])[0] / 3,
+             counted(open.size(), "open edge", "open edges"));
+}
+
+/// Walks around each vertex from one face to the next over their common edge: one walk must meet them all.
+void check_vertices(const TriMesh& mesh, const EdgeTable& table) {
+    const auto corner_count = static_cast<std::size_t>(mesh.F.rows()) * 3;
+    std::vector<char> walked(corner_count, 0);
+    std::vector<int> first_face(static_cast<std::size_t>(mesh.X.rows()), -1);
+    int vertex = -1, face = -1, other_face = -1;
+    std::size_t count = 0;
+    for (int start = 0; start < static_cast<int>(corner_count); ++start) {
+        if (walked[static_cast<std::size_t>(start)]) continue;
+        const int v = mesh.F(start / 3, start % 3);
+        int& first = first_face[static_cast<std::size_t>(v)];
+        if (first < 0) {
+            first = start / 3;
+        } else if (count++ == 0) {
+            vertex = v, face = first, other_face = start / 3;
+        }
+        int corner = start, side = start;  // `side`: the half-edge of the corner's face to leave it by
+        do {
+            walked[static_cast<std::size_t>(corner)] = 1;
+            const int next = table.twin(side), f = next / 3;
+            int k = 0;
+            while (mesh.F(f, k) != v) ++k;
+            corner = 3 * f + k;
+            // Of the two sides at v, the one not come by.
+            side = next == corner ? 3 * f + (k + 2) % 3 : corner;
+        } while (corner != start);
+    }
+    if (count > 0)
+        fail("vertex {} at {} joins parts of the surface that meet nowhere else there (faces {} and {}); {}",
+             vertex, place(mesh, vertex), face, other_face, counted(count, "such joint", "such joints"));
+}
+
+}  // namespace
+
+EdgeTable check_surface(const TriMesh& mesh) {
+    check_numbers(mesh);
+    check_faces(mesh);
+    check_duplicates(mesh);
+    EdgeTable table = edge_table(mesh.F);
+    check_edges(mesh, table);
+    check_vertices(mesh, table);
+    return table;
+}
+
+}  // namespace nbd

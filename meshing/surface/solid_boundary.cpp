@@ -1,0 +1,168 @@
+#include "meshing/surface/solid_boundary.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "meshing/surface/check_surface.hpp"
+#include "meshing/surface/orient.hpp"
+#include "meshing/surface/self_intersections.hpp"
+
+namespace nbd {
+namespace {
+
+/// Returns how many vertices no face uses. Indices must be in range.
+int drop_unreferenced(TriMesh& mesh) {
+    std::vector<int> number(static_cast<std::size_t>(mesh.X.rows()), -1);
+    for (int f = 0; f < mesh.F.rows(); ++f)
+        for (int c = 0; c < 3; ++c) number[static_cast<std::size_t>(mesh.F(f, c))] = 0;
+    int kept = 0;
+    for (int v = 0; v < mesh.X.rows(); ++v) {
+        if (number[static_cast<std::size_t>(v)] < 0) continue;
+        number[static_cast<std::size_t>(v)] = kept;
+        mesh.X.row(kept++) = mesh.X.row(v).eval();
+    }
+    const int dropped = static_cast<int>(mesh.X.rows()) - kept;
+    mesh.X.conservativeResize(kept, 3);
+    for (int f = 0; f < mesh.F.rows(); ++f)
+        for (int c = 0; c < 3; ++c) mesh.F(f, c) = number[static_cast<std::size_t>(mesh.F(f, c))];
+    return dropped;
+}
+
+struct Component {
+    std::vector<int> faces;
+    Eigen::AlignedBox3d box;
+    double volume = 0;  // as oriented
+    int depth = 0;      // how many other components it is inside of
+};
+
+std::vector<Component> gather(const TriMesh& mesh, const Components& components) {
+    std::vector<Component> gathered(static_cast<std::size_t>(components.count));
+    for (int f = 0; f < mesh.F.rows(); ++f) {
+        Component& component =
+            gathered[static_cast<std::size_t>(components.of_face[static_cast<std::size_t>(f)])];
+        component.faces.push_back(f);
+        for (int c = 0; c < 3; ++c) component.box.extend(mesh.X.row(mesh.F(f, c)).transpose());
+    }
+    for (Component& component : gathered) {
+        const Eigen::RowVector3d origin = component.box.center();  // near by, so that little cancels
+        for (const int f : component.faces) {
+            const Eigen::RowVector3d a = mesh.X.row(mesh.F(f, 0)) - origin,
+                                     b = mesh.X.row(mesh.F(f, 1)) - origin,
+                                     c = mesh.X.row(mesh.F(f, 2)) - origin;
+            component.volume += a.dot(b.cross(c)) / 6;
+        }
+        const double size = component.box.diagonal().norm();
+        if (!(std::abs(component.volume) > 1e-12 * size * size * size))
+            throw std::invalid_argument(
+                fmt::format("the component of face {} encloses no volume", component.faces.front()));
+    }
+    return gathered;
+}
+
+/// Whether `point`, not on the component, is inside of it: the solid angle under which it sees the faces.
+bool contains(const TriMesh& mesh, const Component& component, const Eigen::RowVector3d& point) {
+    if (!component.box.contains(point.transpose())) return false;
+    double angle = 0;
+    for (const int f : component.faces) {
+        const Eigen::RowVector3d a = mesh.X.row(mesh.F(f, 0)) - point, b = mesh.X.row(mesh.F(f, 1)) - point,
+                                 c = mesh.X.row(mesh.F(f, 2)) - point;
+        const double la = a.norm(), lb = b.norm(), lc = c.norm();
+        angle +=
+            2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    }
+    return std::abs(angle) > 2 * std::numbers::pi;
+}
+
+void find_depths(const TriMesh& mesh, std::vector<Component>& components) {
+    for (Component& inner : components)
+        for (const Component& outer : components)
+            if (&inner != &outer && contains(mesh, outer, mesh.X.row(mesh.F(inner.faces.front(), 0))))
+                ++inner.depth;
+}
+
+void turn_outward(TriMesh& mesh, std::vector<Component>& components) {
+    for (Component& component : components) {
+        const bool is_cavity = component.depth % 2 == 1;
+        if ((component.volume < 0) == is_cavity) continue;
+        for (const int f : component.faces) std::swap(mesh.F(f, 1), mesh.F(f, 2));
+        component.volume = -component.volume;
+    }
+}
+
+double area(const TriMesh& mesh) {
+    double sum = 0;
+    for (int f = 0; f < mesh.F.rows(); ++f) {
+        const Eigen::RowVector3d a = mesh.X.row(mesh.F(f, 0));
+        sum += (mesh.X.row(mesh.F(f, 1)) - a).cross(mesh.X.row(mesh.F(f, 2)) - a).norm() / 2;
+    }
+    return sum;
+}
+
+std::string counted(int count, const char* one, const char* many) {
+    return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+}  // namespace
+
+std::string describe(const SurfaceReport& r) {
+    std::string text =
+        fmt::format("{} vertices, {} faces, {}, genus {}, area {:.6g} m2, volume {:.6g} m3", r.vertices,
+                    r.faces, counted(r.shells, "shell", "shells"), r.genus, r.area, r.volume);
+    if (r.cavities > 0) text += ", " + counted(r.cavities, "cavity", "cavities");
+    if (r.dropped_vertices > 0)
+        text += "; dropped " + counted(r.dropped_vertices, "unreferenced vertex", "unreferenced vertices");
+    if (r.turned_faces > 0)
+        text += r.turned_faces == r.faces ? "; turned every face, the surface was inside out"
+                                          : "; turned " + counted(r.turned_faces, "face", "faces");
+    if (r.first_intersection)
+        text += fmt::format("; intersects itself: {}, the first between faces {} and {}",
+                            counted(r.intersecting_pairs, "pair of faces", "pairs of faces"),
+                            r.first_intersection->a, r.first_intersection->b);
+    return text;
+}
+
+SolidBoundary make_solid_boundary(TriMesh mesh, const SolidBoundaryConfig& config) {
+    const EdgeTable table = check_surface(mesh);
+    SurfaceReport report;
+    report.dropped_vertices = drop_unreferenced(mesh);
+    report.vertices = static_cast<int>(mesh.X.rows());
+    report.edges = static_cast<int>(table.edges.size());
+    report.faces = static_cast<int>(mesh.F.rows());
+
+    const Faces given = mesh.F;
+    const Components labels = make_orientations_agree(mesh.F, table);
+    report.genus = labels.count - (report.vertices - report.edges + report.faces) / 2;  // Euler's formula
+
+    const std::vector<FacePair> pairs = self_intersections(mesh);
+    report.intersecting_pairs = static_cast<int>(pairs.size());
+    if (!pairs.empty()) report.first_intersection = pairs.front();
+    if (!pairs.empty() && !config.allow_self_intersection)
+        throw std::invalid_argument(
+            fmt::format("the surface intersects itself: faces {} and {} meet; {}", pairs[0].a, pairs[0].b,
+                        counted(report.intersecting_pairs, "such pair", "such pairs")));
+
+    std::vector<Component> components = gather(mesh, labels);
+    find_depths(mesh, components);
+    turn_outward(mesh, components);
+    for (const Component& component : components) {
+        ++(component.depth % 2 == 1 ? report.cavities : report.shells);
+        report.volume += component.volume;
+    }
+    if (components.size() > 1 && !config.allow_components)
+        throw std::invalid_argument(
+            fmt::format("the surface has {} components ({} and {}; the second starts at face {}) where a "
+                        "body is one shell",
+                        components.size(), counted(report.shells, "shell", "shells"),
+                        counted(report.cavities, "cavity", "cavities"), components[1].faces.front()));
+    report.area = area(mesh);
+    for (int f = 0; f < mesh.F.rows(); ++f) report.turned_faces += mesh.F.row(f) != given.row(f);
+    return {std::move(mesh), report};
+}
+
+}  // namespace nbd

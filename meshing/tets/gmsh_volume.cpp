@@ -1,0 +1,155 @@
+#include "meshing/tets/gmsh_volume.hpp"
+
+#include <fmt/format.h>
+#include <gmsh.h>
+#include <sys/resource.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <mutex>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace nbd {
+namespace {
+
+/// gmsh for one caller: alone, silent, and gone without a trace.
+class GmshSession {
+ public:
+    GmshSession() : lock_(mutex()) {
+        getrlimit(RLIMIT_STACK, &stack_);  // gmsh raises it
+        gmsh::initialize(0, nullptr, false);
+        gmsh::option::setNumber("General.Terminal", 0);
+        gmsh::option::setNumber("General.NumThreads", 1);
+        gmsh::option::setNumber("Mesh.Algorithm3D", 1);
+        gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary", 0);
+        gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.6);
+    }
+    ~GmshSession() {
+        try {
+            gmsh::model::mesh::removeSizeCallback();
+            gmsh::finalize();
+        } catch (...) {
+            // Nothing is left to undo.
+        }
+        setrlimit(RLIMIT_STACK, &stack_);
+    }
+    GmshSession(const GmshSession&) = delete;
+    GmshSession& operator=(const GmshSession&) = delete;
+
+ private:
+    static std::mutex& mutex() {
+        static std::mutex one;
+        return one;
+    }
+    std::unique_lock<std::mutex> lock_;
+    rlimit stack_{};
+};
+
+/// A power of two that brings the longest side of the box near 1: gmsh has absolute tolerances, and scaling
+/// by a power of two is exact.
+double unit_scale(const Nodes& X) {
+    const double side = (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff();
+    return side > 0 && std::isfinite(side) ? std::exp2(-std::ilogb(side)) : 1;
+}
+
+TetMesh run_gmsh(const TriMesh& surface, const SizeField& size, double scale) {
+    const GmshSession session;
+    const auto n = static_cast<std::size_t>(surface.X.rows());
+    std::vector<std::size_t> tags(n), corners(static_cast<std::size_t>(surface.F.size()));
+    std::iota(tags.begin(), tags.end(), std::size_t{1});
+    std::ranges::transform(surface.F.reshaped<Eigen::RowMajor>(), corners.begin(),
+                           [](int v) { return static_cast<std::size_t>(v) + 1; });
+    const Nodes scaled = surface.X * scale;
+    const std::vector<double> coordinates(scaled.data(), scaled.data() + scaled.size());
+
+    gmsh::model::add("volume");
+    const int shell = gmsh::model::addDiscreteEntity(2);
+    gmsh::model::mesh::addNodes(2, shell, tags, coordinates);
+    gmsh::model::mesh::addElementsByType(shell, 2, {}, corners);
+    gmsh::model::geo::addVolume({gmsh::model::geo::addSurfaceLoop({shell})});
+    gmsh::model::geo::synchronize();
+    gmsh::model::mesh::setSizeCallback([&](int, int, double x, double y, double z) {
+        return size(Eigen::Vector3d(x, y, z) / scale) * scale;
+    });
+    gmsh::model::mesh::generate(3);
+
+    std::vector<std::size_t> node_tags, tet_tags, tet_nodes;
+    std::vector<double> xyz, unused;
+    gmsh::model::mesh::getNodes(node_tags, xyz, unused);
+    gmsh::model::mesh::getElementsByType(4, tet_tags, tet_nodes);
+    TetMesh tets;
+    if (tet_tags.empty()) return tets;
+    std::vector<std::size_t> order(node_tags.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [&](std::size_t i) { return node_tags[i]; });
+    std::vector<int> row_of_tag(node_tags[order.back()] + 1, -1);
+    tets.X.resize(static_cast<Eigen::Index>(order.size()), 3);
+    for (std::size_t r = 0; r < order.size(); ++r) {
+        row_of_tag[node_tags[order[r]]] = static_cast<int>(r);
+        tets.X.row(static_cast<Eigen::Index>(r)) =
+            Eigen::Map<const Eigen::RowVector3d>(xyz.data() + 3 * order[r]) / scale;
+    }
+    tets.T.resize(static_cast<Eigen::Index>(tet_tags.size()), 4);
+    std::ranges::transform(tet_nodes, tets.T.data(), [&](std::size_t tag) { return row_of_tag[tag]; });
+    return tets;
+}
+
+/// Faces as a set: each rotated to start with its smallest vertex, then sorted.
+std::vector<std::array<int, 3>> oriented_set(const Faces& F) {
+    std::vector<std::array<int, 3>> set;
+    set.reserve(static_cast<std::size_t>(F.rows()));
+    for (int f = 0; f < F.rows(); ++f) {
+        std::array<int, 3> face = {F(f, 0), F(f, 1), F(f, 2)};
+        std::ranges::rotate(face, std::ranges::min_element(face));
+        set.push_back(face);
+    }
+    std::ranges::sort(set);
+    return set;
+}
+
+/// Throws unless `tets` keeps every promise of fill_with_gmsh.
+void check_filled(const TriMesh& surface, const TetMesh& tets) {
+    const Eigen::Index n = surface.X.rows();
+    if (tets.T.rows() == 0) throw std::runtime_error("gmsh made no tetrahedra");
+    if (tets.X.rows() < n || tets.X.topRows(n) != surface.X)
+        throw std::runtime_error("gmsh moved or lost vertices of the surface");
+    std::vector<char> used(static_cast<std::size_t>(tets.X.rows()));
+    for (int t = 0; t < tets.T.rows(); ++t) {
+        const Eigen::RowVector3d a = tets.X.row(tets.T(t, 0));
+        const Eigen::RowVector3d ab = tets.X.row(tets.T(t, 1)) - a, ac = tets.X.row(tets.T(t, 2)) - a,
+                                 ad = tets.X.row(tets.T(t, 3)) - a;
+        if (!(ab.cross(ac).dot(ad) > 0))
+            throw std::runtime_error(fmt::format("gmsh made tetrahedron {} flat or inverted", t));
+        for (int c = 0; c < 4; ++c) used[static_cast<std::size_t>(tets.T(t, c))] = 1;
+    }
+    if (const auto lost = std::ranges::find(used, 0); lost != used.end())
+        throw std::runtime_error(fmt::format("vertex {} belongs to no tetrahedron", lost - used.begin()));
+    if (oriented_set(boundary_faces(tets)) != oriented_set(surface.F))
+        throw std::runtime_error(
+            "gmsh did not keep the surface's triangles as the boundary (a nested shell, or faces oriented "
+            "inward?)");
+}
+
+}  // namespace
+
+TetMesh fill_with_gmsh(const TriMesh& surface, const SizeField& size) {
+    TetMesh tets;
+    try {
+        tets = run_gmsh(surface, size, unit_scale(surface.X));
+    } catch (const std::string& reason) {  // what gmsh throws
+        throw std::runtime_error(fmt::format("gmsh cannot fill the surface: {}", reason));
+    } catch (const std::exception&) {
+        throw;
+    } catch (...) {
+        throw std::runtime_error("gmsh cannot fill the surface and gives no reason");
+    }
+    check_filled(surface, tets);
+    return tets;
+}
+
+}  // namespace nbd

@@ -1,0 +1,160 @@
+#include "meshing/tets/tetrahedralize.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "meshing/tets/gmsh_volume.hpp"
+#include "meshing/tets/nearest_vertex.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr double max_grading = 2;          // coarser still buys few nodes, and slivers with them
+constexpr double min_refinement = 1. / 3;  // 27 times the tetrahedra of grading 0
+
+Eigen::VectorXd mean_edge_lengths(const TriMesh& surface) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(surface.X.rows()), count = sum;
+    for (int f = 0; f < surface.F.rows(); ++f)
+        for (int c = 0; c < 3; ++c) {
+            const int a = surface.F(f, c), b = surface.F(f, (c + 1) % 3);
+            const double length = (surface.X.row(a) - surface.X.row(b)).norm();
+            for (const int v : {a, b}) {
+                sum[v] += length;
+                count[v] += 1;
+            }
+        }
+    for (int v = 0; v < sum.size(); ++v)
+        if (count[v] > 0) sum[v] /= count[v];
+    return sum;
+}
+
+/// gmsh aborts the process on numbers that are not finite, and reads past arrays on bad indices.
+void check_arrays(const TriMesh& surface) {
+    if (surface.F.rows() < 4) throw std::invalid_argument("a closed surface has at least 4 faces");
+    for (int v = 0; v < surface.X.rows(); ++v)
+        if (!surface.X.row(v).allFinite())
+            throw std::invalid_argument(fmt::format("vertex {} is not finite", v));
+    for (int f = 0; f < surface.F.rows(); ++f)
+        for (int c = 0; c < 3; ++c)
+            if (surface.F(f, c) < 0 || surface.F(f, c) >= surface.X.rows())
+                throw std::invalid_argument(
+                    fmt::format("face {} refers to vertex {}, but the mesh has {} vertices", f,
+                                surface.F(f, c), surface.X.rows()));
+}
+
+/// One knob for both settings, chosen so that ln(inner nodes) falls with slope near -1: from 0 up it is the
+/// grading, below it the refinement.
+struct Coarseness {
+    double s = 0;
+    static Coarseness of_grading(double grading) { return {std::log(grading / 0.1 + 1)}; }
+    static Coarseness finest() { return {3 * std::log(min_refinement)}; }
+    static Coarseness coarsest() { return of_grading(max_grading); }
+    double grading() const { return s > 0 ? 0.1 * std::expm1(s) : 0; }
+    double refinement() const { return s < 0 ? std::exp(s / 3) : 1; }
+};
+
+class Filler {
+ public:
+    explicit Filler(const TriMesh& surface)
+        : surface_(surface), nearest_(surface.X), edge_(mean_edge_lengths(surface)) {}
+
+    TetMesh fill(double grading, double refinement) {
+        ++runs_;
+        return fill_with_gmsh(surface_, [&](const Eigen::Vector3d& p) {
+            const auto [vertex, distance] = nearest_.find(p);
+            return refinement * (edge_[vertex] + grading * distance);
+        });
+    }
+    int runs() const noexcept { return runs_; }
+
+ private:
+    const TriMesh& surface_;
+    NearestVertex nearest_;
+    Eigen::VectorXd edge_;
+    int runs_ = 0;
+};
+
+/// ln of the nodes inside, what the search interpolates; half a node stands for none.
+double log_inner(Eigen::Index nodes, Eigen::Index surface_nodes) {
+    return std::log(std::max(0.5, static_cast<double>(nodes - surface_nodes)));
+}
+
+struct Sample {
+    double s, log_nodes;
+};
+
+TetrahedralizeResult search_nodes(const TriMesh& surface, const TetrahedralizeConfig& config) {
+    constexpr int max_runs = 16;
+    const Eigen::Index on_surface = surface.X.rows();
+    const double target = log_inner(config.nodes, on_surface);
+    const double finest = Coarseness::finest().s, coarsest = Coarseness::coarsest().s;
+    const auto out_of_reach = [&](Eigen::Index low, Eigen::Index high) {
+        return std::invalid_argument(
+            fmt::format("{} nodes are out of reach: a surface of {} vertices allows about {} to {}",
+                        config.nodes, on_surface, low, high));
+    };
+    const auto extrapolate = [&](const Sample& from, double s) {
+        return on_surface + std::llround(std::exp(from.log_nodes + from.s - s));
+    };
+
+    Filler filler(surface);
+    TetrahedralizeResult best;
+    std::optional<Sample> many, few;  // nearest known on either side of the target
+    double s = Coarseness::of_grading(TetrahedralizeConfig{}.grading).s;
+    bool bisect = false;
+    while (filler.runs() < max_runs) {
+        const Coarseness knob{s};
+        TetMesh tets = filler.fill(knob.grading(), knob.refinement());
+        const Eigen::Index nodes = tets.X.rows();
+        const Sample sample{s, log_inner(nodes, on_surface)};
+        if (best.runs == 0 || std::abs(nodes - config.nodes) < std::abs(best.tets.X.rows() - config.nodes))
+            best = {std::move(tets), knob.grading(), knob.refinement(), 1};
+        if (std::abs(nodes - config.nodes) <= config.tolerance / 5 * config.nodes) break;
+
+        auto& side = nodes > config.nodes ? many : few;
+        const auto& other = nodes > config.nodes ? few : many;
+        // Interpolation that keeps moving one end alone converges slowly; every second time, halve instead.
+        bisect = side.has_value() && other.has_value() && !bisect;
+        side = sample;
+        if (many && few) {
+            const double t = (many->log_nodes - target) / (many->log_nodes - few->log_nodes);
+            s = many->s + (bisect ? 0.5 : std::clamp(t, 0.05, 0.95)) * (few->s - many->s);
+            continue;
+        }
+        if (s == (few ? finest : coarsest)) break;  // the end of the range, and the target lies beyond
+        const double guess = s + sample.log_nodes - target;
+        if (guess < finest - std::log(2.))
+            throw out_of_reach(extrapolate(sample, coarsest), extrapolate(sample, finest));
+        s = std::clamp(guess, finest, coarsest);
+    }
+    best.runs = filler.runs();
+    if (std::abs(best.tets.X.rows() - config.nodes) <= config.tolerance * config.nodes) return best;
+    if (!few) throw out_of_reach(best.tets.X.rows(), extrapolate(*many, finest));
+    if (!many) throw out_of_reach(extrapolate(*few, coarsest), best.tets.X.rows());
+    throw std::invalid_argument(fmt::format("no grading gives {} nodes within {} %: the nearest was {}",
+                                            config.nodes, 100 * config.tolerance, best.tets.X.rows()));
+}
+
+}  // namespace
+
+TetrahedralizeResult tetrahedralize(const TriMesh& surface, const TetrahedralizeConfig& config) {
+    if (config.nodes < 0)
+        throw std::invalid_argument(fmt::format("nodes is {}, allowed is 0 or more", config.nodes));
+    if (!(config.tolerance > 0 && config.tolerance < 1))
+        throw std::invalid_argument(
+            fmt::format("tolerance is {}, allowed is between 0 and 1", config.tolerance));
+    if (!(config.grading >= 0 && config.grading <= max_grading))
+        throw std::invalid_argument(
+            fmt::format("grading is {}, allowed is 0 to {}", config.grading, max_grading));
+    check_arrays(surface);
+    if (config.nodes > 0) return search_nodes(surface, config);
+    return {Filler(surface).fill(config.grading, 1), config.grading, 1, 1};
+}
+
+}  // namespace nbd

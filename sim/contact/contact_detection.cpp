@@ -1,0 +1,134 @@
+#include "sim/contact/contact_detection.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "collision/base/stopwatch.hpp"
+#include "sim/contact/obstacle_contact.hpp"
+
+namespace nbd {
+namespace {
+
+/// Of a contact layer between two materials, or of one against something rigid, Pa.
+double layer_modulus(const ElasticBody& a) { return a.material().young; }
+double layer_modulus(const ElasticBody& a, const ElasticBody& b) {
+    return 2 / (1 / a.material().young + 1 / b.material().young);
+}
+
+Eigen::Vector3d mean_velocity(const ContactParty& body) {
+    return body.state.v.transpose() * body.elastic.node_masses() / body.elastic.mass();
+}
+
+/// Largest speed of a node relative to a frame that moves uniformly.
+double fastest(const ContactParty& body, const Eigen::Vector3d& frame) {
+    return (body.state.v.rowwise() - frame.transpose()).rowwise().norm().maxCoeff();
+}
+
+/// The same, of the nodes inside a region; 0 where there are none.
+double fastest_within(const Box& region, const ContactParty& body, const Eigen::Vector3d& frame) {
+    const Eigen::Vector3d lo = region.lo.head<3>().cast<double>(), hi = region.hi.head<3>().cast<double>();
+    double squared = 0;
+    for (Eigen::Index i = 0; i < body.state.x.rows(); ++i) {
+        const Eigen::Vector3d x = body.state.x.row(i);
+        if ((x.array() >= lo.array()).all() && (x.array() <= hi.array()).all())
+            squared = std::max(squared, (body.state.v.row(i).transpose() - frame).squaredNorm());
+    }
+    return std::sqrt(squared);
+}
+
+Box grown(const Box& box, double by) {
+    const Eigen::Array4f step(static_cast<float>(by), static_cast<float>(by), static_cast<float>(by), 0);
+    return {box.lo - step, box.hi + step};
+}
+
+Box common(const Box& s, const Box& t) { return {s.lo.max(t.lo), s.hi.min(t.hi)}; }
+
+}  // namespace
+
+double ContactDetection::deepest() const noexcept {
+    double deepest = 0;
+    for (const Contact& contact : contacts_) deepest = std::max(deepest, -contact.gap);
+    return deepest;
+}
+
+ContactSides ContactDetection::sides() const {
+    ContactSides sides;
+    for (const auto& [pair, finder] : finders_) finder.save_sides(sides);
+    return sides;
+}
+
+void ContactDetection::restore(const ContactSides& sides) {
+    finders_.clear();
+    for (const auto& [body, other, vertex] : sides.vertices) {
+        const BodyIndices pair{std::min(body, other), std::max(body, other)};
+        finders_.try_emplace(pair, pair.a, pair.b);
+    }
+    for (auto& [pair, finder] : finders_) finder.restore_sides(sides);
+}
+
+void ContactDetection::find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
+                            const ContactConfig& config, double thickness, double time, double dt_before,
+                            double dt, DetectionReport& report) {
+    contacts_.clear();
+    find_obstacles(bodies, obstacles, config, thickness, time, dt);
+    std::vector<Box> boxes;
+    for (const ContactParty& body : bodies)
+        boxes.push_back(
+            body.tree ? grown(body.surface.box(), thickness + dt * fastest(body, Eigen::Vector3d::Zero()))
+                      : empty_box());
+    const std::span<const BodyIndices> pairs = sweep_.touching(boxes);
+    std::erase_if(finders_, [&](const auto& f) { return !std::ranges::binary_search(pairs, f.first); });
+    for (const BodyIndices pair : pairs) find_bodies(pair, bodies, config, thickness, dt_before, dt, report);
+}
+
+void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
+                                      std::span<const Obstacle> obstacles, const ContactConfig& config,
+                                      double thickness, double time, double dt) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const double stiffness = config.stiffness_scale * layer_modulus(bodies[b].elastic) / thickness;
+        const std::size_t first = contacts_.size();
+        for (const Obstacle& obstacle : obstacles)
+            find_obstacle_contacts(static_cast<int>(b), bodies[b].surface, obstacle, time, dt,
+                                   thickness + dt * fastest(bodies[b], mean_velocity(obstacle, time, dt)),
+                                   contacts_);
+        for (std::size_t c = first; c < contacts_.size(); ++c)
+            contacts_[c].stiffness = stiffness * contacts_[c].area;
+    }
+}
+
+void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactParty> bodies,
+                                   const ContactConfig& config, double thickness, double dt_before, double dt,
+                                   DetectionReport& report) {
+    const ContactParty &a = bodies[static_cast<std::size_t>(pair.a)],
+                       &b = bodies[static_cast<std::size_t>(pair.b)];
+    const Eigen::Vector3d frame = (mean_velocity(a) + mean_velocity(b)) / 2;
+    const double most = thickness + dt * (fastest(a, frame) + fastest(b, frame));
+    const Box region = common(grown(a.surface.box(), most), grown(b.surface.box(), most));
+    const double speed = fastest_within(region, a, frame) + fastest_within(region, b, frame),
+                 approach = dt * speed;
+    report.approach = std::max(report.approach, approach);
+    // No further than this, so that a tip which swings somewhere does not fill the list with pairs that never
+    // meet; what is fast enough to pass it calls for a shorter step.
+    const double near = std::min(approach, thickness);
+    BodyContactFinder& finder = finders_.try_emplace(pair, pair.a, pair.b).first->second;
+    const double overlap =
+        std::min(finder.deepest(), 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
+    const ContactReach reach{.apart = thickness + near, .inside = std::max(thickness, overlap) + near};
+    const Stopwatch watch;
+    const auto face_pairs = query_.boxes_within(*a.tree, *b.tree, static_cast<float>(reach.most()));
+    report.collision_us += watch.microseconds();
+    report.nodes_bounded += query_.counters().nodes_bounded;
+    report.nodes_out_of_range += query_.counters().nodes_out_of_range;
+    report.face_pairs += static_cast<long>(face_pairs.size());
+    const std::size_t first = contacts_.size();
+    // Backward Euler: the velocities now are those of the whole step that led here.
+    const double moved = dt_before > 0 ? dt_before * speed : std::numeric_limits<double>::infinity();
+    finder.find(a.surface, b.surface, face_pairs, reach, moved, contacts_);
+    const double stiffness = config.stiffness_scale * layer_modulus(a.elastic, b.elastic) / thickness;
+    for (std::size_t c = first; c < contacts_.size(); ++c) {
+        contacts_[c].friction = config.friction;
+        contacts_[c].stiffness = stiffness * contacts_[c].area;
+    }
+}
+
+}  // namespace nbd

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include "sim/contact/contact.hpp"
+#include "sim/contact/contact_surface.hpp"
+#include "sim/contact/obstacle.hpp"
+
+namespace nbd {
+
+/// Contacts, for a step from `time` on, of a body's vertices that are at most `reach` metres outside an
+/// obstacle, by ascending vertex. Appends; stiffness stays zero.
+void find_obstacle_contacts(int body, const ContactSurface& surface, const Obstacle& obstacle, double time,
+                            double dt, double reach, std::vector<Contact>& contacts);
+
+}  // namespace nbd

@@ -1,0 +1,118 @@
+#include "sim/excitation/excitation.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "sim/world/world.hpp"
+
+namespace nbd {
+namespace {
+
+/// A patch force with its shares among the nodes worked out.
+struct SpreadForce {
+    PatchForce patch;
+    std::vector<std::pair<int, double>> shares;  // (node, share), summing to 1
+};
+
+SpreadForce spread(const PatchForce& patch, const ElasticBody& elastic) {
+    SpreadForce result{.patch = patch, .shares = {}};
+    const Nodes& X = elastic.rest().X;
+    double total = 0;
+    for (int i = 0; i < X.rows(); ++i) {
+        const double u = (X.row(i) - X.row(patch.node)).squaredNorm() / (patch.radius * patch.radius);
+        if (u >= 1) continue;
+        const double share = (1 - u) * (1 - u) * elastic.node_masses()[i];
+        result.shares.emplace_back(i, share);
+        total += share;
+    }
+    for (auto& [node, share] : result.shares) share /= total;
+    return result;
+}
+
+void set_forces(const std::vector<SpreadForce>& forces, double time, Nodes& out) {
+    out.setZero();
+    for (const SpreadForce& f : forces) {
+        const double u = (time - f.patch.start) / f.patch.duration;
+        if (u <= 0 || u >= 1) continue;
+        const double swell = std::sin(std::numbers::pi * u) * std::sin(std::numbers::pi * u);
+        for (const auto& [node, share] : f.shares) out.row(node) += swell * share * f.patch.force.transpose();
+    }
+}
+
+World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& body,
+                 const std::shared_ptr<const ElasticBody>& elastic,
+                 const std::shared_ptr<const CollisionTree>& tree, const LinearSolveConfig& linear,
+                 const std::shared_ptr<RestFactors>& factors) {
+    WorldConfig config;
+    config.gravity = recipe.gravity;
+    config.contact.damping = 0.02 * scales.time;
+    config.contact.iterations = 4;  // poses want variety, not friction to the last digit
+    config.contact.tolerance = 1e-3;
+    config.limits.inverted_share = 0.02;
+    config.contact.slip_velocity = 1e-3 * scales.speed;
+    config.linear = linear;
+    config.factors = factors;
+    World world(config);
+    if (recipe.floor)
+        world.add_obstacle(
+            {.shape = PlaneShape{.point = {0, 0, *recipe.floor}, .normal = Eigen::Vector3d::UnitZ()}});
+    const Nodes X = body.tets.X.rowwise() - body.tets.X.colwise().mean();
+    WorldBody self{.elastic = elastic, .W = body.W, .F = body.surface.F, .grips = recipe.grips};
+    self.state.x = X * recipe.rotation.transpose();
+    self.state.v = (self.state.x * recipe.gradient.transpose()).rowwise() + recipe.velocity.transpose();
+    if (recipe.thrown) self.tree = tree;
+    world.add_body(std::move(self));
+    if (recipe.thrown) {
+        WorldBody copy{.elastic = elastic, .W = body.W, .F = body.surface.F, .tree = tree};
+        copy.state.x =
+            (X * recipe.thrown->rotation.transpose()).rowwise() + recipe.thrown->centre.transpose();
+        copy.state.v = Nodes::Zero(X.rows(), 3).rowwise() + recipe.thrown->velocity.transpose();
+        world.add_body(std::move(copy));
+    }
+    return world;
+}
+
+}  // namespace
+
+Excitation::Excitation(Body body, const ExcitationConfig& config)
+    : body_(std::make_shared<const Body>(std::move(body))),
+      config_(config),
+      elastic_(std::make_shared<const ElasticBody>(body_->tets, body_->material)),
+      recipes_(body_, config),
+      tree_(shared_exact_tree(body_->surface.X.cast<float>(), body_->surface.F)),
+      factors_(std::make_shared<RestFactors>()) {}
+
+double Excitation::frame_interval() const noexcept { return recipes_.frame_interval(); }
+
+TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_per_frame) const {
+    if (steps_per_frame == 0) steps_per_frame = config_.steps_per_frame;
+    if (steps_per_frame < 0)
+        throw std::invalid_argument(
+            fmt::format("excitation: {} steps per frame, but must be > 0", steps_per_frame));
+    const Recipe recipe = recipes_.draw(index);
+    TrajectoryResult result{.recipe = recipe_json(recipe)};
+    World world = make_world(recipe, recipes_.scales(), *body_, elastic_, tree_, config_.linear, factors_);
+    std::vector<SpreadForce> forces;
+    for (const PatchForce& patch : recipe.forces) forces.push_back(spread(patch, *elastic_));
+    const double dt = recipe.frame_interval / steps_per_frame;
+    const int warm_up = static_cast<int>(std::ceil(recipe.first_frame / dt));
+    const int steps = warm_up + (config_.frames - 1) * steps_per_frame;
+    for (int step = 1; step <= steps; ++step) {
+        set_forces(forces, world.time() + dt / 2, world.forces(0));
+        const WorldReport report = world.step(dt);
+        if (!report.failure.empty()) {
+            result.failure = report.failure;
+            return result;
+        }
+        if (step < warm_up || (step - warm_up) % steps_per_frame != 0) continue;
+        on_frame({world.time(), world.state(0).x, report.contacts});
+        ++result.frames;
+    }
+    return result;
+}
+
+}  // namespace nbd

@@ -1,0 +1,294 @@
+#include "sim/excitation/recipe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "collision/base/counter_random.hpp"
+
+namespace nbd {
+namespace {
+
+/// The thickness from which on a body counts as stocky, relative to its length, and the least sturdiness.
+constexpr double stocky = 0.095, least_sturdiness = 0.02;
+
+/// Kinds of consecutive trajectories: a sequence of lowest discrepancy, so that any run of them has the mix.
+RecipeKind kind_of(const std::array<double, 5>& mix, std::uint64_t seed, int index) {
+    const double turn = (std::numbers::phi - 1) * index + counter_uniform(seed, 0, 0);
+    double u = turn - std::floor(turn);
+    int last = 0;
+    for (int k = 0; k < static_cast<int>(mix.size()); ++k) {
+        const double share = mix[static_cast<std::size_t>(k)];
+        if (share <= 0) continue;
+        if (u < share) return static_cast<RecipeKind>(k);
+        u -= share;
+        last = k;
+    }
+    return static_cast<RecipeKind>(last);  // rounding
+}
+
+double draw(CounterRandom& random, const Range& range) { return random.uniform(range.from, range.to); }
+
+Eigen::Vector3d random_perpendicular(CounterRandom& random, const Eigen::Vector3d& axis) {
+    const Eigen::Vector3d d = random.direction();
+    return (d - d.dot(axis) * axis).stableNormalized();
+}
+
+/// Draws one recipe. Members are what every ingredient needs.
+class Draw {
+ public:
+    Draw(const Body& body, const LocalThickness& thickness, const NaturalScales& scales,
+         const ExcitationConfig& config, double frame_interval, int index)
+        : body_(body),
+          thickness_(thickness),
+          scales_(scales),
+          ranges_(config.ranges),
+          strength_(config.ranges.strength * scales.sturdiness),
+          random_(config.seed, static_cast<std::uint64_t>(index)) {
+        recipe_.kind = kind_of(recipe_mix(ranges_), config.seed, index);
+        recipe_.frame_interval = frame_interval;
+        recipe_.rotation = random_.orientation().toRotationMatrix();
+        recipe_.first_frame = draw(random_, ranges_.warm_up) * scales_.time;
+        duration_ = recipe_.first_frame + recipe_.frame_interval * config.frames;
+        const Eigen::RowVector3d centroid = body.tets.X.colwise().mean();
+        x_ = (body.tets.X.rowwise() - centroid) * recipe_.rotation.transpose();
+    }
+
+    Recipe run() {
+        const KindRanges& kind = ranges_.kinds[static_cast<std::size_t>(recipe_.kind)];
+        add_gradient(kind.gradient);
+        switch (recipe_.kind) {
+            case RecipeKind::drop:
+                add_floor();
+                recipe_.velocity.z() = -draw(random_, ranges_.floor.fall_speed) * strength_ * scales_.speed;
+                break;
+            case RecipeKind::grips:
+                add_hands();
+                break;
+            case RecipeKind::thrown:
+                if (random_.unit() < ranges_.floor.under_thrown) add_floor();
+                add_thrown();
+                break;
+            case RecipeKind::forces:
+            case RecipeKind::free:
+                break;
+        }
+        add_forces(kind.forces);
+        return recipe_;
+    }
+
+ private:
+    /// Stretching, shear and spin at once.
+    void add_gradient(const Range& strain) {
+        const double rate = draw(random_, strain) * strength_ * std::numbers::pi / scales_.time;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) recipe_.gradient(i, j) = random_.uniform(-1, 1);
+        recipe_.gradient *= rate / recipe_.gradient.norm() * std::numbers::sqrt3;
+    }
+
+    void add_floor() {
+        recipe_.floor = x_.col(2).minCoeff() - draw(random_, ranges_.floor.gap) * scales_.length;
+        const double sag = draw(random_, ranges_.floor.sag) * strength_;
+        recipe_.gravity.z() = -sag * scales_.speed * scales_.speed / scales_.length;
+    }
+
+    /// Pulls and pokes, some of them balanced by the opposite force elsewhere. share: of the usual number.
+    void add_forces(double share) {
+        const int most =
+            static_cast<int>(std::lround(share * std::max(2.0, duration_ / (2.5 * scales_.time))));
+        for (int i = 0; i < most; ++i) {
+            const double start = random_.uniform(-0.5, 0.9) * duration_,
+                         length = draw(random_, ranges_.force.duration) * scales_.time;
+            PatchForce force = patch(std::max(0.0, start), length);
+            recipe_.forces.push_back(force);
+            if (random_.unit() >= ranges_.force.balanced) continue;
+            PatchForce other = patch(force.start, length);
+            const double size = std::min(force.force.norm(), other.force.norm());
+            recipe_.forces.back().force = size * force.force.stableNormalized();
+            other.force = -recipe_.forces.back().force;
+            recipe_.forces.push_back(other);
+        }
+    }
+
+    /// Force = strain times modulus times the cross-section that the patch's volume stands for, so that a
+    /// limb gets less than a trunk; less again where the patch is thin, for there it bends.
+    PatchForce patch(double start, double duration) {
+        PatchForce force{
+            .node = random_.index(static_cast<int>(x_.rows())), .start = start, .duration = duration};
+        force.radius = draw(random_, ranges_.force.radius) * scales_.length;
+        const Eigen::Vector3d centre = body_.tets.X.row(force.node);
+        const double area = thickness_.volume(centre, force.radius) / (2 * force.radius);
+        const double slender = std::min(1.0, thickness_.at(centre, force.radius) / (stocky * scales_.length));
+        // What pulls at a body in two hands goes through its limbs.
+        const double held = recipe_.grips.empty() ? 1 : scales_.sturdiness * scales_.sturdiness;
+        const double strain = draw(random_, ranges_.force.strain) * ranges_.strength * slender * held;
+        force.force = strain * body_.material.young * area * random_.direction();
+        return force;
+    }
+
+    /// A random direction along which the body is long: the longest of a few random chords.
+    Eigen::Vector3d long_axis() {
+        Eigen::Vector3d longest = Eigen::Vector3d::Zero();
+        for (int i = 0; i < 8; ++i) {
+            const int a = random_.index(static_cast<int>(x_.rows())),
+                      b = random_.index(static_cast<int>(x_.rows()));
+            const Eigen::Vector3d chord = x_.row(a) - x_.row(b);
+            if (chord.norm() > longest.norm()) longest = chord;
+        }
+        return longest.norm() > 0 ? longest.normalized() : random_.direction();
+    }
+
+    void add_hands() {
+        const RecipeRanges::Hands& ranges = ranges_.hands;
+        const Eigen::Vector3d axis = long_axis();
+        const Eigen::VectorXd along = x_ * axis;
+        const double low = along.minCoeff(), span = along.maxCoeff() - low,
+                     share = draw(random_, ranges.share);
+        const double twist = draw(random_, ranges.twist), bend = draw(random_, ranges.bend);
+        const double stretch = draw(random_, ranges.stretch), shear = draw(random_, ranges.shear);
+        const Eigen::Vector3d across = random_perpendicular(random_, axis);
+        const double start = draw(random_, ranges.start) * duration_,
+                     length = draw(random_, ranges.duration) * scales_.time;
+        const double release = draw(random_, ranges.release) * duration_;
+        for (const double end : {-1.0, 1.0}) {
+            Grip grip{.start = start, .duration = length, .release = release};
+            for (int i = 0; i < x_.rows(); ++i) {
+                const double from_end = (end < 0 ? along[i] - low : low + span - along[i]) / span;
+                if (from_end <= share) grip.nodes.push_back(i);
+            }
+            grip.centre = x_(grip.nodes, Eigen::all).colwise().mean().transpose();
+            grip.rotation = end * strength_ * (twist * axis + bend * across);
+            grip.translation = end * strength_ * span * (stretch * axis + shear * across) / 2;
+            recipe_.grips.push_back(grip);
+        }
+    }
+
+    /// From beside, or from above where there is a floor; started where the boxes along the way just clear.
+    void add_thrown() {
+        ThrownCopy copy;
+        copy.rotation = random_.orientation().toRotationMatrix();
+        Eigen::Vector3d from = random_.direction();
+        if (recipe_.floor) from = (from + 2 * Eigen::Vector3d::UnitZ()).normalized();
+        const Nodes other = x_ * recipe_.rotation * copy.rotation.transpose();
+        const double clearance = (x_ * from).maxCoeff() - (other * from).minCoeff() + 0.03 * scales_.length;
+        const Eigen::Vector3d aside =
+            draw(random_, ranges_.thrown.aside) * scales_.length * random_perpendicular(random_, from);
+        copy.centre = clearance * from + aside;
+        copy.velocity = -draw(random_, ranges_.thrown.speed) * strength_ * scales_.speed * from;
+        if (recipe_.floor)  // never start below it
+            copy.centre.z() =
+                std::max(copy.centre.z(), *recipe_.floor - other.col(2).minCoeff() + 0.02 * scales_.length);
+        recipe_.thrown = copy;
+    }
+
+    const Body& body_;
+    const LocalThickness& thickness_;
+    const NaturalScales& scales_;
+    const RecipeRanges& ranges_;
+    double strength_;  // of what moves the whole body
+    CounterRandom random_;
+    Recipe recipe_;
+    double duration_ = 0;  // seconds, all frames included
+    Nodes x_;              // nodes at the start
+};
+
+nlohmann::ordered_json json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+nlohmann::ordered_json json(const Eigen::Matrix3d& m) {
+    return {json(Eigen::Vector3d(m.row(0))), json(Eigen::Vector3d(m.row(1))),
+            json(Eigen::Vector3d(m.row(2)))};
+}
+
+}  // namespace
+
+NaturalScales natural_scales(const Body& body, const LocalThickness& thickness) {
+    NaturalScales scales;
+    const Nodes& X = body.tets.X;
+    scales.length = (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
+    scales.speed = std::sqrt(body.material.young / body.material.density);
+    scales.time = scales.length / scales.speed;
+
+    // Around some nodes, in balls that hold several elements and no more than a limb.
+    constexpr double everywhere = std::numeric_limits<double>::infinity();
+    const double element = std::cbrt(thickness.volume(Eigen::Vector3d::Zero(), everywhere) /
+                                     static_cast<double>(body.tets.T.rows()));  // half an edge
+    const double radius = std::max(0.06 * scales.length, 4 * element);
+    const Eigen::Index samples = std::min<Eigen::Index>(X.rows(), 200);
+    std::vector<double> thin;
+    for (Eigen::Index i = 0; i < samples; ++i)
+        if (const double d = thickness.at(X.row(i * X.rows() / samples), radius); d > 0) thin.push_back(d);
+    if (thin.empty()) return scales;
+    const auto quarter = thin.begin() + static_cast<std::ptrdiff_t>(thin.size() / 4);
+    std::ranges::nth_element(thin, quarter);
+    scales.sturdiness = std::clamp(*quarter / (stocky * scales.length), least_sturdiness, 1.0);
+    return scales;
+}
+
+void check_excitation_config(const ExcitationConfig& config) {
+    const auto check = [](const char* name, double value, bool good, const char* allowed) {
+        if (!good || !std::isfinite(value))
+            throw std::invalid_argument(
+                fmt::format("excitation: {} is {}, but must be {}", name, value, allowed));
+    };
+    check("frames", config.frames, config.frames > 0, "> 0");
+    check("frame_interval", config.frame_interval, config.frame_interval >= 0, ">= 0");
+    check("steps_per_frame", config.steps_per_frame, config.steps_per_frame > 0, "> 0");
+    check("strength", config.ranges.strength, config.ranges.strength > 0, "> 0");
+    recipe_mix(config.ranges);
+}
+
+RecipeBook::RecipeBook(std::shared_ptr<const Body> body, const ExcitationConfig& config)
+    : body_(std::move(body)),
+      config_(config),
+      thickness_(body_->tets),
+      scales_(natural_scales(*body_, thickness_)) {
+    check_excitation_config(config);
+}
+
+double RecipeBook::frame_interval() const noexcept {
+    return config_.frame_interval > 0 ? config_.frame_interval : scales_.time / 5;
+}
+
+Recipe RecipeBook::draw(int index) const {
+    if (index < 0) throw std::invalid_argument(fmt::format("excitation: trajectory {} must be >= 0", index));
+    return Draw(*body_, thickness_, scales_, config_, frame_interval(), index).run();
+}
+
+std::string recipe_json(const Recipe& recipe) {
+    nlohmann::ordered_json text;
+    text["kind"] = recipe_kind_names[static_cast<std::size_t>(recipe.kind)];
+    text["frame_interval"] = recipe.frame_interval;
+    text["first_frame"] = recipe.first_frame;
+    text["rotation"] = json(recipe.rotation);
+    text["velocity"] = json(recipe.velocity);
+    text["velocity_gradient"] = json(recipe.gradient);
+    text["gravity"] = json(recipe.gravity);
+    if (recipe.floor) text["floor"] = *recipe.floor;
+    for (const PatchForce& f : recipe.forces)
+        text["forces"].push_back({{"node", f.node},
+                                  {"radius", f.radius},
+                                  {"force", json(f.force)},
+                                  {"start", f.start},
+                                  {"duration", f.duration}});
+    for (const Grip& g : recipe.grips)
+        text["grips"].push_back({{"nodes", g.nodes},
+                                 {"centre", json(g.centre)},
+                                 {"translation", json(g.translation)},
+                                 {"rotation", json(g.rotation)},
+                                 {"start", g.start},
+                                 {"duration", g.duration},
+                                 {"release", g.release}});
+    if (recipe.thrown)
+        text["thrown"] = {{"rotation", json(recipe.thrown->rotation)},
+                          {"centre", json(recipe.thrown->centre)},
+                          {"velocity", json(recipe.thrown->velocity)}};
+    return text.dump();
+}
+
+}  // namespace nbd

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "meshing/body/body.hpp"
+#include "sim/excitation/recipe_ranges.hpp"
+#include "sim/excitation/thickness.hpp"
+#include "sim/solvers/linear_solve_config.hpp"
+#include "sim/world/grip.hpp"
+
+namespace nbd {
+
+/// What makes training poses.
+struct ExcitationConfig {
+    int frames = 50;            // a trajectory, > 0
+    double frame_interval = 0;  // seconds; 0: a fifth of the time in which sound crosses the body
+    int steps_per_frame = 2;    // > 0
+    LinearSolveConfig linear{};
+    RecipeRanges ranges{};
+    std::uint64_t seed = 1;
+};
+
+/// Length, speed and time in which a body's motion is naturally measured, so that recipes suit any size,
+/// stiffness and density.
+struct NaturalScales {
+    double length = 1;  // diagonal of the rest pose's box, metres
+    double speed = 1;   // sqrt(young / density), m/s
+    double time = 1;    // length / speed, seconds
+    /// In (0, 1]: how much weaker than a stocky body this one is to be shaken, so that thin limbs neither
+    /// fold nor tear. Proportional to the thickness that a quarter of the body stays below; 1 from a tenth
+    /// of the length on. A limb bends by an angle of about (speed / speed of sound) (length / thickness).
+    double sturdiness = 1;
+};
+NaturalScales natural_scales(const Body& body, const LocalThickness& thickness);
+
+/// A force on the nodes around one, strongest there and zero at `radius` (metres, in the rest pose), that
+/// swells and fades over its duration.
+struct PatchForce {
+    int node = 0;
+    double radius = 0;
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();  // newtons, in all, at its peak
+    double start = 0, duration = 0;                   // seconds
+};
+
+/// A second copy of the body.
+struct ThrownCopy {
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+};
+
+/// All that happens in one training trajectory. World frame, SI units. The body starts with its centroid at
+/// the origin, turned by `rotation`, at velocity + gradient x.
+struct Recipe {
+    RecipeKind kind = RecipeKind::free;
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();  // 1/s
+    Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
+    std::optional<double> floor;  // height
+    std::vector<PatchForce> forces;
+    std::vector<Grip> grips;
+    std::optional<ThrownCopy> thrown;
+    double frame_interval = 0;  // seconds
+    double first_frame = 0;     // seconds: motion begins before it
+};
+
+/// Draws the recipes of a body's trajectories.
+class RecipeBook {
+ public:
+    /// Throws std::invalid_argument naming the first number that is out of range.
+    RecipeBook(std::shared_ptr<const Body> body, const ExcitationConfig& config);
+
+    /// Recipe of trajectory `index`, >= 0: a pure function of body, config and index. Any run of trajectories
+    /// has its kinds in the proportions of the mix; all numbers are drawn.
+    Recipe draw(int index) const;
+
+    const NaturalScales& scales() const noexcept { return scales_; }
+    double frame_interval() const noexcept;  // seconds
+
+ private:
+    std::shared_ptr<const Body> body_;
+    ExcitationConfig config_;
+    LocalThickness thickness_;
+    NaturalScales scales_;
+};
+
+/// As JSON text, for the record.
+std::string recipe_json(const Recipe& recipe);
+
+/// Throws std::invalid_argument naming the first number that is out of range.
+void check_excitation_config(const ExcitationConfig& config);
+
+}  // namespace nbd

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "meshing/surface/mesh.hpp"
+
+namespace nbd {
+
+/// How thick a body is around a point: 4 V / A of what lies in a ball, the diameter of a rod and twice the
+/// thickness of a plate.
+class LocalThickness {
+ public:
+    explicit LocalThickness(const TetMesh& tets);
+
+    /// Infinite where no surface is near. radius: metres, > 0.
+    double at(const Eigen::Vector3d& point, double radius) const;
+
+    /// Volume, m3, of the tetrahedra whose centroids are in the ball.
+    double volume(const Eigen::Vector3d& point, double radius) const;
+
+ private:
+    struct Piece {
+        Eigen::Vector3d centroid;
+        double measure;  // volume or area
+    };
+    static double sum(const std::vector<Piece>& pieces, const Eigen::Vector3d& point, double radius);
+
+    std::vector<Piece> tets_, faces_;
+};
+
+}  // namespace nbd

@@ -1,0 +1,181 @@
+#include "sim/factor/cholesky.hpp"
+
+#include <cholmod.h>
+#include <fmt/format.h>
+
+#include <mutex>
+#include <stdexcept>
+#include <vector>
+
+#include "sim/factor/blas.hpp"
+
+namespace nbd {
+namespace {
+
+// CHOLMOD's view of a symmetric matrix, of which it reads the lower triangle.
+cholmod_sparse lower_view(int n, const int* column, const int* row, const double* value) {
+    cholmod_sparse view{};
+    view.nrow = view.ncol = static_cast<std::size_t>(n);
+    view.nzmax = static_cast<std::size_t>(column[n]);
+    view.p = const_cast<int*>(column);
+    view.i = const_cast<int*>(row);
+    view.x = const_cast<double*>(value);
+    view.stype = -1;
+    view.itype = CHOLMOD_INT;
+    view.xtype = value ? CHOLMOD_REAL : CHOLMOD_PATTERN;
+    view.dtype = CHOLMOD_DOUBLE;
+    view.sorted = view.packed = 1;
+    return view;
+}
+
+cholmod_sparse lower_view(const SparseMatrix& A) {
+    return lower_view(static_cast<int>(A.cols()), A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr());
+}
+
+/// METIS draws from the C library's one generator: one ordering at a time, for the same bits.
+std::mutex metis;
+
+}  // namespace
+
+struct Cholesky::State {
+    cholmod_common common{};
+    cholmod_factor* factor = nullptr;
+    cholmod_dense *x = nullptr, *y = nullptr, *e = nullptr;  // solve's workspace
+    int size = 0;
+    Eigen::Index entries = 0;
+    bool factorized = false;
+
+    State() {
+        hold_blas_to_one_thread();
+        cholmod_start(&common);
+        common.supernodal = CHOLMOD_SUPERNODAL;
+        common.quick_return_if_not_posdef = 1;
+        common.print = 0;
+    }
+    ~State() {
+        cholmod_free_dense(&x, &common);
+        cholmod_free_dense(&y, &common);
+        cholmod_free_dense(&e, &common);
+        cholmod_free_factor(&factor, &common);
+        cholmod_finish(&common);
+    }
+    State(const State&) = delete;
+    State& operator=(const State&) = delete;
+
+    void require(bool ok, const char* what) const {
+        if (ok && common.status >= CHOLMOD_OK) return;
+        const char* why = common.status == CHOLMOD_OUT_OF_MEMORY ? "out of memory"
+                          : common.status == CHOLMOD_TOO_LARGE   ? "matrix too large"
+                                                                 : "internal error";
+        throw std::runtime_error(
+            fmt::format("CHOLMOD {}: {} (status {}), {} unknowns", what, why, common.status, size));
+    }
+
+    // Orders the nodes rather than the unknowns: a graph of a third of the size, and the three unknowns of a
+    // node stay together.
+    std::vector<int> permutation(const SparseMatrix& A, Ordering ordering) {
+        const int nodes = size / 3;
+        std::vector<int> column{0}, row;
+        for (int j = 0; j < nodes; ++j) {
+            for (int s = A.outerIndexPtr()[3 * j]; s < A.outerIndexPtr()[3 * j + 1]; s += 3)
+                row.push_back(A.innerIndexPtr()[s] / 3);
+            column.push_back(static_cast<int>(row.size()));
+        }
+        cholmod_sparse graph = lower_view(nodes, column.data(), row.data(), nullptr);
+        common.nmethods = ordering == Ordering::quick ? 1 : 2;
+        common.method[0].ordering = CHOLMOD_AMD;
+        // CHOLMOD's nested dissection by METIS's separators; METIS's own takes SIGTERM and SIGABRT meanwhile
+        // and jumps out of whichever thread they reach.
+        common.method[1].ordering = CHOLMOD_NESDIS;
+        std::unique_lock lock(metis, std::defer_lock);
+        if (ordering == Ordering::thorough) lock.lock();
+        cholmod_factor* symbolic = cholmod_analyze(&graph, &common);
+        require(symbolic != nullptr, "ordering");
+        const int* order = static_cast<const int*>(symbolic->Perm);
+        std::vector<int> unknowns(size);
+        for (int i = 0; i < size; ++i) unknowns[i] = 3 * order[i / 3] + i % 3;
+        cholmod_free_factor(&symbolic, &common);
+        return unknowns;
+    }
+};
+
+Cholesky::Cholesky() : state_(std::make_unique<State>()) {}
+Cholesky::~Cholesky() = default;
+Cholesky::Cholesky(Cholesky&&) noexcept = default;
+Cholesky& Cholesky::operator=(Cholesky&&) noexcept = default;
+
+void Cholesky::analyze(const SparseMatrix& A, Ordering ordering) {
+    State& s = *state_;
+    s.factorized = false;
+    s.size = static_cast<int>(A.cols());
+    s.entries = A.nonZeros();
+    cholmod_free_factor(&s.factor, &s.common);
+    std::vector<int> permutation = s.permutation(A, ordering);
+
+    s.common.nmethods = 1;
+    s.common.method[0].ordering = CHOLMOD_GIVEN;
+    cholmod_sparse view = lower_view(A);
+    s.factor = cholmod_analyze_p(&view, permutation.data(), nullptr, 0, &s.common);
+    s.require(s.factor != nullptr, "analysis");
+}
+
+void Cholesky::factorize(const SparseMatrix& A) {
+    State& s = *state_;
+    s.factorized = false;
+    if (!s.factor || A.cols() != s.size || A.nonZeros() != s.entries)
+        throw std::invalid_argument(
+            fmt::format("factorize: matrix has {} columns and {} entries, {} and {} were analysed", A.cols(),
+                        A.nonZeros(), s.size, s.entries));
+    if (!A.coeffs().allFinite()) throw std::runtime_error("factorize: the matrix holds a NaN or an infinity");
+    cholmod_sparse view = lower_view(A);
+    const SerialOpenMP serial;
+    const int ok = cholmod_factorize(&view, s.factor, &s.common);
+    s.require(ok, "factorisation");
+    if (s.factor->minor < s.factor->n) {
+        const int unknown = static_cast<const int*>(s.factor->Perm)[s.factor->minor];
+        throw std::runtime_error(
+            fmt::format("factorize: the matrix is not positive definite (pivot of node {})", unknown / 3));
+    }
+    s.factorized = true;
+}
+
+bool Cholesky::factorized() const noexcept { return state_->factorized; }
+
+void Cholesky::solve(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x) const {
+    State& s = *state_;
+    if (!s.factorized) throw std::logic_error("solve: no factor");
+    if (b.size() != s.size || x.size() != s.size)
+        throw std::invalid_argument(
+            fmt::format("solve: vectors of {} and {} entries, {} were analysed", b.size(), x.size(), s.size));
+    cholmod_dense view{};
+    view.nrow = view.nzmax = view.d = static_cast<std::size_t>(s.size);
+    view.ncol = 1;
+    view.x = const_cast<double*>(b.data());
+    view.xtype = CHOLMOD_REAL;
+    view.dtype = CHOLMOD_DOUBLE;
+    const SerialOpenMP serial;
+    const int ok = cholmod_solve2(CHOLMOD_A, s.factor, &view, nullptr, &s.x, nullptr, &s.y, &s.e, &s.common);
+    s.require(ok, "solve");
+    x = Eigen::Map<const Eigen::VectorXd>(static_cast<const double*>(s.x->x), s.size);
+}
+
+SupernodalFactor Cholesky::factor() const {
+    const State& s = *state_;
+    if (!s.factorized) throw std::logic_error("factor: there is none");
+    const cholmod_factor& L = *s.factor;
+    const auto ints = [](const void* data, std::size_t count) {
+        return std::span(static_cast<const int*>(data), count);
+    };
+    return {.permutation = ints(L.Perm, L.n),
+            .first_column = ints(L.super, L.nsuper + 1),
+            .first_row = ints(L.pi, L.nsuper + 1),
+            .first_value = ints(L.px, L.nsuper + 1),
+            .rows = ints(L.s, L.ssize),
+            .values = std::span(static_cast<const double*>(L.x), L.xsize)};
+}
+
+std::int64_t Cholesky::factor_entries() const noexcept {
+    return state_->factor ? static_cast<std::int64_t>(state_->factor->xsize) : 0;
+}
+
+}  // namespace nbd

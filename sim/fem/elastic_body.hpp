@@ -1,0 +1,130 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "collision/bounds/certified/region_meter.hpp"
+#include "meshing/body/body.hpp"
+#include "meshing/surface/mesh.hpp"
+#include "sim/factor/block_pattern.hpp"
+#include "sim/fem/polar.hpp"
+
+namespace nbd {
+
+enum class MassKind {
+    lumped,      // a quarter of each tetrahedron's mass on each of its nodes
+    consistent,  // integral of the products of the shape functions
+};
+
+/// What is wrong with a pose's elements, if anything.
+struct ElementReport {
+    int inverted = 0;         // tetrahedra with det F <= 0
+    int first_inverted = -1;  // the lowest of them, or -1
+    int non_finite = 0;       // tetrahedra with a NaN or infinity in F
+    int first_non_finite = -1;
+    double min_det = 1;  // smallest det F of the finite ones
+    bool ok() const noexcept { return inverted == 0 && non_finite == 0; }
+};
+
+/// Per-element results for one pose; scratch owned by the caller, filled by ElasticBody::pose().
+struct ElementPose {
+    std::vector<Eigen::Matrix3d> F;              // [T] deformation gradients
+    std::vector<Eigen::Matrix3d> R;              // [T] their rotations, det = +1 also where F is inverted
+    std::vector<Eigen::Matrix4d> S;              // [T] see ElasticBody::combine; the fourth row is zero
+    std::vector<Eigen::Matrix<double, 3, 4>> f;  // [T] elastic forces on the four nodes, N
+};
+
+/// How the elements around each node are turned.
+struct NodeRotations {
+    std::vector<Eigen::Matrix3f> R;  // [N] the rotation nearest to the mean of theirs, weighted by stiffness
+    std::vector<float> spread;       // [N] mean norm of theirs minus R, weighted likewise
+};
+
+/// Corotated linear elasticity on linear tetrahedra [MuellerGross04], in double precision.
+///
+/// Element energy: E_e = V (mu |F - R|^2 + lambda/2 tr(R^T F - I)^2), R the rotation of F's polar
+/// decomposition. Its force is f_e = -R K_e (R^T x - X), exactly -dE_e/dx: the derivative of R drops out
+/// because R^T F is symmetric. The tangent K = sum of R K_e R^T neglects dR/dx, which makes it positive
+/// semi-definite in every pose; it is the exact Hessian wherever R^T F = I.
+///
+/// Immutable once built: several simulated copies may share it, from several threads, each with its own
+/// ElementPose. All loops run in parallel and sum in a fixed order: the same bits on any thread count.
+class ElasticBody {
+ public:
+    /// Throws std::invalid_argument naming the first bad parameter, node or tetrahedron: parameters outside
+    /// the ranges of Material, no tetrahedra, an index out of range, a non-finite position, a tetrahedron
+    /// without positive volume, a node in no tetrahedron.
+    ElasticBody(TetMesh rest, const Material& material, MassKind mass = MassKind::lumped);
+
+    int node_count() const noexcept { return static_cast<int>(rest_.X.rows()); }
+    int element_count() const noexcept { return static_cast<int>(rest_.T.rows()); }
+    int unknown_count() const noexcept { return 3 * node_count(); }
+    const TetMesh& rest() const noexcept { return rest_; }
+    const Material& material() const noexcept { return material_; }
+    const Eigen::VectorXd& rest_volumes() const noexcept { return volume_; }  // [T], m3
+    /// Row sums of the mass matrix: the lumped mass of each node whatever the kind of mass. [N], kg.
+    const Eigen::VectorXd& node_masses() const noexcept { return node_mass_; }
+    double mass() const noexcept { return node_mass_.sum(); }  // kg
+    const BlockPattern& pattern() const noexcept { return pattern_; }
+    const SparseMatrix& mass_matrix() const noexcept { return mass_; }  // in pattern(), kg
+
+    /// Fills F, R, S and f for the positions x [N, 3], metres. Allocates on the first use of `pose` only.
+    /// Non-finite elements get R = I and pass their NaN on to f. meter: null, or what measures the motions of
+    /// groups of tetrahedra on the way.
+    void pose(NodesRef x, ElementPose& pose, RegionMeter* meter = nullptr) const;
+
+    /// Elastic forces on the nodes, newtons. out: [N, 3].
+    void forces(const ElementPose& pose, Eigen::Ref<Nodes> out) const;
+
+    /// Elastic energy, joules.
+    double energy(const ElementPose& pose) const;
+
+    /// A = mass_scale * M + stiffness_scale * K(pose), in place. A must come from pattern().zero_matrix().
+    void combine(double mass_scale, double stiffness_scale, const ElementPose& pose, SparseMatrix& A) const;
+
+    /// K(pose), in pattern(), N/m.
+    SparseMatrix stiffness(const ElementPose& pose) const;
+
+    /// out = K(pose) u without the matrix. u, out: [N, 3]; out must not overlap u.
+    void stiffness_product(const ElementPose& pose, NodesRef u, Eigen::Ref<Nodes> out) const;
+
+    /// out = M u. u, out: [N, 3]; out must not overlap u.
+    void mass_product(NodesRef u, Eigen::Ref<Nodes> out) const;
+
+    /// Allocates on the first use of `rotations` only.
+    void node_rotations(const ElementPose& pose, NodeRotations& rotations) const;
+
+    ElementReport check(const ElementPose& pose) const;
+
+ private:
+    using Corners = Eigen::Matrix<double, 3, 4>;
+
+    void measure_elements();
+    void list_incidences();
+    void build_mass(MassKind kind);
+    void pose_batch(NodesRef x, int batch, ElementPose& pose, RegionMeter* meter) const;
+    void gather(const std::vector<Corners>& corners, Eigen::Ref<Nodes> out) const;
+
+    TetMesh rest_;
+    Material material_;
+    double mu_ = 0, lambda_ = 0;  // Lame parameters, Pa
+    BlockPattern pattern_;
+    Eigen::VectorXd volume_;  // [T]
+    // Columns of the inverse rest edges' transpose, the gradients of shape functions 1 to 3 at rest, in
+    // batches of `lanes` elements, the last filled up with its last element. 1/m
+    std::vector<LaneMatrix3> gradient_;
+    std::vector<double> corner_weight_;  // [4 T] volume times squared gradient of the shape function
+    Eigen::VectorXd node_mass_;          // [N]
+    SparseMatrix mass_;
+    std::vector<double> block_mass_;  // [blocks] mass_'s blocks are these times the identity
+
+    // Corners 4 t + a of each node, ascending: the fixed order of all sums.
+    std::vector<int> corner_offset_;  // [N + 1]
+    std::vector<int> corner_;         // [4 T]
+    // Pairs 16 t + 4 a + b of each block (i, j) with j >= i, by block number; mirrored when written.
+    std::vector<int> pair_offset_;  // [blocks + 1]
+    std::vector<int> pair_;
+    std::vector<int> mirror_;  // [blocks] position of i among the neighbours of j
+};
+
+}  // namespace nbd

@@ -1,0 +1,34 @@
+#include "sim/fem/step_potential.hpp"
+
+namespace nbd {
+
+double StepPotential::value(const Nodes& v) {
+    const Material& material = body_.material();
+    const Nodes change = v - start_.v;
+    Nodes product(v.rows(), 3);
+    body_.mass_product(change, product);
+    double sum = 0.5 * product.cwiseProduct(change).sum();
+    body_.mass_product(v, product);
+    sum += 0.5 * dt_ * material.rayleigh_mass * product.cwiseProduct(v).sum();
+    sum -= dt_ * (product * loads_.gravity).sum();
+    if (loads_.forces.rows() > 0) sum -= dt_ * loads_.forces.cwiseProduct(v).sum();
+    body_.stiffness_product(damping_, v, product);
+    sum += 0.5 * dt_ * material.rayleigh_stiffness * product.cwiseProduct(v).sum();
+    body_.pose(start_.x + dt_ * v, end_);
+    return sum + body_.energy(end_);
+}
+
+Nodes StepPotential::gradient(const Nodes& v) {
+    const Material& material = body_.material();
+    Nodes inertia(v.rows(), 3), damping(v.rows(), 3), force(v.rows(), 3);
+    body_.mass_product((1 + dt_ * material.rayleigh_mass) * v - start_.v -
+                           (dt_ * loads_.gravity.transpose()).replicate(v.rows(), 1),
+                       inertia);
+    body_.stiffness_product(damping_, v, damping);
+    body_.pose(start_.x + dt_ * v, end_);
+    body_.forces(end_, force);
+    if (loads_.forces.rows() > 0) force += loads_.forces;
+    return inertia + dt_ * (material.rayleigh_stiffness * damping - force);
+}
+
+}  // namespace nbd

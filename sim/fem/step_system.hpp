@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "sim/factor/cholesky.hpp"
+#include "sim/fem/elastic_body.hpp"
+
+namespace nbd {
+
+/// Positions and velocities of a body's nodes, both [N, 3], m and m/s.
+struct BodyState {
+    Nodes x, v;
+};
+
+/// Outer loads, constant over a step.
+struct Loads {
+    Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // m/s2
+    Nodes forces;                                       // [N, 3] newtons, or empty for none
+};
+
+/// Nodes whose velocity over the step is given: zero for pinned ones.
+struct PrescribedNodes {
+    std::vector<int> nodes;  // distinct rows of the node array
+    Nodes v;                 // [nodes, 3], m/s
+};
+
+/// The linear system A v = b for the velocities at the end of one backward Euler step from (x0, v0):
+///
+///   A = (1 + dt alpha) M + (dt^2 + dt beta) K(x)
+///   b = M v0 + dt (f(x) + M g + f_outer) + dt^2 K(x) w
+///
+/// linearised at the iterate w, where x = x0 + dt w; alpha and beta are the Rayleigh coefficients. The first
+/// w is v0, which takes the body's turning over the step into account: linearised at x0 instead, a spinning
+/// body gains energy. w = v of the last solve is a Newton iteration, whose only approximation is K's (see
+/// ElasticBody).
+///
+/// The order of calls: assemble, then prescribe, then any number of multiply and, once factorize was called,
+/// of solve; CoupledSolver solves several of these together without it. x1 = x0 + dt v.
+class StepSystem {
+ public:
+    /// The body must outlive the system.
+    explicit StepSystem(const ElasticBody& body);
+    explicit StepSystem(const ElasticBody&&) = delete;
+
+    const ElasticBody& body() const noexcept { return body_; }
+
+    /// Sets A and b, forgetting all that was prescribed. dt: seconds, > 0. w: [N, 3] m/s, or empty
+    /// for start.v. Throws std::invalid_argument on wrong shapes or dt.
+    void assemble(const BodyState& start, double dt, const Loads& loads, const Nodes& w = {});
+
+    /// A = mass_scale M + stiffness_scale K as of the last assemble, before anything was prescribed.
+    double mass_scale() const noexcept { return mass_scale_; }
+    double stiffness_scale() const noexcept { return stiffness_scale_; }
+
+    /// Elements at the pose x = x0 + dt w of the last assemble.
+    const ElementPose& elements() const noexcept { return elements_; }
+
+    /// Eliminates nodes exactly: b of the others loses A v of these, their rows and columns become the
+    /// identity's, and their b becomes v. Call once. Throws std::invalid_argument on a
+    /// node out of range or named twice, or v of another shape or not finite.
+    void prescribe(const PrescribedNodes& prescribed);
+
+    bool is_prescribed(int node) const noexcept { return prescribed_[node] != 0; }
+    const std::vector<char>& prescribed() const noexcept { return prescribed_; }  // [N]
+
+    /// For solve(); the symbolic analysis is made once. Throws std::runtime_error when A is not positive
+    /// definite or not finite.
+    void factorize();
+
+    /// v = A^-1 rhs with the last factor. v may be rhs.
+    void solve(const Eigen::Ref<const Eigen::VectorXd>& rhs, Eigen::Ref<Eigen::VectorXd> v) const {
+        cholesky_.solve(rhs, v);
+    }
+
+    /// out = A v; out must not overlap v.
+    void multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const {
+        body_.pattern().multiply(A_, v, out);
+    }
+
+    const SparseMatrix& matrix() const noexcept { return A_; }
+    const Eigen::VectorXd& rhs() const noexcept { return b_; }  // [3 N], newton seconds
+
+ private:
+    const ElasticBody& body_;
+    ElementPose elements_;
+    double mass_scale_ = 0, stiffness_scale_ = 0;
+    SparseMatrix A_;
+    Eigen::VectorXd b_;
+    Cholesky cholesky_;
+    bool analyzed_ = false;
+    std::vector<char> prescribed_;     // [N]
+    Eigen::VectorXd shift_, shifted_;  // [3 N] scratch of prescribe
+    Nodes x_, force_, product_;        // [N, 3] scratch of assemble
+};
+
+}  // namespace nbd

@@ -1,0 +1,230 @@
+#include "sim/json/json_object.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include "collision/base/notice.hpp"
+
+namespace nbd {
+namespace {
+
+const nlohmann::json empty_object = nlohmann::json::object();
+
+/// Fewest single-letter insertions, deletions and replacements that turn a into b.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = std::exchange(row[0], i + 1);
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
+        }
+    }
+    return row.back();
+}
+
+/// A short, one-line rendering of a value for messages.
+std::string shown(const nlohmann::json& value) {
+    std::string text = value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+    if (text.size() > 40) text = text.substr(0, 37) + "...";
+    return text;
+}
+
+/// A path without the numbers of array elements.
+std::string without_indices(std::string_view path) {
+    std::string result;
+    bool inside = false;
+    for (const char c : path) {
+        if (c == ']') inside = false;
+        if (!inside) result += c;
+        if (c == '[') inside = true;
+    }
+    return result;
+}
+
+std::string joined(const std::vector<std::string>& words, std::string_view before_last) {
+    std::string result;
+    for (std::size_t i = 0; i < words.size(); ++i)
+        result += (i == 0 ? "" : i + 1 == words.size() ? std::string(before_last) : ", ") + words[i];
+    return result;
+}
+
+}  // namespace
+
+JsonObject::JsonObject(const nlohmann::json& value, std::string path, JsonReading* reading)
+    : value_(&value), path_(std::move(path)), reading_(reading) {
+    if (value.is_object()) return;
+    note(fmt::format("{}must be an object, not {}", path_.empty() ? "the scene " : path_ + ": ",
+                     shown(value)));
+    value_ = &empty_object;
+}
+
+std::string JsonObject::path(const std::string& key) const {
+    return path_.empty() || key.empty() ? path_ + key : path_ + "." + key;
+}
+
+void JsonObject::note(const std::string& problem) const {
+    if (!reading_) throw std::invalid_argument(problem);
+    reading_->problems.push_back(problem);
+}
+
+void JsonObject::problem(const std::string& key, const std::string& what) const {
+    note(fmt::format("{}: {}", path(key), what));
+}
+
+const nlohmann::json* JsonObject::find(const std::string& key) {
+    if (std::ranges::find(known_, key) == known_.end()) known_.push_back(key);
+    const auto entry = value_->find(key);
+    if (entry != value_->end()) return &*entry;
+    for (const auto& [now, old] : renamed_)
+        if (now == key && value_->contains(old)) {
+            notice(fmt::format("{}: is called \"{}\" now; release 0.3 will refuse the old name", path(old),
+                               now));
+            return find(old);
+        }
+    return nullptr;
+}
+
+void JsonObject::renamed(const std::string& old, const std::string& now) { renamed_.emplace_back(now, old); }
+
+const nlohmann::json* JsonObject::find(JsonField field) {
+    const nlohmann::json* entry = find(field.key);
+    if (reading_) {
+        field.object = without_indices(path_);
+        reading_->fields.push_back(std::move(field));
+    }
+    return entry;
+}
+
+bool JsonObject::has(const std::string& key) { return find(key) != nullptr; }
+
+bool JsonObject::need(const std::string& key) {
+    if (has(key)) return true;
+    problem(key, "is missing");
+    return false;
+}
+
+std::string JsonObject::need_one(const std::vector<std::string>& keys) {
+    std::vector<std::string> there, quoted;
+    for (const std::string& key : keys) {
+        if (has(key)) there.push_back(key);
+        quoted.push_back('"' + key + '"');
+    }
+    if (there.size() == 1) return there.front();
+    problem("", fmt::format("needs exactly one of {}", joined(quoted, " and ")));
+    return {};
+}
+
+double JsonObject::number(const std::string& key, double fallback, const NumberRange& range) {
+    const nlohmann::json* entry =
+        find({.object = {}, .key = key, .type = "number", .range = range, .fallback = fallback});
+    if (!entry) return fallback;
+    if (!entry->is_number()) {
+        problem(key, fmt::format("must be a number, not {}", shown(*entry)));
+        return fallback;
+    }
+    const double value = entry->get<double>();
+    if (value >= range.low && value <= range.high && std::isfinite(value)) return value;
+    problem(key, fmt::format("is {}, but must be {}", value, range.text));
+    return fallback;
+}
+
+std::optional<double> JsonObject::optional_number(const std::string& key, const NumberRange& range) {
+    const double none = std::numeric_limits<double>::infinity(), value = number(key, none, range);
+    return value == none ? std::nullopt : std::optional(value);
+}
+
+long long JsonObject::integer(const std::string& key, long long fallback, const NumberRange& range) {
+    const nlohmann::json* entry =
+        find({.object = {}, .key = key, .type = "integer", .range = range, .fallback = fallback});
+    if (!entry) return fallback;
+    if (!entry->is_number_integer()) {
+        problem(key, fmt::format("must be a whole number, not {}", shown(*entry)));
+        return fallback;
+    }
+    const double value = entry->get<double>();
+    if (value >= range.low && value <= range.high) return entry->get<long long>();
+    problem(key, fmt::format("is {}, but must be {}", shown(*entry), range.text));
+    return fallback;
+}
+
+std::string JsonObject::text(const std::string& key, const std::string& fallback) {
+    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "string", .fallback = fallback});
+    if (!entry) return fallback;
+    if (entry->is_string()) return entry->get<std::string>();
+    problem(key, fmt::format("must be a text, not {}", shown(*entry)));
+    return fallback;
+}
+
+std::string JsonObject::choice(const std::string& key, const std::string& fallback,
+                               const std::vector<std::string>& choices,
+                               std::string_view (*current)(std::string_view)) {
+    const nlohmann::json* entry =
+        find({.object = {}, .key = key, .type = "string", .fallback = fallback, .choices = choices});
+    if (!entry) return fallback;
+    if (entry->is_string()) {
+        const auto& text = entry->get_ref<const std::string&>();
+        const std::string chosen(current ? current(text) : text);
+        if (std::ranges::find(choices, chosen) != choices.end()) return chosen;
+    }
+    problem(key, fmt::format("is {}, but must be {}", shown(*entry), joined(choices, " or ")));
+    return fallback;
+}
+
+Eigen::Vector3d JsonObject::vector(const std::string& key, const Eigen::Vector3d& fallback) {
+    const nlohmann::json* entry =
+        find({.object = {},
+              .key = key,
+              .type = "array",
+              .fallback = nlohmann::json::array({fallback.x(), fallback.y(), fallback.z()})});
+    if (!entry) return fallback;
+    const bool three = entry->is_array() && entry->size() == 3 &&
+                       std::ranges::all_of(*entry, [](const auto& c) { return c.is_number(); });
+    if (!three) {
+        problem(key, fmt::format("must be three numbers, not {}", shown(*entry)));
+        return fallback;
+    }
+    const Eigen::Vector3d value((*entry)[0].get<double>(), (*entry)[1].get<double>(),
+                                (*entry)[2].get<double>());
+    if (value.allFinite()) return value;
+    problem(key, "must be finite");
+    return fallback;
+}
+
+JsonObject JsonObject::object(const std::string& key) {
+    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "object"});
+    return {entry ? *entry : empty_object, path(key), reading_};
+}
+
+std::vector<JsonObject> JsonObject::objects(const std::string& key) {
+    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "array"});
+    std::vector<JsonObject> result;
+    if (!entry) return result;
+    if (!entry->is_array()) {
+        problem(key, fmt::format("must be an array, not {}", shown(*entry)));
+        return result;
+    }
+    for (std::size_t i = 0; i < entry->size(); ++i)
+        result.emplace_back((*entry)[i], fmt::format("{}[{}]", path(key), i), reading_);
+    return result;
+}
+
+void JsonObject::finish() {
+    for (const auto& [key, value] : value_->items()) {
+        if (std::ranges::find(known_, key) != known_.end()) continue;
+        const auto nearest = std::ranges::min_element(
+            known_, {}, [&](const std::string& known) { return edit_distance(key, known); });
+        note(fmt::format("{}unknown key {}; the nearest known one is \"{}\"",
+                         path_.empty() ? "" : path_ + ": ", shown(nlohmann::json(key)), *nearest));
+    }
+}
+
+}  // namespace nbd

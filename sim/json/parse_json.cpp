@@ -1,0 +1,93 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <stdexcept>
+
+#include "sim/json/json_object.hpp"
+
+namespace nbd {
+namespace {
+
+/// Follows a parser through a text and keeps the path of the first key that an object has twice, which JSON
+/// allows and of which parsers silently keep the last.
+class DuplicateKeys {
+ public:
+    using Event = nlohmann::json::parse_event_t;
+
+    bool operator()(Event event, const nlohmann::json& value) {
+        switch (event) {
+            case Event::object_start:
+            case Event::array_start:
+                count_element();
+                open_.push_back({.is_array = event == Event::array_start});
+                break;
+            case Event::object_end:
+            case Event::array_end:
+                open_.pop_back();
+                break;
+            case Event::key:
+                open_.back().key = value.get<std::string>();
+                if (!open_.back().keys.insert(open_.back().key).second && !first_) first_ = path();
+                break;
+            case Event::value:
+                count_element();
+                break;
+        }
+        return true;
+    }
+    const std::optional<std::string>& first() const { return first_; }
+
+ private:
+    struct Level {
+        bool is_array = false;
+        int index = -1;
+        std::string key{};
+        std::set<std::string> keys{};
+    };
+
+    void count_element() {
+        if (!open_.empty() && open_.back().is_array) ++open_.back().index;
+    }
+    std::string path() const {
+        std::string path;
+        for (const Level& level : open_)
+            path += level.is_array ? fmt::format("[{}]", level.index) : (path.empty() ? "" : ".") + level.key;
+        return path;
+    }
+
+    std::vector<Level> open_;
+    std::optional<std::string> first_;
+};
+
+}  // namespace
+
+nlohmann::json parse_json(std::string_view text) {
+    try {
+        DuplicateKeys twice;
+        nlohmann::json value =
+            nlohmann::json::parse(text, [&](int, DuplicateKeys::Event event, const nlohmann::json& parsed) {
+                return twice(event, parsed);
+            });
+        if (twice.first()) throw std::invalid_argument(*twice.first() + ": this key is there twice");
+        return value;
+    } catch (const nlohmann::json::parse_error& error) {
+        const auto before = text.substr(0, std::min(text.size(), error.byte > 0 ? error.byte - 1 : 0));
+        const auto line = 1 + std::ranges::count(before, '\n');
+        const auto line_start = before.rfind('\n');
+        const std::size_t column =
+            before.size() - (line_start == std::string_view::npos ? 0 : line_start + 1) + 1;
+        std::string what = error.what();
+        if (const auto detail = what.rfind(": ");
+            detail != std::string::npos && what.find("syntax error") < detail)
+            what = what.substr(what.find("syntax error"));
+        std::ranges::replace(what, '\n', ' ');
+        throw std::invalid_argument(fmt::format("line {}, column {}: {}", line, column, what));
+    } catch (const nlohmann::json::out_of_range& error) {  // a number beyond double's range; has no position
+        const std::string_view what = error.what();
+        throw std::invalid_argument(std::string(what.substr(std::min(what.find("] "), what.size() - 2) + 2)));
+    }
+}
+
+}  // namespace nbd

@@ -1,0 +1,86 @@
+#include "sim/scene/scene_parts.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <stdexcept>
+#include <utility>
+
+#include "meshing/formats/read_surface.hpp"
+
+namespace nbd {
+namespace {
+
+Nodes placed(const Nodes& X, const Placement& placement) {
+    return (placement.scale * X * placement.rotation().transpose()).rowwise() +
+           placement.translate.transpose();
+}
+
+bool contains(const BoxRegion& box, const Eigen::Vector3d& p) {
+    return (p.array() >= box.min.array()).all() && (p.array() <= box.max.array()).all();
+}
+
+bool contains(const BallRegion& ball, const Eigen::Vector3d& p) {
+    return (p - ball.centre).norm() <= ball.radius;
+}
+
+/// Of a body that flies and turns about its centre of mass.
+Nodes rigid_velocities(const ElasticBody& elastic, const Nodes& x, const SceneBody& spec) {
+    const Eigen::Vector3d centre = x.transpose() * elastic.node_masses() / elastic.mass();
+    Nodes v(x.rows(), 3);
+    for (Eigen::Index i = 0; i < x.rows(); ++i)
+        v.row(i) = spec.velocity + spec.angular_velocity.cross(x.row(i).transpose() - centre);
+    return v;
+}
+
+Grip take_nodes(const SceneGrip& from, const Nodes& x) {
+    Grip grip = from.motion;
+    grip.nodes = nodes_in(from.region, x);
+    if (grip.nodes.empty())
+        throw std::invalid_argument(fmt::format("{}: the region holds no node of the body", from.key));
+    return grip;
+}
+
+}  // namespace
+
+std::vector<int> nodes_in(const Region& region, NodesRef x) {
+    std::vector<int> nodes;
+    for (int i = 0; i < x.rows(); ++i)
+        if (std::visit([&](const auto& shape) { return contains(shape, x.row(i).transpose()); }, region))
+            nodes.push_back(i);
+    return nodes;
+}
+
+WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded) {
+    const Body& body = loaded.body;
+    Material material = body.material;
+    spec.material.apply(material);
+    TetMesh tets = body.tets;
+    tets.X *= spec.placement.scale;
+    WorldBody result{.elastic = std::make_shared<const ElasticBody>(std::move(tets), material),
+                     .W = body.W,
+                     .F = body.surface.F,
+                     .tree = loaded.tree,
+                     .bounds = spec.bounds,
+                     .margin = spec.margin};
+    if (!result.tree) {
+        if (!is_exact(spec.bounds))
+            throw std::invalid_argument(fmt::format("bounds \"{}\" need a tree", name(spec.bounds)));
+        result.tree = shared_exact_tree(body.surface.X.cast<float>(), body.surface.F);
+    }
+    result.state.x = placed(body.tets.X, spec.placement);
+    result.state.v = rigid_velocities(*result.elastic, result.state.x, spec);
+    for (const SceneGrip& grip : spec.grips) result.grips.push_back(take_nodes(grip, result.state.x));
+    return result;
+}
+
+Obstacle make_obstacle(const SceneObstacle& spec) {
+    Obstacle obstacle = spec.obstacle;
+    if (spec.mesh.empty()) return obstacle;
+    TriMesh mesh = read_surface(spec.mesh);
+    mesh.X = placed(mesh.X, spec.placement);
+    obstacle.shape = std::make_shared<const StaticSurface>(std::move(mesh));
+    return obstacle;
+}
+
+}  // namespace nbd

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "sim/fem/step_system.hpp"
+
+namespace nbd {
+
+/// A node's share in the relative velocity of two points.
+struct CouplingTerm {
+    int body = 0, node = 0;
+    int unknown = 0;  // row of the node's x velocity in the stacked vector
+    double weight = 0;
+    bool held = false;  // the node's velocity is prescribed: it has no equation
+};
+
+/// J^T A J, J v being the sum of weight times velocity over a range of terms. A: symmetric, positive
+/// semi-definite.
+struct Coupling {
+    int begin = 0, end = 0;
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+};
+
+/// The linear system of all bodies' velocities, stacked: their own matrices and what couples them. A view:
+/// what it is made of must outlive it.
+struct CoupledSystem {
+    std::span<const StepSystem> systems;
+    std::span<const int> first_unknown;  // [bodies + 1] of each body, and the number of all
+    std::span<const CouplingTerm> terms;
+    std::span<const Coupling> couplings;
+
+    int size() const noexcept { return first_unknown.back(); }
+    int node_count() const noexcept { return size() / 3; }
+    std::span<const CouplingTerm> terms_of(const Coupling& coupling) const noexcept {
+        return terms.subspan(static_cast<std::size_t>(coupling.begin),
+                             static_cast<std::size_t>(coupling.end - coupling.begin));
+    }
+
+    /// out = the whole operator times v; out must not overlap v.
+    void multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out) const;
+
+    /// out += the couplings times v.
+    void add_couplings(const Eigen::VectorXd& v, Eigen::VectorXd& out) const;
+};
+
+}  // namespace nbd

@@ -1,0 +1,170 @@
+#include "sim/world/world.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace nbd {
+namespace {
+
+/// Newton's iteration gets no further than the linear solves that it is made of.
+LinearSolveConfig linear_config(const WorldConfig& config) {
+    LinearSolveConfig linear = config.linear;
+    if (config.step.newton_iterations > 1)
+        linear.tolerance = std::min(linear.tolerance, 0.1 * config.step.newton_tolerance);
+    return linear;
+}
+
+}  // namespace
+
+World::World(const WorldConfig& config) : config_(config), solver_(linear_config(config), config.factors) {
+    check_contact_config(config.contact);
+    if (!config.gravity.allFinite()) throw std::invalid_argument("world: gravity is not finite");
+    if (!(config.limits.inverted_share >= 0) || !(config.limits.stretch > 1))
+        throw std::invalid_argument("world: failure limits need inverted_share >= 0 and stretch > 1");
+    if (!(config.linear.tolerance > 0 && config.linear.tolerance < 1) || config.linear.max_iterations < 1)
+        throw std::invalid_argument(
+            "world: the linear solver needs 0 < tolerance < 1 and at least one iteration");
+    const StepConfig& step = config.step;
+    if (step.newton_iterations < 1 || !(step.newton_tolerance > 0) || step.max_substeps < 1 ||
+        !std::has_single_bit(static_cast<unsigned>(step.max_substeps)))
+        throw std::invalid_argument(
+            "world: steps need newton_iterations >= 1, newton_tolerance > 0 and max_substeps a power of "
+            "two");
+}
+
+int World::add_body(WorldBody body) {
+    if (!body.elastic) throw std::invalid_argument("world: a body has no elastic model");
+    const ElasticBody& elastic = *body.elastic;
+    const int nodes = elastic.node_count();
+    if (body.state.x.size() == 0) body.state = {elastic.rest().X, Nodes::Zero(nodes, 3)};
+    if (body.state.x.rows() != nodes || body.state.v.rows() != nodes || !body.state.x.allFinite() ||
+        !body.state.v.allFinite())
+        throw std::invalid_argument(
+            fmt::format("world: a body's state needs {} finite positions and velocities", nodes));
+    std::vector<Nodes> grip_start;
+    Grip all;
+    for (const Grip& grip : body.grips) {
+        check_grip(grip, nodes);
+        all.nodes.insert(all.nodes.end(), grip.nodes.begin(), grip.nodes.end());
+        grip_start.push_back(body.state.x(grip.nodes, Eigen::all));
+    }
+    check_grip(all, nodes);  // no node in two hands
+    ContactSurface surface(std::move(body.W), std::move(body.F), elastic.rest().X);
+    surface.update(body.state.x);
+    std::unique_ptr<PosedTree> tree;
+    if (body.tree) {
+        if (body.tree->vertex_count != surface.vertex_count() || body.tree->faces != surface.F())
+            throw std::invalid_argument("world: a collision tree belongs to another surface than the body's");
+        tree = std::make_unique<PosedTree>(body.tree, body.bounds, body.margin);
+    }
+    std::unique_ptr<RegionMeter> meter;
+    if (tree && body.bounds == BoundKind::certified)
+        meter = std::make_unique<RegionMeter>(
+            std::shared_ptr<const TetRegions>(body.tree, &body.tree->certified->regions),
+            elastic.element_count());
+    const int index = body_count();
+    systems_.emplace_back(elastic);
+    bodies_.push_back({.elastic = std::move(body.elastic),
+                       .surface = std::move(surface),
+                       .tree = std::move(tree),
+                       .state = std::move(body.state),
+                       .forces = Nodes::Zero(nodes, 3),
+                       .contact_forces = Nodes::Zero(nodes, 3),
+                       .grips = std::move(body.grips),
+                       .grip_start = std::move(grip_start),
+                       .pose = {},
+                       .meter = std::move(meter)});
+    first_unknown_.push_back(first_unknown_.back() + 3 * nodes);
+    forget_contacts();
+    return index;
+}
+
+void World::add_obstacle(Obstacle obstacle) {
+    check_obstacle(obstacle);
+    obstacles_.push_back(std::move(obstacle));
+    forget_contacts();
+}
+
+double World::thickness() const noexcept {
+    if (config_.contact.thickness > 0) return config_.contact.thickness;
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const Body& body : bodies_) smallest = std::min(smallest, body.surface.rest_diagonal());
+    return 0.01 * smallest;
+}
+
+/// Contacts found ahead for the next step are found anew, from the same memory.
+void World::forget_contacts() {
+    if (detected_dt_ > 0) detection_.restore(sides_before_);
+    detected_dt_ = 0;
+}
+
+std::vector<FacePair> World::intersecting(int a, int b) {
+    for (const int index : {a, b}) {
+        Body& body = at(index);
+        if (!body.tree)
+            throw std::invalid_argument(fmt::format("world: body {} has no collision tree", index));
+        body.surface.update(body.state.x);
+        body.tree->begin_pose(body.surface.x_float(), motion(body));
+    }
+    const auto pairs = query_.intersecting(*at(a).tree, *at(b).tree);
+    return {pairs.begin(), pairs.end()};
+}
+
+/// Taken from the pass over the elements that ended the last step; there is one here only where no step came
+/// before.
+std::span<const RegionMotion> World::motion(Body& body) {
+    if (!body.meter) return {};
+    if (!std::exchange(body.measured, true)) body.elastic->pose(body.state.x, body.pose, body.meter.get());
+    return body.meter->motions();
+}
+
+bool World::has_vertex(int body, int vertex) const {
+    return body >= 0 && body < body_count() && vertex >= 0 && vertex < at(body).surface.vertex_count();
+}
+
+WorldSnapshot World::snapshot() const {
+    WorldSnapshot snapshot{.time = time_, .dt_before = dt_before_, .bodies = {}, .sides = sides_before_};
+    for (const Body& body : bodies_) snapshot.bodies.push_back(body.state);
+    if (detected_dt_ == 0) snapshot.sides = detection_.sides();
+    return snapshot;
+}
+
+void World::restore(const WorldSnapshot& snapshot) {
+    if (static_cast<int>(snapshot.bodies.size()) != body_count())
+        throw std::invalid_argument(
+            fmt::format("world: a snapshot of {} bodies for {}", snapshot.bodies.size(), body_count()));
+    for (int b = 0; b < body_count(); ++b) {
+        const BodyState& state = snapshot.bodies[static_cast<std::size_t>(b)];
+        if (state.x.rows() != elastic(b).node_count() || state.v.rows() != elastic(b).node_count() ||
+            !state.x.allFinite() || !state.v.allFinite())
+            throw std::invalid_argument(fmt::format("world: the snapshot of body {} does not fit it", b));
+    }
+    const ContactSides& sides = snapshot.sides;
+    const auto [shortest, longest] =
+        std::minmax({sides.vertices.size(), sides.normals.size(), sides.depths.size()});
+    for (std::size_t i = 0; i < longest; ++i)
+        if (i >= shortest || !has_vertex(sides.vertices[i][0], sides.vertices[i][2]) ||
+            !has_vertex(sides.vertices[i][1], 0) || !sides.normals[i].allFinite() || !(sides.depths[i] >= 0))
+            throw std::invalid_argument(
+                fmt::format("world: entry {} of the snapshot's contact sides does not fit the bodies", i));
+    reset(snapshot);
+    for (Body& body : bodies_) body.contact_forces.setZero();
+}
+
+void World::reset(const WorldSnapshot& snapshot) {
+    for (int b = 0; b < body_count(); ++b) {
+        at(b).state = snapshot.bodies[static_cast<std::size_t>(b)];
+        at(b).measured = false;
+    }
+    time_ = snapshot.time;
+    dt_before_ = snapshot.dt_before;
+    detection_.restore(snapshot.sides);
+    detected_dt_ = 0;
+}
+
+}  // namespace nbd

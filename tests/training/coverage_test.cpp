@@ -1,0 +1,251 @@
+#include "training/evaluate/coverage.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "collision/tree/posed_tree.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/file_damage.hpp"
+#include "tests/support/on_threads.hpp"
+#include "tests/training/bar.hpp"
+#include "training/calibrate/calibrate.hpp"
+#include "training/calibrate/random_splits.hpp"
+#include "training/evaluate/contact_scenes.hpp"
+#include "training/files/split.hpp"
+#include "training/learn/train_tree.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Bar;
+using test::error_of;
+
+/// A bar whose local bounds were trained on 30 trajectories of 12 frames and calibrated on 15 others.
+class Coverage : public test::FileTest {
+ protected:
+    void SetUp() override {
+        test::FileTest::SetUp();
+        bar.record(folder / "data.h5", 60, 12, 2);
+        const RecordingReader data(folder / "data.h5");
+        const TrainConfig config{.bounds = {BoundKind::learned_spheres},
+                                 .tree = {.depth = 3},
+                                 .held_out_share = 0.25,
+                                 .calibration_share = 1.0 / 3,
+                                 .random_frame_share = 0,
+                                 .learned = {.samples = {.count = 16}}};
+        file = train_tree(bar.body, data, config);
+        calibrate(file, data, {.miss_rate = 0.02});
+        tree = std::make_shared<const CollisionTree>(file.tree);
+        held_out = frames_of(data, file.facts.split, FrameSet::held_out);
+    }
+
+    Bar bar{0, 5}, bar_with_modes{8, 5};
+    TreeFile file;
+    std::shared_ptr<const CollisionTree> tree;
+    std::vector<FrameId> held_out;
+};
+
+TEST_F(Coverage, IsMadeFromTheTrajectoriesKeptForIt) {
+    for (const BoundKind kind : {BoundKind::learned_spheres, BoundKind::learned_boxes}) {
+        const Calibration& calibration = file.tree.calibrations.at(kind);
+        EXPECT_EQ(calibration.trajectories, 15);
+        EXPECT_EQ(calibration.poses, 15 * 12);
+        EXPECT_EQ(calibration.miss_rate, 0.02);
+        EXPECT_EQ(calibration.confidence, 0.9);
+        EXPECT_EQ(calibration.limits.size(), tree->spheres.nodes.size());
+        EXPECT_GT(std::ranges::max(calibration.margins), 0);
+        EXPECT_LT(std::ranges::max(calibration.margins), 0.5);
+    }
+    EXPECT_EQ(file.tree.calibrations.size(), 2u);
+}
+
+TEST_F(Coverage, OfBoxesIsKeptByBoxes) {
+    const RecordingReader data(folder / "data.h5");
+    const auto rows = measure_coverage(bar.body, tree, BoundKind::learned_boxes, data, held_out);
+    ASSERT_EQ(rows.size(), 4u);
+    PosedTree posed(tree, BoundKind::learned_boxes);
+    Vertices nodes, x;
+    double missing = 0;
+    for (const FrameId& frame : held_out) {
+        data.read(frame.trajectory, frame.frame, 1, nodes);
+        apply_embedding(bar.body.W, nodes, x);
+        posed.begin_pose(x);
+        for (int i = 7; i < 15; ++i) {
+            bool inside = true;
+            for (const int v : tree->spheres.node_vertices(i))
+                for (int axis = 0; axis < 3; ++axis)
+                    inside = inside && x(v, axis) >= posed.box(i)->lo[axis] &&
+                             x(v, axis) <= posed.box(i)->hi[axis];
+            missing += !inside;
+        }
+    }
+    EXPECT_NEAR(rows[3].nodes_missing, missing / (8. * static_cast<double>(held_out.size())), 1e-9);
+    EXPECT_GT(rows[3].inflation, 0);
+    EXPECT_LT(rows[3].inflation, 0.5);
+}
+
+TEST_F(Coverage, IsCountedAsQueriesUseTheBounds) {
+    const RecordingReader data(folder / "data.h5");
+    const auto rows = measure_coverage(bar.body, tree, BoundKind::learned_spheres, data, held_out);
+    ASSERT_EQ(rows.size(), 4u);
+    // Depth 3 by hand.
+    PosedTree posed(tree, BoundKind::learned_spheres);
+    Vertices nodes, x;
+    double missing = 0, inflation = 0;
+    for (const FrameId& frame : held_out) {
+        data.read(frame.trajectory, frame.frame, 1, nodes);
+        apply_embedding(bar.body.W, nodes, x);
+        posed.begin_pose(x);
+        for (int i = 7; i < 15; ++i) {
+            const Sphere s = posed.sphere(i);
+            float farthest = 0, exact = 0;
+            Eigen::RowVector3f mean = Eigen::RowVector3f::Zero();
+            const auto vertices = tree->spheres.node_vertices(i);
+            for (const int v : vertices) mean += x.row(v) / static_cast<float>(vertices.size());
+            for (const int v : vertices) {
+                farthest = std::max(farthest, (x.row(v).transpose() - s.c).norm());
+                exact = std::max(exact, (x.row(v) - mean).norm());
+            }
+            missing += farthest > s.r;
+            inflation += s.r / exact - 1;
+        }
+    }
+    const double all = static_cast<double>(held_out.size()) * 8;
+    EXPECT_NEAR(rows[3].nodes_missing, missing / all, 1.5 / all);
+    EXPECT_NEAR(rows[3].inflation, inflation / all, 1e-4);
+    EXPECT_GT(rows[3].inflation, 0);
+    for (const CoverageRow& row : rows) {
+        EXPECT_EQ(row.trajectories, 15);
+        EXPECT_LE(row.nodes_missing_mean.low, row.nodes_missing);
+        EXPECT_GE(row.nodes_missing_mean.high, row.nodes_missing);
+        EXPECT_LE(row.keeping_share.low, row.keeping / 15.0);
+        EXPECT_GE(row.keeping, 10);  // of 15, stated 0.9
+    }
+    const std::string csv = to_csv(rows), text = to_text(rows);
+    EXPECT_EQ(std::ranges::count(csv, '\n'), 5);
+    EXPECT_NE(
+        text.find("learned_spheres bounds as calibrated, 180 poses of 15 trajectories; stated: at most 2 %"),
+        std::string::npos);
+}
+
+TEST_F(Coverage, IsKeptFarOutsideTheTrainingSinceNodesAreThenBoundedExactly) {
+    RecordingWriter writer(folder / "flat.h5");
+    const int handle =
+        writer.begin_trajectory({.body_hash = bar.body.hash, .recipe = {}, .failure = {}}, Bar::nodes);
+    for (int f = 0; f < 10; ++f) {
+        Vertices x = bar.frame(2, 3, f);
+        x.col(1) *= 0.02f;
+        writer.add_frame(handle, f, x);
+    }
+    writer.end_trajectory(handle);
+    writer.finish();
+    const RecordingReader flat(folder / "flat.h5");
+    for (const CoverageRow& row :
+         measure_coverage(bar.body, tree, BoundKind::learned_spheres, flat, complete_frames(flat))) {
+        EXPECT_GT(row.out_of_range, 0.5) << row.depth;
+        EXPECT_EQ(row.nodes_missing, 0) << row.depth;
+    }
+}
+
+TEST_F(Coverage, OfNbdBoundsIsKeptFarOutsideTheTrainingToo) {
+    const RecordingReader data(folder / "data.h5");
+    const TrainConfig config{.bounds = {BoundKind::nbd},
+                             .tree = {.depth = 2},
+                             .clusters = {.k_means = {.clusters = 40}, .initialisations = 1},
+                             .held_out_share = 0.25,
+                             .calibration_share = 1.0 / 3,
+                             .random_frame_share = 0,
+                             .mlp = {.max_epochs = 10}};
+    TreeFile nbd = train_tree(bar_with_modes.body, data, config);
+    calibrate(nbd, data, {.miss_rate = 0.02});
+    const auto trained = std::make_shared<const CollisionTree>(nbd.tree);
+    for (const CoverageRow& row :
+         measure_coverage(bar_with_modes.body, trained, BoundKind::nbd, data, held_out))
+        EXPECT_LT(row.out_of_range, 0.3) << row.depth;
+    // Bent and stretched well beyond the training.
+    RecordingWriter writer(folder / "far.h5");
+    const int handle =
+        writer.begin_trajectory({.body_hash = bar.body.hash, .recipe = {}, .failure = {}}, Bar::nodes);
+    for (int f = 0; f < 10; ++f)
+        writer.add_frame(handle, f,
+                         bar.pose(2.5 + 0.1 * f, 1.5, 0.5, Eigen::Quaterniond::Identity(), {0, 0, 0}));
+    writer.end_trajectory(handle);
+    writer.finish();
+    const RecordingReader far(folder / "far.h5");
+    for (const CoverageRow& row :
+         measure_coverage(bar_with_modes.body, trained, BoundKind::nbd, far, complete_frames(far))) {
+        EXPECT_EQ(row.out_of_range, 1) << row.depth;
+        EXPECT_EQ(row.nodes_missing, 0) << row.depth;
+    }
+}
+
+TEST_F(Coverage, OfBoundsWithoutCalibrationIsRefused) {
+    const RecordingReader data(folder / "data.h5");
+    EXPECT_EQ(error_of([&] { measure_coverage(bar.body, tree, BoundKind::exact, data, held_out); }),
+              "exact bounds of the tree are not calibrated");
+    EXPECT_EQ(error_of([&] { measure_coverage(bar.body, tree, BoundKind::learned_spheres, data, {}); }),
+              "no frame to measure coverage on");
+    TreeFile none = file;
+    none.facts.split.calibration_trajectories.clear();
+    EXPECT_NE(error_of([&] { calibrate(none, data, {}); }).find("no trajectories to calibrate on"),
+              std::string::npos);
+}
+
+TEST_F(Coverage, OnAnotherRecordingIsCalibratedWithHalvesOfIt) {
+    bar.record(folder / "other.h5", 20, 10, 77);
+    calibrate(file, RecordingReader(folder / "other.h5"), {.miss_rate = 0.1, .confidence = 0.5});
+    const Calibration& calibration = file.tree.calibrations.at(BoundKind::learned_spheres);
+    EXPECT_EQ(calibration.trajectories, 10);
+    EXPECT_EQ(calibration.confidence, 0.5);
+}
+
+TEST_F(Coverage, IsTestedOverRandomSplitsOfWhatTrainingDidNotSee) {
+    const RecordingReader data(folder / "data.h5");
+    const auto rows = check_random_splits(file, BoundKind::learned_spheres, data, 40);
+    ASSERT_EQ(rows.size(), 4u);
+    for (const RandomSplitsRow& row : rows) {
+        EXPECT_EQ(row.calibration + row.test, 30);
+        EXPECT_GE(row.keeping, 0.9 - 0.05) << row.depth;
+        EXPECT_LE(row.nodes_missing, 0.02 + 1.0 / 16) << row.depth;
+    }
+}
+
+TEST_F(Coverage, ContactScenesCountThePairsThatABoundLoses) {
+    const RecordingReader data(folder / "data.h5");
+    auto shrunk = std::make_shared<CollisionTree>(file.tree);
+    shrunk->calibrations.clear();
+    LearnedModel& learned = *shrunk->learned;
+    for (const LearnedModel::Node& node : learned.nodes) {
+        const auto block = static_cast<std::size_t>(
+            node.value_begin + LearnedModel::block_size(node.sample_count, false) - LearnedModel::lanes);
+        if (!node.exact) learned.values[block] -= 0.2f;
+    }
+    const BoundKind kinds[] = {BoundKind::exact, BoundKind::learned_spheres, BoundKind::nbd};
+    const ContactScenesConfig config{.scenes = 30};
+    const auto run = [&] { return check_contact_scenes(bar.body, shrunk, kinds, data, held_out, config); };
+    const auto rows = run();
+    ASSERT_EQ(rows.size(), 2u);  // the tree has no modal bounds
+    EXPECT_EQ(rows[0].bound, BoundKind::exact);
+    EXPECT_EQ(rows[0].missed, 0);
+    EXPECT_EQ(rows[0].leaf_pairs, rows[0].exact_leaf_pairs);
+    EXPECT_GE(rows[0].scenes, 25);
+    EXPECT_GT(rows[0].face_pairs, 200);
+    EXPECT_EQ(rows[1].face_pairs, rows[0].face_pairs);
+    EXPECT_GT(rows[1].missed, 10);
+    EXPECT_GT(rows[1].scenes_missing, 1);
+    EXPECT_LT(rows[1].missed, rows[1].face_pairs);
+    const double share = static_cast<double>(rows[1].missed) / static_cast<double>(rows[1].face_pairs);
+    EXPECT_LE(rows[1].missed_share.low, share);
+    EXPECT_GE(rows[1].missed_share.high, share);
+    const auto again = test::on_threads(2, run);
+    EXPECT_EQ(to_csv(again), to_csv(rows));
+
+    const auto calibrated = check_contact_scenes(bar.body, tree, kinds, data, held_out, config);
+    EXPECT_LT(calibrated[1].missed, rows[1].missed / 10);
+    EXPECT_EQ(error_of([&] { check_contact_scenes(bar.body, tree, kinds, data, held_out, {.scenes = 0}); }),
+              "0 contact scenes 0.1 radii deep; allowed: 1 or more, and above 0 to 1");
+}
+
+}  // namespace
+}  // namespace nbd

@@ -1,0 +1,97 @@
+#include "training/calibrate/bound_scores.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "collision/bounds/exact/exact_boxes.hpp"
+#include "collision/bounds/learned/learned_boxes.hpp"
+#include "collision/tree/posed_tree.hpp"
+
+namespace nbd {
+namespace {
+
+/// Largest distance of the listed vertices from a point.
+double reach(VerticesRef x, std::span<const int> vertices, const Eigen::Vector3f& from) {
+    double squared = 0;
+    for (const int v : vertices)
+        squared = std::max(squared, (x.row(v).transpose() - from).cast<double>().squaredNorm());
+    return std::sqrt(squared);
+}
+
+/// The margins that spheres needed.
+void score_spheres(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
+                   const RecordingReader& recording, std::span<const FrameId> frames, BoundScores& scores) {
+    std::vector<PosedTree> posed;
+    for (int slot = 0; slot < frame_slots; ++slot) posed.emplace_back(tree, kind, 0.f);
+    posed[0].begin_pose(body.X);  // ood_score is that of a pose
+    const bool gated = posed[0].ood_score(0).has_value();
+    if (gated) scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
+    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+        PosedTree& pose = posed[static_cast<std::size_t>(slot)];
+        pose.begin_pose(x);
+        for (int i = 0; i < scores.excess.cols(); ++i) {
+            const Sphere& s = pose.sphere(i);
+            const double needed = reach(x, tree->spheres.node_vertices(i), s.c);
+            scores.excess(index, i) =
+                needed > 0 ? static_cast<float>(needed / static_cast<double>(s.r) - 1) : -1.f;
+            if (gated) scores.ood_score(index, i) = *pose.ood_score(i);
+        }
+    });
+}
+
+/// The margins that `learned_boxes` needed, in spreads.
+void score_boxes(const SurfaceBody& body, const CollisionTree& tree, const RecordingReader& recording,
+                 std::span<const FrameId> frames, BoundScores& scores) {
+    const LearnedModel& model = *tree.learned;
+    std::vector<ExactBoxes> exact(frame_slots, ExactBoxes(tree.spheres));
+    scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
+    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+        ExactBoxes& truth = exact[static_cast<std::size_t>(slot)];
+        truth.begin_pose(x);
+        for (int i = 0; i < scores.excess.cols(); ++i) {
+            const SampleBox samples = sample_box(model, i, x);
+            const float needed = outside(samples.box, truth.box(i));
+            scores.excess(index, i) =
+                needed > 0 ? needed / samples.spread - model.boxes[static_cast<std::size_t>(i)].growth : -1.f;
+            scores.ood_score(index, i) = samples.ood_score;
+        }
+    });
+}
+
+}  // namespace
+
+BoundScores score_bounds(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree,
+                         BoundKind kind, const RecordingReader& recording, std::span<const FrameId> frames) {
+    if (!has_bounds(*tree, kind))
+        throw std::invalid_argument(fmt::format("the tree has no {} bounds", name(kind)));
+    BoundScores scores;
+    scores.excess.resize(static_cast<Eigen::Index>(frames.size()),
+                         static_cast<Eigen::Index>(tree->spheres.nodes.size()));
+    scores.ood_score.resize(scores.excess.rows(), 0);
+    for (const FrameId& frame : frames)
+        scores.trajectories.push_back(
+            recording.trajectories()[static_cast<std::size_t>(frame.trajectory)].id);
+    if (kind == BoundKind::learned_boxes)
+        score_boxes(body, *tree, recording, frames, scores);
+    else
+        score_spheres(body, tree, kind, recording, frames, scores);
+    return scores;
+}
+
+BoundScores only(const BoundScores& scores, std::span<const int> trajectories) {
+    std::vector<Eigen::Index> rows;
+    BoundScores some;
+    for (std::size_t i = 0; i < scores.trajectories.size(); ++i)
+        if (std::ranges::find(trajectories, scores.trajectories[i]) != trajectories.end()) {
+            rows.push_back(static_cast<Eigen::Index>(i));
+            some.trajectories.push_back(scores.trajectories[i]);
+        }
+    some.excess = scores.excess(rows, Eigen::all);
+    some.ood_score = scores.ood_score(rows, Eigen::all);
+    return some;
+}
+
+}  // namespace nbd

@@ -1,0 +1,196 @@
+#include "training/calibrate/calibrate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "collision/bounds/bound.hpp"
+#include "training/calibrate/conformal.hpp"
+#include "training/calibrate/coordinate_spread.hpp"
+#include "training/calibrate/shape_scores.hpp"
+#include "training/files/recording_hash.hpp"
+#include "training/files/split.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr float never = -std::numeric_limits<float>::infinity();
+
+/// Added to margins, so that a pose which needs one to the last bit gets it.
+constexpr float rounding = 1e-6f;
+
+/// First column of a depth's nodes, which lie side by side, and how many there are.
+struct Level {
+    Eigen::Index begin = 0, count = 0;
+};
+
+Level level_of(const SphereTree& tree, int depth) {
+    const auto begin = std::ranges::lower_bound(tree.nodes, depth, {}, &SphereTree::Node::depth);
+    const auto end = std::ranges::upper_bound(tree.nodes, depth, {}, &SphereTree::Node::depth);
+    return {begin - tree.nodes.begin(), end - begin};
+}
+
+void check(const SphereTree& tree, const BoundScores& scores) {
+    const auto poses = static_cast<Eigen::Index>(scores.trajectories.size());
+    const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
+    if (poses == 0) throw std::invalid_argument("no poses to calibrate on");
+    if (scores.excess.rows() != poses || scores.excess.cols() != nodes || scores.ood_score.rows() != poses ||
+        (scores.ood_score.cols() != 0 && scores.ood_score.cols() != nodes))
+        throw std::invalid_argument(fmt::format("scores of {} x {} numbers for {} poses and {} nodes",
+                                                scores.excess.rows(), scores.excess.cols(), poses, nodes));
+}
+
+/// The margin that each pose and node needed; `never` where it is bounded exactly.
+PoseRows needed_margins(const Calibration& calibration, const BoundScores& scores) {
+    PoseRows needed = scores.excess;
+    for (Eigen::Index p = 0; p < scores.ood_score.rows(); ++p)
+        for (Eigen::Index i = 0; i < scores.ood_score.cols(); ++i) {
+            const float ood_score = scores.ood_score(p, i),
+                        limit = calibration.limits[static_cast<std::size_t>(i)];
+            needed(p, i) =
+                limit > 0 && ood_score <= limit ? needed(p, i) / margin_weight(ood_score, limit) : never;
+        }
+    return needed;
+}
+
+/// Numbers of a depth's nodes, trajectory by trajectory.
+TrajectoryScores by_trajectory(const PoseRows& numbers, std::span<const int> trajectories,
+                               const Level& level) {
+    std::vector<int> ids;
+    TrajectoryScores groups;
+    for (std::size_t p = 0; p < trajectories.size(); ++p) {
+        const auto found = std::ranges::find(ids, trajectories[p]);
+        const auto group = static_cast<std::size_t>(found - ids.begin());
+        if (found == ids.end()) {
+            ids.push_back(trajectories[p]);
+            groups.emplace_back();
+        }
+        const float* row = numbers.row(static_cast<Eigen::Index>(p)).data() + level.begin;
+        groups[group].insert(groups[group].end(), row, row + level.count);
+    }
+    return groups;
+}
+
+/// A node whose ood_score is always 0 has bounds that are exact whatever the pose.
+bool always_exact(const Calibration& calibration, Eigen::Index node) {
+    return !calibration.limits.empty() && calibration.limits[static_cast<std::size_t>(node)] == 0;
+}
+
+int count_trajectories(std::vector<int> ids) {
+    std::ranges::sort(ids);
+    return static_cast<int>(std::unique(ids.begin(), ids.end()) - ids.begin());
+}
+
+/// Of each node's ood_score, the level that a share of the poses exceeds, finite; 0 where it is always 0
+/// alone.
+std::vector<float> range_limits(const PoseRows& ood_score, double share) {
+    std::vector<float> limits, column;
+    for (Eigen::Index i = 0; i < ood_score.cols(); ++i) {
+        column.assign(ood_score.col(i).begin(), ood_score.col(i).end());
+        const float level = level_at_rate(column, share);
+        limits.push_back(
+            std::min(level > 0 ? level : std::ranges::max(column), std::numeric_limits<float>::max()));
+    }
+    return limits;
+}
+
+/// What each node needed at a rate, 0 or more.
+Eigen::RowVectorXf first_margins(const PoseRows& needed, double rate) {
+    Eigen::RowVectorXf margins(needed.cols());
+    std::vector<float> column;
+    for (Eigen::Index i = 0; i < needed.cols(); ++i) {
+        column.assign(needed.col(i).begin(), needed.col(i).end());
+        margins[i] = std::max(0.f, level_at_rate(column, rate));
+        if (!std::isfinite(margins[i]))
+            throw std::runtime_error(
+                fmt::format("node {} has bounds of radius 0 in too many poses to be calibrated", i));
+    }
+    return margins;
+}
+
+}  // namespace
+
+Calibration calibrate(const SphereTree& tree, const BoundScores& shape, const BoundScores& scores,
+                      const CalibrateConfig& config) {
+    check(tree, shape);
+    check(tree, scores);
+    Calibration calibration{.miss_rate = config.miss_rate,
+                            .confidence = 0,
+                            .trajectories = count_trajectories(scores.trajectories),
+                            .poses = scores.excess.rows()};
+    const auto trajectories = static_cast<std::size_t>(calibration.trajectories);
+    calibration.confidence = config.confidence.value_or(std::min(0.9, max_confidence(trajectories)));
+    calibration.limits = range_limits(shape.ood_score, config.out_of_range);
+    constexpr double caution = 0.1;
+    const Eigen::RowVectorXf first =
+        first_margins(needed_margins(calibration, shape), caution * config.miss_rate);
+    // What is needed beyond the first margin: the scores that conformal prediction is about.
+    PoseRows lifts = needed_margins(calibration, scores).rowwise() - first;
+    calibration.margins.resize(tree.nodes.size());
+    for (int depth = 0; depth <= tree.depth(); ++depth) {
+        const Level level = level_of(tree, depth);
+        const TrajectoryScores groups = by_trajectory(lifts, scores.trajectories, level);
+        const float lift = std::max({0.f, confident_level(groups, config.miss_rate, calibration.confidence),
+                                     mean_level(groups, config.miss_rate)});
+        if (lift == INFINITY)
+            throw std::runtime_error(
+                fmt::format("bounds of depth {} have radius 0 in too many poses to be calibrated", depth));
+        for (Eigen::Index i = level.begin; i < level.begin + level.count; ++i)
+            calibration.margins[static_cast<std::size_t>(i)] =
+                always_exact(calibration, i) ? 0 : first[i] + lift + rounding;
+    }
+    check_calibration(calibration, "the", tree.nodes.size());
+    return calibration;
+}
+
+Eigen::ArrayXX<bool> misses(const Calibration& calibration, const BoundScores& scores) {
+    const Eigen::Map<const Eigen::RowVectorXf> margins(calibration.margins.data(), scores.excess.cols());
+    return needed_margins(calibration, scores).array() > margins.replicate(scores.excess.rows(), 1).array();
+}
+
+std::vector<double> miss_rates(const SphereTree& tree, const Calibration& calibration,
+                               const BoundScores& scores, int depth) {
+    const PoseRows missed = misses(calibration, scores).cast<float>();
+    std::vector<double> rates;
+    for (const std::vector<float>& trajectory :
+         by_trajectory(missed, scores.trajectories, level_of(tree, depth)))
+        rates.push_back(rate_above(trajectory, 0.5f));
+    return rates;
+}
+
+void calibrate(TreeFile& file, const RecordingReader& recording, const CalibrateConfig& config) {
+    const SurfaceBody body = surface_body(file);
+    check_recording(body, recording);
+    std::vector<FrameId> shape, frames;
+    if (recording_hash(recording) == file.facts.recording_hash) {
+        shape = frames_of(recording, file.facts.split, FrameSet::train);
+        frames = frames_of(recording, file.facts.split, FrameSet::calibration);
+    } else {
+        TrainingSplit halves = make_split(recording, 0.5, 0, 0);
+        shape = frames_of(recording, halves, FrameSet::train);
+        frames = frames_of(recording, halves, FrameSet::held_out);
+    }
+    if (frames.empty())
+        throw std::runtime_error(fmt::format("{}: no trajectories to calibrate on; training kept none for it",
+                                             recording.path().string()));
+    shape = spread(shape, config.shape_poses);
+    if (file.tree.nbd)
+        fit_coordinate_spread(scaled_coordinates(body, recording, shape, *file.tree.nbd), *file.tree.nbd);
+    file.tree.calibrations.clear();
+    const auto tree = std::make_shared<const CollisionTree>(file.tree);
+    for (const BoundKind kind : bound_kinds) {
+        if (!can_miss(kind) || !has_bounds(file.tree, kind)) continue;
+        const BoundScores known = score_shape(body, *tree, kind, recording, shape);
+        const BoundScores scores = score_bounds(body, tree, kind, recording, frames);
+        try {
+            file.tree.calibrations[kind] = calibrate(tree->spheres, known, scores, config);
+        } catch (const std::runtime_error& e) {
+            throw std::runtime_error(fmt::format("{} bounds: {}", name(kind), e.what()));
+        }
+    }
+}
+
+}  // namespace nbd

@@ -1,0 +1,65 @@
+#include "training/calibrate/conformal.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+
+namespace nbd {
+
+double rate_above(std::span<const float> scores, float level) noexcept {
+    const auto above = std::ranges::count_if(scores, [level](float score) { return score > level; });
+    return static_cast<double>(above) / static_cast<double>(scores.size());
+}
+
+float level_at_rate(std::vector<float> scores, double rate) {
+    // As many may stand above as the rate allows; the next one is the level. 1e-9: 0.1 * 30 is 3.
+    const auto above = static_cast<std::ptrdiff_t>(rate * static_cast<double>(scores.size()) + 1e-9);
+    std::ranges::nth_element(scores, scores.begin() + above, std::greater());
+    return scores[static_cast<std::size_t>(above)];
+}
+
+double max_confidence(std::size_t trajectories) noexcept {
+    return static_cast<double>(trajectories) / static_cast<double>(trajectories + 1);
+}
+
+float confident_level(const TrajectoryScores& scores, double rate, double confidence) {
+    const std::size_t count = scores.size();
+    const double rank = std::ceil(confidence * static_cast<double>(count + 1) - 1e-9);
+    if (rank > static_cast<double>(count))
+        throw std::invalid_argument(
+            fmt::format("{} trajectories cannot support a confidence of {}; allowed: up to {:.4g}", count,
+                        confidence, max_confidence(count)));
+    std::vector<float> levels;
+    for (const std::vector<float>& trajectory : scores) levels.push_back(level_at_rate(trajectory, rate));
+    const auto nth = levels.begin() + static_cast<std::ptrdiff_t>(std::max(rank, 1.0)) - 1;
+    std::ranges::nth_element(levels, nth);
+    return *nth;
+}
+
+float mean_level(const TrajectoryScores& scores, double rate) {
+    TrajectoryScores sorted = scores;
+    std::vector<float> candidates;
+    for (std::vector<float>& trajectory : sorted) {
+        std::ranges::sort(trajectory, std::greater());
+        candidates.insert(candidates.end(), trajectory.begin(), trajectory.end());
+    }
+    std::ranges::sort(candidates);
+    const auto too_low = [&](float level) {
+        double sum = 0, worst = 0;
+        for (const std::vector<float>& trajectory : sorted) {
+            const auto above =
+                std::ranges::lower_bound(trajectory, level, std::greater()) - trajectory.begin();
+            const double share = static_cast<double>(above) / static_cast<double>(trajectory.size());
+            sum += share;
+            worst = std::max(worst, share);
+        }
+        return sum + worst > rate * static_cast<double>(sorted.size() + 1) * (1 + 1e-9);
+    };
+    // At the largest score nothing misses, so there is one that is not too low.
+    return *std::ranges::partition_point(candidates, too_low);
+}
+
+}  // namespace nbd

@@ -1,0 +1,169 @@
+#include "training/evaluate/coverage.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "collision/geometry/bounding_box.hpp"
+#include "collision/geometry/bounding_sphere.hpp"
+#include "collision/tree/posed_tree.hpp"
+
+namespace nbd {
+namespace {
+
+/// Sums over the nodes of a depth, and over poses.
+struct Sums {
+    long nodes = 0, vertices = 0, missing = 0, outside = 0, out_of_range = 0;
+    double inflation = 0;
+
+    void operator+=(const Sums& other) {
+        nodes += other.nodes;
+        vertices += other.vertices;
+        missing += other.missing;
+        outside += other.outside;
+        out_of_range += other.out_of_range;
+        inflation += other.inflation;
+    }
+};
+
+/// What became of a node: its vertices outside, and its size over that of the smallest of its kind, minus 1.
+struct NodeOutcome {
+    long outside = 0;
+    double inflation = 0;
+};
+
+double inflation(double size, double exact) {
+    return size / std::max(exact, double{std::numeric_limits<float>::min()}) - 1;
+}
+
+NodeOutcome outcome(const Sphere& s, VerticesRef x, std::span<const int> vertices) {
+    const double r = s.r;
+    NodeOutcome result{0, inflation(r, bounding_sphere(x, vertices).r)};
+    for (const int v : vertices)
+        result.outside += (x.row(v).transpose() - s.c).cast<double>().squaredNorm() > r * r;
+    return result;
+}
+
+/// The size of a box is its diagonal.
+NodeOutcome outcome(const Box& box, VerticesRef x, std::span<const int> vertices) {
+    const Box exact = bounding_box(x, vertices);
+    const auto size = [](const Box& b) { return double{(b.hi - b.lo).matrix().norm()}; };
+    NodeOutcome result{0, inflation(size(box), size(exact))};
+    for (const int v : vertices) {
+        const Eigen::Array3f p = x.row(v).transpose();
+        result.outside += !((p >= box.lo.head<3>()).all() && (p <= box.hi.head<3>()).all());
+    }
+    return result;
+}
+
+void add_pose(PosedTree& posed, VerticesRef x, std::vector<Sums>& depths) {
+    posed.begin_pose(x);
+    const SphereTree& tree = posed.tree().spheres;
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        const int exact_before = posed.nodes_out_of_range();
+        const std::span<const int> vertices = tree.node_vertices(i);
+        const std::optional<Box> box = posed.box(i);
+        const NodeOutcome node = box ? outcome(*box, x, vertices) : outcome(posed.sphere(i), x, vertices);
+        Sums& sums = depths[static_cast<std::size_t>(tree.nodes[static_cast<std::size_t>(i)].depth)];
+        sums.nodes += 1;
+        sums.vertices += static_cast<long>(vertices.size());
+        sums.missing += node.outside > 0;
+        sums.outside += node.outside;
+        sums.out_of_range += posed.nodes_out_of_range() - exact_before;
+        sums.inflation += node.inflation;
+    }
+}
+
+double share(long part, long all) { return static_cast<double>(part) / static_cast<double>(all); }
+
+}  // namespace
+
+std::vector<CoverageRow> measure_coverage(const SurfaceBody& body,
+                                          const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
+                                          const RecordingReader& recording, std::span<const FrameId> frames) {
+    const auto calibration = tree->calibrations.find(kind);
+    if (calibration == tree->calibrations.end())
+        throw std::invalid_argument(fmt::format("{} bounds of the tree are not calibrated", name(kind)));
+    if (frames.empty()) throw std::invalid_argument("no frame to measure coverage on");
+    std::vector<PosedTree> posed;
+    for (int slot = 0; slot < frame_slots; ++slot) posed.emplace_back(tree, kind);
+    const auto depths = static_cast<std::size_t>(tree->spheres.depth() + 1);
+    std::vector<std::vector<Sums>> poses(frames.size(), std::vector<Sums>(depths));
+    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+        add_pose(posed[static_cast<std::size_t>(slot)], x, poses[static_cast<std::size_t>(index)]);
+    });
+
+    std::vector<CoverageRow> rows;
+    for (std::size_t depth = 0; depth < depths; ++depth) {
+        Sums all;
+        std::vector<double> rates;
+        for (std::size_t begin = 0, end; begin < frames.size(); begin = end) {
+            Sums trajectory;
+            for (end = begin; end < frames.size() && frames[end].trajectory == frames[begin].trajectory;
+                 ++end)
+                trajectory += poses[end][depth];
+            rates.push_back(share(trajectory.missing, trajectory.nodes));
+            all += trajectory;
+        }
+        CoverageRow row{.bound = kind,
+                        .depth = static_cast<int>(depth),
+                        .trajectories = static_cast<int>(rates.size()),
+                        .poses = static_cast<long>(frames.size()),
+                        .miss_rate = calibration->second.miss_rate,
+                        .confidence = calibration->second.confidence};
+        row.keeping = static_cast<int>(
+            std::ranges::count_if(rates, [&](double rate) { return rate <= row.miss_rate + 1e-12; }));
+        row.keeping_share = share_interval(row.keeping, row.trajectories);
+        for (const double rate : rates) row.nodes_missing += rate / static_cast<double>(rates.size());
+        row.nodes_missing_mean = mean_interval(rates);
+        row.vertices_outside = share(all.outside, all.vertices);
+        row.inflation = all.inflation / static_cast<double>(all.nodes);
+        row.out_of_range = share(all.out_of_range, all.nodes);
+        rows.push_back(row);
+    }
+    return rows;
+}
+
+std::string to_csv(const std::vector<CoverageRow>& rows) {
+    std::string text =
+        "bound,depth,stated_miss_rate,stated_confidence,trajectories,poses,trajectories_keeping,keeping_"
+        "low,"
+        "keeping_high,nodes_missing,nodes_missing_low,nodes_missing_high,vertices_outside,inflation,"
+        "out_of_range\n";
+    for (const CoverageRow& r : rows)
+        text +=
+            fmt::format("{},{},{},{:.6g},{},{},{},{:.4f},{:.4f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
+                        name(r.bound), r.depth, r.miss_rate, r.confidence, r.trajectories, r.poses, r.keeping,
+                        r.keeping_share.low, r.keeping_share.high, r.nodes_missing, r.nodes_missing_mean.low,
+                        r.nodes_missing_mean.high, r.vertices_outside, r.inflation, r.out_of_range);
+    return text;
+}
+
+std::string to_text(const std::vector<CoverageRow>& rows) {
+    std::string text;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const CoverageRow& r = rows[i];
+        if (i == 0 || r.bound != rows[i - 1].bound)
+            text += fmt::format(
+                "{}{} bounds as calibrated, {} poses of {} trajectories; stated: at most {:g} % of a "
+                "depth's "
+                "nodes miss, in {:.4g} % of trajectories\n"
+                "  depth  nodes that miss %  [95 % interval]    trajectories that keep it  [95 %]     "
+                "vertices outside %  inflation %  out of range %\n",
+                i == 0 ? "" : "\n", name(r.bound), r.poses, r.trajectories, 100 * r.miss_rate,
+                100 * r.confidence);
+        text += fmt::format(
+            "  {:5}  {:17.4f}  [{:.4f}, {:.4f}]  {:>10} of {:<10}  [{:.0f} %, {:.0f} %]  {:18.5f}  "
+            "{:11.2f}  {:14.3f}\n",
+            r.depth, 100 * r.nodes_missing, 100 * r.nodes_missing_mean.low, 100 * r.nodes_missing_mean.high,
+            r.keeping, r.trajectories, 100 * r.keeping_share.low, 100 * r.keeping_share.high,
+            100 * r.vertices_outside, 100 * r.inflation, 100 * r.out_of_range);
+    }
+    return text;
+}
+
+}  // namespace nbd

@@ -1,0 +1,230 @@
+#include "training/evaluate/evaluate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+#include "collision/bounds/certified/solid_meter.hpp"
+#include "collision/geometry/bounding_sphere.hpp"
+#include "collision/tree/posed_tree.hpp"
+#include "training/files/recording_hash.hpp"
+
+namespace nbd {
+
+namespace {
+
+/// Sums of one bound over frames: what the rows are the means of.
+struct Sums {
+    Eigen::ArrayXXd radius_error, inflation;                              // [margins, depths]
+    Eigen::ArrayXd centre_error;                                          // [depths]
+    Eigen::Array<long, Eigen::Dynamic, Eigen::Dynamic> outside, missing;  // [margins, depths]
+
+    Sums(Eigen::Index margins, Eigen::Index depths)
+        : radius_error(Eigen::ArrayXXd::Zero(margins, depths)),
+          inflation(radius_error),
+          centre_error(Eigen::ArrayXd::Zero(depths)),
+          outside(decltype(outside)::Zero(margins, depths)),
+          missing(decltype(missing)::Zero(margins, depths)) {}
+
+    void operator+=(const Sums& other) {
+        radius_error += other.radius_error;
+        inflation += other.inflation;
+        centre_error += other.centre_error;
+        outside += other.outside;
+        missing += other.missing;
+    }
+};
+
+/// One bound of the tree, posed, and its sums: one a slot of the stream.
+struct Probe {
+    PosedTree posed;
+    Sums sums;
+    Eigen::VectorXd squared;  // scratch: distances of a node's vertices from the centre
+
+    void add_frame(VerticesRef x, std::span<const RegionMotion> motion, const std::vector<Sphere>& exact,
+                   const std::vector<double>& margins) {
+        posed.begin_pose(x, motion);
+        const SphereTree& tree = posed.tree().spheres;
+        for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+            const Sphere s = posed.sphere(i), &truth = exact[static_cast<std::size_t>(i)];
+            const double size = std::max(truth.r, std::numeric_limits<float>::min());
+            const int depth = tree.nodes[static_cast<std::size_t>(i)].depth;
+            sums.centre_error[depth] += static_cast<double>((s.c - truth.c).norm()) / size;
+            const std::span<const int> vertices = tree.node_vertices(i);
+            squared.resize(static_cast<Eigen::Index>(vertices.size()));
+            for (std::size_t j = 0; j < vertices.size(); ++j)
+                squared[static_cast<Eigen::Index>(j)] =
+                    (x.row(vertices[j]).transpose() - s.c).cast<double>().squaredNorm();
+            for (std::size_t k = 0; k < margins.size(); ++k) {
+                const auto row = static_cast<Eigen::Index>(k);
+                const double r = static_cast<double>(s.r) * (1 + margins[k]);
+                const long outside = (squared.array() > r * r).count();
+                sums.inflation(row, depth) += (r - static_cast<double>(truth.r)) / size;
+                sums.radius_error(row, depth) += std::abs(r - static_cast<double>(truth.r)) / size;
+                sums.outside(row, depth) += outside;
+                sums.missing(row, depth) += outside > 0;
+            }
+        }
+    }
+};
+
+void check(const SurfaceBody& body, const CollisionTree& tree, std::span<const FrameId> frames,
+           const std::string& name, const EvaluateConfig& config) {
+    if (config.margins.empty()) throw std::invalid_argument("no margin to evaluate");
+    for (const double margin : config.margins)
+        if (!(margin >= 0 && std::isfinite(margin)))
+            throw std::invalid_argument(fmt::format("margin {}, allowed is 0 or more", margin));
+    if (frames.empty()) throw std::invalid_argument(fmt::format("{}: no frame to evaluate", name));
+    if (tree.vertex_count != body.X.rows())
+        throw std::invalid_argument(fmt::format("the tree is of {} vertices, but the body's surface has {}",
+                                                tree.vertex_count, body.X.rows()));
+}
+
+}  // namespace
+
+std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
+                                           const std::shared_ptr<const CollisionTree>& tree,
+                                           const RecordingReader& recording, std::span<const FrameId> frames,
+                                           const std::string& name, const EvaluateConfig& config) {
+    check(body, *tree, frames, name, config);
+    const std::vector<FrameId> chosen =
+        spread(frames, config.max_frames > 0 ? config.max_frames : std::numeric_limits<int>::max());
+    const SphereTree& spheres = tree->spheres;
+    const auto margins = static_cast<Eigen::Index>(config.margins.size());
+    const Eigen::Index depths = spheres.depth() + 1;
+
+    std::vector<std::vector<Probe>> probes(frame_slots);
+    std::vector<std::vector<Sphere>> exact(frame_slots);
+    for (auto& slot : probes)
+        for (const BoundKind kind : config.bounds)
+            if (has_bounds(*tree, kind))
+                slot.push_back({PosedTree(tree, kind, 0.f), Sums(margins, depths), Eigen::VectorXd()});
+    std::vector<std::optional<SolidMeter>> meters(frame_slots);
+    for_each_pose(body, recording, chosen, [&](int slot, int, VerticesRef x, VerticesRef nodes) {
+        auto& meter = meters[static_cast<std::size_t>(slot)];
+        std::span<const RegionMotion> motion;
+        if (std::ranges::count(config.bounds, BoundKind::certified) > 0 && tree->certified) {
+            if (!meter)
+                meter.emplace(body.solid, std::shared_ptr<const TetRegions>(tree, &tree->certified->regions));
+            motion = meter->measure(nodes);
+        }
+        std::vector<Sphere>& truth = exact[static_cast<std::size_t>(slot)];
+        truth.clear();
+        for (int i = 0; i < static_cast<int>(spheres.nodes.size()); ++i)
+            truth.push_back(bounding_sphere(x, spheres.node_vertices(i)));
+        for (Probe& probe : probes[static_cast<std::size_t>(slot)])
+            probe.add_frame(x, motion, truth, config.margins);
+    });
+
+    std::vector<long> nodes(static_cast<std::size_t>(depths)), vertices(nodes);
+    for (const SphereTree::Node& node : spheres.nodes) {
+        nodes[static_cast<std::size_t>(node.depth)] += 1;
+        vertices[static_cast<std::size_t>(node.depth)] += node.vertex_end - node.vertex_begin;
+    }
+    const auto poses = static_cast<long>(chosen.size());
+    std::vector<EvaluationRow> rows;
+    for (std::size_t b = 0; b < probes.front().size(); ++b) {
+        Sums sums(margins, depths);
+        for (const auto& slot : probes) sums += slot[b].sums;
+        for (Eigen::Index k = 0; k < margins; ++k)
+            for (Eigen::Index d = 0; d < depths; ++d) {
+                const long all_nodes = poses * nodes[static_cast<std::size_t>(d)];
+                const long all_vertices = poses * vertices[static_cast<std::size_t>(d)];
+                const auto per_node = 1 / static_cast<double>(all_nodes);
+                rows.push_back({.frames = name,
+                                .bound = probes.front()[b].posed.kind(),
+                                .depth = static_cast<int>(d),
+                                .margin = config.margins[static_cast<std::size_t>(k)],
+                                .radius_error = sums.radius_error(k, d) * per_node,
+                                .inflation = sums.inflation(k, d) * per_node,
+                                .centre_error = sums.centre_error[d] * per_node,
+                                .vertices_outside = static_cast<double>(sums.outside(k, d)) /
+                                                    static_cast<double>(all_vertices),
+                                .nodes_missing = static_cast<double>(sums.missing(k, d)) * per_node,
+                                .poses = poses,
+                                .nodes = all_nodes,
+                                .vertices = all_vertices});
+            }
+    }
+    return rows;
+}
+
+std::vector<TestFrames> test_frames(const TreeFile& file, const RecordingReader& recording) {
+    check_recording(surface_body(file), recording);
+    std::vector<TestFrames> sets;
+    if (const std::string& known = file.facts.recording_hash;
+        recording_hash(recording) == known || recording.label("remapped_from_sha256") == known) {
+        const TrainingSplit& split = file.facts.split;
+        sets.push_back({"random frames", frames_of(recording, split, FrameSet::random_test)});
+        sets.push_back({"held-out trajectories", frames_of(recording, split, FrameSet::held_out)});
+    } else {
+        sets.push_back({"other recording", complete_frames(recording)});
+    }
+    std::erase_if(sets, [](const TestFrames& set) { return set.frames.empty(); });
+    if (sets.empty())
+        throw std::runtime_error(
+            fmt::format("{}: no frame that the tree was not trained on", recording.path().string()));
+    return sets;
+}
+
+std::vector<EvaluationRow> evaluate(const TreeFile& file, const RecordingReader& recording,
+                                    const EvaluateConfig& config) {
+    const SurfaceBody body = surface_body(file);
+    const auto tree = std::make_shared<const CollisionTree>(file.tree);
+    std::vector<EvaluationRow> rows;
+    for (const TestFrames& set : test_frames(file, recording)) {
+        const auto more = evaluate_frames(body, tree, recording, set.frames, set.name, config);
+        rows.insert(rows.end(), more.begin(), more.end());
+    }
+    return rows;
+}
+
+std::string to_csv(const std::vector<EvaluationRow>& rows) {
+    std::string text =
+        "frames,bound,margin,depth,radius_error,inflation,centre_error,vertices_outside,nodes_missing,"
+        "poses,nodes,vertices\n";
+    for (const EvaluationRow& r : rows)
+        text += fmt::format("{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{}\n", r.frames,
+                            name(r.bound), r.margin, r.depth, r.radius_error, r.inflation, r.centre_error,
+                            r.vertices_outside, r.nodes_missing, r.poses, r.nodes, r.vertices);
+    return text;
+}
+
+std::string to_text(const std::vector<EvaluationRow>& rows) {
+    const auto same_block = [](const EvaluationRow& a, const EvaluationRow& b) {
+        return a.frames == b.frames && a.bound == b.bound;
+    };
+    std::string text;
+    for (auto begin = rows.begin(); begin != rows.end();) {
+        const auto end =
+            std::find_if(begin, rows.end(), [&](const EvaluationRow& r) { return !same_block(r, *begin); });
+        // Rows of a block come by margin, then by depth.
+        const auto depths =
+            std::count_if(begin, end, [&](const EvaluationRow& r) { return r.margin == begin->margin; });
+        text += fmt::format("{}{}, {} poses, {} bounds; % at margins of", text.empty() ? "" : "\n",
+                            begin->frames, begin->poses, name(begin->bound));
+        for (auto r = begin; r < end; r += depths) text += fmt::format(" {:g}", 100 * r->margin);
+        const auto width = static_cast<int>(9 * ((end - begin) / depths));
+        text += fmt::format(" %\n  depth  radius error  inflation  centre error  {:<{}}  nodes that miss\n",
+                            "vertices outside", width);
+        for (auto first = begin; first < begin + depths; ++first) {
+            text += fmt::format("  {:5}  {:12.3f}  {:9.3f}  {:12.3f}  ", first->depth,
+                                100 * first->radius_error, 100 * first->inflation, 100 * first->centre_error);
+            for (auto r = first; r < end; r += depths)
+                text += fmt::format("{:<9.4f}", 100 * r->vertices_outside);
+            text += "  ";
+            for (auto r = first; r < end; r += depths)
+                text += fmt::format("{:<8.2f}", 100 * r->nodes_missing);
+            text.erase(text.find_last_not_of(' ') + 1);
+            text += '\n';
+        }
+        begin = end;
+    }
+    return text;
+}
+
+}  // namespace nbd

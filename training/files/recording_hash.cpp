@@ -1,0 +1,30 @@
+#include "training/files/recording_hash.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+
+#include "meshing/h5/sha256.hpp"
+
+namespace nbd {
+
+std::string recording_hash(const RecordingReader& recording) {
+    constexpr int frames_at_once = 64;
+    h5::Sha256 hash;
+    Vertices x;
+    const auto& infos = recording.trajectories();
+    for (int i = 0; i < static_cast<int>(infos.size()); ++i) {
+        const TrajectoryInfo& info = infos[static_cast<std::size_t>(i)];
+        const std::string head =
+            fmt::format("{} {} {} {}\n", info.id, info.frames, recording.nodes(i), info.failure);
+        hash.add(std::as_bytes(std::span(head)));
+        for (int begin = 0; begin < info.frames; begin += frames_at_once) {
+            recording.read(i, begin, std::min(frames_at_once, info.frames - begin), x);
+            hash.add(std::as_bytes(std::span(x.data(), static_cast<std::size_t>(x.size()))));
+        }
+    }
+    return hash.hex();
+}
+
+}  // namespace nbd

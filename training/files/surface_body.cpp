@@ -1,0 +1,47 @@
+#include "training/files/surface_body.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <utility>
+
+namespace nbd {
+
+namespace {
+
+void require_fit(const char* what, Eigen::Index rows, Eigen::Index cols, Eigen::Index allowed_rows,
+                 Eigen::Index allowed_cols) {
+    if (rows != allowed_rows || cols != allowed_cols)
+        throw std::invalid_argument(fmt::format("{} are {} x {}, but the body needs {} x {}", what, rows,
+                                                cols, allowed_rows, allowed_cols));
+}
+
+}  // namespace
+
+SurfaceBody make_surface_body(VerticesRef X, FacesRef F, const SurfaceEmbedding& W,
+                              Eigen::Ref<const Eigen::MatrixXf> node_modes, std::string hash) {
+    const Eigen::Index n = X.rows(), m = node_modes.cols();
+    require_fit("embedding weights", W.rows(), W.cols(), n, W.cols());
+    require_fit("node modes", node_modes.rows(), m, 3 * W.cols(), m);
+    if (!X.allFinite()) throw std::invalid_argument("a rest position is not finite");
+    if (!node_modes.allFinite()) throw std::invalid_argument("an entry of the modes is not finite");
+    SurfaceBody body{.X = X, .F = F, .W = W, .U = ModeRows::Zero(3 * n, m), .hash = std::move(hash)};
+    body.W.makeCompressed();
+    for (Eigen::Index v = 0; v < n; ++v)
+        for (SurfaceEmbedding::InnerIterator entry(body.W, v); entry; ++entry)
+            body.U.middleRows<3>(3 * v) += entry.value() * node_modes.middleRows<3>(3 * entry.col());
+    return body;
+}
+
+void apply_embedding(const SurfaceEmbedding& W, VerticesRef nodes, Vertices& x) {
+    x.resize(W.rows(), 3);
+    const int *begin = W.outerIndexPtr(), *node = W.innerIndexPtr();
+    const float* weight = W.valuePtr();
+    for (Eigen::Index v = 0; v < W.rows(); ++v) {
+        Eigen::RowVector3f sum = Eigen::RowVector3f::Zero();
+        for (int i = begin[v]; i < begin[v + 1]; ++i) sum += weight[i] * nodes.row(node[i]);
+        x.row(v) = sum;
+    }
+}
+
+}  // namespace nbd

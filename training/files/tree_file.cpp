@@ -1,0 +1,381 @@
+#include "training/files/tree_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "collision/base/notice.hpp"
+#include "meshing/h5/sparse.hpp"
+#include "training/files/certified_file.hpp"
+
+namespace nbd {
+
+namespace {
+
+const h5::Format tree_format{"nbdtree tree", 2};
+
+using IntRows = Eigen::Matrix<int, Eigen::Dynamic, 6, Eigen::RowMajor>;
+using LearnedNodeRows = Eigen::Matrix<int, Eigen::Dynamic, 2, Eigen::RowMajor>;  // samples, exact
+using SphereRows = Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor>;
+using LearnedBoxRows = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+// Everything is deflated: index arrays shrink to a third, float32 by a tenth.
+constexpr auto packing = h5::Packing::deflate;
+
+bool same(const ClusteredModes& a, const ClusteredModes& b) {
+    return a.representatives == b.representatives && a.w == b.w && a.X == b.X && a.U == b.U;
+}
+
+void write_topology(h5::Writer& file, const CollisionTree& tree) {
+    const SphereTree& spheres = tree.spheres;
+    IntRows nodes(static_cast<Eigen::Index>(spheres.nodes.size()), 6);
+    SphereRows rest(nodes.rows(), 4);
+    for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+        const SphereTree::Node& n = spheres.nodes[static_cast<std::size_t>(i)];
+        const Sphere& s = spheres.rest[static_cast<std::size_t>(i)];
+        nodes.row(i) << n.first_child, n.depth, n.face_begin, n.face_end, n.vertex_begin, n.vertex_end;
+        rest.row(i) << s.c.transpose(), s.r;
+    }
+    file.write("topology/nodes", nodes, packing);
+    file.write("topology/faces", spheres.faces, packing);
+    file.write("topology/vertices", spheres.vertices, packing);
+    file.write("topology/rest_spheres", rest, packing);
+}
+
+void write_surface(h5::Writer& file, const TreeFile& tree_file) {
+    file.write("surface/faces", tree_file.tree.faces, packing);
+    file.write("surface/vertices", tree_file.X, packing);
+    h5::write_sparse(file, "embedding", tree_file.W);
+    file.attribute("embedding", "nodes", static_cast<int>(tree_file.W.cols()));
+}
+
+void read_surface(const h5::Reader& file, TreeFile& tree_file) {
+    tree_file.tree.faces = file.matrix<Faces>("surface/faces", h5::any, 3);
+    tree_file.X = file.matrix<Vertices>("surface/vertices", h5::any, 3);
+    tree_file.tree.vertex_count = static_cast<int>(tree_file.X.rows());
+    if (!tree_file.X.allFinite()) file.refuse("a number of surface/vertices is not finite", "finite numbers");
+    const std::int64_t nodes = file.int_attribute("embedding", "nodes");
+    if (nodes < 1 || nodes > INT32_MAX)
+        file.refuse(fmt::format("an embedding in {} nodes", nodes), fmt::format("1 to {}", INT32_MAX));
+    tree_file.W = h5::read_sparse<float>(file, "embedding", static_cast<std::size_t>(tree_file.X.rows()),
+                                         static_cast<std::size_t>(nodes));
+    const Eigen::VectorXf sums = tree_file.W * Eigen::VectorXf::Ones(tree_file.W.cols());
+    for (Eigen::Index i = 0; i < sums.size(); ++i)
+        if (!(std::abs(sums[i] - 1) < 1e-4f))
+            file.refuse(fmt::format("embedding: the weights of vertex {} sum to {}", i, sums[i]), "1");
+}
+
+void read_topology(const h5::Reader& file, CollisionTree& tree) {
+    const auto nodes = file.matrix<IntRows>("topology/nodes", h5::any, 6);
+    const auto rest =
+        file.matrix<SphereRows>("topology/rest_spheres", static_cast<std::size_t>(nodes.rows()), 4);
+    for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+        const auto n = nodes.row(i);
+        tree.spheres.nodes.push_back({n[0], n[1], n[2], n[3], n[4], n[5]});
+        tree.spheres.rest.push_back({rest.row(i).head<3>().transpose(), rest(i, 3)});
+    }
+    tree.spheres.faces = file.read<int>("topology/faces", {h5::any});
+    tree.spheres.vertices = file.read<int>("topology/vertices", {h5::any});
+}
+
+void write_modes(h5::Writer& file, const std::string& group, const ClusteredModes& modes) {
+    file.write(group + "/representatives", modes.representatives, packing);
+    file.write(group + "/weights", modes.w, packing);
+    file.write(group + "/X", modes.X, packing);
+    file.write(group + "/U", modes.U.numbers(), packing);
+}
+
+ClusteredModes read_modes(const h5::Reader& file, const std::string& group) {
+    ClusteredModes modes;
+    modes.representatives = file.read<int>(group + "/representatives", {h5::any});
+    const std::size_t k = modes.representatives.size();
+    modes.w = file.matrix<Eigen::VectorXf>(group + "/weights", k);
+    modes.X = file.matrix<Vertices>(group + "/X", k, 3);
+    modes.U = FixedMatrix(file.matrix<Eigen::MatrixXf>(group + "/U", 3 * k, h5::any));
+    return modes;
+}
+
+void write_bd(h5::Writer& file, const BdModel& bd) {
+    file.write("bd/z_to_q", bd.z_to_q, packing);
+    file.write("bd/Ubar", bd.Ubar, packing);
+    file.write("bd/dr", bd.dr, packing);
+}
+
+BdModel read_bd(const h5::Reader& file, std::size_t nodes) {
+    BdModel bd;
+    bd.modes = read_modes(file, "bd/modes");
+    const auto m = static_cast<std::size_t>(bd.modes.U.cols());
+    bd.z_to_q = file.matrix<Eigen::MatrixXf>("bd/z_to_q", m, m);
+    bd.Ubar = file.matrix<Eigen::MatrixXf>("bd/Ubar", m, 3 * nodes);
+    bd.dr = file.matrix<Eigen::MatrixXf>("bd/dr", m, nodes);
+    return bd;
+}
+
+void write_nbd(h5::Writer& file, const NbdModel& nbd) {
+    file.group("nbd");
+    file.attribute("nbd", "hidden", nbd.networks.hidden());
+    file.write("nbd/z_centre", nbd.z_centre, packing);
+    file.write("nbd/z_scale", nbd.z_scale, packing);
+    const std::vector<float> weights = nbd.networks.weights();
+    const auto per_node = static_cast<std::size_t>(nbd.networks.weight_count());
+    file.write("nbd/weights", {weights.size() / per_node, per_node}, std::span(weights), packing);
+    file.write("nbd/out_centre", nbd.out_centre, packing);
+    file.write("nbd/out_scale", nbd.out_scale, packing);
+    if (nbd.centre_map.size() > 0) file.write("nbd/centre_map", nbd.centre_map.numbers(), packing);
+    if (nbd.z_mean.size() == 0) return;
+    file.write("nbd/z_mean", nbd.z_mean, packing);
+    file.write("nbd/z_whitening", nbd.z_whitening, packing);
+}
+
+/// as_stored: out, whether the networks are those of the file, or had to be rounded.
+NbdModel read_nbd(const h5::Reader& file, std::size_t nodes, bool& as_stored) {
+    NbdModel nbd;
+    nbd.modes = read_modes(file, "nbd/modes");
+    const std::int64_t hidden = file.int_attribute("nbd", "hidden");
+    if (hidden < 1 || hidden > ByteNetworks::max_hidden)
+        file.refuse(fmt::format("networks with {} hidden units", hidden),
+                    fmt::format("1 to {}", ByteNetworks::max_hidden));
+    const auto m = static_cast<std::size_t>(nbd.mode_count());
+    nbd.z_centre = file.matrix<Eigen::VectorXf>("nbd/z_centre", m);
+    nbd.z_scale = file.matrix<Eigen::VectorXf>("nbd/z_scale", m);
+    const int per_node = ByteNetworks::weight_count(nbd.mode_count(), static_cast<int>(hidden));
+    const auto weights = file.read<float>("nbd/weights", {nodes, static_cast<std::size_t>(per_node)});
+    nbd.networks = ByteNetworks(nbd.mode_count(), static_cast<int>(hidden), weights);
+    as_stored = nbd.networks.weights() == weights;
+    nbd.out_centre = file.matrix<Eigen::MatrixXf>("nbd/out_centre", NbdModel::outputs, nodes);
+    nbd.out_scale = file.matrix<Eigen::MatrixXf>("nbd/out_scale", NbdModel::outputs, nodes);
+    if (file.has("nbd/centre_map"))
+        nbd.centre_map = FixedMatrix(file.matrix<Eigen::MatrixXf>("nbd/centre_map", m, 3 * nodes));
+    if (file.has("nbd/z_mean")) {
+        nbd.z_mean = file.matrix<Eigen::VectorXf>("nbd/z_mean", m);
+        nbd.z_whitening = file.matrix<Eigen::MatrixXf>("nbd/z_whitening", m, m);
+    }
+    return nbd;
+}
+
+std::string calibration_group(BoundKind kind) { return fmt::format("calibration/{}", name(kind)); }
+
+void write_calibration(h5::Writer& file, BoundKind kind, const Calibration& calibration) {
+    const std::string group = calibration_group(kind);
+    file.group(group);
+    file.attribute(group, "miss_rate", calibration.miss_rate);
+    file.attribute(group, "confidence", calibration.confidence);
+    file.attribute(group, "trajectories", calibration.trajectories);
+    file.attribute(group, "poses", static_cast<std::int64_t>(calibration.poses));
+    file.write(group + "/margins", calibration.margins, packing);
+    if (!calibration.limits.empty()) file.write(group + "/limits", calibration.limits, packing);
+}
+
+Calibration read_calibration(const h5::Reader& file, BoundKind kind, std::size_t nodes) {
+    const std::string group = calibration_group(kind);
+    const auto count = [&](const char* what) {
+        const std::int64_t value = file.int_attribute(group, what);
+        if (value < 1 || value > INT32_MAX)
+            file.refuse(fmt::format("{} of {} {}", group, value, what), fmt::format("1 to {}", INT32_MAX));
+        return static_cast<int>(value);
+    };
+    return {.miss_rate = file.number_attribute(group, "miss_rate"),
+            .confidence = file.number_attribute(group, "confidence"),
+            .trajectories = count("trajectories"),
+            .poses = count("poses"),
+            .margins = file.read<float>(group + "/margins", {nodes}),
+            .limits = file.has(group + "/limits") ? file.read<float>(group + "/limits", {nodes})
+                                                  : std::vector<float>()};
+}
+
+void write_learned(h5::Writer& file, const LearnedModel& learned) {
+    file.group("learned");
+    file.attribute("learned", "network", static_cast<int>(learned.network));
+    LearnedNodeRows nodes(static_cast<Eigen::Index>(learned.nodes.size()), 2);
+    for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+        const LearnedModel::Node& node = learned.nodes[static_cast<std::size_t>(i)];
+        nodes.row(i) << node.sample_count, static_cast<int>(node.exact);
+    }
+    file.write("learned/nodes", nodes, packing);
+    file.write("learned/samples", learned.samples, packing);
+    file.write("learned/values", learned.values, packing);
+    if (learned.boxes.empty()) return;
+    LearnedBoxRows boxes(nodes.rows(), 3);
+    for (Eigen::Index i = 0; i < boxes.rows(); ++i) {
+        const LearnedModel::BoxFit& fit = learned.boxes[static_cast<std::size_t>(i)];
+        boxes.row(i) << fit.growth, fit.mean, fit.inverse_deviation;
+    }
+    file.write("learned/boxes", boxes, packing);
+}
+
+LearnedModel read_learned(const h5::Reader& file, std::size_t nodes) {
+    LearnedModel learned;
+    learned.network = file.int_attribute("learned", "network") != 0;
+    const auto rows = file.matrix<LearnedNodeRows>("learned/nodes", nodes, 2);
+    int samples = 0, values = 0;
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+        const int count = rows(i, 0);
+        if (count < 0 || count > LearnedModel::max_samples)
+            file.refuse(fmt::format("node {} of learned/nodes with {} samples", i, count),
+                        fmt::format("{} to {}", LearnedModel::lanes, LearnedModel::max_samples));
+        learned.nodes.push_back({samples, count, values, rows(i, 1) != 0});
+        samples += count;
+        values += LearnedModel::block_size(count, learned.network);
+    }
+    learned.samples = file.read<int>("learned/samples", {static_cast<std::size_t>(samples)});
+    learned.values = file.read<float>("learned/values", {static_cast<std::size_t>(values)});
+    if (!file.has("learned/boxes")) return learned;
+    const auto boxes = file.matrix<LearnedBoxRows>("learned/boxes", nodes, 3);
+    for (Eigen::Index i = 0; i < boxes.rows(); ++i)
+        learned.boxes.push_back({boxes(i, 0), boxes(i, 1), boxes(i, 2)});
+    return learned;
+}
+
+void write_facts(h5::Writer& file, const TrainingFacts& facts) {
+    file.group("facts");
+    file.attribute("facts", "recording_sha256", facts.recording_hash);
+    file.attribute("facts", "poses", facts.poses);
+    file.attribute("facts", "z_error", facts.z_error);
+    file.attribute("facts", "frame_seed", facts.split.frame_seed);
+    file.attribute("facts", "random_frame_share", facts.split.random_frame_share);
+    file.write_text("facts/config", facts.config);
+    file.write("facts/train_trajectories", facts.split.train_trajectories);
+    file.write("facts/calibration_trajectories", facts.split.calibration_trajectories);
+    file.write("facts/held_out_trajectories", facts.split.held_out_trajectories);
+    file.write("facts/node_loss", facts.node_loss);
+}
+
+TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
+    TrainingFacts facts;
+    facts.body_hash = file.text_attribute("/", "body_sha256");
+    facts.recording_hash = file.text_attribute("facts", "recording_sha256");
+    const std::int64_t poses = file.int_attribute("facts", "poses");
+    if (poses < 0 || poses > INT32_MAX)
+        file.refuse(fmt::format("{} training poses", poses), fmt::format("0 to {}", INT32_MAX));
+    facts.poses = static_cast<int>(poses);
+    facts.z_error = file.number_attribute("facts", file.format().version < 2 ? "code_error" : "z_error");
+    facts.split.frame_seed = file.uint_attribute("facts", "frame_seed");
+    facts.split.random_frame_share = static_cast<float>(file.number_attribute("facts", "random_frame_share"));
+    if (!(facts.split.random_frame_share >= 0 && facts.split.random_frame_share <= 1))
+        file.refuse(fmt::format("random_frame_share is {}", facts.split.random_frame_share), "0 to 1");
+    facts.config = file.read_text("facts/config");
+    facts.split.train_trajectories = file.read<int>("facts/train_trajectories", {h5::any});
+    facts.split.held_out_trajectories = file.read<int>("facts/held_out_trajectories", {h5::any});
+    if (file.has("facts/calibration_trajectories"))
+        facts.split.calibration_trajectories = file.read<int>("facts/calibration_trajectories", {h5::any});
+    facts.node_loss = file.matrix<Eigen::VectorXf>("facts/node_loss", h5::any);
+    const auto losses = static_cast<std::size_t>(facts.node_loss.size());
+    if (losses != 0 && losses != nodes)
+        file.refuse(fmt::format("facts/node_loss has {} numbers", losses), fmt::format("none or {}", nodes));
+    if (!facts.node_loss.allFinite())
+        file.refuse("a number of facts/node_loss is not finite", "finite numbers");
+    return facts;
+}
+
+/// Release 0.1 wrote version 1, with other names. Release 0.3 will no longer read it.
+void use_names_of_version_1(h5::Reader& file) {
+    file.rename("nbd", "modal");
+    file.rename("nbd/z_mean", "modal/code_mean");
+    file.rename("nbd/z_whitening", "modal/code_whitening");
+    file.rename("bd/z_to_q", "bd/code_to_q");
+    file.rename("learned", "local");
+    file.rename("calibration/nbd", "calibration/modal");
+    file.rename("calibration/learned_spheres", "calibration/local");
+    file.rename("calibration/learned_boxes", "calibration/local_boxes");
+    notice(fmt::format(
+        "{}: is a tree of release 0.1, which release 0.3 will refuse; `nbdtree calibrate` writes it anew",
+        file.path().string()));
+}
+
+/// Throws std::invalid_argument unless the solid is the one that `certified` bounds were measured on.
+void check_solid_fits(const TreeFile& file) {
+    if (!file.tree.certified) return;
+    const auto tets = file.tree.certified->regions.of_tet.size();
+    if (std::cmp_not_equal(file.solid.T.rows(), tets) || file.solid.X.rows() != file.W.cols())
+        throw std::invalid_argument(
+            fmt::format("certified bounds of {} tetrahedra and {} nodes, but the solid has {} and {}", tets,
+                        file.W.cols(), file.solid.T.rows(), file.solid.X.rows()));
+}
+
+/// f(), whose errors of what does not fit become errors of a file.
+template <class F>
+auto of_file(const std::filesystem::path& path, const F& f) {
+    try {
+        return f();
+    } catch (const std::invalid_argument& e) {
+        throw std::runtime_error(fmt::format("{}: {}", path.string(), e.what()));
+    }
+}
+
+/// As check_collision_tree(), for a file.
+void check(const std::filesystem::path& path, const TreeFile& file) {
+    of_file(path, [&] {
+        check_collision_tree(file.tree);
+        check_solid_fits(file);
+    });
+}
+
+}  // namespace
+
+SurfaceBody surface_body(const TreeFile& file) {
+    return {file.X,    file.tree.faces, file.W, ModeRows(3 * file.X.rows(), 0), file.facts.body_hash,
+            file.solid};
+}
+
+void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
+    const CollisionTree& tree = tree_file.tree;
+    check(path, tree_file);
+    if (tree_file.X.rows() != tree.vertex_count || tree_file.W.rows() != tree.vertex_count)
+        throw std::runtime_error(
+            fmt::format("{}: {} rest positions and {} rows of the embedding for a tree of {} vertices",
+                        path.string(), tree_file.X.rows(), tree_file.W.rows(), tree.vertex_count));
+    h5::Writer file(path, tree_format);
+    file.attribute("/", "body_sha256", tree_file.facts.body_hash);
+    write_surface(file, tree_file);
+    write_topology(file, tree);
+    if (tree.nbd) {
+        write_nbd(file, *tree.nbd);
+        write_modes(file, "nbd/modes", tree.nbd->modes);
+    }
+    if (tree.bd) {
+        write_bd(file, *tree.bd);
+        if (tree.nbd && same(tree.bd->modes, tree.nbd->modes))
+            file.link("bd/modes", "/nbd/modes");
+        else
+            write_modes(file, "bd/modes", tree.bd->modes);
+    }
+    if (tree.learned) write_learned(file, *tree.learned);
+    for (const auto& [kind, calibration] : tree.calibrations) write_calibration(file, kind, calibration);
+    if (tree.certified) {
+        write_certified(file, *tree.certified);
+        write_solid(file, tree_file.solid);
+    }
+    write_facts(file, tree_file.facts);
+    file.commit();
+}
+
+TreeFile load_tree(const std::filesystem::path& path) {
+    h5::Reader file(path, tree_format);
+    if (file.format().version < 2) use_names_of_version_1(file);
+    TreeFile result;
+    CollisionTree& tree = result.tree;
+    read_surface(file, result);
+    read_topology(file, tree);
+    const std::size_t nodes = tree.spheres.nodes.size();
+    if (file.has("bd")) tree.bd = read_bd(file, nodes);
+    bool networks_as_stored = true;
+    if (file.has("nbd")) tree.nbd = of_file(path, [&] { return read_nbd(file, nodes, networks_as_stored); });
+    if (file.has("learned")) tree.learned = read_learned(file, nodes);
+    for (const BoundKind kind : bound_kinds)
+        if (file.has(calibration_group(kind))) tree.calibrations[kind] = read_calibration(file, kind, nodes);
+    // Made when ood_score was something else, or of networks that were not rounded: worth nothing now.
+    if (tree.nbd && (tree.nbd->z_mean.size() == 0 || !networks_as_stored))
+        tree.calibrations.erase(BoundKind::nbd);
+    if (!networks_as_stored) tree.calibrations.erase(BoundKind::bd);  // nor were the modes
+    if (file.has("certified")) {
+        tree.certified = read_certified(file, nodes);
+        result.solid = read_solid(file);
+    }
+    check(path, result);
+    result.facts = read_facts(file, nodes);
+    return result;
+}
+
+}  // namespace nbd

@@ -1,0 +1,83 @@
+#include "training/learn/cluster_modes.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <vector>
+
+namespace nbd {
+
+namespace {
+
+ClusteredModes select_rows(const SurfaceBody& body, const Clustering& clustering) {
+    ClusteredModes modes;
+    modes.representatives = clustering.representatives;
+    modes.w = clustering.sizes;
+    const auto k = static_cast<Eigen::Index>(modes.representatives.size());
+    modes.X.resize(k, 3);
+    Eigen::MatrixXf U(3 * k, body.U.cols());
+    for (Eigen::Index i = 0; i < k; ++i) {
+        const Eigen::Index v = modes.representatives[static_cast<std::size_t>(i)];
+        modes.X.row(i) = body.X.row(v);
+        U.middleRows<3>(3 * i) = body.U.middleRows<3>(3 * v);
+    }
+    modes.U = FixedMatrix(U);
+    return modes;
+}
+
+/// z = U^T (y - X), with y aligned over all vertices (equations 1 and 3).
+Eigen::VectorXf exact_z(const SurfaceBody& body, VerticesRef x) {
+    const Eigen::Index n = x.rows();
+    const RigidTransform align = match_shape(body.X, x, Eigen::VectorXf::Ones(n));
+    const Vertices d = (x.rowwise() - align.t.transpose()) * align.R - body.X;
+    return body.U.transpose() * Eigen::Map<const Eigen::VectorXf>(d.data(), 3 * n);
+}
+
+}  // namespace
+
+ClusteredModesChoice cluster_modes(const SurfaceBody& body, const RecordingReader& recording,
+                                   std::span<const FrameId> frames, const ClusterModesConfig& config) {
+    if (config.initialisations < 1)
+        throw std::invalid_argument(
+            fmt::format("{} initialisations of k-means, at least 1 needed", config.initialisations));
+    if (config.poses < 1)
+        throw std::invalid_argument(
+            fmt::format("{} poses to choose clusters by, at least 1 needed", config.poses));
+    const Eigen::Index n = body.X.rows(), m = body.U.cols();
+    const Eigen::Map<const PointRows> points(body.U.data(), n, 3 * m);
+    std::vector<ClusteredModes> candidates;
+    for (int i = 0; i < config.initialisations; ++i)
+        candidates.push_back(
+            select_rows(body, k_means(points, config.k_means, static_cast<std::uint64_t>(i))));
+
+    const std::vector<FrameId> sample = spread(frames, config.poses);
+    const auto poses = static_cast<Eigen::Index>(sample.size());
+    Eigen::MatrixXd error(poses, config.initialisations);
+    Eigen::VectorXd length(poses);
+    std::vector<ModalCoordinatesScratch> scratch(frame_slots);
+    for_each_frame(body, recording, sample, [&](int slot, int index, VerticesRef x) {
+        const Eigen::VectorXf z = exact_z(body, x);
+        length[index] = static_cast<double>(z.norm());
+        Eigen::VectorXf zhat(m);
+        for (int i = 0; i < config.initialisations; ++i) {
+            modal_coordinates(candidates[static_cast<std::size_t>(i)], x,
+                              scratch[static_cast<std::size_t>(slot)], zhat);
+            error(index, i) = static_cast<double>((z - zhat).norm());
+        }
+    });
+
+    Eigen::Index best = 0;
+    error.colwise().mean().minCoeff(&best);
+    // The rest pose has no code to be wrong about.
+    const double smallest = 1e-9 * (length.maxCoeff() + 1e-30);
+    double sum = 0;
+    int moved = 0;
+    for (Eigen::Index p = 0; p < poses; ++p) {
+        if (length[p] <= smallest) continue;
+        sum += error(p, best) / length[p];
+        ++moved;
+    }
+    return {std::move(candidates[static_cast<std::size_t>(best)]), moved > 0 ? sum / moved : 0};
+}
+
+}  // namespace nbd

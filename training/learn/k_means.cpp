@@ -1,0 +1,167 @@
+#include "training/learn/k_means.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+#include "collision/base/counter_random.hpp"
+#include "meshing/parallel/parallel_for.hpp"
+
+namespace nbd {
+
+namespace {
+
+constexpr Eigen::Index block_rows = 256;  // points a task and a matrix product
+
+/// Calls body(first, count) for consecutive blocks of `n` rows, in parallel.
+template <class F>
+void for_blocks(Eigen::Index n, F&& body) {
+    parallel_for(
+        static_cast<int>((n + block_rows - 1) / block_rows),
+        [&](int b) {
+            const Eigen::Index first = b * block_rows;
+            body(first, std::min(block_rows, n - first));
+        },
+        1);
+}
+
+/// Picks centroids among the points, each with a probability in proportion to its squared distance from
+/// those picked before.
+PointRows seed_centroids(PointRowsRef points, int k, std::uint64_t seed, std::uint64_t stream) {
+    const Eigen::Index limit = Eigen::Index{32} * k;
+    const Eigen::Index stride = std::max<Eigen::Index>(1, points.rows() / limit);
+    const Eigen::Index candidates = (points.rows() + stride - 1) / stride;
+    Eigen::VectorXf distance = Eigen::VectorXf::Constant(candidates, std::numeric_limits<float>::max());
+    PointRows centroids(k, points.cols());
+    Eigen::Index pick = counter_index(seed, stream, 0, static_cast<int>(candidates));
+    for (int c = 0;; ++c) {
+        centroids.row(c) = points.row(pick * stride);
+        if (c + 1 == k) return centroids;
+        for_blocks(candidates, [&](Eigen::Index first, Eigen::Index count) {
+            for (Eigen::Index i = first; i < first + count; ++i)
+                distance[i] =
+                    std::min(distance[i], (points.row(i * stride) - centroids.row(c)).squaredNorm());
+        });
+        const double total = std::accumulate(distance.begin(), distance.end(), 0.0);
+        double rest = total * counter_uniform(seed, stream, static_cast<std::uint64_t>(c) + 1);
+        // The first whose share is reached; the last with a distance above 0 if rounding goes past the end.
+        for (Eigen::Index i = 0; i < candidates && rest >= 0; ++i)
+            if (distance[i] > 0) {
+                pick = i;
+                rest -= static_cast<double>(distance[i]);
+            }
+    }
+}
+
+/// Nearest centroid of every point, ties to the lowest number, and its squared distance.
+void assign(PointRowsRef points, const PointRows& centroids, std::vector<int>& label,
+            Eigen::VectorXf& distance) {
+    const Eigen::RowVectorXf half = 0.5f * centroids.rowwise().squaredNorm().transpose();
+    for_blocks(points.rows(), [&](Eigen::Index first, Eigen::Index count) {
+        // |p - c|^2 / 2 up to |p|^2 / 2, which is the same for all centroids.
+        PointRows score = half.replicate(count, 1);
+        score.noalias() -= points.middleRows(first, count) * centroids.transpose();
+        for (Eigen::Index i = 0; i < count; ++i) {
+            Eigen::Index nearest = 0;
+            score.row(i).minCoeff(&nearest);
+            label[static_cast<std::size_t>(first + i)] = static_cast<int>(nearest);
+            distance[first + i] = (points.row(first + i) - centroids.row(nearest)).squaredNorm();
+        }
+    });
+}
+
+/// Gives every empty cluster the point that lies farthest from its centroid.
+void refill(const std::vector<int>& count, std::vector<int>& label, Eigen::VectorXf& distance) {
+    for (std::size_t c = 0; c < count.size(); ++c) {
+        if (count[c] > 0) continue;
+        Eigen::Index farthest = 0;
+        if (!(distance.maxCoeff(&farthest) > 0)) return;  // every point sits on a centroid
+        label[static_cast<std::size_t>(farthest)] = static_cast<int>(c);
+        distance[farthest] = 0;
+    }
+}
+
+std::vector<int> cluster_sizes(const std::vector<int>& label, int k) {
+    std::vector<int> size(static_cast<std::size_t>(k), 0);
+    for (const int c : label) ++size[static_cast<std::size_t>(c)];
+    return size;
+}
+
+/// Members of each cluster in ascending order.
+std::vector<std::vector<int>> members(const std::vector<int>& label, int k) {
+    std::vector<std::vector<int>> list(static_cast<std::size_t>(k));
+    for (std::size_t i = 0; i < label.size(); ++i)
+        list[static_cast<std::size_t>(label[i])].push_back(static_cast<int>(i));
+    return list;
+}
+
+/// Centroids of the clusters that have members; the others keep theirs.
+void move_centroids(PointRowsRef points, const std::vector<int>& label, PointRows& centroids) {
+    const int k = static_cast<int>(centroids.rows());
+    const auto list = members(label, k);
+    parallel_for(
+        k,
+        [&](int c) {
+            const std::vector<int>& own = list[static_cast<std::size_t>(c)];
+            if (own.empty()) return;
+            Eigen::RowVectorXf sum = Eigen::RowVectorXf::Zero(points.cols());
+            for (const int i : own) sum += points.row(i);
+            centroids.row(c) = sum / static_cast<float>(own.size());
+        },
+        1);
+}
+
+/// Numbers the clusters that have members from 0 and finds their representatives.
+void represent(PointRowsRef points, const PointRows& centroids, Clustering& result) {
+    const auto list = members(result.label, static_cast<int>(centroids.rows()));
+    std::vector<float> sizes;
+    for (std::size_t c = 0; c < list.size(); ++c) {
+        if (list[c].empty()) continue;
+        const auto row = centroids.row(static_cast<Eigen::Index>(c));
+        float nearest = std::numeric_limits<float>::max();
+        int representative = list[c].front();
+        for (const int i : list[c]) {
+            result.label[static_cast<std::size_t>(i)] = static_cast<int>(sizes.size());
+            const float d = (points.row(i) - row).squaredNorm();
+            if (d < nearest) nearest = d, representative = i;
+        }
+        result.representatives.push_back(representative);
+        sizes.push_back(static_cast<float>(list[c].size()));
+    }
+    result.sizes = Eigen::Map<const Eigen::VectorXf>(sizes.data(), static_cast<Eigen::Index>(sizes.size()));
+}
+
+}  // namespace
+
+Clustering k_means(PointRowsRef points, const KMeansConfig& config, std::uint64_t initialisation) {
+    const Eigen::Index n = points.rows();
+    if (n < 1) throw std::invalid_argument("no points to cluster");
+    if (config.clusters < 1)
+        throw std::invalid_argument(fmt::format("{} clusters, at least 1 needed", config.clusters));
+    if (config.max_iterations < 1)
+        throw std::invalid_argument(
+            fmt::format("{} iterations of k-means, at least 1 needed", config.max_iterations));
+    const int k = static_cast<int>(std::min<Eigen::Index>(config.clusters, n));
+
+    Clustering result;
+    result.label.resize(static_cast<std::size_t>(n));
+    PointRows centroids = seed_centroids(points, k, config.seed, initialisation);
+    Eigen::VectorXf distance(n);
+    double last = std::numeric_limits<double>::infinity();
+    while (result.iterations < config.max_iterations) {
+        ++result.iterations;
+        assign(points, centroids, result.label, distance);
+        refill(cluster_sizes(result.label, k), result.label, distance);
+        result.inertia = std::accumulate(distance.begin(), distance.end(), 0.0);
+        if (!(result.inertia < last * (1 - config.improvement))) break;
+        last = result.inertia;
+        move_centroids(points, result.label, centroids);
+    }
+    represent(points, centroids, result);
+    return result;
+}
+
+}  // namespace nbd

@@ -1,0 +1,153 @@
+#include "training/learn/train_learned.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "collision/base/counter_random.hpp"
+#include "meshing/parallel/parallel_for.hpp"
+
+namespace nbd {
+
+namespace {
+
+constexpr std::size_t pose_bytes = std::size_t{512} << 20;
+
+/// At most `most` of the surface's poses, evenly spread, as many as memory allows.
+std::vector<Vertices> some_poses(const SurfaceBody& body, const RecordingReader& recording,
+                                 std::span<const FrameId> frames, int most) {
+    const auto bytes = static_cast<std::size_t>(std::max<Eigen::Index>(body.X.size(), 1)) * sizeof(float);
+    const auto fit = static_cast<int>(std::clamp<std::size_t>(pose_bytes / bytes, 1, 1'000'000));
+    const std::vector<FrameId> chosen = spread(frames, std::min(most, fit));
+    std::vector<Vertices> poses(chosen.size());
+    for_each_frame(body, recording, chosen,
+                   [&](int, int index, VerticesRef x) { poses[static_cast<std::size_t>(index)] = x; });
+    return poses;
+}
+
+/// Lays the blocks out and fills in samples and weights of the centres.
+LearnedModel make_model(const std::vector<NodeSamples>& nodes, bool network) {
+    LearnedModel model;
+    model.network = network;
+    model.boxes.resize(nodes.size());
+    for (const NodeSamples& node : nodes) {
+        const int count = static_cast<int>(node.vertices.size());
+        const auto begin = model.values.size();
+        model.nodes.push_back(
+            {static_cast<int>(model.samples.size()), count, static_cast<int>(begin), node.exact});
+        model.samples.insert(model.samples.end(), node.vertices.begin(), node.vertices.end());
+        model.values.resize(begin + static_cast<std::size_t>(LearnedModel::block_size(count, network)));
+        std::copy_n(node.weights.data(), count, model.values.begin() + static_cast<std::ptrdiff_t>(begin));
+    }
+    return model;
+}
+
+/// Means and inverse deviations of what the node's samples had in training. No deviation is smaller than
+/// 0.3 % of its mean, so that rounding is not taken for strange.
+void fit_range(const SampleReach& reach, const LearnedModel::Node& node, float* values) {
+    for (int k = 0; k < node.sample_count; ++k) {
+        const double mean = reach.squared_mean[node.sample_begin + k],
+                     deviation = reach.squared_deviation[node.sample_begin + k];
+        values[k] = static_cast<float>(mean);
+        values[node.sample_count + k] = static_cast<float>(
+            1 / std::max({deviation, 0.003 * mean, double{std::numeric_limits<float>::min()}}));
+    }
+}
+
+/// The least value that at most a share `miss_rate` of the numbers exceeds.
+float upper_quantile(Eigen::VectorXf numbers, double miss_rate) {
+    const auto above = static_cast<Eigen::Index>(miss_rate * static_cast<double>(numbers.size()));
+    float* nth = numbers.data() + numbers.size() - 1 - std::min(above, numbers.size() - 1);
+    std::nth_element(numbers.data(), nth, numbers.data() + numbers.size());
+    return *nth;
+}
+
+/// As fit_range().
+LearnedModel::BoxFit fit_box(const SampleReach& reach, Eigen::Index node, double miss_rate) {
+    const Eigen::ArrayXd squared = reach.spread.col(node).cast<double>().array().square();
+    const double mean = squared.mean(), deviation = std::sqrt((squared - mean).square().mean());
+    const double least = std::max(0.003 * mean, double{std::numeric_limits<float>::min()});
+    return {std::max(0.f, upper_quantile(reach.box.col(node), miss_rate)), static_cast<float>(mean),
+            static_cast<float>(1 / std::max(deviation, least))};
+}
+
+}  // namespace
+
+void check_learned_config(const LearnedConfig& config) {
+    check_samples_config(config.samples);
+    check_network_config(config.networks);
+    if (config.networks.hidden != LearnedModel::hidden)
+        throw std::invalid_argument(fmt::format("radius networks {} wide, allowed is {}",
+                                                config.networks.hidden, LearnedModel::hidden));
+    if (config.sample_poses < 1)
+        throw std::invalid_argument(
+            fmt::format("{} poses to choose samples from, at least 1 needed", config.sample_poses));
+    if (!(config.box_miss_rate >= 0 && config.box_miss_rate < 1))
+        throw std::invalid_argument(
+            fmt::format("miss rate of boxes {}, allowed is [0, 1)", config.box_miss_rate));
+}
+
+LearnedModel choose_samples(const SurfaceBody& body, const SphereTree& tree, const RecordingReader& recording,
+                            std::span<const FrameId> frames, const LearnedConfig& config) {
+    check_learned_config(config);
+    if (frames.empty()) throw std::invalid_argument("no pose to choose samples from");
+    SamplesConfig samples = config.samples;
+    samples.seed = counter_random(config.seed, 0, 0);
+    const std::vector<Vertices> poses = some_poses(body, recording, frames, config.sample_poses);
+    std::vector<NodeSamples> nodes(tree.nodes.size());
+    parallel_for(
+        static_cast<int>(nodes.size()),
+        [&](int i) {
+            nodes[static_cast<std::size_t>(i)] =
+                choose_samples(body.X, poses, tree.node_vertices(i), samples);
+        },
+        1);
+    return make_model(nodes, config.network);
+}
+
+void fit_sample_reach(const SampleReach& reach, const LearnedConfig& config, LearnedModel& model) {
+    RadiusNetworkConfig networks = config.networks;
+    networks.seed = counter_random(config.seed, 1, 0);
+    parallel_for(
+        static_cast<int>(model.nodes.size()),
+        [&](int i) {
+            const LearnedModel::Node& node = model.nodes[static_cast<std::size_t>(i)];
+            float* block = model.values.data() + node.value_begin;
+            fit_range(reach, node, block + node.sample_count);
+            model.boxes[static_cast<std::size_t>(i)] = fit_box(reach, i, config.box_miss_rate);
+            if (node.exact) return;
+            const Eigen::VectorXf growth = reach.growth.col(i);
+            float* last =
+                block + LearnedModel::block_size(node.sample_count, model.network) - LearnedModel::lanes;
+            LearnedModel::Reach fitted{.growth = static_cast<float>(growth.cast<double>().mean()),
+                                       .low = 0,
+                                       .high = growth.maxCoeff()};
+            if (model.network) {
+                const Eigen::VectorXf weights =
+                    train_radius_network(reach.samples[static_cast<std::size_t>(i)], growth, networks,
+                                         static_cast<std::uint64_t>(i))
+                        .weights;
+                std::copy_n(weights.data(), weights.size() - 1, block + 3 * node.sample_count);
+                fitted.growth = weights[weights.size() - 1];
+            }
+            last[0] = fitted.growth, last[1] = fitted.low, last[2] = fitted.high;
+        },
+        1);
+}
+
+LearnedModel train_learned(const SurfaceBody& body, const SphereTree& tree, const RecordingReader& recording,
+                           std::span<const FrameId> frames, const LearnedConfig& config,
+                           const std::function<void(std::string_view)>& stage) {
+    if (stage) stage("choosing samples");
+    LearnedModel model = choose_samples(body, tree, recording, frames, config);
+    if (stage) stage("fitting learned bounds");
+    fit_sample_reach(measure_reach(body, tree, model, recording, frames, counter_random(config.seed, 2, 0),
+                                   config.network),
+                     config, model);
+    return model;
+}
+
+}  // namespace nbd

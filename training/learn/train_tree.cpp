@@ -1,0 +1,223 @@
+#include "training/learn/train_tree.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "collision/base/counter_random.hpp"
+#include "collision/bounds/learned/bd_model.hpp"
+#include "training/files/recording_hash.hpp"
+#include "training/networks/checkpoint.hpp"
+#include "training/networks/linear_centre.hpp"
+#include "training/networks/round_networks.hpp"
+
+namespace nbd {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+bool trains(const TrainConfig& config, BoundKind kind) {
+    return std::ranges::find(config.bounds, kind) != config.bounds.end();
+}
+
+void check_config(const TrainConfig& config, const SurfaceBody& body) {
+    for (const BoundKind kind : config.bounds)
+        if (kind != BoundKind::nbd && kind != BoundKind::learned_spheres)
+            throw std::invalid_argument(
+                fmt::format("{} bounds are not trained; allowed: nbd, learned_spheres", name(kind)));
+    if (config.bounds.empty())
+        throw std::invalid_argument("no bounds to train; allowed: nbd, learned_spheres");
+    check_mlp_config(config.mlp);
+    check_learned_config(config.learned);
+    if (config.modes < 1 || config.modes > ByteNetworks::max_inputs)
+        throw std::invalid_argument(
+            fmt::format("{} modes, allowed are 1 to {}", config.modes, ByteNetworks::max_inputs));
+    if (trains(config, BoundKind::nbd) && body.U.cols() < 1)
+        throw std::invalid_argument("the body has no modes; compute them first");
+}
+
+/// Trains what the checkpoint does not hold, and keeps it up to date.
+std::vector<TrainedMlp> train_networks(const PoseRows& inputs, const PoseRows& targets,
+                                       const MlpConfig& config, const TrainRun& run) {
+    std::vector<TrainedMlp> networks(static_cast<std::size_t>(targets.cols() / MlpShape::outputs));
+    if (run.networks) {
+        run.networks(inputs, targets, config, run.hooks, networks);
+        return networks;
+    }
+    if (run.checkpoint.empty()) {
+        train_mlps(inputs, targets, config, run.hooks, {}, networks);
+        return networks;
+    }
+    const std::string key = training_key(inputs, targets, config);
+    load_checkpoint(run.checkpoint, key, networks);
+    auto saved = Clock::now();
+    const auto node_done = [&] {
+        if (seconds_since(saved) < run.checkpoint_seconds) return;
+        save_checkpoint(run.checkpoint, key, networks);
+        saved = Clock::now();
+    };
+    try {
+        train_mlps(inputs, targets, config, run.hooks, node_done, networks);
+    } catch (const TrainingCancelled&) {
+        save_checkpoint(run.checkpoint, key, networks);
+        throw;
+    }
+    save_checkpoint(run.checkpoint, key, networks);
+    return networks;
+}
+
+/// Scales the labels in place, trains on them and gathers the model.
+NbdModel train_model(const ClusteredModes& modes, PoseLabels& labels, const TrainConfig& config,
+                     const TrainRun& run, Eigen::VectorXf& node_loss) {
+    NbdModel model;
+    model.modes = modes;
+    const ColumnRange z = column_range(labels.z);
+    scale_columns(labels.z, z);
+    model.z_centre = z.centre;
+    model.z_scale = z.scale();
+    if (config.linear_centre) model.centre_map = FixedMatrix(take_linear_centre(labels.z, labels.spheres));
+    ColumnRange spheres = column_range(labels.spheres);
+    const auto nodes = spheres.centre.size() / NbdModel::outputs;
+    using PerNode = Eigen::Map<Eigen::MatrixXf>;
+    PerNode half(spheres.half.data(), NbdModel::outputs, nodes);
+    // What the linear part leaves of the centre is small: in one unit with the radius it weighs as little as
+    // it moves the sphere's surface.
+    if (config.linear_centre) half.rowwise() = half.colwise().maxCoeff().eval();
+    scale_columns(labels.spheres, spheres);
+    model.out_centre = PerNode(spheres.centre.data(), NbdModel::outputs, nodes);
+    model.out_scale = half;
+
+    const auto networks = train_networks(labels.z, labels.spheres, config.mlp, run);
+    node_loss.resize(nodes);
+    std::vector<float> weights;
+    for (Eigen::Index i = 0; i < nodes; ++i) {
+        const TrainedMlp& network = networks[static_cast<std::size_t>(i)];
+        weights.insert(weights.end(), network.weights.begin(), network.weights.end());
+        node_loss[i] = network.loss;
+    }
+    model.networks = round_networks({.inputs = model.mode_count(), .hidden = config.mlp.hidden}, weights,
+                                    labels.z, labels.spheres);
+    return model;
+}
+
+/// Fills in the tree's clustered modes, BD-Tree and networks.
+void train_nbd(const SurfaceBody& body, const RecordingReader& recording, std::span<const FrameId> frames,
+               const TrainConfig& config, const TrainRun& run, TreeFile& file) {
+    run.enter("clustering modes");
+    const ClusteredModesChoice choice = cluster_modes(body, recording, frames, config.clusters);
+    file.facts.z_error = choice.z_error;
+    file.tree.bd = build_bd_model(file.tree.spheres, Eigen::MatrixXf(body.U), choice.modes);
+    run.enter("computing labels");
+    PoseLabels labels =
+        compute_labels(body, file.tree.spheres, choice.modes, recording, frames, config.label_frame);
+    run.enter("training networks");
+    file.tree.nbd = train_model(choice.modes, labels, config, run, file.facts.node_loss);
+}
+
+}  // namespace
+
+std::string to_json(const TrainConfig& c) {
+    nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
+    for (const BoundKind kind : c.bounds) bounds.push_back(name(kind));
+    const nlohmann::ordered_json json = {
+        {"bounds", bounds},
+        {"depth", c.tree.depth},
+        {"min_leaf_faces", c.tree.min_leaf_faces},
+        {"modes", c.modes},
+        {"representatives", c.clusters.k_means.clusters},
+        {"k_means_iterations", c.clusters.k_means.max_iterations},
+        {"k_means_initialisations", c.clusters.initialisations},
+        {"k_means_poses", c.clusters.poses},
+        {"label_frame", name(c.label_frame)},
+        {"linear_centre", c.linear_centre},
+        {"held_out_share",
+         c.held_out_share ? nlohmann::ordered_json(*c.held_out_share) : nlohmann::ordered_json()},
+        {"calibration_share", c.calibration_share},
+        {"random_frame_share", c.random_frame_share},
+        {"hidden", c.mlp.hidden},
+        {"batch", c.mlp.batch},
+        {"arithmetic", name(c.mlp.arithmetic)},
+        {"learning_rate", c.mlp.learning_rate},
+        {"min_learning_rate", c.mlp.min_learning_rate},
+        {"weight_decay", c.mlp.weight_decay},
+        {"decay", c.mlp.decay},
+        {"patience", c.mlp.patience},
+        {"improvement", c.mlp.improvement},
+        {"max_epochs", c.mlp.max_epochs},
+        {"learned",
+         {{"sample_rule", name(c.learned.samples.rule)},
+          {"samples", c.learned.samples.count},
+          {"max_samples", c.learned.samples.max_count},
+          {"sample_tolerance", c.learned.samples.tolerance},
+          {"exact_vertices", c.learned.samples.exact_vertices},
+          {"spread_share", c.learned.samples.spread_share},
+          {"side_weight", c.learned.samples.side_weight},
+          {"sample_poses", c.learned.sample_poses},
+          {"network", c.learned.network},
+          {"epochs", c.learned.networks.epochs},
+          {"batch", c.learned.networks.batch},
+          {"learning_rate", c.learned.networks.learning_rate},
+          {"quantile", c.learned.networks.quantile},
+          {"box_miss_rate", c.learned.box_miss_rate}}},
+        {"certified_anchors", c.certified.anchors},
+        {"certified_spread", c.certified.spread},
+        {"certified_splits", c.certified.regions.splits},
+        {"certified_samples", c.certified.regions.samples},
+        {"seed", c.seed}};
+    return json.dump();
+}
+
+TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainConfig config,
+                    const TrainRun& run) {
+    check_config(config, body);
+    check_recording(body, recording);
+    config.clusters.k_means.seed = counter_random(config.seed, 1, 0);
+    config.mlp.seed = counter_random(config.seed, 2, 0);
+    config.learned.seed = counter_random(config.seed, 3, 0);
+    config.modes = std::min(config.modes, static_cast<int>(body.U.cols()));
+    if (config.modes < body.U.cols()) body.U = body.U.leftCols(config.modes).eval();
+
+    TreeFile file;
+    TrainingFacts& facts = file.facts;
+    facts.body_hash = body.hash;
+    facts.config = to_json(config);
+    facts.split = make_split(recording, config.held_out_share, config.random_frame_share,
+                             counter_random(config.seed, 0, 0), config.calibration_share);
+    const std::vector<FrameId> frames = frames_of(recording, facts.split, FrameSet::train);
+    facts.poses = static_cast<int>(frames.size());
+    const int needed = trains(config, BoundKind::nbd) ? config.mlp.batch : 1;
+    if (facts.poses < needed)
+        throw std::runtime_error(fmt::format("{}: {} training poses, at least {} needed",
+                                             recording.path().string(), facts.poses, needed));
+
+    run.enter("reading");
+    facts.recording_hash = recording_hash(recording);
+    file.tree.vertex_count = static_cast<int>(body.X.rows());
+    file.tree.faces = body.F;
+    file.X = body.X;
+    file.W = body.W;
+    file.tree.spheres = build_sphere_tree(body.X, body.F, config.tree);
+
+    if (body.solid.T.rows() > 0) {
+        run.enter("measuring paths for certified bounds");
+        file.solid = body.solid;
+        file.tree.certified =
+            build_certified_model(file.tree.spheres, body.F, body.solid, body.W, config.certified);
+    }
+    if (trains(config, BoundKind::learned_spheres))
+        file.tree.learned =
+            train_learned(body, file.tree.spheres, recording, frames, config.learned, run.stage);
+    if (run.hooks.cancel && *run.hooks.cancel) throw TrainingCancelled("training was stopped");
+    if (trains(config, BoundKind::nbd)) train_nbd(body, recording, frames, config, run, file);
+    return file;
+}
+
+}  // namespace nbd

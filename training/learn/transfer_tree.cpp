@@ -1,0 +1,156 @@
+#include "training/learn/transfer_tree.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "collision/geometry/closest_points.hpp"
+#include "meshing/parallel/parallel_for.hpp"
+
+namespace nbd {
+
+namespace {
+
+/// The leaf of a tree whose part of the surface is nearest to a point, at rest.
+class NearestLeaf {
+ public:
+    explicit NearestLeaf(const TreeFile& file)
+        : tree_(file.tree.spheres), faces_(file.tree.faces), X_(file.X) {}
+
+    int find(const Eigen::Vector3d& p) const {
+        Best best;
+        visit(0, p, best);
+        return best.leaf;
+    }
+
+ private:
+    struct Best {
+        int leaf = 0;
+        double distance = std::numeric_limits<double>::infinity();
+    };
+
+    double gap(int node, const Eigen::Vector3d& p) const {
+        const Sphere& s = tree_.rest[static_cast<std::size_t>(node)];
+        return (p - s.c.cast<double>()).norm() - static_cast<double>(s.r);
+    }
+
+    void visit(int node, const Eigen::Vector3d& p, Best& best) const {
+        const SphereTree::Node& n = tree_.nodes[static_cast<std::size_t>(node)];
+        if (!n.is_leaf()) {
+            int near = n.first_child, far = near + 1;
+            if (gap(far, p) < gap(near, p)) std::swap(near, far);
+            for (const int child : {near, far})
+                if (gap(child, p) < best.distance) visit(child, p, best);
+            return;
+        }
+        for (const int f : tree_.node_faces(node)) {
+            const auto corner = [&](int k) -> Eigen::Vector3d {
+                return X_.row(faces_(f, k)).transpose().cast<double>();
+            };
+            const double distance = closest_point_triangle(p, corner(0), corner(1), corner(2)).distance;
+            if (distance < best.distance) best = {node, distance};
+        }
+    }
+
+    const SphereTree& tree_;
+    const Faces& faces_;
+    const Vertices& X_;
+};
+
+std::vector<int> leaves_of_faces(const TreeFile& trained, const SurfaceBody& body) {
+    const NearestLeaf nearest(trained);
+    std::vector<int> leaves(static_cast<std::size_t>(body.F.rows()));
+    parallel_for(static_cast<int>(leaves.size()), [&](int f) {
+        Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+        for (const int v : body.F.row(f)) middle += body.X.row(v).transpose().cast<double>() / 3;
+        leaves[static_cast<std::size_t>(f)] = nearest.find(middle);
+    });
+    return leaves;
+}
+
+/// Vertices of the other surface in place of the trained one's, and how far away each is, metres.
+std::vector<float> move_vertices(const TreeFile& trained, const SurfaceBody& body,
+                                 std::vector<int>& vertices) {
+    std::vector<float> moved(vertices.size());
+    parallel_for(
+        static_cast<int>(vertices.size()),
+        [&](int i) {
+            Eigen::Index nearest = 0;
+            const auto k = static_cast<std::size_t>(i);
+            const float squared =
+                (body.X.rowwise() - trained.X.row(vertices[k])).rowwise().squaredNorm().minCoeff(&nearest);
+            vertices[k] = static_cast<int>(nearest);
+            moved[k] = std::sqrt(squared);
+        },
+        64);
+    return moved;
+}
+
+void move_samples(const TreeFile& trained, const SurfaceBody& body, LearnedModel& model) {
+    const std::vector<float> moved = move_vertices(trained, body, model.samples);
+    for (std::size_t n = 0; n < model.nodes.size(); ++n) {
+        LearnedModel::Node& node = model.nodes[n];
+        const auto begin = moved.begin() + node.sample_begin;
+        const float most = *std::max_element(begin, begin + node.sample_count);
+        if (most > 0.1f * trained.tree.spheres.rest[n].r)
+            throw std::invalid_argument(fmt::format(
+                "a sample of node {} is {:.3g} m off the surface's nearest vertex, allowed: a tenth "
+                "of the node's radius of {:.3g} m; is it another surface?",
+                n, most, trained.tree.spheres.rest[n].r));
+        node.exact = false;
+    }
+}
+
+/// The networks give the same spheres from the same code: what they add to a node's rest sphere makes up for
+/// the other surface's rest sphere.
+NbdModel move_nbd(const TreeFile& trained, const SurfaceBody& body, const SphereTree& spheres) {
+    NbdModel model = *trained.tree.nbd;
+    std::vector<int>& representatives = model.modes.representatives;
+    const std::vector<float> moved = move_vertices(trained, body, representatives);
+    const float most = *std::max_element(moved.begin(), moved.end()), radius = trained.tree.spheres.rest[0].r;
+    if (most > 0.1f * radius)
+        throw std::invalid_argument(fmt::format(
+            "a representative is {:.3g} m off the surface's nearest vertex, allowed: a tenth of the "
+            "body's radius of {:.3g} m; is it another surface?",
+            most, radius));
+    model.modes.X = body.X(representatives, Eigen::all);
+    for (std::size_t i = 0; i < spheres.rest.size(); ++i) {
+        const Sphere &before = trained.tree.spheres.rest[i], &after = spheres.rest[i];
+        const auto column = static_cast<Eigen::Index>(i);
+        model.out_centre.block<3, 1>(0, column) += before.c - after.c;
+        model.out_centre(3, column) += before.r - after.r;
+    }
+    return model;
+}
+
+}  // namespace
+
+TreeFile transfer_tree(const TreeFile& trained, const SurfaceBody& body) {
+    if (!trained.tree.learned && !trained.tree.nbd)
+        throw std::invalid_argument("the tree has neither learned nor nbd bounds to transfer");
+    TreeFile file;
+    file.X = body.X;
+    file.W = body.W;
+    CollisionTree& tree = file.tree;
+    tree.vertex_count = static_cast<int>(body.X.rows());
+    tree.faces = body.F;
+    tree.spheres = sphere_tree_like(trained.tree.spheres, leaves_of_faces(trained, body), body.X, body.F);
+    tree.learned = trained.tree.learned;
+    if (tree.learned) move_samples(trained, body, *tree.learned);
+    if (trained.tree.nbd) tree.nbd = move_nbd(trained, body, tree.spheres);
+    for (const BoundKind kind : {BoundKind::learned_spheres, BoundKind::learned_boxes, BoundKind::nbd}) {
+        const auto calibration = trained.tree.calibrations.find(kind);
+        if (calibration != trained.tree.calibrations.end()) tree.calibrations.insert(*calibration);
+    }
+    file.facts = trained.facts;
+    file.facts.body_hash = body.hash;
+    file.facts.node_loss.resize(0);
+    return file;
+}
+
+}  // namespace nbd

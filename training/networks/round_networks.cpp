@@ -1,0 +1,37 @@
+#include "training/networks/round_networks.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "meshing/parallel/parallel_for.hpp"
+
+namespace nbd {
+
+ByteNetworks round_networks(const MlpShape& shape, std::span<const float> weights, const PoseRows& z,
+                            const PoseRows& targets) {
+    const ByteNetworks rounded(shape.inputs, shape.hidden, weights);
+    constexpr Eigen::Index max_poses = 1000;
+    const Eigen::Index poses = std::min(z.rows(), max_poses);
+    const auto pose = [&](Eigen::Index i) { return i * z.rows() / poses; };
+    std::vector<FixedVector> inputs(static_cast<std::size_t>(poses), FixedVector(shape.inputs));
+    for (Eigen::Index i = 0; i < poses; ++i) {
+        FixedVector& x = inputs[static_cast<std::size_t>(i)];
+        x.numbers() = z.row(pose(i)).transpose();
+        x.fix();
+    }
+    std::vector<float> centred(weights.begin(), weights.end());
+    parallel_for(rounded.count(), [&](int node) {
+        Eigen::Array4d error = Eigen::Array4d::Zero();
+        for (Eigen::Index i = 0; i < poses; ++i) {
+            Eigen::Array4f given;
+            rounded.evaluate(node, inputs[static_cast<std::size_t>(i)], {&given, 1});
+            const auto target = targets.row(pose(i)).segment<MlpShape::outputs>(MlpShape::outputs * node);
+            error += target.transpose().array().cast<double>() - given.cast<double>();
+        }
+        float* bias = centred.data() + std::ptrdiff_t{node} * shape.weights() + shape.b3();
+        Eigen::Map<Eigen::Array4f>{bias} += (error / static_cast<double>(poses)).cast<float>();
+    });
+    return {shape.inputs, shape.hidden, centred};
+}
+
+}  // namespace nbd
