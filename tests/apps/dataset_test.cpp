@@ -147,7 +147,7 @@ TEST_F(DatasetTest, DamagedAndMissingFilesAreMadeAnew) {
     const Ran trained = run(folder(), {"train", "box.h5", "damaged/data.h5", "-o", "x.h5"});
     EXPECT_EQ(trained.status, 1);
     EXPECT_EQ(trained.err,
-              "nbdtree: error: damaged/data.h5: a part of it cannot be read: "
+              "nbdtree: error: damaged/data.h5: cannot read a shard: "
               "damaged/data.shards/000004-000007.h5: No such "
               "file or directory; allowed: a file that nbdtree wrote\n");
 

@@ -59,7 +59,7 @@ TEST_F(CertifiedFileTest, ASolidOfAnotherBodyIsRefused) {
     TreeFile file = box_tree();
     file.solid.T.conservativeResize(file.solid.T.rows() - 1, 4);
     const std::string error = test::error_of([&] { save_tree(folder / "tree.h5", file); });
-    EXPECT_NE(error.find("certified bounds of 486 tetrahedra"), std::string::npos) << error;
+    EXPECT_NE(error.find("certified bounds are for 486 tetrahedra"), std::string::npos) << error;
     EXPECT_FALSE(std::filesystem::exists(folder / "tree.h5"));
 }
 

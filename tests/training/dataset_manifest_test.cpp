@@ -97,20 +97,19 @@ TEST_F(DatasetView, SaysWhichPartIsMissingDamagedOrForeign) {
     const auto error = [&] { return error_of([&] { recording_hash(RecordingReader(folder / "data.h5")); }); };
     EXPECT_EQ(error(), "");
     std::filesystem::remove(part);
-    EXPECT_EQ(error(), view + ": a part of it cannot be read: " + part +
+    EXPECT_EQ(error(), view + ": cannot read a shard: " + part +
                            ": No such file or directory; allowed: a file that nbdtree wrote");
     test::write_bytes(part, whole.substr(0, whole.size() / 2));
-    EXPECT_EQ(error().rfind(view + ": a part of it cannot be read: " + part + ": is truncated or damaged", 0),
-              0u);
+    EXPECT_EQ(error().rfind(view + ": cannot read a shard: " + part + ": is truncated or damaged", 0), 0u);
     write_recording(part, 3, 6, "another key");
-    EXPECT_EQ(error(), part + ": is a part of another dataset; allowed: that of " + view);
+    EXPECT_EQ(error(), part + ": belongs to another dataset; allowed: the dataset of " + view);
     write_recording(part, 3, 5, "key");
     EXPECT_EQ(error(), part + ": has no '/trajectories/000005/positions'; allowed: a file that has it");
     EXPECT_NE(error_of([&] {
                   DatasetManifest other = manifest();
                   other.key = "another key";
                   write_dataset_view(folder / "other.h5", other);
-              }).find("is a part of another dataset"),
+              }).find("belongs to another dataset"),
               std::string::npos);
     EXPECT_FALSE(std::filesystem::exists(folder / "other.h5"));
 }

@@ -158,7 +158,7 @@ TEST_F(RecordingFile, RefusesARangeOutsideTheTrajectory) {
     EXPECT_THROW(file.read(0, -1, 1, x), std::out_of_range);
     EXPECT_EQ(error_of([&] { file.read(1, 5, 7, x); }),
               path.string() + ": 7 frames from 5 of trajectory 1; allowed: within its 11 frames");
-    EXPECT_EQ(error_of([&] { file.nodes(2); }), path.string() + ": trajectory at 2; allowed: 0 to 1");
+    EXPECT_EQ(error_of([&] { file.nodes(2); }), path.string() + ": trajectory index 2; allowed: 0 to 1");
 }
 
 TEST_F(RecordingFile, IsHashedByItsPositions) {
@@ -248,7 +248,7 @@ const BrokenRecording broken_recordings[] = {
      }},
     {"'trajectories/000001' has id -1; allowed: 0 to 2147483647",
      [](EditFile& f) { f.set_attribute(second, "id", -1); }},
-    {"has id 0, as another one; allowed: each id once",
+    {"has id 0, which another trajectory has too; allowed: each id once",
      [](EditFile& f) { f.set_attribute(second, "id", 0); }},
     {"has no attribute 'seed' of 'trajectories/000001'",
      [](EditFile& f) { f.remove_attribute(second, "seed"); }},

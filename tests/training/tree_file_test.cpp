@@ -236,8 +236,9 @@ const BrokenTree broken_trees[] = {
      [](EditFile& f) {
          f.replace("surface/vertices", {64, 2}, std::vector<float>(128));
      }},
-    {"a number of surface/vertices is not finite", [](EditFile& f) { f.set("surface/vertices", 7, nan); }},
-    {"an embedding in 0 nodes", [](EditFile& f) { f.set_attribute("embedding", "nodes", 0); }},
+    {"surface/vertices has a number that is not finite",
+     [](EditFile& f) { f.set("surface/vertices", 7, nan); }},
+    {"the embedding has 0 nodes", [](EditFile& f) { f.set_attribute("embedding", "nodes", 0); }},
     {"embedding/cols: row 3 refers to column 64; allowed: 0 to 63, ascending",
      [](EditFile& f) { f.set("embedding/cols", 3, 64); }},
     {"the weights of vertex 5 sum to 2; allowed: 1", [](EditFile& f) { f.set("embedding/values", 5, 2.f); }},
@@ -272,7 +273,7 @@ const BrokenTree broken_trees[] = {
     {"'bd/modes/representatives'", [](EditFile& f) { f.remove("nbd"); }},
     {"dataset 'bd/modes/U' is 36; allowed: 36 x n",
      [](EditFile& f) { f.replace("nbd/modes/U", {36}, std::vector<float>(36)); }},
-    {"networks with 100000 hidden units; allowed: 1 to 128",
+    {"the networks have 100000 hidden units; allowed: 1 to 128",
      [](EditFile& f) { f.set_attribute("nbd", "hidden", 100000); }},
     {"dataset 'nbd/weights' is 15 x 1380; allowed: 15 x",
      [](EditFile& f) { f.set_attribute("nbd", "hidden", 16); }},
@@ -285,9 +286,9 @@ const BrokenTree broken_trees[] = {
      [](EditFile& f) {
          f.replace("nbd/centre_map", {5, 44}, std::vector<float>(220));
      }},
-    {"node 2 of learned/nodes with 1000000 samples; allowed: 16 to 128",
+    {"node 2 of learned/nodes has 1000000 samples; allowed: 16 to 128",
      [](EditFile& f) { f.set("learned/nodes", 4, 1000000); }},
-    {"node 2 of learned/nodes with -16 samples", [](EditFile& f) { f.set("learned/nodes", 4, -16); }},
+    {"node 2 of learned/nodes has -16 samples", [](EditFile& f) { f.set("learned/nodes", 4, -16); }},
     {"dataset 'learned/samples' is", [](EditFile& f) { f.set("learned/nodes", 0, 48); }},
     {"dataset 'learned/values' is", [](EditFile& f) { f.set_attribute("learned", "network", 1); }},
     {"dataset 'learned/nodes' is 14 x 2; allowed: 15 x 2",
@@ -304,7 +305,7 @@ const BrokenTree broken_trees[] = {
      [](EditFile& f) { f.set("calibration/bd/margins", 2, nan); }},
     {"calibration of bd bounds: miss rate is 1, allowed",
      [](EditFile& f) { f.set_attribute("calibration/bd", "miss_rate", 1.0); }},
-    {"calibration/nbd of 0 poses", [](EditFile& f) { f.set_attribute("calibration/nbd", "poses", 0); }},
+    {"calibration/nbd has 0 poses", [](EditFile& f) { f.set_attribute("calibration/nbd", "poses", 0); }},
     {"has no 'facts'", [](EditFile& f) { f.remove("facts"); }},
     {"-1 training poses", [](EditFile& f) { f.set_attribute("facts", "poses", -1); }},
     {"random_frame_share is 1.5; allowed: 0 to 1",

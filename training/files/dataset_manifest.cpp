@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t hash_length = 64;
 
-/// As sha256sum writes and checks it.
+/// One line per shard, in the format of sha256sum.
 std::string checksum_list(const std::vector<DatasetShard>& shards) {
     std::string text;
     for (const DatasetShard& shard : shards)
@@ -39,7 +39,7 @@ void copy_trajectories(h5::Writer& view, const std::string& key, const std::file
                        const DatasetShard& shard) {
     const RecordingReader source(folder / shard.file);
     if (source.label(dataset_label) != key)
-        throw std::runtime_error(fmt::format("{}: is a part of another dataset", source.path().string()));
+        throw std::runtime_error(fmt::format("{}: belongs to another dataset", source.path().string()));
     for (int i = 0; const TrajectoryInfo& info : source.trajectories()) {
         const std::string group = trajectory_group(info.id);
         view.group(group);

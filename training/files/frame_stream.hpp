@@ -9,12 +9,12 @@
 
 namespace nbd {
 
-/// Two calls at the same time never have the same slot in [0, frame_slots), and a slot gets its frames in
-/// ascending order: scratch and sums may be kept by slot, and sums over slots in order are the same on any
-/// number of threads.
+/// Number of slots. Concurrent calls never share a slot, and each slot gets its frames in ascending order, so
+/// scratch and sums can be kept per slot; sums over the slots in order are the same on any number of threads.
 inline constexpr int frame_slots = 32;
 
-/// slot: see above. index: of the frame in the list. x: surface positions [n, 3], valid during the call.
+/// slot: in [0, frame_slots). index: of the frame in the list. x: surface positions [n, 3], valid during the
+/// call.
 using FrameVisitor = std::function<void(int slot, int index, VerticesRef x)>;
 
 /// Visits recorded frames on the body's surface, in parallel within a batch, batch after batch. No more than
@@ -23,7 +23,7 @@ using FrameVisitor = std::function<void(int slot, int index, VerticesRef x)>;
 void for_each_frame(const SurfaceBody& body, const RecordingReader& recording,
                     std::span<const FrameId> frames, const FrameVisitor& visit);
 
-/// Likewise, with the positions of the body's nodes, [N, 3], that carry the surface.
+/// As above, but also passes the positions of the body's nodes, [N, 3].
 using PoseVisitor = std::function<void(int slot, int index, VerticesRef x, VerticesRef nodes)>;
 void for_each_pose(const SurfaceBody& body, const RecordingReader& recording, std::span<const FrameId> frames,
                    const PoseVisitor& visit);

@@ -11,19 +11,18 @@
 
 namespace nbd {
 
-/// What a recording says of one trajectory beside its frames.
+/// Facts about one trajectory, stored beside its frames.
 struct TrajectoryInfo {
-    int id = 0;              // number of the trajectory in its dataset; of the body in a scene's recording
-    std::uint64_t seed = 0;  // of the dataset or scene
-    std::string body_hash;   // body_hash() of the body that moves
-    std::string recipe;      // JSON text: the scene or excitation that made it
-    std::string failure;  // empty: complete; else why it was given up. Frames then end at the last good one
-    int frames = 0;       // set by the writer
+    int id = 0;              // number of the trajectory in a dataset, or of the body in a scene's recording
+    std::uint64_t seed = 0;  // seed of the dataset or scene
+    std::string body_hash;   // body_hash() of the moving body
+    std::string recipe;      // JSON text: the scene or excitation that produced it
+    std::string failure;     // empty if complete; otherwise why the run stopped after the last good frame
+    int frames = 0;          // number of frames; set by the writer
 };
 
-/// Writes tet-node positions frame by frame; nothing but the current chunk is held in memory. The file
-/// stands under its name only after finish(); before that, and if finish() is never called, only a
-/// temporary file beside it exists, which the destructor removes.
+/// Writes tet-node positions frame by frame; only the current chunk is held in memory. finish() gives the
+/// file its name. Until then only a temporary file exists in the same folder, and the destructor removes it.
 class RecordingWriter {
  public:
     /// Throws std::runtime_error with path and reason.
@@ -31,20 +30,21 @@ class RecordingWriter {
     ~RecordingWriter();
     RecordingWriter(RecordingWriter&&) noexcept;
 
-    /// Frames of a trajectory with `nodes` nodes follow. Several trajectories may be open at once (the
-    /// bodies of a scene). Returns a handle for add_frame and end_trajectory. Throws std::invalid_argument
-    /// on a negative id, one that the recording has already, or no nodes.
+    /// Opens a trajectory with `nodes` nodes. Several may be open at once (the bodies of a scene). Returns a
+    /// handle for add_frame() and end_trajectory(). Throws std::invalid_argument on a negative or repeated
+    /// id, or no nodes.
     int begin_trajectory(const TrajectoryInfo& info, int nodes);
-    /// x: [nodes, 3] float32, metres, world space. time: seconds, later than the last frame's. Throws
-    /// std::invalid_argument on another shape or a number that is not finite.
+    /// Appends a frame. x: [nodes, 3] float32, metres, world space. time: seconds, later than the previous
+    /// frame's. Throws std::invalid_argument on another shape, an earlier time or a non-finite number.
     void add_frame(int handle, double time, VerticesRef x);
-    /// failure: empty when complete. contacts: how many contacts pressed in each frame, where that is known.
-    /// Throws std::invalid_argument where there are some, but not one number a frame.
+    /// Closes a trajectory. failure: empty if complete. contacts: number of pressing contacts in each frame;
+    /// empty if unknown. Throws std::invalid_argument if contacts is not empty and has not one number per
+    /// frame.
     void end_trajectory(int handle, const std::string& failure = {},
                         std::span<const std::int32_t> contacts = {});
-    /// An attribute of the whole file. Call once a name.
+    /// Adds an attribute of the whole file. Call once per name.
     void label(const std::string& name, const std::string& value);
-    /// Closes open trajectories, flushes, renames.
+    /// Closes open trajectories, flushes the file and renames it.
     void finish();
 
  private:
@@ -52,27 +52,28 @@ class RecordingWriter {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Reads frames on demand, from a recording or from the merged view of one that lies in several files, its
-/// shards (see DatasetManifest). Not thread-safe (HDF5 is not).
+/// Reads frames on demand from a recording, or from the merged view of a recording in several shards (see
+/// DatasetManifest). Not thread-safe (HDF5 is not).
 class RecordingReader {
  public:
-    /// Throws std::runtime_error on a missing, truncated, damaged or foreign file, be it a shard.
+    /// Throws std::runtime_error if the file or a shard is missing, truncated, damaged or foreign.
     explicit RecordingReader(const std::filesystem::path& path);
     ~RecordingReader();
     RecordingReader(RecordingReader&&) noexcept;
 
     const std::filesystem::path& path() const noexcept;
-    /// In order of id. Failed trajectories included: callers that want training data leave them out.
+    /// Sorted by id. Includes failed trajectories, which callers that want training data must skip.
     const std::vector<TrajectoryInfo>& trajectories() const noexcept;
     int nodes(int trajectory) const;
-    /// Frames begin .. begin + count of the trajectory at that index: x is resized to [count * nodes, 3].
+    /// Reads frames [begin, begin + count) of the trajectory at index `trajectory` into x, which is resized
+    /// to [count * nodes, 3].
     /// Throws std::out_of_range on a range outside the trajectory, std::runtime_error on damaged data or
     /// non-finite positions.
     void read(int trajectory, int begin, int count, Vertices& x) const;
     std::vector<double> times(int trajectory) const;
-    /// How many contacts pressed in each frame; empty where the recording does not say.
+    /// Number of pressing contacts in each frame; empty if not recorded.
     std::vector<std::int32_t> contacts(int trajectory) const;
-    /// What RecordingWriter::label() wrote; "" without.
+    /// The value that RecordingWriter::label() wrote; "" if there is none.
     std::string label(const std::string& name) const;
 
  private:

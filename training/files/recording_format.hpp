@@ -6,8 +6,9 @@
 
 namespace nbd {
 
-/// What writers and reader of recordings agree on. Version 2 is a merged view, whose positions lie in other
-/// files; the writer's root label `dataset_label` tells files that belong together.
+/// Format and names shared by the writers and the reader of recordings. Version 2 is a merged view, whose
+/// positions are stored in other files. Files of one dataset share the value of the root label
+/// `dataset_label`.
 inline const h5::Format recording_format{"nbdtree recording", 1};
 inline const h5::Format view_format{"nbdtree recording", 2};
 inline constexpr const char* dataset_label = "dataset";

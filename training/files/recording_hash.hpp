@@ -6,8 +6,8 @@
 
 namespace nbd {
 
-/// Hex SHA-256 over all trajectories' ids, sizes, failures and positions: names the data, wherever and in
-/// whatever file they lie. Reads the whole recording, piece by piece. Throws what RecordingReader::read does.
+/// Hex SHA-256 over the ids, sizes, failures and positions of all trajectories. Identifies the data, whatever
+/// files hold it. Reads the whole recording, piece by piece. Throws what RecordingReader::read() throws.
 std::string recording_hash(const RecordingReader& recording);
 
 }  // namespace nbd

@@ -18,7 +18,7 @@ struct StoredTrajectory {
     std::vector<double> times;
     std::vector<std::int32_t> contacts;
     std::string shard;      // file with the positions; empty: the recording itself
-    std::string positions;  // their name there
+    std::string positions;  // name of their dataset in that file
 };
 
 StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& group) {
@@ -57,7 +57,7 @@ struct RecordingReader::Impl {
     h5::Reader file;
     std::vector<StoredTrajectory> stored;
     std::vector<TrajectoryInfo> infos;
-    std::unique_ptr<h5::Reader> shard;  // the one read last
+    std::unique_ptr<h5::Reader> shard;  // the shard read last
     std::string shard_name;
 
     explicit Impl(const std::filesystem::path& path) : file(path, view_format) {
@@ -66,8 +66,9 @@ struct RecordingReader::Impl {
         std::ranges::sort(stored, {}, [](const StoredTrajectory& t) { return t.info.id; });
         for (const StoredTrajectory& t : stored) {
             if (!infos.empty() && infos.back().id == t.info.id)
-                file.refuse(fmt::format("'{}' has id {}, as another one", t.group, t.info.id),
-                            "each id once");
+                file.refuse(
+                    fmt::format("'{}' has id {}, which another trajectory has too", t.group, t.info.id),
+                    "each id once");
             infos.push_back(t.info);
             check_shard(t);
         }
@@ -75,7 +76,7 @@ struct RecordingReader::Impl {
 
     const StoredTrajectory& at(int trajectory) const {
         if (trajectory < 0 || trajectory >= static_cast<int>(stored.size()))
-            throw std::out_of_range(fmt::format("{}: trajectory at {}; allowed: 0 to {}",
+            throw std::out_of_range(fmt::format("{}: trajectory index {}; allowed: 0 to {}",
                                                 file.path().string(), trajectory,
                                                 static_cast<int>(stored.size()) - 1));
         return stored[static_cast<std::size_t>(trajectory)];
@@ -90,10 +91,11 @@ struct RecordingReader::Impl {
             shard = std::make_unique<h5::Reader>(file.path().parent_path() / t.shard, recording_format);
         } catch (const std::runtime_error& error) {
             throw std::runtime_error(
-                fmt::format("{}: a part of it cannot be read: {}", file.path().string(), error.what()));
+                fmt::format("{}: cannot read a shard: {}", file.path().string(), error.what()));
         }
         if (shard->text_attribute("/", dataset_label) != file.text_attribute("/", dataset_label))
-            shard->refuse("is a part of another dataset", fmt::format("that of {}", file.path().string()));
+            shard->refuse("belongs to another dataset",
+                          fmt::format("the dataset of {}", file.path().string()));
         shard_name = t.shard;
         return *shard;
     }

@@ -12,7 +12,7 @@ namespace nbd {
 
 namespace {
 
-/// About a MiB of frames, so that a reader of single frames decodes little more than it wants.
+/// Frames per chunk of about 1 MiB, so that reading a single frame decodes little more than it needs.
 std::size_t frames_per_chunk(int nodes) {
     constexpr std::size_t chunk_bytes = 1 << 20, most = 64;
     return std::clamp<std::size_t>(chunk_bytes / (static_cast<std::size_t>(nodes) * 3 * sizeof(float)), 1,
@@ -104,7 +104,7 @@ void RecordingWriter::end_trajectory(int handle, const std::string& failure,
     const OpenTrajectory& t = impl_->at(handle);
     if (!contacts.empty() && contacts.size() != t.frames)
         impl_->refuse(
-            fmt::format("{} numbers of contacts for the {} frames of trajectory {}; allowed: one each",
+            fmt::format("{} contact counts for the {} frames of trajectory {}; allowed: one per frame",
                         contacts.size(), t.frames, t.id));
     if (!contacts.empty())
         impl_->file.write(trajectory_group(t.id) + "/contacts", {contacts.size()}, contacts);

@@ -31,7 +31,7 @@ HeldOut draw_held_out(std::vector<int> ids, double share, std::uint64_t seed) {
     const auto count = static_cast<std::ptrdiff_t>(ids.size());
     std::ptrdiff_t held_out = std::lround(share * static_cast<double>(count));
     if (share > 0) held_out = std::min(count, std::max<std::ptrdiff_t>(held_out, 1));
-    // The lowest draws are held out: a trajectory's draw does not depend on which others there are.
+    // Holding out the lowest draws makes a trajectory's draw independent of the other trajectories.
     std::ranges::sort(ids, {}, [seed](int id) {
         return std::pair(counter_random(seed, static_cast<std::uint64_t>(id), 0), id);
     });

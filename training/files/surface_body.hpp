@@ -9,29 +9,29 @@
 
 namespace nbd {
 
-/// Modes at a surface, [3 n, m], vertex-major and row-major: row 3 v .. 3 v + 2 of vertex v are contiguous,
-/// so the same memory is the [n, 3 m] matrix whose rows are clustered.
+/// Modes on a surface, [3 n, m], vertex-major and row-major. Rows 3 v .. 3 v + 2 of vertex v are contiguous,
+/// so the same memory is also the [n, 3 m] matrix whose rows are clustered.
 using ModeRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// x_surface = W x_nodes, rows sum to 1. [n, N].
 using SurfaceEmbedding = Eigen::SparseMatrix<float, Eigen::RowMajor>;
 
-/// What training needs of a body: how recorded node positions move its collision surface.
+/// A body as training needs it: its collision surface and how recorded node positions move it.
 struct SurfaceBody {
     Vertices X;          // [n, 3] rest positions, metres
     Faces F;             // [f, 3]
     SurfaceEmbedding W;  // [n, N]
     ModeRows U;          // [3 n, m], m may be 0
     std::string hash;    // body_hash() of the body
-    TetMesh solid{};     // the tetrahedra of its nodes, for `certified` bounds; empty: none
+    TetMesh solid{};     // tetrahedra of the nodes, for `certified` bounds; may be empty
 };
 
-/// Carries modes of the nodes, [3 N, m], node-major, to the surface. Throws std::invalid_argument on shapes
-/// that do not fit or a number that is not finite.
+/// Builds a body, interpolating node_modes, [3 N, m], node-major, to the surface. Throws
+/// std::invalid_argument on mismatched shapes or a non-finite number.
 SurfaceBody make_surface_body(VerticesRef X, FacesRef F, const SurfaceEmbedding& W,
                               Eigen::Ref<const Eigen::MatrixXf> node_modes, std::string hash);
 
-/// x = W nodes. nodes: [N, 3]; x: out, [n, 3], allocated when its size is another.
+/// x = W nodes. nodes: [N, 3]; x: out, [n, 3], resized if needed.
 void apply_embedding(const SurfaceEmbedding& W, VerticesRef nodes, Vertices& x);
 
 }  // namespace nbd

@@ -55,10 +55,11 @@ void read_surface(const h5::Reader& file, TreeFile& tree_file) {
     tree_file.tree.faces = file.matrix<Faces>("surface/faces", h5::any, 3);
     tree_file.X = file.matrix<Vertices>("surface/vertices", h5::any, 3);
     tree_file.tree.vertex_count = static_cast<int>(tree_file.X.rows());
-    if (!tree_file.X.allFinite()) file.refuse("a number of surface/vertices is not finite", "finite numbers");
+    if (!tree_file.X.allFinite())
+        file.refuse("surface/vertices has a number that is not finite", "finite numbers");
     const std::int64_t nodes = file.int_attribute("embedding", "nodes");
     if (nodes < 1 || nodes > INT32_MAX)
-        file.refuse(fmt::format("an embedding in {} nodes", nodes), fmt::format("1 to {}", INT32_MAX));
+        file.refuse(fmt::format("the embedding has {} nodes", nodes), fmt::format("1 to {}", INT32_MAX));
     tree_file.W = h5::read_sparse<float>(file, "embedding", static_cast<std::size_t>(tree_file.X.rows()),
                                          static_cast<std::size_t>(nodes));
     const Eigen::VectorXf sums = tree_file.W * Eigen::VectorXf::Ones(tree_file.W.cols());
@@ -129,13 +130,13 @@ void write_nbd(h5::Writer& file, const NbdModel& nbd) {
     file.write("nbd/z_whitening", nbd.z_whitening, packing);
 }
 
-/// as_stored: out, whether the networks are those of the file, or had to be rounded.
+/// as_stored: out, true if the file's networks were already rounded to bytes, false if rounding changed them.
 NbdModel read_nbd(const h5::Reader& file, std::size_t nodes, bool& as_stored) {
     NbdModel nbd;
     nbd.modes = read_modes(file, "nbd/modes");
     const std::int64_t hidden = file.int_attribute("nbd", "hidden");
     if (hidden < 1 || hidden > ByteNetworks::max_hidden)
-        file.refuse(fmt::format("networks with {} hidden units", hidden),
+        file.refuse(fmt::format("the networks have {} hidden units", hidden),
                     fmt::format("1 to {}", ByteNetworks::max_hidden));
     const auto m = static_cast<std::size_t>(nbd.mode_count());
     nbd.z_centre = file.matrix<Eigen::VectorXf>("nbd/z_centre", m);
@@ -173,7 +174,7 @@ Calibration read_calibration(const h5::Reader& file, BoundKind kind, std::size_t
     const auto count = [&](const char* what) {
         const std::int64_t value = file.int_attribute(group, what);
         if (value < 1 || value > INT32_MAX)
-            file.refuse(fmt::format("{} of {} {}", group, value, what), fmt::format("1 to {}", INT32_MAX));
+            file.refuse(fmt::format("{} has {} {}", group, value, what), fmt::format("1 to {}", INT32_MAX));
         return static_cast<int>(value);
     };
     return {.miss_rate = file.number_attribute(group, "miss_rate"),
@@ -213,7 +214,7 @@ LearnedModel read_learned(const h5::Reader& file, std::size_t nodes) {
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
         const int count = rows(i, 0);
         if (count < 0 || count > LearnedModel::max_samples)
-            file.refuse(fmt::format("node {} of learned/nodes with {} samples", i, count),
+            file.refuse(fmt::format("node {} of learned/nodes has {} samples", i, count),
                         fmt::format("{} to {}", LearnedModel::lanes, LearnedModel::max_samples));
         learned.nodes.push_back({samples, count, values, rows(i, 1) != 0});
         samples += count;
@@ -265,11 +266,11 @@ TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
     if (losses != 0 && losses != nodes)
         file.refuse(fmt::format("facts/node_loss has {} numbers", losses), fmt::format("none or {}", nodes));
     if (!facts.node_loss.allFinite())
-        file.refuse("a number of facts/node_loss is not finite", "finite numbers");
+        file.refuse("facts/node_loss has a number that is not finite", "finite numbers");
     return facts;
 }
 
-/// Release 0.1 wrote version 1, with other names. Release 0.3 will no longer read it.
+/// Maps the names of version 1, written by release 0.1. Release 0.3 will no longer read it.
 void use_names_of_version_1(h5::Reader& file) {
     file.rename("nbd", "modal");
     file.rename("nbd/z_mean", "modal/code_mean");
@@ -279,22 +280,23 @@ void use_names_of_version_1(h5::Reader& file) {
     file.rename("calibration/nbd", "calibration/modal");
     file.rename("calibration/learned_spheres", "calibration/local");
     file.rename("calibration/learned_boxes", "calibration/local_boxes");
-    notice(fmt::format(
-        "{}: is a tree of release 0.1, which release 0.3 will refuse; `nbdtree calibrate` writes it anew",
-        file.path().string()));
+    notice(
+        fmt::format("{}: this tree file is from release 0.1 and release 0.3 will refuse it; `nbdtree "
+                    "calibrate` rewrites it",
+                    file.path().string()));
 }
 
-/// Throws std::invalid_argument unless the solid is the one that `certified` bounds were measured on.
+/// Throws std::invalid_argument unless the solid fits the tree's `certified` bounds.
 void check_solid_fits(const TreeFile& file) {
     if (!file.tree.certified) return;
     const auto tets = file.tree.certified->regions.of_tet.size();
     if (std::cmp_not_equal(file.solid.T.rows(), tets) || file.solid.X.rows() != file.W.cols())
         throw std::invalid_argument(
-            fmt::format("certified bounds of {} tetrahedra and {} nodes, but the solid has {} and {}", tets,
-                        file.W.cols(), file.solid.T.rows(), file.solid.X.rows()));
+            fmt::format("certified bounds are for {} tetrahedra and {} nodes, but the solid has {} and {}",
+                        tets, file.W.cols(), file.solid.T.rows(), file.solid.X.rows()));
 }
 
-/// f(), whose errors of what does not fit become errors of a file.
+/// Returns f(); turns its std::invalid_argument into a std::runtime_error that names the file.
 template <class F>
 auto of_file(const std::filesystem::path& path, const F& f) {
     try {
@@ -304,7 +306,7 @@ auto of_file(const std::filesystem::path& path, const F& f) {
     }
 }
 
-/// As check_collision_tree(), for a file.
+/// Runs check_collision_tree() and check_solid_fits() on the content of a file.
 void check(const std::filesystem::path& path, const TreeFile& file) {
     of_file(path, [&] {
         check_collision_tree(file.tree);
@@ -324,7 +326,7 @@ void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
     check(path, tree_file);
     if (tree_file.X.rows() != tree.vertex_count || tree_file.W.rows() != tree.vertex_count)
         throw std::runtime_error(
-            fmt::format("{}: {} rest positions and {} rows of the embedding for a tree of {} vertices",
+            fmt::format("{}: {} rest positions and {} rows of the embedding, but the tree has {} vertices",
                         path.string(), tree_file.X.rows(), tree_file.W.rows(), tree.vertex_count));
     h5::Writer file(path, tree_format);
     file.attribute("/", "body_sha256", tree_file.facts.body_hash);
@@ -365,10 +367,10 @@ TreeFile load_tree(const std::filesystem::path& path) {
     if (file.has("learned")) tree.learned = read_learned(file, nodes);
     for (const BoundKind kind : bound_kinds)
         if (file.has(calibration_group(kind))) tree.calibrations[kind] = read_calibration(file, kind, nodes);
-    // Made when ood_score was something else, or of networks that were not rounded: worth nothing now.
+    // These calibrations are invalid: they used an older ood_score, or networks that were not rounded.
     if (tree.nbd && (tree.nbd->z_mean.size() == 0 || !networks_as_stored))
         tree.calibrations.erase(BoundKind::nbd);
-    if (!networks_as_stored) tree.calibrations.erase(BoundKind::bd);  // nor were the modes
+    if (!networks_as_stored) tree.calibrations.erase(BoundKind::bd);  // the modes were not rounded either
     if (file.has("certified")) {
         tree.certified = read_certified(file, nodes);
         result.solid = read_solid(file);

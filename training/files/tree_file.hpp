@@ -10,25 +10,24 @@
 
 namespace nbd {
 
-/// Which frames a tree was trained on, so that calibration and evaluation can use the others.
-/// Splits are by trajectory: those to train on, those that margins are calibrated on, and those that nothing
-/// but evaluation sees. Within the training trajectories some frames drawn at random are kept out as well,
-/// because papers test on those.
+/// Records which frames a tree was trained on, so that calibration and evaluation can use the others. Whole
+/// trajectories are used either for training, for calibrating margins, or for evaluation alone. Random frames
+/// of the training trajectories are kept out too, because papers test on such frames.
 struct TrainingSplit {
     std::vector<int> train_trajectories;  // ids
     std::vector<int> calibration_trajectories{};
     std::vector<int> held_out_trajectories{};
-    std::uint64_t frame_seed = 0;  // is_random_test_frame() draws from it
-    float random_frame_share = 0;  // of the training trajectories' frames, kept out of training
+    std::uint64_t frame_seed = 0;  // seed of is_random_test_frame()
+    float random_frame_share = 0;  // share of the training trajectories' frames kept out of training
 };
 
-/// Whether a frame of a training trajectory was kept out of training. Counter-based: depends on its
+/// True if a frame of a training trajectory is kept out of training. Counter-based, so it depends on the
 /// arguments alone.
 bool is_random_test_frame(const TrainingSplit& split, int trajectory, int frame) noexcept;
 
 struct TrainingFacts {
     std::string body_hash;
-    std::string recording_hash;  // of the recording's positions as stored: names the data, not the file
+    std::string recording_hash;  // recording_hash() of the training data, not of the file
     std::string config;          // JSON text of the options
     TrainingSplit split;
     int poses = 0;
@@ -39,13 +38,12 @@ struct TrainingFacts {
 struct TreeFile {
     CollisionTree tree;
     Vertices X;          // [n, 3] rest positions of the surface, metres
-    SurfaceEmbedding W;  // [n, N] carries recorded tet nodes to the surface
-    TetMesh solid{};     // its tetrahedra; empty unless the tree has `certified` bounds
+    SurfaceEmbedding W;  // [n, N] maps recorded tet nodes to the surface
+    TetMesh solid{};     // tetrahedra of the nodes; empty unless the tree has `certified` bounds
     TrainingFacts facts;
 };
 
-/// The surface that the tree was trained on, without its modes: what it takes to pose the tree from a
-/// recording.
+/// The body that the tree was trained on, without its modes; enough to pose the tree from a recording.
 SurfaceBody surface_body(const TreeFile& file);
 
 /// Writes atomically. Throws std::runtime_error with path and reason.
