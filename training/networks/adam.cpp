@@ -8,8 +8,8 @@ void Adam::step(const Eigen::VectorXf& gradient, double learning_rate, Eigen::Ve
     constexpr double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;
     m_correction_ *= beta1;
     v_correction_ *= beta2;
-    // rate * (m / c1) / sqrt(v / c2 + eps^2), with the corrections drawn out of the loop. The epsilon stands
-    // under the root, where it makes the same difference: none but for a v of almost 0.
+    // Computes rate * (m / c1) / sqrt(v / c2 + eps^2) with the corrections moved out of the loop. Putting
+    // epsilon under the root matters only where v is almost 0.
     const auto rate = static_cast<float>(learning_rate * std::sqrt(1 - v_correction_) / (1 - m_correction_));
     const auto offset = static_cast<float>(epsilon * epsilon * (1 - v_correction_));
     const auto kept = static_cast<float>(1 - learning_rate * weight_decay_);

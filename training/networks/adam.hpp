@@ -4,12 +4,11 @@
 
 namespace nbd {
 
-/// The Adam optimiser with its usual constants (0.9, 0.999, 1e-8) [KingmaBa15], and weights that decay apart
-/// from the gradient [LoshchilovHutter19].
+/// The Adam optimiser with its usual constants (0.9, 0.999, 1e-8) [KingmaBa15] and decoupled weight decay
+/// [LoshchilovHutter19].
 class Adam {
  public:
-    /// weight_decay: share of the learning rate by which every weight shrinks in a step; 0: as in
-    /// [KingmaBa15].
+    /// weight_decay: every step scales the weights by 1 - learning rate * weight_decay; 0 gives plain Adam.
     Adam(int weights, double weight_decay)
         : m_(Eigen::VectorXf::Zero(weights)),
           v_(Eigen::VectorXf::Zero(weights)),

@@ -8,17 +8,18 @@
 
 namespace nbd {
 
-/// Names a training by all that its result depends on: the option values and every bit of the data.
+/// Hash of everything that a training's result depends on: the option values and every bit of the data.
 /// inputs, targets: as train_mlps() takes them.
 std::string training_key(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config);
 
-/// Writes the networks that are trained, atomically, with the key of their training. Throws
+/// Writes the networks trained so far and the key of their training, atomically. Throws
 /// std::runtime_error with path and reason.
 void save_checkpoint(const std::filesystem::path& path, const std::string& key,
                      const std::vector<TrainedMlp>& networks);
 
-/// Fills in the networks that a checkpoint of the same training holds; one of another training, or none, is
-/// left alone. Returns how many were filled in. Throws std::runtime_error on a damaged or foreign file.
+/// Fills in the networks stored in a checkpoint with the same key. Does nothing if the file is missing or has
+/// another key. Returns the number of networks filled in. Throws std::runtime_error on a damaged or foreign
+/// file.
 int load_checkpoint(const std::filesystem::path& path, const std::string& key,
                     std::vector<TrainedMlp>& networks);
 

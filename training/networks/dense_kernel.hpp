@@ -9,8 +9,8 @@
 #include <immintrin.h>
 #endif
 
-/// The one matrix product that training a small network consists of, blocked for vector registers. Only
-/// included by files that run it: what it compiles to depends on the instruction set.
+/// The matrix product that dominates the training of small networks, blocked for vector registers. Include it
+/// only in files that run it, since the code depends on the instruction set.
 namespace nbd::dense_kernel {
 
 #if defined(__AVX512F__)
@@ -22,9 +22,8 @@ inline constexpr int lanes = 4, accumulators = 12;
 #endif
 using Vec [[gnu::vector_size(4 * lanes), gnu::may_alias]] = float;
 
-/// Two numbers in bfloat16 that are neighbours along k, the first in the low half. Where the processor
-/// multiplies such pairs, multiply() takes them in place of floats: half of the work for factors of 8 bits,
-/// the sums still in float.
+/// Two bfloat16 numbers adjacent along k, the first in the low half. Where the CPU multiplies such pairs,
+/// multiply() takes them instead of floats: half the work, with 8-bit factors and float sums.
 using Pair = std::uint32_t;
 #if defined(__AVX512BF16__)
 inline constexpr bool has_pairs = true;
@@ -32,12 +31,12 @@ inline constexpr bool has_pairs = true;
 inline constexpr bool has_pairs = false;
 #endif
 
-/// out[i][h] = (rows[2 i][h], rows[2 i + 1][h]), rounded; 0 for a row beyond `count`. rows: [count, H].
-/// Defined where has_pairs.
+/// out[i][h] = (rows[2 i][h], rows[2 i + 1][h]), rounded; rows from `count` on count as 0. rows: [count, H].
+/// Defined only if has_pairs.
 template <int H>
 void pair_rows(const float* rows, int count, Pair* out) noexcept;
 
-/// out[p][i] = (rows[p][2 i], rows[p][2 i + 1]), rounded. rows: [count, H], count even. Defined where
+/// out[p][i] = (rows[p][2 i], rows[p][2 i + 1]), rounded. rows: [count, H], count even. Defined\n/// only if
 /// has_pairs.
 template <int H>
 void pair_columns(const float* rows, int count, Pair* out) noexcept;
@@ -73,15 +72,16 @@ void pair_columns(const float* rows, int count, Pair* out) noexcept {
 }
 #endif
 
-/// How the factors b(k, n) of multiply() lie: with `stride` words between two n or between two k, and
-/// adjacent in the other index. Known at compile time, so that a block needs few address registers.
+/// Memory layout of the factors b(k, n) of multiply(): adjacent along one index, `stride` words apart along
+/// the other. A compile-time constant, so that a block needs few address registers.
 enum class Adjacent { k, n };
 
-/// What becomes of a sum before it is stored. `relu`: 0 where it is below 0. `gate`: 0 where the number that
-/// c held in its place is 0 or below, as ReLU's derivative has it.
+/// Operation on a sum before it is stored. `relu`: replaces negative sums by 0. `gate`: replaces the sum by 0
+/// where the previous value of c is <= 0 (the derivative of ReLU).
 enum class Finish { plain, relu, gate };
 
-/// One block of `N` columns of multiply(), kept in registers over all k. offset: of the block in each piece.
+/// Computes one block of `N` columns of multiply(), kept in registers over all k. offset: of the block in
+/// each piece.
 template <int H, Adjacent adjacent, Finish finish, int N, class Word>
 inline void multiply_block(const Word* a, std::span<const Word* const> pieces, int depth,
                            std::ptrdiff_t offset, std::ptrdiff_t stride, const float* start,
@@ -124,18 +124,19 @@ inline void multiply_block(const Word* a, std::span<const Word* const> pieces, i
         }
 }
 
-/// c[n][h] = start[h] + sum over k of a[k][h] * b(k, n), finished as asked for. Each sum runs over k in
+/// c[n][h] = start[h] + sum over k of a[k][h] * b(k, n), followed by `finish`. Each sum runs over k in
 /// ascending order whatever the blocking, so the result does not depend on `columns`. With pairs, k counts
-/// pairs and * is the sum of two products. H: rows, a multiple of 16. a: [k, H]. pieces: b lies in pieces of
-/// `depth` k each, one after another. c: out, [columns, H], not overlapping the inputs; with Finish::gate in
-/// as well. start: [H], or null for 0. Dense layer: a = W column-major, b = inputs pose by pose (k adjacent).
-/// Its weight gradient: a = deltas pose by pose, b = the same inputs (n adjacent). Its input gradient: a = W
-/// row-major, b = deltas pose by pose (k adjacent).
+/// pairs and * is the sum of two products.
+/// H: rows, a multiple of 16. a: [k, H]. pieces: consecutive parts of b with `depth` k each. c: out,
+/// [columns, H], must not overlap the inputs; with Finish::gate also an input. start: [H], or null for 0.
+/// Dense layer: a = W column-major, b = inputs pose by pose (k adjacent). Its weight gradient: a = deltas
+/// pose by pose, b = the same inputs (n adjacent). Its input gradient: a = W row-major, b = deltas pose by
+/// pose (k adjacent).
 template <int H, Adjacent adjacent, Finish finish = Finish::plain, class Word>
 void multiply(const Word* a, std::span<const Word* const> pieces, int depth, std::ptrdiff_t stride,
               int columns, const float* start, float* c) noexcept {
     static_assert(H % 16 == 0 && H <= 64);
-    // A power of two, so that a block of adjacent factors starts where a cache line can.
+    // A power of two, so that blocks of adjacent factors are aligned to cache lines where possible.
     constexpr int fit = accumulators / (H / lanes);
     constexpr int block = fit >= 16 ? 16 : fit >= 8 ? 8 : fit >= 4 ? 4 : fit >= 2 ? 2 : 1;
     const std::ptrdiff_t step = adjacent == Adjacent::n ? 1 : stride;
@@ -146,7 +147,7 @@ void multiply(const Word* a, std::span<const Word* const> pieces, int depth, std
         multiply_block<H, adjacent, finish, 1>(a, pieces, depth, n * step, stride, start, c + n * H);
 }
 
-/// The same with b in one piece.
+/// As above, with b in one piece.
 template <int H, Adjacent adjacent, Finish finish = Finish::plain, class Word>
 void multiply(const Word* a, int depth, const Word* b, std::ptrdiff_t stride, int columns, const float* start,
               float* c) noexcept {

@@ -7,7 +7,7 @@
 namespace nbd {
 
 Eigen::MatrixXf take_linear_centre(const PoseRows& z, PoseRows& spheres) {
-    constexpr double ridge = 1e-4;  // of the mean variance of a coordinate of the code
+    constexpr double ridge = 1e-4;  // relative to the mean variance of a coordinate
     const Eigen::Index m = z.cols(), nodes = spheres.cols() / MlpShape::outputs;
     const Eigen::MatrixXd Z = z.cast<double>();
     const Eigen::MatrixXd centred = Z.rowwise() - Z.colwise().mean();

@@ -23,7 +23,7 @@ using dense_kernel::Pair;
 
 constexpr int outputs = MlpShape::outputs;
 
-/// Calls f.template operator()<H, Word>() for the compiled width and the words that factors come in.
+/// Calls f.template operator()<H, Word>() with H = hidden and the word type of the factors.
 template <class F>
 auto with_kernel(int hidden, Arithmetic arithmetic, F&& f) {
     const auto with_word = [&]<class Word>() {
@@ -41,11 +41,11 @@ auto with_kernel(int hidden, Arithmetic arithmetic, F&& f) {
     return with_word.template operator()<float>();
 }
 
-/// Numbers in a word.
+/// Numbers per word.
 template <class Word>
 constexpr int packed = std::is_same_v<Word, Pair> ? 2 : 1;
 
-/// x, [n, H], as words of neighbours in a row; floats stay where they are.
+/// x, [n, H], packed along rows; returns x itself if Word is float.
 template <int H, class Word>
 const Word* along_rows(const float* x, [[maybe_unused]] int n, [[maybe_unused]] Pair* scratch) noexcept {
     if constexpr (std::is_same_v<Word, float>) {
@@ -56,7 +56,7 @@ const Word* along_rows(const float* x, [[maybe_unused]] int n, [[maybe_unused]] 
     }
 }
 
-/// x, [n, H], as words of neighbours in a column: [n / packed, H].
+/// x, [n, H], packed along columns to [n / packed, H]; returns x itself if Word is float.
 template <int H, class Word>
 const Word* across_rows(const float* x, [[maybe_unused]] int n, [[maybe_unused]] Pair* scratch) noexcept {
     if constexpr (std::is_same_v<Word, float>) {
@@ -142,8 +142,8 @@ float MlpBatch::forward(const float* w, std::span<const int> blocks) noexcept {
                                            along_rows<H, Word>(h1_.data(), n, h1_rows_.data()), words, n,
                                            w + shape_.b2(), h2_.data());
 
-    // d3 takes the error of each output, which is its derivative up to a factor. Four poses at a time, so
-    // that no sum waits for itself.
+    // d3 holds the error of each output, which is its derivative up to a factor. Four poses at a time keep
+    // four independent sums in flight.
     using Four = Eigen::Array4f;
     const Eigen::Map<const Eigen::Array<float, outputs, H>> W3(w + shape_.W3());
     const Four b3 = Eigen::Map<const Four>(w + shape_.b3());
@@ -184,7 +184,7 @@ void MlpBatch::backward(const float* w, std::span<const int> blocks, float* g) n
         Eigen::Map<const Eigen::Array<float, outputs, Eigen::Dynamic>>(d3_.data(), outputs, n)
             .rowwise()
             .sum();
-    // Through ReLU: a neuron that gave 0 passes nothing back. From here on h2_ and h1_ hold the deltas.
+    // ReLU passes no gradient back through a neuron with output 0. From here on h2_ and h1_ hold the deltas.
     transpose(w + shape_.W3(), H, outputs, rows);
     multiply<H, Adjacent::k, Finish::gate>(rows, outputs, d3_.data(), outputs, n, nullptr, h2_.data());
     const float* d2 = h2_.data();

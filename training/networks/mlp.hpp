@@ -8,16 +8,16 @@
 
 namespace nbd {
 
-/// Rows are poses: a batch or a whole data set.
+/// One row per pose, of a batch or of a whole data set.
 using PoseRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Shape of one node's network: inputs-hidden-hidden-4 with ReLU between the layers. Its weights lie flat as
-/// ByteNetworks takes them: W1 [hidden, inputs], b1, W2 [hidden, hidden], b2, W3 [4, hidden], b3, every
-/// matrix column-major.
+/// Shape of one node's network: inputs-hidden-hidden-4 with ReLU between the layers. Its flat weights are
+/// in\n/// the order of ByteNetworks: W1 [hidden, inputs], b1, W2 [hidden, hidden], b2, W3 [4, hidden], b3;
+/// matrices\n/// are column-major.
 struct MlpShape {
     static constexpr int outputs = 4;
     int inputs = 128;
-    int hidden = 32;  // 16, 32 or 64: the kernels are compiled for these
+    int hidden = 32;  // 16, 32 or 64, the widths that kernels are compiled for
 
     int W1() const noexcept { return 0; }
     int b1() const noexcept { return hidden * inputs; }
@@ -28,18 +28,18 @@ struct MlpShape {
     int weights() const noexcept { return b3() + outputs; }
 };
 
-/// Throws std::invalid_argument unless the kernels know the shape.
+/// Throws std::invalid_argument unless kernels exist for the shape.
 void check_mlp_shape(const MlpShape& shape);
 
-/// Weights drawn uniformly within sqrt(6 / fan-in) for the ReLU layers and sqrt(3 / fan-in) for the last,
-/// biases 0. Depends on (seed, stream) alone.
+/// Initial weights: uniform within +-sqrt(6 / fan-in) for the ReLU layers and +-sqrt(3 / fan-in) for the
+/// last, biases 0. Depends on (seed, stream) alone.
 Eigen::VectorXf initial_weights(const MlpShape& shape, std::uint64_t seed, std::uint64_t stream);
 
-/// How a training step multiplies. `mixed`: factors of 8 bits (bfloat16), sums in float, about twice as fast
-/// where the processor has instructions for it; weights, their sums and what comes out stay float.
+/// Arithmetic of the products in a training step. `mixed`: bfloat16 factors (8 bits) and float sums, about
+/// twice as fast on CPUs with instructions for it; weights, their updates and outputs stay float.
 enum class Arithmetic { single, mixed };
 
-/// Whether this build can multiply in that way.
+/// True if this build supports the arithmetic.
 bool has_arithmetic(Arithmetic arithmetic) noexcept;
 
 /// "single", "mixed".
@@ -47,18 +47,17 @@ std::string_view name(Arithmetic arithmetic) noexcept;
 
 class PoseBlocks;
 
-/// Runs one network over blocks of training poses. Owns the scratch; one object a network and thread.
+/// Runs one network over blocks of training poses. Owns the scratch; use one object per network and thread.
 class MlpBatch {
  public:
-    /// poses: referred to. targets: [poses, 4], rows as those of the inputs. capacity: the most blocks of a
-    /// step.
+    /// poses: kept by reference. targets: [poses, 4], in the row order of the inputs. capacity: maximum
+    /// blocks per step.
     MlpBatch(int hidden, const PoseBlocks& poses, const PoseRows& targets, int capacity);
 
-    /// Mean over the poses of the blocks and the four outputs of the squared error, always in float.
+    /// Squared error, averaged over the poses of the blocks and the four outputs; always in float.
     float loss(const Eigen::VectorXf& weights, std::span<const int> blocks) noexcept;
 
-    /// The same in the arithmetic of the poses, and the gradient of that mean by every weight. gradient: out,
-    /// [weights].
+    /// As loss(), but in the arithmetic of the poses; also computes the gradient. gradient: out, [weights].
     float loss_and_gradient(const Eigen::VectorXf& weights, std::span<const int> blocks,
                             Eigen::VectorXf& gradient) noexcept;
 
@@ -72,13 +71,13 @@ class MlpBatch {
 
     MlpShape shape_;
     const PoseBlocks* poses_;
-    // Eigen's arrays begin where a cache line does.
+    // Eigen aligns its arrays to cache lines.
     using Words = Eigen::Matrix<std::uint32_t, Eigen::Dynamic, 1>;
     Eigen::VectorXf targets_;     // [slots, 4]
-    Eigen::VectorXf h1_, h2_;     // [slots of a step, hidden]: what the layers gave, then what goes back
+    Eigen::VectorXf h1_, h2_;     // [slots of a step, hidden]: activations, then deltas
     Eigen::VectorXf d3_;          // [slots of a step, 4]
     Eigen::VectorXf transposed_;  // [hidden, hidden]
-    /// Neighbouring pairs of W1, W2, W2 transposed, h1, d2 and d1, rounded.
+    /// bfloat16 pairs of W1, W2, W2 transposed, h1, d2 and d1.
     Words W1_, W2_, W2T_, h1_rows_, h1_slots_, d2_rows_, d2_slots_, d1_slots_;
     std::vector<const float*> pieces_;
     std::vector<const std::uint32_t*> paired_pieces_;

@@ -21,7 +21,7 @@ template <class... Args>
     throw std::invalid_argument(fmt::format(text, std::forward<Args>(args)...));
 }
 
-/// The learning rate: falls by `decay` when the loss has not improved for more than `patience` epochs.
+/// Learning rate, multiplied by `decay` when the loss has not improved for more than `patience` epochs.
 class PlateauDecay {
  public:
     explicit PlateauDecay(const MlpConfig& config) : config_(config), rate_(config.learning_rate) {}
@@ -60,7 +60,7 @@ void check_mlp_config(const MlpConfig& c) {
     if (c.patience < 0) fail("patience of {} epochs, at least 0 needed", c.patience);
     if (!(c.improvement >= 0 && c.improvement < 1)) fail("improvement {}, allowed is [0, 1)", c.improvement);
     if (!has_arithmetic(c.arithmetic))
-        fail("{} arithmetic, which this program was not built for", name(c.arithmetic));
+        fail("this program was built without {} arithmetic", name(c.arithmetic));
     if (c.max_epochs < 1) fail("epoch limit {}, at least 1 needed", c.max_epochs);
 }
 
@@ -74,7 +74,7 @@ std::optional<TrainedMlp> train_mlp(const PoseBlocks& poses, const PoseRows& tar
     Adam adam(batch.shape().weights(), config.weight_decay);
     PlateauDecay decay(config);
     Eigen::VectorXf gradient(batch.shape().weights());
-    /// Mean of f(blocks) over consecutive steps, by their poses.
+    /// Mean of f(blocks) over consecutive steps, weighted by their number of poses.
     const auto mean_over_steps = [&](const auto& f) {
         double sum = 0;
         for (int begin = 0; begin < poses.blocks(); begin += a_step) {

@@ -9,7 +9,7 @@
 namespace nbd {
 namespace {
 
-/// To the nearest number of 8 bits, ties to even.
+/// Rounds to the nearest bfloat16, ties to even.
 std::uint32_t bfloat16(float x) {
     const auto bits = std::bit_cast<std::uint32_t>(x);
     return (bits + 0x7fff + (bits >> 16 & 1)) >> 16;
@@ -20,7 +20,7 @@ std::uint32_t bfloat16(float x) {
 PoseBlocks::PoseBlocks(const PoseRows& inputs, Arithmetic arithmetic, std::uint64_t seed)
     : arithmetic_(arithmetic),
       inputs_(static_cast<int>(inputs.cols())),
-      // Rows a power of two apart would share a few sets of the first cache.
+      // Rows a power of two apart would compete for a few sets of the L1 cache.
       stride_((inputs.cols() + 15) / 16 * 16 + 16),
       order_(static_cast<std::size_t>(inputs.rows())) {
     std::iota(order_.begin(), order_.end(), 0);

@@ -9,8 +9,8 @@
 
 namespace nbd {
 
-/// Inputs of training poses in the order and the layouts that steps read them in: shuffled once, in blocks
-/// of 16 that a step takes whole, so that nothing is copied per step. All networks share one object.
+/// Inputs of the training poses in the layouts that training steps read: shuffled once and stored in blocks
+/// of 16, which a step takes whole, so that nothing is copied per step. All networks share one object.
 class PoseBlocks {
  public:
     static constexpr int block = 16;
@@ -21,12 +21,12 @@ class PoseBlocks {
     Arithmetic arithmetic() const noexcept { return arithmetic_; }
     int poses() const noexcept { return static_cast<int>(order_.size()); }
     int inputs() const noexcept { return inputs_; }
-    /// The last one may be part empty: its slots from poses() on hold zeros.
+    /// Number of blocks. Slots from poses() on in the last block hold zeros.
     int blocks() const noexcept { return (poses() + block - 1) / block; }
-    /// [poses()] the row of `inputs` in each slot. A slot's block is slot / 16.
+    /// [poses()] row of `inputs` in each slot. A slot's block is slot / 16.
     const std::vector<int>& order() const noexcept { return order_; }
 
-    /// Poses in some of the blocks.
+    /// Number of poses in the given blocks.
     int poses_in(std::span<const int> blocks) const noexcept {
         int sum = 0;
         for (const int b : blocks) sum += std::min(block, poses() - b * block);
@@ -35,15 +35,15 @@ class PoseBlocks {
 
     /// Floats between two slots of rows().
     std::ptrdiff_t stride() const noexcept { return stride_; }
-    /// [16, stride()] inputs of a block, slot by slot.
+    /// [16, stride()] inputs of block b, slot by slot.
     const float* rows(int b) const noexcept { return rows_.data() + b * block * stride_; }
     /// Pairs between two slots of paired_rows(): inputs() / 2, rounded up.
     int pairs() const noexcept { return (inputs_ + 1) / 2; }
-    /// [16, pairs()] two neighbouring inputs of a slot in bfloat16; with Arithmetic::mixed alone.
+    /// [16, pairs()] bfloat16 pairs of neighbouring inputs of a slot; only with Arithmetic::mixed.
     const std::uint32_t* paired_rows(int b) const noexcept {
         return paired_rows_.data() + b * block * pairs();
     }
-    /// [8, paired_stride()] one input of two neighbouring slots; likewise.
+    /// [8, paired_stride()] bfloat16 pairs of one input in neighbouring slots; only with Arithmetic::mixed.
     const std::uint32_t* paired_slots(int b) const noexcept {
         return paired_slots_.data() + b * block / 2 * stride_;
     }
@@ -54,7 +54,7 @@ class PoseBlocks {
     int inputs_;
     std::ptrdiff_t stride_;
     std::vector<int> order_;
-    // Eigen's arrays begin where a cache line does.
+    // Eigen aligns its arrays to cache lines.
     Eigen::VectorXf rows_;
     Eigen::Matrix<std::uint32_t, Eigen::Dynamic, 1> paired_rows_, paired_slots_;
 };

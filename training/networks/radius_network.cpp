@@ -22,7 +22,7 @@ namespace {
 using dense_kernel::Adjacent;
 using dense_kernel::multiply;
 
-/// Where the parts of the weights of a network of width H lie, for so many samples.
+/// Offsets of the parts in the flat weights of a network of width H with `inputs` samples.
 template <int H>
 struct Shape {
     int inputs;
@@ -34,7 +34,7 @@ struct Shape {
     int weights() const noexcept { return b3() + 1; }
 };
 
-/// Numbers shifted and scaled to mean 0 and deviation 1; those that never change become 0.
+/// Shift and scale to mean 0 and standard deviation 1; constant numbers become 0.
 struct Scaling {
     float mean = 0, factor = 0;
 
@@ -42,13 +42,13 @@ struct Scaling {
         mean = static_cast<float>(x.cast<double>().mean());
         const double deviation =
             std::sqrt((x.cast<double>().array() - static_cast<double>(mean)).square().mean());
-        // Below so much it is rounding of the mean that changes.
+        // A smaller deviation is only rounding of the mean.
         if (deviation > 1e-6 * std::abs(static_cast<double>(mean)))
             factor = static_cast<float>(1 / deviation);
     }
 };
 
-/// One batch through a network and back.
+/// Forward and backward pass of one batch.
 template <int H>
 class Batch {
  public:
@@ -63,7 +63,7 @@ class Batch {
           d3_(capacity),
           rows_(H * H) {}
 
-    /// Takes over rows of scaled inputs and targets.
+    /// Copies rows of scaled inputs and targets.
     void gather(const PoseRows& inputs, const Eigen::VectorXf& targets, const int* poses, int count) {
         count_ = count;
         for (int p = 0; p < count; ++p) {
@@ -112,7 +112,7 @@ class Batch {
         Layer h1(h1_.data(), H, n), h2(h2_.data(), H, n), d1(d1_.data(), H, n), d2(d2_.data(), H, n);
         g[shape_.b3()] = d3_.head(n).sum();
         g.segment<H>(shape_.w3()).noalias() = h2.matrix() * d3_.head(n);
-        // Through ReLU: a neuron that gave 0 passes nothing back.
+        // ReLU passes no gradient back through a neuron with output 0.
         d2 = (w.segment<H>(shape_.w3()) * d3_.head(n).transpose()).array() * (h2 > 0).template cast<float>();
         multiply<H, Adjacent::n>(d2_.data(), count_, h1_.data(), H, H, nullptr, g.data() + shape_.W2());
         g.segment<H>(shape_.b2()) = d2.rowwise().sum();
@@ -144,7 +144,7 @@ Eigen::VectorXf initial_network(Shape<H> shape, std::uint64_t seed, std::uint64_
     return w;
 }
 
-/// Shuffles in place by Fisher and Yates. Initial weights draw with counters below 2^32, epochs above.
+/// Fisher-Yates shuffle in place. Initial weights use counters below 2^32, epochs those above.
 void shuffle(std::vector<int>& order, std::uint64_t seed, std::uint64_t stream, int epoch) {
     const std::uint64_t first = (static_cast<std::uint64_t>(epoch) + 1) << 32;
     for (std::size_t i = order.size() - 1; i > 0; --i)
@@ -153,7 +153,7 @@ void shuffle(std::vector<int>& order, std::uint64_t seed, std::uint64_t stream, 
             order[static_cast<std::size_t>(counter_index(seed, stream, first + i, static_cast<int>(i) + 1))]);
 }
 
-/// Takes the scalings of inputs and output into the weights.
+/// Folds the scalings of inputs and output into the weights.
 template <int H>
 void unscale(Shape<H> shape, const std::vector<Scaling>& inputs, const Scaling& output, Eigen::VectorXf& w) {
     for (int i = 0; i < shape.inputs; ++i) {
@@ -181,7 +181,7 @@ TrainedRadiusNetwork train_network(const PoseRows& distances, const Eigen::Vecto
     const Eigen::VectorXf targets = (growth.array() - output.mean) * output.factor;
 
     TrainedRadiusNetwork result{.weights = initial_network(shape, config.seed, stream)};
-    if (output.factor == 0) result.weights.setZero();  // nothing to learn but the mean
+    if (output.factor == 0) result.weights.setZero();  // only the mean to learn
     Adam adam(shape.weights(), 0);
     Batch<H> batch(shape, std::min(config.batch, poses));
     Eigen::VectorXf gradient(shape.weights());

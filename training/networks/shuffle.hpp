@@ -8,8 +8,8 @@
 
 namespace nbd {
 
-/// Shuffles in place by Fisher and Yates. Depends on (seed, stream, round) alone. Draws with counters from
-/// 2^32 on; those below are left to initial weights.
+/// Fisher-Yates shuffle in place. Depends on (seed, stream, round) alone. Uses counters from 2^32 on; lower
+/// ones are reserved for initial weights.
 inline void shuffle(std::vector<int>& order, std::uint64_t seed, std::uint64_t stream, int round) {
     const std::uint64_t first = (static_cast<std::uint64_t>(round) + 1) << 32;
     for (std::size_t i = order.size(); i-- > 1;) {
