@@ -160,9 +160,9 @@ TEST_F(TrainLearned, RefusesWhatItCannotTrain) {
     EXPECT_EQ(error({.samples = {.count = 17}}),
               "samples of a node: 17, allowed is 0 or a multiple of 16 up to 128");
     EXPECT_EQ(error({.samples = {.max_count = 0}}),
-              "most samples of a node: 0, allowed is a multiple of 16 up to 128");
+              "maximum samples of a node: 0, allowed is a multiple of 16 up to 128");
     EXPECT_EQ(error({.samples = {.exact_vertices = 129}}),
-              "most vertices of an exact node: 129, allowed is 16 to 128");
+              "maximum vertices of an exact node: 129, allowed is 16 to 128");
     EXPECT_EQ(error({.samples = {.tolerance = -1}}), "tolerance of the samples -1, allowed is 0 or more");
     EXPECT_EQ(error({.sample_poses = 0}), "0 poses to choose samples from, at least 1 needed");
     EXPECT_EQ(error({.networks = {.epochs = 0}}), "epochs of a radius network: 0, allowed is 1 or more");

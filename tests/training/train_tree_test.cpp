@@ -145,7 +145,7 @@ TEST_F(TrainTree, RefusesAnotherBodysRecordingAndABodyWithoutModes) {
     other = bar.body;
     other.U.resize(other.U.rows(), 0);
     EXPECT_EQ(error_of([&] { train_tree(other, data, quick()); }),
-              "the body has no modes; compute them first");
+              "the body has no modes; run `nbdtree modes` first");
 }
 
 }  // namespace

@@ -106,8 +106,9 @@ TEST_F(TransferTree, RefusesOtherSurfacesAndTreesWithoutSuchBounds) {
     other.X *= 1.5f;
     EXPECT_NE(test::refusal([&] { transfer_tree(before, other); }), "");
     const SurfaceBody coarser = Bar(0, 1).body;
-    EXPECT_NE(test::refusal([&] { transfer_tree(before, coarser); }).find("off the surface's nearest vertex"),
-              std::string::npos);
+    EXPECT_NE(
+        test::refusal([&] { transfer_tree(before, coarser); }).find("from the surface's nearest vertex"),
+        std::string::npos);
     SurfaceBody part = fine.body;
     part.F = fine.body.F.topRows(40).eval();
     EXPECT_NE(test::refusal([&] { transfer_tree(before, part); }).find("gets no face of the surface"),

@@ -68,7 +68,7 @@ ClusteredModesChoice cluster_modes(const SurfaceBody& body, const RecordingReade
 
     Eigen::Index best = 0;
     error.colwise().mean().minCoeff(&best);
-    // The rest pose has no code to be wrong about.
+    // Poses near the rest pose have z near 0, hence no relative error.
     const double smallest = 1e-9 * (length.maxCoeff() + 1e-30);
     double sum = 0;
     int moved = 0;

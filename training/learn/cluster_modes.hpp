@@ -10,19 +10,19 @@ namespace nbd {
 
 struct ClusterModesConfig {
     KMeansConfig k_means;
-    int initialisations = 4;  // runs of k-means, of which the best is kept
-    int poses = 256;          // at most as many training poses, evenly spread, tell which is best
+    int initialisations = 4;  // runs of k-means; the best one is kept
+    int poses = 256;          // maximum training poses, evenly spread, that decide which run is best
 };
 
 struct ClusteredModesChoice {
     ClusteredModes modes;
-    double z_error = 0;  // mean |z - zhat| / |z| over those poses
+    double z_error = 0;  // mean |z - zhat| / |z| over the deciding poses
 };
 
-/// Representatives and weights from the clusters of U's rows; of several initialisations the one with the
-/// least mean |z - zhat| over training poses (section 3.4 of the paper). z is the exact code: full rigid
-/// alignment, all vertices. body.U: at least one mode. Same bits on any number of threads.
-/// Throws std::invalid_argument on a config out of range.
+/// Clusters the rows of U to get representatives and weights. Of several runs of k-means, keeps the one with
+/// the least mean |z - zhat| over training poses (section 3.4 of the paper). z is exact: from the full rigid
+/// alignment and all vertices. body.U needs at least one mode. Same bits on any number of threads. Throws
+/// std::invalid_argument on a config out of range.
 ClusteredModesChoice cluster_modes(const SurfaceBody& body, const RecordingReader& recording,
                                    std::span<const FrameId> frames, const ClusterModesConfig& config);
 

@@ -14,7 +14,7 @@ namespace nbd {
 
 namespace {
 
-constexpr Eigen::Index block_rows = 256;  // points a task and a matrix product
+constexpr Eigen::Index block_rows = 256;  // points per task and matrix product
 
 /// Calls body(first, count) for consecutive blocks of `n` rows, in parallel.
 template <class F>
@@ -28,8 +28,8 @@ void for_blocks(Eigen::Index n, F&& body) {
         1);
 }
 
-/// Picks centroids among the points, each with a probability in proportion to its squared distance from
-/// those picked before.
+/// k-means++: picks each centroid among the points with a probability proportional to its squared distance
+/// from the nearest centroid picked so far.
 PointRows seed_centroids(PointRowsRef points, int k, std::uint64_t seed, std::uint64_t stream) {
     const Eigen::Index limit = Eigen::Index{32} * k;
     const Eigen::Index stride = std::max<Eigen::Index>(1, points.rows() / limit);
@@ -47,7 +47,8 @@ PointRows seed_centroids(PointRowsRef points, int k, std::uint64_t seed, std::ui
         });
         const double total = std::accumulate(distance.begin(), distance.end(), 0.0);
         double rest = total * counter_uniform(seed, stream, static_cast<std::uint64_t>(c) + 1);
-        // The first whose share is reached; the last with a distance above 0 if rounding goes past the end.
+        // Picks the first point whose share is reached, or the last with a distance above 0 if rounding runs
+        // past the end.
         for (Eigen::Index i = 0; i < candidates && rest >= 0; ++i)
             if (distance[i] > 0) {
                 pick = i;
@@ -61,7 +62,7 @@ void assign(PointRowsRef points, const PointRows& centroids, std::vector<int>& l
             Eigen::VectorXf& distance) {
     const Eigen::RowVectorXf half = 0.5f * centroids.rowwise().squaredNorm().transpose();
     for_blocks(points.rows(), [&](Eigen::Index first, Eigen::Index count) {
-        // |p - c|^2 / 2 up to |p|^2 / 2, which is the same for all centroids.
+        // |p - c|^2 / 2 less |p|^2 / 2, which is the same for all centroids.
         PointRows score = half.replicate(count, 1);
         score.noalias() -= points.middleRows(first, count) * centroids.transpose();
         for (Eigen::Index i = 0; i < count; ++i) {
@@ -73,7 +74,7 @@ void assign(PointRowsRef points, const PointRows& centroids, std::vector<int>& l
     });
 }
 
-/// Gives every empty cluster the point that lies farthest from its centroid.
+/// Gives every empty cluster the point farthest from its centroid.
 void refill(const std::vector<int>& count, std::vector<int>& label, Eigen::VectorXf& distance) {
     for (std::size_t c = 0; c < count.size(); ++c) {
         if (count[c] > 0) continue;
@@ -98,7 +99,7 @@ std::vector<std::vector<int>> members(const std::vector<int>& label, int k) {
     return list;
 }
 
-/// Centroids of the clusters that have members; the others keep theirs.
+/// Moves each centroid to the mean of its members; clusters without members keep theirs.
 void move_centroids(PointRowsRef points, const std::vector<int>& label, PointRows& centroids) {
     const int k = static_cast<int>(centroids.rows());
     const auto list = members(label, k);
@@ -114,7 +115,7 @@ void move_centroids(PointRowsRef points, const std::vector<int>& label, PointRow
         1);
 }
 
-/// Numbers the clusters that have members from 0 and finds their representatives.
+/// Drops empty clusters, renumbers the others from 0 and finds their representatives.
 void represent(PointRowsRef points, const PointRows& centroids, Clustering& result) {
     const auto list = members(result.label, static_cast<int>(centroids.rows()));
     std::vector<float> sizes;

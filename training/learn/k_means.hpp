@@ -6,30 +6,30 @@
 
 namespace nbd {
 
-/// Points to cluster, one row each.
+/// Points to cluster, one per row.
 using PointRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using PointRowsRef = Eigen::Ref<const PointRows>;
 
 struct KMeansConfig {
-    int clusters = 512;         // at most as many as there are points are used
-    int max_iterations = 50;    // ends earlier once the inertia falls by less than `improvement`
+    int clusters = 512;         // at most the number of points is used
+    int max_iterations = 50;    // stops earlier once the inertia falls by less than `improvement`
     double improvement = 1e-4;  // relative
     std::uint64_t seed = 1;
 };
 
 struct Clustering {
     std::vector<int> label;            // [n] cluster of each point
-    std::vector<int> representatives;  // [k] the member nearest to its cluster's centroid; all different
+    std::vector<int> representatives;  // [k] member nearest to the cluster's centroid; all different
     Eigen::VectorXf sizes;             // [k] members, >= 1
     double inertia = 0;                // sum of squared distances to the centroids
     int iterations = 0;
 };
 
-/// Lloyd's k-means in the L2 metric, seeded by k-means++ (among an even subset of 32 points a cluster, where
-/// there are more). A cluster that runs empty moves to the point farthest from its centroid; where points
-/// coincide so that one stays empty it is dropped. points: [n, d], n >= 1. initialisation: the number of the
-/// run, tells its random numbers from those of other runs. Same bits on any number of threads.
-/// Throws std::invalid_argument on an empty set or a config out of range.
+/// Lloyd's k-means in the L2 metric, seeded by k-means++ among an even subset of at most about 32 points per
+/// cluster. An empty cluster moves to the point farthest from its centroid; if it stays empty because points
+/// coincide, it is dropped. points: [n, d], n >= 1. initialisation: number of the run, selects its random
+/// numbers. Same bits on any number of threads. Throws std::invalid_argument on an empty set or a config out
+/// of range.
 Clustering k_means(PointRowsRef points, const KMeansConfig& config, std::uint64_t initialisation);
 
 }  // namespace nbd

@@ -31,7 +31,8 @@ PoseLabels compute_labels(const SurfaceBody& body, const SphereTree& tree, const
                                                  labels.z.row(index).transpose());
         if (frame == LabelFrame::full) align = match_shape(body.X, x, ones);
         for (Eigen::Index i = 0; i < nodes; ++i) {
-            // Moves with the body, so the aligned sphere is the world's sphere aligned.
+            // The bounding sphere moves with the body, so aligning the world-space sphere gives the aligned
+            // one.
             const Sphere s = bounding_sphere(x, tree.node_vertices(static_cast<int>(i)));
             const Sphere& rest = tree.rest[static_cast<std::size_t>(i)];
             auto label = labels.spheres.row(index).segment<4>(4 * i);

@@ -10,34 +10,34 @@
 
 namespace nbd {
 
-/// The frame that label spheres are expressed in. `clustered`: the one that the code is computed in and the
-/// sphere is taken to the world from, so that alignment errors cancel. `full`: rigid alignment over all
-/// vertices, as the paper has it; the difference of the two alignments is then left to the networks.
+/// Frame of the label spheres. `clustered`: the frame in which z is computed and from which spheres are moved
+/// to the world, so that alignment errors cancel. `full`: rigid alignment over all vertices, as in the paper;
+/// the networks then have to learn the difference between the two alignments.
 enum class LabelFrame { clustered, full };
 
 /// "clustered", "full".
 std::string_view name(LabelFrame frame) noexcept;
 
-/// Throws std::invalid_argument naming the known frames.
+/// The frame of that name. Throws std::invalid_argument that lists the known frames.
 LabelFrame label_frame(std::string_view name);
 
-/// What networks are trained on, before scaling.
+/// Training inputs and targets of the networks, before scaling.
 struct PoseLabels {
     PoseRows z;        // [poses, m] zhat (equation 4)
     PoseRows spheres;  // [poses, 4 nodes] dc x y z, dr of every node: sphere in the pose minus rest sphere,
                        // in metres (equation 5)
 };
 
-/// Streams the frames once; positions are never in memory all together. Same bits on any number of threads.
+/// Streams the frames once, so the positions need not fit in memory. Same bits on any number of threads.
 PoseLabels compute_labels(const SurfaceBody& body, const SphereTree& tree, const ClusteredModes& modes,
                           const RecordingReader& recording, std::span<const FrameId> frames,
                           LabelFrame frame);
 
-/// Middle and half width of every column's range.
+/// Centre and half width of every column's range.
 struct ColumnRange {
     Eigen::VectorXf centre, half;
 
-    /// 1 / half, and 0 for a column that never changed: what it brings later is ignored.
+    /// 1 / half, or 0 for a constant column, which makes later changes in it have no effect.
     Eigen::VectorXf scale() const;
 };
 

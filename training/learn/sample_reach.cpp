@@ -13,7 +13,7 @@ namespace nbd {
 
 namespace {
 
-/// The boxes of all nodes in a pose, from the leaves up.
+/// Computes the boxes of all nodes in a pose, from the leaves up.
 void fit_boxes(const SphereTree& tree, const Vertices& x, std::vector<Box>& boxes) {
     boxes.assign(tree.nodes.size(), empty_box());
     for (std::size_t i = tree.nodes.size(); i-- > 0;) {

@@ -9,22 +9,23 @@
 
 namespace nbd {
 
-/// How far nodes reach beyond their samples, metres: what the numbers of a LearnedModel's Reach are fitted
-/// to.
+/// How far nodes reach beyond their samples, metres. LearnedModel::Reach is fitted to these numbers.
 struct SampleReach {
     PoseRows distance;  // [poses, nodes] largest distance from the centre to a sample
-    PoseRows growth;    // [poses, nodes] largest distance to any of the node's vertices, minus that
-    PoseRows box;       // [poses, nodes] by how many spreads the samples' box must grow on its worst side.
-                        // The box's axes are turned at random in every pose
-    PoseRows spread;    // [poses, nodes] of the samples, see LearnedModel::BoxFit
-    PoseRows exact;     // [poses, nodes] radius of the exact sphere
+    PoseRows growth;    // [poses, nodes] largest distance to any vertex of the node, minus `distance`
+    PoseRows box;     // [poses, nodes] growth that the samples' box needs on its worst side, in spreads; the
+                      // box's axes are random in every pose
+    PoseRows spread;  // [poses, nodes] spread of the samples, see LearnedModel::BoxFit
+    PoseRows exact;   // [poses, nodes] radius of the exact sphere
     Eigen::ArrayXd squared_mean, squared_deviation;  // [samples of all nodes] mean and standard deviation of
                                                      // each sample's squared distance from its centre, m^2
-    std::vector<PoseRows> samples;  // [nodes] of [poses, samples]: distances from the centre; on request
+    std::vector<PoseRows>
+        samples;  // [nodes] of [poses, samples]: distances from the centre; only if with_samples
 };
 
-/// Streams the frames once. model: whose samples and centres are given; its reach is ignored. with_samples:
-/// fill SampleReach::samples. seed: of the boxes' axes. Same bits on any number of threads.
+/// Measures the reach of all nodes; streams the frames once. model: gives samples and centres; its reach is
+/// ignored. with_samples: fill SampleReach::samples. seed: of the boxes' axes. Same bits on any number of
+/// threads.
 SampleReach measure_reach(const SurfaceBody& body, const SphereTree& tree, const LearnedModel& model,
                           const RecordingReader& recording, std::span<const FrameId> frames,
                           std::uint64_t seed, bool with_samples);

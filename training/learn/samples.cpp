@@ -17,12 +17,12 @@ namespace nbd {
 namespace {
 
 constexpr int lanes = LearnedModel::lanes;
-constexpr int measures = 7;  // distance from the centre and how far it stands out on the six sides of a box
+constexpr int measures = 7;  // distance from the centre, and extent along the six sides of a box
 
-/// A node's vertices without repeats, and how often each is listed.
+/// A node's vertices without repeats, and the share of each in the node's list.
 struct NodeVertices {
     std::vector<int> ids;
-    Eigen::VectorXf share;  // of the mean; sum 1
+    Eigen::VectorXf share;  // weight in the mean; sum 1
 
     explicit NodeVertices(std::span<const int> listed) : ids(listed.begin(), listed.end()) {
         std::ranges::sort(ids);
@@ -53,9 +53,9 @@ struct NodePose {
     const Vertices* x;
     Eigen::RowVector3f c;  // mean of the node's vertices
     float r;               // largest distance from it
-    Eigen::Matrix3f axes;  // of a box, turned at random: a body may turn in use as it likes
+    Eigen::Matrix3f axes;  // of a box, at random, because bodies in use turn freely
 
-    /// Distance from the centre and how far the vertex stands out along each of the six directions.
+    /// Distance of the vertex from the centre and its extent along the six directions.
     std::array<float, measures> measure(int v) const {
         const Eigen::RowVector3f q = x->row(v) - c, s = q * axes;
         return {q.norm(), s[0], s[1], s[2], -s[0], -s[1], -s[2]};
@@ -74,7 +74,7 @@ std::vector<NodePose> node_poses(const NodeVertices& node, std::span<const Verti
     return seen;
 }
 
-/// Vertices that are the farthest by one of the measures in one of the poses.
+/// Vertices that are farthest by some measure in some pose.
 std::vector<int> farthest_vertices(const NodeVertices& node, const std::vector<NodePose>& poses) {
     std::vector<int> found;
     for (const NodePose& pose : poses) {
@@ -93,13 +93,13 @@ std::vector<int> farthest_vertices(const NodeVertices& node, const std::vector<N
     return found;
 }
 
-/// Candidates in the order of what each adds to those before it, at most `count`; ends where none adds
+/// At most `count` candidates, chosen greedily by what each adds to those before it; stops when none adds
 /// anything.
 std::vector<int> support_vertices(const NodeVertices& node, const std::vector<NodePose>& poses, int count,
                                   double side_weight) {
     const std::vector<int> candidates = farthest_vertices(node, poses);
     const auto rows = static_cast<Eigen::Index>(measures * poses.size());
-    // How far each candidate stands out by each measure in each pose, as a share of the node's radius.
+    // Each candidate's measures in each pose, relative to the node's radius.
     Eigen::ArrayXXf reach(rows, static_cast<Eigen::Index>(candidates.size()));
     for (std::size_t p = 0; p < poses.size(); ++p)
         for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -121,7 +121,7 @@ std::vector<int> support_vertices(const NodeVertices& node, const std::vector<No
     return chosen;
 }
 
-/// Goes on with vertices far from those chosen, at rest, until there are `count`, or all.
+/// Adds vertices far from those chosen, at rest, until there are `count` or all.
 void add_spread_vertices(VerticesRef X, const NodeVertices& node, int count, std::vector<int>& chosen) {
     const auto far = [&](const Eigen::RowVector3f& point) {
         Eigen::ArrayXf squared(node.count());
@@ -144,8 +144,8 @@ void add_spread_vertices(VerticesRef X, const NodeVertices& node, int count, std
     }
 }
 
-/// The weights w, sum 1, that make |sum of w x - mean|^2 least over the poses. A small penalty on their
-/// squares keeps the centre steady where poses do not tell samples apart.
+/// The weights w, sum 1, that minimize |sum of w x - mean|^2 over the poses. A small penalty on their squares
+/// keeps the centre stable where the poses do not distinguish samples.
 Eigen::VectorXd centre_weights(const std::vector<NodePose>& poses, const std::vector<int>& samples) {
     constexpr double ridge = 1e-4;
     const auto k = static_cast<Eigen::Index>(samples.size());
@@ -162,8 +162,7 @@ Eigen::VectorXd centre_weights(const std::vector<NodePose>& poses, const std::ve
     return w / w.sum();
 }
 
-/// Mean relative error of the radius over the poses, when what vertices reach beyond the samples is taken
-/// for constant.
+/// Mean relative radius error over the poses if the vertices' reach beyond the samples is taken as constant.
 double radius_error(const std::vector<NodePose>& poses, const std::vector<int>& samples,
                     const Eigen::VectorXd& weights) {
     Eigen::ArrayXd distance(static_cast<Eigen::Index>(poses.size())), exact(distance);
@@ -182,7 +181,7 @@ double radius_error(const std::vector<NodePose>& poses, const std::vector<int>& 
     return ((distance + growth - exact).abs() / exact).mean();
 }
 
-/// The node's samples in groups of 16, the last one filled with the first sample at weight 0.
+/// The node's samples, padded to a multiple of 16 with the first sample at weight 0.
 NodeSamples grouped(const std::vector<int>& vertices, const Eigen::VectorXf& weights, bool exact) {
     NodeSamples samples{.vertices = vertices, .weights = weights, .exact = exact};
     const auto count = (samples.vertices.size() + lanes - 1) / lanes * lanes;
@@ -203,10 +202,10 @@ void check_samples_config(const SamplesConfig& c) {
     require(c.count >= 0 && c.count <= most && c.count % lanes == 0, "samples of a node:", c.count,
             "0 or a multiple of 16 up to 128");
     require(c.max_count >= lanes && c.max_count <= most && c.max_count % lanes == 0,
-            "most samples of a node:", c.max_count, "a multiple of 16 up to 128");
+            "maximum samples of a node:", c.max_count, "a multiple of 16 up to 128");
     require(c.tolerance >= 0, "tolerance of the samples", c.tolerance, "0 or more");
     require(c.exact_vertices >= lanes && c.exact_vertices <= most,
-            "most vertices of an exact node:", c.exact_vertices, "16 to 128");
+            "maximum vertices of an exact node:", c.exact_vertices, "16 to 128");
     require(c.spread_share >= 0 && c.spread_share <= 1, "share of spread samples", c.spread_share, "[0, 1]");
     require(c.side_weight >= 0, "weight of a box's side", c.side_weight, "0 or more");
 }

@@ -16,8 +16,8 @@ namespace {
 
 const h5::Format torch_format{"nbdtree torch", 1};
 
-/// One layer's matrices, or biases where cols is 0, of all nodes. all: ByteNetworks::weights(). first: where
-/// they begin among a node's.
+/// Writes one layer's matrices, or its biases if cols is 0, of all nodes. all: ByteNetworks::weights().
+/// first: offset of the layer in a node's weights.
 void write_layer(h5::Writer& file, const std::string& name, std::span<const float> all, std::size_t nodes,
                  int first, int rows, int cols) {
     const std::size_t each = all.size() / nodes;
@@ -59,7 +59,7 @@ void save_torch(const std::filesystem::path& path, const TreeFile& file) {
     out.write("nbd/out_centre", nbd.out_centre.transpose());
     out.write("nbd/out_scale", nbd.out_scale.transpose());
     const auto m = static_cast<std::size_t>(shape.inputs);
-    std::vector<float> map(3 * nodes * m, 0.f);  // rows of its transpose, zero where there is none
+    std::vector<float> map(3 * nodes * m, 0.f);  // rows of the transpose; zero if there is no map
     const Eigen::MatrixXf centre_map = nbd.centre_map.numbers();
     std::copy_n(centre_map.data(), centre_map.size(), map.begin());
     out.write("nbd/centre_map", {nodes, 3, m}, std::span<const float>(map));

@@ -28,7 +28,7 @@ std::vector<Vertices> some_poses(const SurfaceBody& body, const RecordingReader&
     return poses;
 }
 
-/// Lays the blocks out and fills in samples and weights of the centres.
+/// Builds a model with samples and the weights of the centres; reach and ranges are 0.
 LearnedModel make_model(const std::vector<NodeSamples>& nodes, bool network) {
     LearnedModel model;
     model.network = network;
@@ -45,8 +45,8 @@ LearnedModel make_model(const std::vector<NodeSamples>& nodes, bool network) {
     return model;
 }
 
-/// Means and inverse deviations of what the node's samples had in training. No deviation is smaller than
-/// 0.3 % of its mean, so that rounding is not taken for strange.
+/// Means and inverse deviations of the samples' squared distances in training. Deviations are at least 0.3 %
+/// of the mean, so that rounding does not count as out of distribution.
 void fit_range(const SampleReach& reach, const LearnedModel::Node& node, float* values) {
     for (int k = 0; k < node.sample_count; ++k) {
         const double mean = reach.squared_mean[node.sample_begin + k],
@@ -65,7 +65,7 @@ float upper_quantile(Eigen::VectorXf numbers, double miss_rate) {
     return *nth;
 }
 
-/// As fit_range().
+/// Fits the box growth, and its range as in fit_range().
 LearnedModel::BoxFit fit_box(const SampleReach& reach, Eigen::Index node, double miss_rate) {
     const Eigen::ArrayXd squared = reach.spread.col(node).cast<double>().array().square();
     const double mean = squared.mean(), deviation = std::sqrt((squared - mean).square().mean());

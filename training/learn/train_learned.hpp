@@ -11,33 +11,33 @@
 
 namespace nbd {
 
-/// How local bounds are trained. Every number is in metres of the body, so a tree fits its body's size alone.
+/// Options for training learned bounds. A model's numbers are in metres, so it fits a body of that size only.
 struct LearnedConfig {
     SamplesConfig samples{};
-    int sample_poses = 2000;  // that samples are chosen from, evenly spread over the training poses
-    bool network = false;     // else what vertices reach beyond the samples is a constant of the node
+    int sample_poses = 2000;  // poses to choose samples from, evenly spread over the training poses
+    bool network = false;     // false: the vertices' reach beyond the samples is a constant per node
     RadiusNetworkConfig networks{};
     double box_miss_rate = 1e-3;  // share of training poses in which a node's box may be too small
-    std::uint64_t seed = 1;       // overrides theirs
+    std::uint64_t seed = 1;       // overrides the seeds in samples and networks
 };
 
 /// Throws std::invalid_argument naming the option that is out of range.
 void check_learned_config(const LearnedConfig& config);
 
-/// Trains local bounds. Streams the frames, twice; in memory stay the poses that samples are chosen from (at
-/// most 512 MiB of them) and some numbers a pose and node. Same bits on any number of threads.
+/// Trains learned bounds. Streams the frames twice. Memory holds the poses that samples are chosen from (at
+/// most 512 MiB) and a few numbers per pose and node. Same bits on any number of threads.
 /// stage: called at the start of each stage with its name; may be empty.
 /// Throws std::invalid_argument on a bad config or no frames.
 LearnedModel train_learned(const SurfaceBody& body, const SphereTree& tree, const RecordingReader& recording,
                            std::span<const FrameId> frames, const LearnedConfig& config,
                            const std::function<void(std::string_view)>& stage = {});
 
-/// The first half of it: samples and centres, with a reach of 0.
+/// First half of train_learned(): samples and centres, with a reach of 0.
 LearnedModel choose_samples(const SurfaceBody& body, const SphereTree& tree, const RecordingReader& recording,
                             std::span<const FrameId> frames, const LearnedConfig& config);
 
-/// The second half: fits the reach of all nodes to what was measured, and trains networks if the config has
-/// them; `reach` then needs samples.
+/// Second half of train_learned(): fits the reach of all nodes to the measurements, and trains networks if
+/// the config asks for them; `reach` then needs samples.
 void fit_sample_reach(const SampleReach& reach, const LearnedConfig& config, LearnedModel& model);
 
 }  // namespace nbd

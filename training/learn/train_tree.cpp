@@ -41,10 +41,10 @@ void check_config(const TrainConfig& config, const SurfaceBody& body) {
         throw std::invalid_argument(
             fmt::format("{} modes, allowed are 1 to {}", config.modes, ByteNetworks::max_inputs));
     if (trains(config, BoundKind::nbd) && body.U.cols() < 1)
-        throw std::invalid_argument("the body has no modes; compute them first");
+        throw std::invalid_argument("the body has no modes; run `nbdtree modes` first");
 }
 
-/// Trains what the checkpoint does not hold, and keeps it up to date.
+/// Trains the networks that the checkpoint lacks and keeps the checkpoint up to date.
 std::vector<TrainedMlp> train_networks(const PoseRows& inputs, const PoseRows& targets,
                                        const MlpConfig& config, const TrainRun& run) {
     std::vector<TrainedMlp> networks(static_cast<std::size_t>(targets.cols() / MlpShape::outputs));
@@ -88,8 +88,8 @@ NbdModel train_model(const ClusteredModes& modes, PoseLabels& labels, const Trai
     const auto nodes = spheres.centre.size() / NbdModel::outputs;
     using PerNode = Eigen::Map<Eigen::MatrixXf>;
     PerNode half(spheres.half.data(), NbdModel::outputs, nodes);
-    // What the linear part leaves of the centre is small: in one unit with the radius it weighs as little as
-    // it moves the sphere's surface.
+    // The linear part leaves small centre offsets. In one unit with the radius, their weight in the loss
+    // matches how little they move the sphere's surface.
     if (config.linear_centre) half.rowwise() = half.colwise().maxCoeff().eval();
     scale_columns(labels.spheres, spheres);
     model.out_centre = PerNode(spheres.centre.data(), NbdModel::outputs, nodes);

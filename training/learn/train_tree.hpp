@@ -16,42 +16,41 @@
 
 namespace nbd {
 
-/// The kinds that training makes; `bd` and `learned_boxes` come along with them.
+/// The bounds that training produces; `bd` comes with `nbd`, `learned_boxes` with `learned_spheres`.
 inline constexpr BoundKind trained_kinds[] = {BoundKind::nbd, BoundKind::learned_spheres};
 
-/// All that decides what is trained. The defaults are the paper's, but for the label frame, which here
-/// leaves alignment errors out, and the linear part of the centres.
+/// Options of a training. The defaults are the paper's, except for the label frame, which here cancels
+/// alignment errors, the linear part of the centres and the weight decay of the networks.
 struct TrainConfig {
-    std::vector<BoundKind> bounds{BoundKind::nbd, BoundKind::learned_spheres};  // `modal` brings `bd` along
+    std::vector<BoundKind> bounds{BoundKind::nbd, BoundKind::learned_spheres};  // `nbd` includes `bd`
     SphereTreeConfig tree{};                                                    // depth 7
-    int modes = 128;  // the lowest ones; a body with fewer brings what it has
+    int modes = 128;  // the lowest ones; all of a body that has fewer
     ClusterModesConfig clusters{};
     LabelFrame label_frame = LabelFrame::clustered;
-    bool linear_centre = true;  // NbdModel::centre_map; without it labels are scaled element-wise
-    /// Of the trajectories, in [0, 1): never seen in training. Without it as the recording says; see
-    /// make_split.
+    bool linear_centre = true;  // fit NbdModel::centre_map; if false, labels are scaled element-wise
+    /// Share of the trajectories that training never sees, in [0, 1); if empty, see make_split().
     std::optional<double> held_out_share{};
-    double calibration_share = 0.25;  // of the others, in [0, 1): kept for calibration
-    double random_frame_share = 0.1;  // of the other trajectories' frames, in [0, 1): likewise
+    double calibration_share = 0.25;  // of the other trajectories, in [0, 1): kept for calibration
+    double random_frame_share = 0.1;  // of the training trajectories' frames, in [0, 1): kept for evaluation
     MlpConfig mlp{};
     LearnedConfig learned{};
-    CertifiedConfig certified{};  // of bodies that bring their tetrahedra
-    std::uint64_t seed = 1;       // of the split, the clustering and the networks; overrides theirs
+    CertifiedConfig certified{};  // for bodies with tetrahedra
+    std::uint64_t seed = 1;       // of the split, clustering and networks; overrides their seeds
 };
 
-/// JSON text of the options: what TrainingFacts keep.
+/// JSON text of the options, for TrainingFacts::config.
 std::string to_json(const TrainConfig& config);
 
-/// What a training needs beside its data and options, none of which changes its result.
+/// Callbacks and checkpoint settings of a training; they do not change its result.
 struct TrainRun {
     TrainingHooks hooks{};
-    /// Called at the start of each stage with its name. `hooks.progress` covers the networks of `modal`.
+    /// Called at the start of each stage with its name. `hooks.progress` covers the networks of `nbd`.
     std::function<void(std::string_view)> stage{};
-    /// Where finished networks are kept; empty: nowhere. The caller removes it once the tree is saved.
+    /// File for finished networks; empty: none. The caller removes it once the tree is saved.
     std::filesystem::path checkpoint{};
-    double checkpoint_seconds = 10;  // at least so long between two checkpoints
-    /// Stands in for train_mlps(), to the same result: for training dealt out to several processes. Empty:
-    /// this process trains alone.
+    double checkpoint_seconds = 10;  // minimum time between two checkpoints
+    /// Replacement for train_mlps() with the same result, for training in several processes. Empty: this
+    /// process trains alone.
     std::function<void(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config,
                        const TrainingHooks& hooks, std::vector<TrainedMlp>& networks)>
         networks{};
@@ -61,13 +60,14 @@ struct TrainRun {
     }
 };
 
-/// Builds and trains the whole tree of a body from a recording: sphere tree, and the bounds that the config
-/// names: clustered modes, BD-Tree and the networks of the paper, local bounds; not calibrated
-/// yet, see calibrate(). Streams the recording; what
-/// stays in memory is some numbers a pose and node. The same arguments give the same bits, whatever the
-/// threads and however often it was interrupted, on one machine type. Throws std::invalid_argument on a
-/// config out of range or, with `modal`, a body without modes, std::runtime_error on a recording of another
-/// body or with fewer training poses than one batch, TrainingCancelled.
+/// Builds and trains a body's tree from a recording: the sphere tree and the bounds named by the config,
+/// which are clustered modes, BD-Tree and the paper's networks (nbd), and learned bounds. Bodies with
+/// tetrahedra also get certified bounds. Not calibrated yet, see calibrate(). Streams the recording; memory
+/// holds a few numbers per pose and node. Same bits for the same arguments on one machine type, whatever the
+/// number of threads and interruptions.
+/// Throws std::invalid_argument on a config out of range or, with `nbd`, a body without modes;
+/// std::runtime_error on a recording of another body or with fewer training poses than one batch;
+/// TrainingCancelled.
 TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainConfig config,
                     const TrainRun& run = {});
 

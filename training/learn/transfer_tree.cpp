@@ -16,7 +16,7 @@ namespace nbd {
 
 namespace {
 
-/// The leaf of a tree whose part of the surface is nearest to a point, at rest.
+/// Finds the leaf whose part of the rest surface is nearest to a point.
 class NearestLeaf {
  public:
     explicit NearestLeaf(const TreeFile& file)
@@ -73,7 +73,7 @@ std::vector<int> leaves_of_faces(const TreeFile& trained, const SurfaceBody& bod
     return leaves;
 }
 
-/// Vertices of the other surface in place of the trained one's, and how far away each is, metres.
+/// Replaces vertices of the trained surface by the nearest ones of the other. Returns each distance, metres.
 std::vector<float> move_vertices(const TreeFile& trained, const SurfaceBody& body,
                                  std::vector<int>& vertices) {
     std::vector<float> moved(vertices.size());
@@ -99,15 +99,15 @@ void move_samples(const TreeFile& trained, const SurfaceBody& body, LearnedModel
         const float most = *std::max_element(begin, begin + node.sample_count);
         if (most > 0.1f * trained.tree.spheres.rest[n].r)
             throw std::invalid_argument(fmt::format(
-                "a sample of node {} is {:.3g} m off the surface's nearest vertex, allowed: a tenth "
-                "of the node's radius of {:.3g} m; is it another surface?",
+                "a sample of node {} is {:.3g} m from the surface's nearest vertex; allowed: a tenth "
+                "of the node's radius, which is {:.3g} m; is this another surface?",
                 n, most, trained.tree.spheres.rest[n].r));
         node.exact = false;
     }
 }
 
-/// The networks give the same spheres from the same code: what they add to a node's rest sphere makes up for
-/// the other surface's rest sphere.
+/// Transfers the networks. They give the same spheres for the same z, so the output centres absorb the
+/// difference between the two surfaces' rest spheres.
 NbdModel move_nbd(const TreeFile& trained, const SurfaceBody& body, const SphereTree& spheres) {
     NbdModel model = *trained.tree.nbd;
     std::vector<int>& representatives = model.modes.representatives;
@@ -115,8 +115,8 @@ NbdModel move_nbd(const TreeFile& trained, const SurfaceBody& body, const Sphere
     const float most = *std::max_element(moved.begin(), moved.end()), radius = trained.tree.spheres.rest[0].r;
     if (most > 0.1f * radius)
         throw std::invalid_argument(fmt::format(
-            "a representative is {:.3g} m off the surface's nearest vertex, allowed: a tenth of the "
-            "body's radius of {:.3g} m; is it another surface?",
+            "a representative is {:.3g} m from the surface's nearest vertex; allowed: a tenth of the "
+            "body's radius, which is {:.3g} m; is this another surface?",
             most, radius));
     model.modes.X = body.X(representatives, Eigen::all);
     for (std::size_t i = 0; i < spheres.rest.size(); ++i) {

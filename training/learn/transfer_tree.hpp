@@ -4,15 +4,15 @@
 
 namespace nbd {
 
-/// Carries a trained tree over to another resolution of the surface that it was trained on: each face goes to
-/// the leaf whose part of the trained surface is nearest to its middle at rest, each sample and
-/// representative becomes the vertex nearest to it. Of the models, `local` and `modal` go along with their
-/// calibration, since they read nothing but positions; no node counts as exact any more. Where the finer
-/// surface is the trained one with faces cut in flat pieces, spheres and margins hold exactly what they held
-/// before: new vertices lie between old ones. body: of the other surface; its rest positions must lie over
-/// the trained ones. Throws std::invalid_argument where the tree has neither, the surfaces do not lie over
-/// each other (a sample moves by more than a tenth of its node's radius, a representative of the body's), or
-/// a leaf gets no face.
+/// Transfers a trained tree to another resolution of its surface. Each face goes to the leaf whose part of
+/// the trained surface is nearest to the face's centre at rest; each sample and representative becomes the
+/// nearest vertex. Learned and nbd bounds are transferred with their calibration, because they read positions
+/// alone; no node is exact any more. If the finer surface is the trained one with faces subdivided in their
+/// planes, spheres and margins contain the same points as before, since new vertices lie between old ones.
+/// body: has the other surface; its rest positions must lie over the trained ones. Throws
+/// std::invalid_argument if the tree has neither bound, if the surfaces do not lie over each other (a sample
+/// moves by more than a tenth of its node's radius, or a representative by more than a tenth of the body's),
+/// or if a leaf gets no face.
 TreeFile transfer_tree(const TreeFile& trained, const SurfaceBody& body);
 
 }  // namespace nbd

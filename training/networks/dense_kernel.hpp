@@ -36,7 +36,7 @@ inline constexpr bool has_pairs = false;
 template <int H>
 void pair_rows(const float* rows, int count, Pair* out) noexcept;
 
-/// out[p][i] = (rows[p][2 i], rows[p][2 i + 1]), rounded. rows: [count, H], count even. Defined\n/// only if
+/// out[p][i] = (rows[p][2 i], rows[p][2 i + 1]), rounded. rows: [count, H], count even. Defined only if
 /// has_pairs.
 template <int H>
 void pair_columns(const float* rows, int count, Pair* out) noexcept;

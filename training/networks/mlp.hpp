@@ -12,8 +12,8 @@ namespace nbd {
 using PoseRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Shape of one node's network: inputs-hidden-hidden-4 with ReLU between the layers. Its flat weights are
-/// in\n/// the order of ByteNetworks: W1 [hidden, inputs], b1, W2 [hidden, hidden], b2, W3 [4, hidden], b3;
-/// matrices\n/// are column-major.
+/// in the order of ByteNetworks: W1 [hidden, inputs], b1, W2 [hidden, hidden], b2, W3 [4, hidden], b3;
+/// matrices are column-major.
 struct MlpShape {
     static constexpr int outputs = 4;
     int inputs = 128;
