@@ -253,9 +253,9 @@ TEST(Calibration, RefusesBoundsOfRadiusZeroInOneLine) {
     BoundScores scores = bound.scores(20, 20, 12);
     scores.excess.col(7).setConstant(INFINITY);
     EXPECT_EQ(error_of([&] { calibrate(bound.tree(), shape, scores, {}); }),
-              "bounds of depth 3 have radius 0 in too many poses to be calibrated");
+              "cannot calibrate depth 3: its bounds have radius 0 in too many poses");
     EXPECT_EQ(error_of([&] { calibrate(bound.tree(), scores, shape, {}); }),
-              "node 7 has bounds of radius 0 in too many poses to be calibrated");
+              "cannot calibrate node 7: its bound has radius 0 in too many poses");
 }
 
 }  // namespace

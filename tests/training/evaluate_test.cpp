@@ -175,7 +175,7 @@ TEST_F(Evaluate, WritesTables) {
 
 TEST_F(Evaluate, RefusesWhatDoesNotFit) {
     EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {-0.1}}); }), "margin -0.1, allowed is 0 or more");
-    EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {}}); }), "no margin to evaluate");
+    EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {}}); }), "no margins to evaluate");
     TreeFile other = *tree;
     other.facts.body_hash = std::string(64, 'c');
     const std::string error = error_of([&] { evaluate(other, RecordingReader(folder / "data.h5")); });

@@ -21,12 +21,12 @@ double reach(VerticesRef x, std::span<const int> vertices, const Eigen::Vector3f
     return std::sqrt(squared);
 }
 
-/// The margins that spheres needed.
+/// Fills in the margins that spheres needed and their out-of-distribution scores.
 void score_spheres(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
                    const RecordingReader& recording, std::span<const FrameId> frames, BoundScores& scores) {
     std::vector<PosedTree> posed;
     for (int slot = 0; slot < frame_slots; ++slot) posed.emplace_back(tree, kind, 0.f);
-    posed[0].begin_pose(body.X);  // ood_score is that of a pose
+    posed[0].begin_pose(body.X);  // ood_score() needs a pose
     const bool gated = posed[0].ood_score(0).has_value();
     if (gated) scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
     for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
@@ -42,7 +42,7 @@ void score_spheres(const SurfaceBody& body, const std::shared_ptr<const Collisio
     });
 }
 
-/// The margins that `learned_boxes` needed, in spreads.
+/// Fills in the margins that `learned_boxes` needed, in spreads, and their out-of-distribution scores.
 void score_boxes(const SurfaceBody& body, const CollisionTree& tree, const RecordingReader& recording,
                  std::span<const FrameId> frames, BoundScores& scores) {
     const LearnedModel& model = *tree.learned;

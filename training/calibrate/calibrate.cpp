@@ -19,10 +19,10 @@ namespace {
 
 constexpr float never = -std::numeric_limits<float>::infinity();
 
-/// Added to margins, so that a pose which needs one to the last bit gets it.
+/// Added to margins, so that rounding makes no pose miss that needs exactly the margin.
 constexpr float rounding = 1e-6f;
 
-/// First column of a depth's nodes, which lie side by side, and how many there are.
+/// Columns of a depth's nodes, which are consecutive: the first one and their number.
 struct Level {
     Eigen::Index begin = 0, count = 0;
 };
@@ -43,7 +43,7 @@ void check(const SphereTree& tree, const BoundScores& scores) {
                                                 scores.excess.rows(), scores.excess.cols(), poses, nodes));
 }
 
-/// The margin that each pose and node needed; `never` where it is bounded exactly.
+/// The margin that each node needed in each pose; `never` where the node is bounded exactly.
 PoseRows needed_margins(const Calibration& calibration, const BoundScores& scores) {
     PoseRows needed = scores.excess;
     for (Eigen::Index p = 0; p < scores.ood_score.rows(); ++p)
@@ -56,7 +56,7 @@ PoseRows needed_margins(const Calibration& calibration, const BoundScores& score
     return needed;
 }
 
-/// Numbers of a depth's nodes, trajectory by trajectory.
+/// Groups the numbers of a depth's nodes by trajectory.
 TrajectoryScores by_trajectory(const PoseRows& numbers, std::span<const int> trajectories,
                                const Level& level) {
     std::vector<int> ids;
@@ -74,7 +74,7 @@ TrajectoryScores by_trajectory(const PoseRows& numbers, std::span<const int> tra
     return groups;
 }
 
-/// A node whose ood_score is always 0 has bounds that are exact whatever the pose.
+/// True if the node's ood_score is always 0, that is, its bound is exact in every pose.
 bool always_exact(const Calibration& calibration, Eigen::Index node) {
     return !calibration.limits.empty() && calibration.limits[static_cast<std::size_t>(node)] == 0;
 }
@@ -84,8 +84,8 @@ int count_trajectories(std::vector<int> ids) {
     return static_cast<int>(std::unique(ids.begin(), ids.end()) - ids.begin());
 }
 
-/// Of each node's ood_score, the level that a share of the poses exceeds, finite; 0 where it is always 0
-/// alone.
+/// Limit of each node's ood_score that at most this share of the poses exceeds; finite, and 0 only if the
+/// score is always 0.
 std::vector<float> range_limits(const PoseRows& ood_score, double share) {
     std::vector<float> limits, column;
     for (Eigen::Index i = 0; i < ood_score.cols(); ++i) {
@@ -97,7 +97,7 @@ std::vector<float> range_limits(const PoseRows& ood_score, double share) {
     return limits;
 }
 
-/// What each node needed at a rate, 0 or more.
+/// The margin that each node needs for this miss rate, >= 0.
 Eigen::RowVectorXf first_margins(const PoseRows& needed, double rate) {
     Eigen::RowVectorXf margins(needed.cols());
     std::vector<float> column;
@@ -106,7 +106,7 @@ Eigen::RowVectorXf first_margins(const PoseRows& needed, double rate) {
         margins[i] = std::max(0.f, level_at_rate(column, rate));
         if (!std::isfinite(margins[i]))
             throw std::runtime_error(
-                fmt::format("node {} has bounds of radius 0 in too many poses to be calibrated", i));
+                fmt::format("cannot calibrate node {}: its bound has radius 0 in too many poses", i));
     }
     return margins;
 }
@@ -127,7 +127,7 @@ Calibration calibrate(const SphereTree& tree, const BoundScores& shape, const Bo
     constexpr double caution = 0.1;
     const Eigen::RowVectorXf first =
         first_margins(needed_margins(calibration, shape), caution * config.miss_rate);
-    // What is needed beyond the first margin: the scores that conformal prediction is about.
+    // The need beyond the first margin is the conformal score.
     PoseRows lifts = needed_margins(calibration, scores).rowwise() - first;
     calibration.margins.resize(tree.nodes.size());
     for (int depth = 0; depth <= tree.depth(); ++depth) {
@@ -137,7 +137,7 @@ Calibration calibrate(const SphereTree& tree, const BoundScores& shape, const Bo
                                      mean_level(groups, config.miss_rate)});
         if (lift == INFINITY)
             throw std::runtime_error(
-                fmt::format("bounds of depth {} have radius 0 in too many poses to be calibrated", depth));
+                fmt::format("cannot calibrate depth {}: its bounds have radius 0 in too many poses", depth));
         for (Eigen::Index i = level.begin; i < level.begin + level.count; ++i)
             calibration.margins[static_cast<std::size_t>(i)] =
                 always_exact(calibration, i) ? 0 : first[i] + lift + rounding;
@@ -174,8 +174,9 @@ void calibrate(TreeFile& file, const RecordingReader& recording, const Calibrate
         frames = frames_of(recording, halves, FrameSet::held_out);
     }
     if (frames.empty())
-        throw std::runtime_error(fmt::format("{}: no trajectories to calibrate on; training kept none for it",
-                                             recording.path().string()));
+        throw std::runtime_error(
+            fmt::format("{}: no trajectories to calibrate on; training kept none for calibration",
+                        recording.path().string()));
     shape = spread(shape, config.shape_poses);
     if (file.tree.nbd)
         fit_coordinate_spread(scaled_coordinates(body, recording, shape, *file.tree.nbd), *file.tree.nbd);

@@ -10,46 +10,49 @@ namespace nbd {
 
 struct CalibrateConfig {
     double miss_rate = 1e-3;  // in (0, 1)
-    /// In (0, 1). Without one 0.9, or, of fewer than nine trajectories, the most that they can promise.
+    /// In (0, 1). If empty: 0.9, or max_confidence() of fewer than nine trajectories.
     std::optional<double> confidence{};
-    double out_of_range = 0.02;  // in [0, 1): share of known inputs, node by node, that are too strange
-    int shape_poses = 4000;      // at most, evenly spread: what is known of the nodes beforehand
+    double out_of_range = 0.02;  // in [0, 1): share of each node's known inputs to count as out of range
+    int shape_poses = 4000;      // maximum poses for the shape, evenly spread
 };
 
-/// Margins and limits by split-conformal calibration. The promise, for each depth of the tree on its own:
+/// Computes margins and limits by split-conformal calibration. The guarantee, for each depth of the tree
+/// separately:
 ///
 ///   Take a fresh trajectory, exchangeable with those of `scores`. With a probability of at least
 ///   `confidence` over that trajectory and the calibration ones, at most a share `miss_rate` of its
 ///   (pose, node of that depth) pairs are misses: the node is in range, and its sphere leaves a vertex
 ///   outside.
 ///
-/// No assumption is made on poses within a trajectory, on nodes, or on the bound. Beyond it, the mean rate of
-/// the calibration trajectories themselves, the worst counted twice, is at most `miss_rate`: see
-/// mean_level(). A promise for each node by itself at such rates would take some 1 / miss_rate trajectories.
+/// It assumes nothing about the poses within a trajectory, the nodes or the bound. In addition, the mean miss
+/// rate of the calibration trajectories, with the worst counted twice, is at most `miss_rate`: see
+/// mean_level(). A guarantee for each single node at such rates would need about 1 / miss_rate trajectories.
 ///
-/// How: `shape`, from other trajectories, gives each node a limit of its ood_score, which `out_of_range` of
-/// its inputs there exceed, and a first margin, which it needed there at a tenth of the rate; from there on
-/// both are constants. `scores` then lift the margins of all nodes of a depth by the same amount, the least
-/// that keeps the promise, and never below the first margins: what is known to be needed is not taken back
-/// because the calibration's poses happen to be mild. So limits and margins leave something for poses that
-/// are like none of those, of which nothing can be stated. Throws std::invalid_argument on a config out of
-/// range, no poses, more confidence than there are trajectories for, std::runtime_error where a margin would
-/// be infinite.
+/// Method: `shape`, from other trajectories, gives each node a limit of its ood_score, which a share
+/// `out_of_range` of the node's inputs in `shape` exceeds, and a first margin, which suffices in `shape` at a
+/// tenth of the miss rate. Both are then constants. `scores` raise the margins of all nodes of a depth by the
+/// same amount, the smallest that keeps the guarantee. Margins never fall below the first margins, even if
+/// the calibration poses are mild. This leaves some reserve for poses unlike any in the data, for which
+/// nothing can be guaranteed.
+///
+/// Throws std::invalid_argument on a config out of range, no poses, or a confidence too high for the number
+/// of trajectories; std::runtime_error if a margin would be infinite.
 Calibration calibrate(const SphereTree& tree, const BoundScores& shape, const BoundScores& scores,
                       const CalibrateConfig& config);
 
-/// Which poses miss: a row a pose, a column a node, 1 or 0.
+/// True where a node misses: one row per pose, one column per node.
 Eigen::ArrayXX<bool> misses(const Calibration& calibration, const BoundScores& scores);
 
-/// Share of (pose, node of that depth) pairs that miss, a number a trajectory, in their order in `scores`.
+/// Miss rate of each trajectory: its share of (pose, node of that depth) pairs that miss. Trajectories are in
+/// the order of `scores`.
 std::vector<double> miss_rates(const SphereTree& tree, const Calibration& calibration,
                                const BoundScores& scores, int depth);
 
-/// Calibrates all bounds of a trained tree that can miss; what `modal` ones know of the spread of codes is
-/// measured on the shape's poses first. On the recording that it was trained on: the shape
-/// from the training's poses, the promise from the trajectories kept for it. On another recording of the
-/// body: each from half of the complete trajectories. Bounds that were calibrated before are calibrated anew.
-/// Throws as above, and std::runtime_error where no trajectories are left.
+/// Calibrates all bounds of a trained tree that can miss, replacing any earlier calibration. First measures
+/// the spread of the modal coordinates on the shape's poses, for `nbd` bounds. On the recording that the tree
+/// was trained on, the shape comes from the training poses and the scores from the trajectories kept for
+/// calibration. On another recording of the body, each comes from half of the complete trajectories. Throws
+/// as above, and std::runtime_error if no trajectories are left.
 void calibrate(TreeFile& file, const RecordingReader& recording, const CalibrateConfig& config);
 
 }  // namespace nbd

@@ -15,7 +15,8 @@ double rate_above(std::span<const float> scores, float level) noexcept {
 }
 
 float level_at_rate(std::vector<float> scores, double rate) {
-    // As many may stand above as the rate allows; the next one is the level. 1e-9: 0.1 * 30 is 3.
+    // The rate allows this many scores above the level; the next score is the level. 1e-9 makes 0.1 * 30
+    // count as 3.
     const auto above = static_cast<std::ptrdiff_t>(rate * static_cast<double>(scores.size()) + 1e-9);
     std::ranges::nth_element(scores, scores.begin() + above, std::greater());
     return scores[static_cast<std::size_t>(above)];
@@ -58,7 +59,7 @@ float mean_level(const TrajectoryScores& scores, double rate) {
         }
         return sum + worst > rate * static_cast<double>(sorted.size() + 1) * (1 + 1e-9);
     };
-    // At the largest score nothing misses, so there is one that is not too low.
+    // At the largest score nothing misses, so at least one candidate is not too low.
     return *std::ranges::partition_point(candidates, too_low);
 }
 

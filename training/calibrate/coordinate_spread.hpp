@@ -8,13 +8,13 @@
 
 namespace nbd {
 
-/// The scaled codes of poses, [poses, m]. Streams; same bits on any number of threads.
+/// The scaled modal coordinates of the frames, [poses, m]. Streams; same bits on any number of threads.
 PoseRows scaled_coordinates(const SurfaceBody& body, const RecordingReader& recording,
                             std::span<const FrameId> frames, const NbdModel& model);
 
-/// Measures where scaled codes of poses lie: NbdModel::z_mean and z_whitening, from their covariance
-/// with a little ridge for directions that the poses hardly show. codes: at least one row, else throws
-/// std::invalid_argument.
+/// Measures the spread of scaled modal coordinates: sets NbdModel::z_mean and z_whitening from their mean and
+/// covariance, with a small ridge for directions that the poses hardly show. z: [poses, m]; throws
+/// std::invalid_argument if it has no row.
 void fit_coordinate_spread(const PoseRows& z, NbdModel& model);
 
 }  // namespace nbd

@@ -46,7 +46,7 @@ std::vector<RandomSplitsRow> check_random_splits(const SphereTree& tree, const B
 std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind kind,
                                                  const RecordingReader& recording, int splits) {
     if (recording_hash(recording) != file.facts.recording_hash)
-        throw std::invalid_argument("random splits need the recording of the training");
+        throw std::invalid_argument("random splits need the recording that the tree was trained on");
     const SurfaceBody body = surface_body(file);
     const auto tree = std::make_shared<const CollisionTree>(file.tree);
     std::vector<FrameId> pool = frames_of(recording, file.facts.split, FrameSet::calibration);

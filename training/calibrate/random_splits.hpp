@@ -8,25 +8,26 @@
 
 namespace nbd {
 
-/// How often the promise was kept at one depth, over random splits into calibration and test.
+/// How often the stated miss rate held at one depth, over random splits into calibration and test.
 struct RandomSplitsRow {
     int depth = 0;
-    int splits = 0, calibration = 0, test = 0;  // trajectories of each split
-    double stated = 0;   // share of test trajectories that must keep the miss rate, in the mean over splits
-    double keeping = 0;  // and the share that did
-    double nodes_missing = 0;  // mean over splits and test trajectories
-    double highest = 0;        // of the splits' mean rates
+    int splits = 0, calibration = 0, test = 0;  // number of splits, and trajectories in each split
+    double stated = 0;         // stated share of test trajectories that keep the miss rate, mean over splits
+    double keeping = 0;        // measured share, mean over splits
+    double nodes_missing = 0;  // miss rate, mean over splits and test trajectories
+    double highest = 0;        // highest mean miss rate of a split
 };
 
-/// Draws calibration and test trajectories anew, `splits` times, from `pool`, in equal parts; calibrates on
-/// the one and counts on the other. The training, and so the shape, stay as they are. Throws as calibrate(),
-/// std::invalid_argument where the pool has fewer than two trajectories.
+/// Splits `pool` into equal parts for calibration and test, `splits` times at random; calibrates on the first
+/// part and counts misses on the second. The training and the shape stay the same. Throws as calibrate(), and
+/// std::invalid_argument if the pool has fewer than two trajectories.
 std::vector<RandomSplitsRow> check_random_splits(const SphereTree& tree, const BoundScores& shape,
                                                  const BoundScores& pool, const CalibrateConfig& config,
                                                  int splits, std::uint64_t seed = 1);
 
-/// The same for a trained tree and the recording of its training, with the promise of its calibration: the
-/// pool is all trajectories that training did not see. Throws std::invalid_argument on another recording.
+/// As above for a trained tree and its training recording, with the miss rate and confidence of its
+/// calibration. The pool is all trajectories that training did not see. Throws std::invalid_argument on
+/// another recording.
 std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind kind,
                                                  const RecordingReader& recording, int splits);
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int folds = 5;
 
-/// The fold of each frame's trajectory; trajectories in turn. All in one where there is one alone.
+/// The fold of each frame. Trajectories are assigned to folds in turn; a single trajectory is one fold.
 std::vector<int> folds_of(std::span<const FrameId> frames) {
     std::vector<int> trajectories, fold;
     for (const FrameId& frame : frames) {

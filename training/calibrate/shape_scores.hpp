@@ -6,10 +6,10 @@
 
 namespace nbd {
 
-/// Scores of bounds on the poses that tell, before any promise, what is strange and what margins it takes.
-/// As score_bounds(), but for `modal` ones: these know the spread of the codes of these very poses, to which
-/// each of them is less strange than a fresh pose would be. So each is scored by the spread of the others, a
-/// fifth of the trajectories left out at a time.
+/// Scores bounds on the poses that set the shape of the calibration: limits and first margins. As
+/// score_bounds(), except for `nbd` bounds: their coordinate spread was measured on these very poses, which
+/// would therefore score lower than fresh poses. So each pose is scored with the spread of the others,
+/// leaving out a fifth of the trajectories at a time.
 BoundScores score_shape(const SurfaceBody& body, const CollisionTree& tree, BoundKind kind,
                         const RecordingReader& recording, std::span<const FrameId> frames);
 

@@ -12,7 +12,7 @@
 namespace nbd {
 namespace {
 
-/// Surface in a recorded frame, about its own centre.
+/// Surface in a recorded frame, relative to its own centre.
 Vertices centred_pose(const SurfaceBody& body, const RecordingReader& recording, FrameId frame) {
     Vertices nodes, x;
     recording.read(frame.trajectory, frame.frame, 1, nodes);
@@ -22,12 +22,12 @@ Vertices centred_pose(const SurfaceBody& body, const RecordingReader& recording,
     return x;
 }
 
-/// Two surfaces that intersect, or nearly so.
+/// Two surfaces that intersect, or nearly do.
 struct Scene {
     Vertices a, b;
 };
 
-/// Takes and gives scenes in turn; `exact` trees find out where surfaces touch.
+/// Makes scenes; finds where surfaces touch with `exact` bounds.
 class SceneMaker {
  public:
     SceneMaker(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree, double deepest)
@@ -49,12 +49,12 @@ class SceneMaker {
     Approach approach_;
 };
 
-/// One bound, posed twice, and what it has found.
+/// One bound, posed for both bodies, and its results.
 struct Candidate {
     PosedTree a, b;
     PairQuery query{};
     ContactScenesRow row{};
-    std::vector<double> pairs{}, missed{};  // a number a scene
+    std::vector<double> pairs{}, missed{};  // one number per scene
 
     void add(const Scene& scene, std::span<const FacePair> truth, long exact_leaf_pairs) {
         a.begin_pose(scene.a);
@@ -85,7 +85,7 @@ std::vector<ContactScenesRow> check_contact_scenes(const SurfaceBody& body,
         throw std::invalid_argument(
             fmt::format("{} contact scenes {} radii deep; allowed: 1 or more, and above 0 to 1",
                         config.scenes, config.deepest));
-    if (frames.empty()) throw std::invalid_argument("no frame to make contact scenes of");
+    if (frames.empty()) throw std::invalid_argument("no frames to make contact scenes from");
     SceneMaker maker(body, tree, config.deepest);
     Candidate exact{PosedTree(tree, BoundKind::exact), PosedTree(tree, BoundKind::exact)};
     std::vector<Candidate> candidates;

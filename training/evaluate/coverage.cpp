@@ -15,7 +15,7 @@
 namespace nbd {
 namespace {
 
-/// Sums over the nodes of a depth, and over poses.
+/// Sums over the nodes of a depth and over poses.
 struct Sums {
     long nodes = 0, vertices = 0, missing = 0, outside = 0, out_of_range = 0;
     double inflation = 0;
@@ -30,7 +30,7 @@ struct Sums {
     }
 };
 
-/// What became of a node: its vertices outside, and its size over that of the smallest of its kind, minus 1.
+/// Result for one node: number of vertices outside, and its bound's size / exact size - 1.
 struct NodeOutcome {
     long outside = 0;
     double inflation = 0;

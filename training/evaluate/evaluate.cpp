@@ -17,7 +17,7 @@ namespace nbd {
 
 namespace {
 
-/// Sums of one bound over frames: what the rows are the means of.
+/// Sums of one bound over frames; the rows are their means.
 struct Sums {
     Eigen::ArrayXXd radius_error, inflation;                              // [margins, depths]
     Eigen::ArrayXd centre_error;                                          // [depths]
@@ -39,7 +39,7 @@ struct Sums {
     }
 };
 
-/// One bound of the tree, posed, and its sums: one a slot of the stream.
+/// One posed bound of the tree and its sums, per slot of the stream.
 struct Probe {
     PosedTree posed;
     Sums sums;
@@ -74,13 +74,13 @@ struct Probe {
 
 void check(const SurfaceBody& body, const CollisionTree& tree, std::span<const FrameId> frames,
            const std::string& name, const EvaluateConfig& config) {
-    if (config.margins.empty()) throw std::invalid_argument("no margin to evaluate");
+    if (config.margins.empty()) throw std::invalid_argument("no margins to evaluate");
     for (const double margin : config.margins)
         if (!(margin >= 0 && std::isfinite(margin)))
             throw std::invalid_argument(fmt::format("margin {}, allowed is 0 or more", margin));
-    if (frames.empty()) throw std::invalid_argument(fmt::format("{}: no frame to evaluate", name));
+    if (frames.empty()) throw std::invalid_argument(fmt::format("{}: no frames to evaluate", name));
     if (tree.vertex_count != body.X.rows())
-        throw std::invalid_argument(fmt::format("the tree is of {} vertices, but the body's surface has {}",
+        throw std::invalid_argument(fmt::format("the tree has {} vertices, but the body's surface has {}",
                                                 tree.vertex_count, body.X.rows()));
 }
 
@@ -167,7 +167,8 @@ std::vector<TestFrames> test_frames(const TreeFile& file, const RecordingReader&
     std::erase_if(sets, [](const TestFrames& set) { return set.frames.empty(); });
     if (sets.empty())
         throw std::runtime_error(
-            fmt::format("{}: no frame that the tree was not trained on", recording.path().string()));
+            fmt::format("{}: no frames to test on; training and calibration used all of them",
+                        recording.path().string()));
     return sets;
 }
 

@@ -21,7 +21,7 @@ double binomial_tail(int most, int trials, double p) {
     return std::min(1.0, sum);
 }
 
-/// The probability at which `tail`, which falls, reaches `value`.
+/// The probability at which the decreasing function `tail` reaches `value`.
 template <class Tail>
 double solve(const Tail& tail, double value) {
     double low = 0, high = 1;

@@ -25,7 +25,7 @@ struct Clustering {
     int iterations = 0;
 };
 
-/// Lloyd's k-means in the L2 metric, seeded by k-means++ among an even subset of at most about 32 points per
+/// Lloyd's k-means in the L2 metric, seeded by k-means++ among an even subset of 32 to 64 points per
 /// cluster. An empty cluster moves to the point farthest from its centroid; if it stays empty because points
 /// coincide, it is dropped. points: [n, d], n >= 1. initialisation: number of the run, selects its random
 /// numbers. Same bits on any number of threads. Throws std::invalid_argument on an empty set or a config out
