@@ -1,10 +1,10 @@
-"""The paper's networks in PyTorch, from a file of `nbdtree export TREE.h5 --torch FILE.h5`."""
+"""The paper's networks in PyTorch, loaded from a file that `nbdtree export TREE.h5 --torch FILE.h5` wrote."""
 import h5py
 import torch
 
 
 class NbdTree(torch.nn.Module):
-    """Spheres of all nodes, [poses, nodes, 4] (centre and radius, metres), of surfaces [poses, vertices, 3]."""
+    """Maps surfaces [poses, vertices, 3] to spheres of all nodes, [poses, nodes, 4] (centre, radius; metres)."""
 
     def __init__(self, path):
         super().__init__()
@@ -28,12 +28,12 @@ class NbdTree(torch.nn.Module):
         return R.float(), (mean_x - R @ mean_X).float()
 
     def code(self, x, R, t):
-        """The scaled code [poses, modes] of representatives x."""
+        """The scaled modal coordinates [poses, modes] of representatives x."""
         offset = ((x - t[:, None]) @ R - self.X) * self.w[:, None]
         return (offset.flatten(1) @ self.U - self.z_centre) * self.z_scale
 
     def networks(self, zn):
-        """Scaled outputs [poses, nodes, 4] of scaled codes [poses, modes]."""
+        """Scaled outputs [poses, nodes, 4] from scaled modal coordinates [poses, modes]."""
         h = torch.relu(torch.einsum("nhm,pm->pnh", self.W1, zn) + self.b1)
         h = torch.relu(torch.einsum("nkh,pnh->pnk", self.W2, h) + self.b2)
         return torch.einsum("noh,pnh->pno", self.W3, h) + self.b3

@@ -4,7 +4,7 @@
     nbdtree train BODY.h5 DATA.h5 -o TREE.h5 --epochs 1      # topology, representatives and split; then
     training/torch/train.py TREE.h5 DATA.h5 -o BETTER.h5     # the networks, all nodes at once
 
-reads which frames to train on from TREE.h5, so that `nbdtree evaluate` tests the result on the others. Needs
+train.py takes the training frames from TREE.h5, so `nbdtree evaluate` tests the result on the others. Needs
 python3-torch and python3-h5py."""
 import argparse
 import os
@@ -18,7 +18,7 @@ import torch
 
 
 def counter_uniform(seed, stream, counter):
-    """The draw of collision/base/counter_random.hpp, in [0, 1)."""
+    """counter_uniform() of collision/base/counter_random.hpp, in [0, 1)."""
     mask = (1 << 64) - 1
 
     def mix(z):
@@ -32,7 +32,7 @@ def counter_uniform(seed, stream, counter):
 
 
 class Tree:
-    """What a tree file says of its body, as tensors."""
+    """The body, modes and split of a tree file, as tensors."""
 
     def __init__(self, path, device):
         with h5py.File(path) as file:
@@ -52,11 +52,11 @@ class Tree:
             self.w, self.X, self.U = (torch.from_numpy(modes[k][:]).to(device) for k in ("weights", "X", "U"))
 
     def frames(self, data):
-        """Training frames of a recording, [frames, nodes, 3] a trajectory."""
+        """Training frames of a recording, one array [frames, nodes, 3] per trajectory."""
         for number in self.train_trajectories:
             trajectory = data[f"trajectories/{number:06d}"]
             if trajectory.attrs["body_sha256"] != self.body:
-                sys.exit(f"train.py: trajectory {number} is of another body than the tree")
+                sys.exit(f"train.py: trajectory {number} was recorded from another body than the tree's")
             kept = [
                 f
                 for f in range(trajectory["positions"].shape[0])
@@ -74,7 +74,7 @@ class Tree:
         return R.float(), (mean_x - R @ mean_X).float()
 
     def labels(self, nodes):
-        """Codes [poses, m] and spheres less the rest spheres [poses, nodes, 4] of tet nodes [poses, N, 3]."""
+        """Modal coordinates [poses, m] and spheres minus rest spheres [poses, nodes, 4] of tet nodes [poses, N, 3]."""
         poses = nodes.shape[0]
         x = torch.sparse.mm(self.W, nodes.transpose(0, 1).reshape(nodes.shape[1], -1))
         x = x.reshape(-1, poses, 3).transpose(0, 1)
@@ -92,8 +92,8 @@ class Tree:
 
 
 def scaled(x, together=False):
-    """x in [-1, 1] element by element, its centre and its half range. together: with the largest half range of
-    the last axis for all of it."""
+    """Scales x element by element to [-1, 1]; returns it with its centre and half range. together: uses the largest
+    half range of the last axis for all its elements."""
     low, high = x.amin(0), x.amax(0)
     centre, half = (low + high) / 2, (high - low) / 2
     if together:
@@ -102,7 +102,7 @@ def scaled(x, together=False):
 
 
 def linear_centres(codes, spheres):
-    """The map [m, nodes, 3] of scaled codes that fits the centres best, ridge included; spheres less it."""
+    """Ridge regression of the centres on scaled modal coordinates: the map [m, 3 nodes], and spheres minus its part."""
     Z = codes.double()
     Z = Z - Z.mean(0)
     moments = Z.t() @ Z
@@ -114,7 +114,7 @@ def linear_centres(codes, spheres):
 
 
 class Networks(torch.nn.Module):
-    """One m-h-h-4 network a node, all at once."""
+    """One m-h-h-4 network per node, all evaluated at once."""
 
     def __init__(self, nodes, m, hidden):
         super().__init__()
@@ -132,7 +132,7 @@ class Networks(torch.nn.Module):
         return torch.baddbmm(self.b[2], self.W[2], h).permute(2, 0, 1)  # [poses, nodes, 4]
 
     def flat(self):
-        """As a tree file has them: a row a node, W1, b1, W2, b2, W3, b3, matrices column by column."""
+        """Weights as in a tree file: one row per node, W1, b1, W2, b2, W3, b3, matrices column by column."""
         parts = []
         for W, b in zip(self.W, self.b):
             parts += [W.transpose(1, 2).flatten(1), b.flatten(1)]
@@ -140,11 +140,11 @@ class Networks(torch.nn.Module):
 
 
 def train(codes, targets, options):
-    """Adam on the mean squared error, a rate for each node that falls on its own plateaus."""
+    """Adam on the mean squared error; each node's learning rate falls on its own plateaus."""
     poses, nodes = targets.shape[:2]
     networks = Networks(nodes, codes.shape[1], options.hidden).to(codes.device)
     parameters = list(networks.parameters())
-    optimizer = torch.optim.Adam(parameters, lr=1.0)  # the rates come in with the steps
+    optimizer = torch.optim.Adam(parameters, lr=1.0)  # each node's rate is applied to the step below
     rate = torch.full((nodes,), options.rate, device=codes.device)
     best = torch.full((nodes,), float("inf"), device=codes.device)
     idle = torch.zeros(nodes, device=codes.device)
@@ -176,7 +176,7 @@ def train(codes, targets, options):
 
 
 def write(template, output, numbers, hidden, facts):
-    """A copy of the tree with other networks, under its name only once it is whole."""
+    """Writes a copy of the tree with new networks; renames it to `output` once it is complete."""
     folder = os.path.dirname(os.path.abspath(output))
     handle, temporary = tempfile.mkstemp(dir=folder, prefix="." + os.path.basename(output) + ".", suffix=".tmp")
     os.close(handle)
@@ -185,11 +185,11 @@ def write(template, output, numbers, hidden, facts):
         with h5py.File(temporary, "a") as file:
             if "nbd" in file:
                 modes = file["bd"].get("modes", getlink=True)
-                if isinstance(modes, h5py.SoftLink):  # the representatives lie with the old networks
+                if isinstance(modes, h5py.SoftLink):  # the modes are stored with the old networks
                     del file["bd/modes"]
                     file.move("nbd/modes", "bd/modes")
                 del file["nbd"]
-            if "calibration/nbd" in file:  # calibrated for the old networks; `nbdtree calibrate` makes a new one
+            if "calibration/nbd" in file:  # holds only for the old networks; run `nbdtree calibrate` again
                 del file["calibration/nbd"]
             group = file.create_group("nbd")
             group["modes"] = h5py.SoftLink("/bd/modes")
@@ -207,17 +207,17 @@ def write(template, output, numbers, hidden, facts):
 
 def main():
     parser = argparse.ArgumentParser(description="Trains the networks of an nbdtree tree file in PyTorch.")
-    parser.add_argument("tree", help="tree file that says topology, representatives and split")
-    parser.add_argument("data", help="the recording that the tree was made from")
+    parser.add_argument("tree", help="tree file with topology, representatives and split")
+    parser.add_argument("data", help="the recording that the tree was trained on")
     parser.add_argument("-o", "--output", required=True, help="tree file to write")
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
-    parser.add_argument("--epochs", type=int, default=600, help="at most; ends earlier when converged")
+    parser.add_argument("--epochs", type=int, default=600, help="maximum; training ends earlier when converged")
     parser.add_argument("--hidden", type=int, default=32)
     parser.add_argument("--batch", type=int, default=128)
     parser.add_argument("--rate", type=float, default=5e-3)
-    parser.add_argument("--weight-decay", type=float, default=0.1, help="as nbdtree train; the paper: 0")
+    parser.add_argument("--weight-decay", type=float, default=0.1, help="as in nbdtree train; the paper: 0")
     parser.add_argument("--linear-centre", type=int, choices=[0, 1], default=1,
-                        help="a linear part of the centres beside the networks; the paper: 0")
+                        help="1: fit a linear part of the centres besides the networks; the paper: 0")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     torch.manual_seed(options.seed)
