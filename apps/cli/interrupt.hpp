@@ -5,22 +5,22 @@
 
 namespace nbd {
 
-/// From now on Ctrl-C and SIGTERM remove the temporary files and end the program at once, with exit status
-/// 128 plus the signal's number.
+/// From now on, Ctrl-C and SIGTERM remove temporary files and end the program at once, with exit status 128
+/// plus the signal's number.
 void catch_interrupts();
 
-/// From now on the first of these signals sets a flag alone, so that the command, which watches it, ends
-/// where its files are whole.
+/// From now on, the first such signal only sets interrupt_flag(), so that the command can stop when its files
+/// are complete. A second signal ends the program at once.
 void finish_on_interrupt() noexcept;
 
-/// Becomes true when the user asks to stop.
+/// True once the user has asked to stop.
 const std::atomic<bool>& interrupt_flag() noexcept;
 
-/// Whether the user has asked to stop.
+/// Value of interrupt_flag().
 inline bool interrupted() noexcept { return interrupt_flag().load(); }
 
-/// Thrown by a command that stopped because of it; the program's exit status is then 130. The text says what
-/// was kept and how to go on.
+/// Thrown by a command that the user stopped; the program's exit status is then 130. The text says what was
+/// kept and how to continue.
 struct Interrupted : std::runtime_error {
     using std::runtime_error::runtime_error;
 };

@@ -16,7 +16,8 @@
 namespace nbd {
 
 SurfaceBody surface_body(const Body& body) {
-    const Eigen::MatrixXf none(3 * body.tets.X.rows(), 0);  // a body file without modes has no matrix of them
+    const Eigen::MatrixXf none(3 * body.tets.X.rows(),
+                               0);  // a body without modes has a matrix of another shape
     SurfaceBody result = make_surface_body(body.surface.X.cast<float>(), body.surface.F, body.W.cast<float>(),
                                            body.modes.count() > 0 ? body.modes.U : none, body_hash(body));
     result.solid = body.tets;
@@ -40,9 +41,9 @@ void check_output(const std::filesystem::path& path, const std::vector<std::file
     std::error_code none_there;
     if (!fs::exists(path, none_there)) return;
     if (fs::is_directory(path)) fail("it is a folder");
-    if (!fs::is_regular_file(path)) fail("it is a device or the like; allowed: a file");
+    if (!fs::is_regular_file(path)) fail("it is not an ordinary file; allowed: a file");
     for (const fs::path& input : inputs)
-        if (fs::equivalent(path, input, none_there)) fail("the command reads this very file");
+        if (fs::equivalent(path, input, none_there)) fail("the command also reads this file");
 }
 
 void check_output_folder(const std::filesystem::path& path) {
@@ -50,7 +51,7 @@ void check_output_folder(const std::filesystem::path& path) {
     fs::path there = fs::absolute(path);
     std::error_code none;
     while (!fs::exists(there, none) && there.has_relative_path()) there = there.parent_path();
-    if (!fs::is_directory(there, none)) cannot_write(path, there.string() + " is no folder");
+    if (!fs::is_directory(there, none)) cannot_write(path, there.string() + " is not a folder");
     if (access(there.c_str(), W_OK | X_OK) != 0) cannot_write(path, "no permission in " + there.string());
 }
 

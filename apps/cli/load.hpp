@@ -11,27 +11,27 @@
 
 namespace nbd {
 
-/// What training needs of a body, in float32. Modes are carried along if the body has them.
+/// The body as training needs it, in float32, with modes if the body has them.
 SurfaceBody surface_body(const Body& body);
 
-/// Throws std::runtime_error unless a file can stand under `path`: its folder is there and may be written,
-/// and what is there already is an ordinary file and none of the command's inputs. So a long command fails
-/// before its work and not after it. inputs: that do not exist, or are empty, are ignored.
+/// Throws std::runtime_error unless a file can be written at `path`: its folder must exist and be writable;
+/// an existing file must be an ordinary one and none of the command's inputs. Lets a long command fail before
+/// its work. inputs: missing files and empty paths are ignored.
 void check_output(const std::filesystem::path& path, const std::vector<std::filesystem::path>& inputs);
 
-/// Likewise for a folder that will be made where it is missing.
+/// As check_output(), for a folder that is created if it is missing.
 void check_output_folder(const std::filesystem::path& path);
 
-/// Throws std::runtime_error where two of the outputs are one file. outputs: what they are, and where; empty
-/// paths are ignored.
+/// Throws std::runtime_error if two outputs are the same file. outputs: name and path of each; empty paths
+/// are ignored.
 void check_distinct(const std::vector<std::pair<std::string, std::filesystem::path>>& outputs);
 
-/// Makes a folder and those that it lies in, where needed. Throws std::runtime_error with path and reason.
+/// Creates a folder and its parents as needed. Throws std::runtime_error with path and reason.
 void make_folder(const std::filesystem::path& path);
 
-/// Hex SHA-256 of a file's bytes. Throws std::runtime_error with path and reason where it cannot be read.
+/// Hex SHA-256 of a file's bytes. Throws std::runtime_error with path and reason if it cannot be read.
 std::string file_hash(const std::filesystem::path& path);
-/// The same of a text.
+/// Hex SHA-256 of a text.
 std::string text_hash(std::string_view text);
 
 }  // namespace nbd

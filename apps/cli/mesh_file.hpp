@@ -10,18 +10,18 @@
 namespace nbd {
 
 struct MeshFileConfig {
-    TetrahedralizeConfig tets;  // of a surface
+    TetrahedralizeConfig tets;  // for surfaces
     Material material;
-    int levels = 0;  // of subdivision
+    int levels = 0;  // subdivision levels
     SubdivisionScheme scheme = SubdivisionScheme::midpoint;
 };
 
-/// A body from a file: a surface, which is checked and filled with tetrahedra, or tetrahedra made elsewhere
-/// (.msh .vtk .mesh), whose boundary is the surface. Says on `out` what was found and repaired. Throws what
-/// reading, checking and filling throw; messages of checks are led by the path.
+/// Makes a body from a file. A surface is checked and filled with tetrahedra; for tetrahedra made elsewhere
+/// (.msh .vtk .mesh), the surface is their boundary. Prints to `out` what was found and repaired. Throws what
+/// reading, checking and filling throw; messages of checks start with the path.
 Body mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 
-/// The same where it is known which of both the file holds.
+/// As mesh_file(), for a file known to hold a surface or tetrahedra.
 Body body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 

@@ -14,8 +14,8 @@
 
 namespace nbd {
 
-/// A check of finite numbers; whole ones in a closed range have CLI::Range.
-/// allowed: what the message and --help say, as in "> 0".
+/// Accepts finite numbers that `allows` accepts; for whole numbers in a closed range use CLI::Range. allowed:
+/// description for the message and --help, as in "> 0".
 template <class Allows>
 CLI::Validator number_check(std::string allowed, Allows allows) {
     return CLI::Validator(
@@ -38,7 +38,7 @@ inline CLI::Validator not_negative() {
     return number_check(">= 0", [](double value) { return value >= 0; });
 }
 
-/// A whole number of 64 bits without sign, which CLI11 alone would wrap around.
+/// Unsigned 64-bit whole number. CLI11 alone would let larger numbers wrap around.
 inline CLI::Validator seed_check() {
     return CLI::Validator(
         [](std::string& text) {
@@ -56,7 +56,7 @@ inline CLI::Validator between(double low, double high) {
                         [low, high](double value) { return value >= low && value <= high; });
 }
 
-/// How many samples a node of local bounds has.
+/// Number of samples per node of learned bounds.
 inline CLI::Validator sample_count() {
     return CLI::Validator(
         [](std::string& text) {
@@ -68,7 +68,7 @@ inline CLI::Validator sample_count() {
         "0, 16 .. 128");
 }
 
-/// The names of these bounds, and the old names of release 0.1.
+/// Names of these bounds; also accepts their names of release 0.1.
 inline CLI::Validator bounds_name(std::span<const BoundKind> kinds = bound_kinds) {
     std::vector<std::string> names;
     for (const BoundKind kind : kinds) names.emplace_back(name(kind));

@@ -9,36 +9,36 @@
 
 namespace nbd {
 
-/// Where a command's words go. Text on stdout for people, one JSON object on stdout with --json, progress
-/// on stderr: a bar that redraws itself on a terminal, a plain line now and then elsewhere.
+/// Output of a command: text on stdout, or one JSON object on stdout with --json; progress on stderr, as a
+/// bar on a terminal and as occasional plain lines elsewhere.
 class Output {
  public:
     bool quiet = false;
     bool json = false;
-    std::string command_line;  // as typed, for a shell
+    std::string command_line;  // as typed, quoted for a shell
 
-    /// A line or a table for people; nothing with --quiet or --json.
+    /// Prints a line or a table; nothing with --quiet or --json.
     void text(std::string_view line) const;
 
-    /// A line that must not be lost: stderr, always.
+    /// Prints a warning to stderr, even with --quiet.
     void warning(std::string_view line) const;
 
-    /// The machine-readable result; printed with --json alone.
+    /// Prints the machine-readable result; only with --json.
     void result(const nlohmann::ordered_json& value) const;
 
-    /// done of total steps of `what`, with an estimate of the time left. Call as often as you like; the first
-    /// call says what was done before.
+    /// Reports `done` of `total` steps of `what` and an estimate of the time left. May be called often; in
+    /// the first call, `done` is the number of steps done before.
     void progress(std::string_view what, double done, double total, std::string_view note = {});
 
-    /// Leaves a bar that has not reached its end, so that what follows stands on a line of its own.
+    /// Ends an unfinished bar, so that later output starts on a new line.
     void end_progress() const;
 
  private:
     using Clock = std::chrono::steady_clock;
     std::string what_;
     Clock::time_point started_, last_;
-    double done_before_ = 0;            // when the work on what_ began
-    mutable bool bar_is_open_ = false;  // the terminal's line is not at its end
+    double done_before_ = 0;            // steps done when the work on what_ began
+    mutable bool bar_is_open_ = false;  // the terminal shows an unfinished bar
 };
 
 /// 75 -> "1:15".

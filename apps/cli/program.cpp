@@ -22,13 +22,13 @@
 namespace nbd {
 namespace {
 
-/// Errors are one line, whatever a library below has said.
+/// Prints an error as one line, even if a library's message has several.
 int fail(std::string_view program, int status, std::string_view message) {
     fmt::print(stderr, "{}: error: {}\n", program, message.substr(0, message.find('\n')));
     return status;
 }
 
-/// "frob" where the command line names it in place of a command, and what is known.
+/// Message that names an unknown command or its absence, and lists the known commands.
 std::string unknown_command(const CLI::App& app) {
     std::string names;
     for (const CLI::App* command :
@@ -40,7 +40,7 @@ std::string unknown_command(const CLI::App& app) {
         rest.empty() ? "no command" : fmt::format("unknown command or option '{}'", rest.front()), names);
 }
 
-/// An argument as a shell takes it.
+/// Quotes an argument for a shell.
 std::string quoted(std::string_view argument) {
     const bool plain = !argument.empty() && std::ranges::all_of(argument, [](unsigned char c) {
         return std::isalnum(c) ||
@@ -52,10 +52,10 @@ std::string quoted(std::string_view argument) {
     return text + "'";
 }
 
-/// An argument that a script's unset variable left empty is a mistake, not the same as none.
+/// Refuses an empty argument, which is usually an unset variable in a script.
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
-/// Has queries use the kernels that the command line names.
+/// Makes queries use the kernels that the command line names.
 void choose_kernels(const std::string& instructions) {
     const auto refuse = [&](const std::string& why) {
         throw CLI::ValidationError("--instructions", fmt::format("'{}'; {}", instructions, why));
@@ -63,13 +63,14 @@ void choose_kernels(const std::string& instructions) {
     for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512})
         if (instructions == name(set)) {
             const Kernels* form = kernels_for(set);
-            if (!form) refuse("this machine has not these instructions");
+            if (!form) refuse("this CPU does not support these instructions");
             return use_kernels(*form);
         }
     refuse("allowed: plain, avx2 and avx512");
 }
 
-/// The arguments after the program's name, last first as CLI11 takes them, with today's name of the command.
+/// The arguments after the program's name, in reverse order as CLI11 expects them, with old command names
+/// replaced.
 std::vector<std::string> arguments_of(const Program& program, const CLI::App& app, int argc, char** argv) {
     std::vector<std::string> arguments(argv + 1, argv + argc);
     const auto is_command = [&](const std::string& argument) {
@@ -80,7 +81,7 @@ std::vector<std::string> arguments_of(const Program& program, const CLI::App& ap
         if (is_command(argument)) break;
         const auto old = program.old_names.find(argument);
         if (old == program.old_names.end()) continue;
-        notice(fmt::format("`{0} {1}` is called `{0} {2}` now; release 0.3 will not know the old name",
+        notice(fmt::format("`{0} {1}` is now called `{0} {2}`; release 0.3 will not accept the old name",
                            program.name, old->first, old->second));
         argument = old->second;
         break;
@@ -89,13 +90,13 @@ std::vector<std::string> arguments_of(const Program& program, const CLI::App& ap
     return arguments;
 }
 
-/// A result that a full disk swallowed is a failure.
+/// Flushes standard output. Fails if it could not be written, for instance to a full disk.
 int flush_output(std::string_view program) {
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
     return fail(program, 1, fmt::format("standard output: cannot write: {}", std::strerror(errno)));
 }
 
-/// Warnings of the libraries; a line that was said is not said again.
+/// Prints warnings of the libraries, each line only once.
 void say_once(std::string_view line) {
     static std::mutex mutex;
     static std::set<std::string, std::less<>> said;
@@ -109,20 +110,20 @@ int run_program(const Program& program, int argc, char** argv) {
     CLI::App app(program.description, program.name);
     app.set_version_flag("--version", fmt::format("{} {}", program.name, build_version()));
     app.require_subcommand(1);
-    app.fallthrough();  // --quiet and its like may stand after the command's own options
+    app.fallthrough();  // global options may follow the command's own
 
     set_notice_handler(say_once);
     Output out;
     for (int i = 0; i < argc; ++i) out.command_line += (i == 0 ? "" : " ") + quoted(argv[i]);
     int threads = 0;
-    app.add_flag("-q,--quiet", out.quiet, "No progress and no tables; errors and warnings alone");
-    app.add_flag("--json", out.json, "The result as one JSON object on standard output");
+    app.add_flag("-q,--quiet", out.quiet, "Print errors and warnings only, no progress and no tables");
+    app.add_flag("--json", out.json, "Print the result as one JSON object on standard output");
     app.add_option("--threads", threads,
                    "Threads to use; 0: all cores, shared by mpirun's ranks. The result does not depend on it")
         ->check(CLI::Range(0, 1024));
     app.add_option_function<std::string>(
         "--instructions", choose_kernels,
-        "Kernels of collision queries: plain, avx2 or avx512; without it the best that the machine runs. The "
+        "Kernels of collision queries: plain, avx2 or avx512; default: the best that the CPU supports. The "
         "result does not depend on it");
 
     program.add_commands(app, out);
@@ -131,7 +132,7 @@ int run_program(const Program& program, int argc, char** argv) {
         for (CLI::Option* option : command->get_options())
             if (option->get_expected_max() > 0) option->check(not_empty);
 
-    // The commands are final callbacks: they run once everything, --threads included, has been parsed.
+    // Commands are final callbacks, which run after everything, including --threads, has been parsed.
     std::optional<tbb::global_control> limit;
     app.parse_complete_callback([&] {
         const auto mates = static_cast<unsigned>(this_rank().on_this_machine);

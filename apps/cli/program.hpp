@@ -9,17 +9,17 @@
 
 namespace nbd {
 
-/// A command-line program of ours.
+/// Description of a command-line program.
 struct Program {
     std::string name, description;
     std::function<void(CLI::App& app, Output& out)> add_commands;
     std::map<std::string, std::string>
-        old_names{};  // commands of the release before, and what they are called now
+        old_names{};  // command names of the previous release, with their current names
 };
 
-/// Parses the command line, with the options that all our programs have (--quiet, --json, --threads,
-/// --instructions, --version), and runs the command that it names. Returns the exit status: 0 done, 1 failed,
-/// 2 wrong usage, 130 interrupted; an error is one line on stderr.
+/// Parses the command line, including the options common to all programs (--quiet, --json, --threads,
+/// --instructions, --version), and runs the named command. Returns the exit status: 0 done, 1 failed, 2 wrong
+/// usage, 130 interrupted. An error is one line on stderr.
 int run_program(const Program& program, int argc, char** argv);
 
 }  // namespace nbd

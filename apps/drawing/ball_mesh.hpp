@@ -4,7 +4,7 @@
 
 namespace nbd {
 
-/// A sphere for pictures: `rows` rows of twice as many quads, split into triangles.
+/// Sphere mesh for pictures: `rows` rows of 2 * rows quads, split into triangles.
 TriMesh ball_mesh(const Eigen::Vector3d& centre, double radius, int rows = 32);
 
 }  // namespace nbd

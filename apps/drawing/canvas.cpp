@@ -32,7 +32,7 @@ cairo_status_t append(void* bytes, const unsigned char* data, unsigned length) {
     return CAIRO_STATUS_SUCCESS;
 }
 
-/// Selects the letters of a style; how far they reach.
+/// Selects the font of a style and returns the extents of the line.
 cairo_text_extents_t set_font(cairo_t* context, const std::string& line, const TextStyle& style) {
     cairo_select_font_face(context, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
                            style.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);

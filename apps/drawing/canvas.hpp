@@ -15,7 +15,7 @@ struct Colour {
     double r = 0, g = 0, b = 0;  // 0 to 1
 };
 
-/// A place on a page: units to the right and down of its upper left corner.
+/// Position on a page: units right and down from the upper left corner.
 struct PagePoint {
     double x = 0, y = 0;
 };
@@ -30,7 +30,7 @@ struct TextStyle {
     bool bold = false, upwards = false;
 };
 
-/// What a page is painted with.
+/// Paints on a page.
 class Canvas {
  public:
     virtual ~Canvas() = default;
@@ -38,26 +38,25 @@ class Canvas {
     virtual void polyline(std::span<const PagePoint> points, double width, Colour colour,
                           Dash dash = Dash::solid) = 0;
     virtual void dot(PagePoint centre, double radius, Colour fill) = 0;
-    /// at: left end, middle or right end of the line that the letters stand on.
+    /// at: left end, centre or right end of the baseline, as style.align says.
     virtual void text(PagePoint at, std::string_view text, const TextStyle& style) = 0;
-    /// The image fills the width; its height follows.
+    /// Scales the image to `width`, keeping its proportions.
     virtual void image(PagePoint corner, double width, const Image& image) = 0;
 };
 
-/// How far a line of text reaches, in units of the page. Throws std::runtime_error where the drawing library
-/// fails.
+/// Width of a line of text, in page units. Throws std::runtime_error if the drawing library fails.
 double text_width(std::string_view text, const TextStyle& style);
 
-/// A page of text and lines: painted in the same way whatever it is written as.
+/// A page and the function that paints it, in any output format.
 struct Page {
     double width = 0, height = 0;
     std::function<void(Canvas&)> paint;
 };
 
-/// The page on white as an SVG file's bytes. Throws std::runtime_error where the drawing library fails.
+/// The page on white, as the bytes of an SVG file. Throws std::runtime_error if the drawing library fails.
 std::string to_svg(const Page& page);
 
-/// Likewise as a PNG file's, `scale` pixels a unit.
+/// The page on white, as the bytes of a PNG file with `scale` pixels per unit. Throws as to_svg().
 std::string to_png(const Page& page, double scale = 2);
 
 /// Writes STEM.svg and STEM.png, each atomically. Throws std::runtime_error with path and reason.

@@ -11,12 +11,12 @@ namespace {
 
 constexpr double least_left = 62, top = 40, between = 26, panel_width = 300, panel_height = 230,
                  panel_title = 24, below = 44, label_edge = 24, tick_gap = 6;
-constexpr double legend_line = 17, legend_text = 33;  // from line to line, and left of the text
+constexpr double legend_line = 17, legend_text = 33;  // line spacing, and indent of the text
 constexpr TextStyle legend_style{.size = 10.5}, tick_style{.size = 10, .align = Align::right},
     title_style{.size = 13, .colour = {0.2, 0.2, 0.22}, .bold = true};
 constexpr Colour ink{0.2, 0.2, 0.22}, faint{0.89, 0.9, 0.92}, frame{0.6, 0.6, 0.64};
 
-/// A logarithmic axis with a line for 0 below it.
+/// Logarithmic axis with a separate line for 0 below it.
 struct LogAxis {
     int low = -1, high = 0;  // decades
     bool has_zero = false;
@@ -35,30 +35,30 @@ struct LogAxis {
         high = std::max(low + 1, static_cast<int>(std::ceil(std::log10(most))));
     }
 
-    /// 0 at the bottom of a panel, 1 at its top.
+    /// Position of y in a panel: 0 at the bottom, 1 at the top.
     double place(double y) const {
         const double bottom = low - (has_zero ? zero_gap : 0);
         const double at = y > 0 ? std::log10(y) : bottom;
         return (at - bottom) / (high - bottom);
     }
 
-    static constexpr double zero_gap = 0.7;  // decades between the lowest line and that of 0
+    static constexpr double zero_gap = 0.7;  // decades between the lowest line and the line of 0
 };
 
-/// "0.01", "10": a power of ten in full.
+/// Writes a power of ten in full: "0.01", "10".
 std::string decade(int power) {
     return power >= 0 ? fmt::format("{:.0f}", std::pow(10, power))
                       : fmt::format("{:.{}f}", std::pow(10, power), -power);
 }
 
-/// "16k", "1M": two digits of a large number.
+/// Writes a large number with two digits: "16k", "1M".
 std::string rounded(double value) {
     if (value >= 1e6) return fmt::format("{:.2g}M", value / 1e6);
     if (value >= 1e5) return fmt::format("{:.0f}k", value / 1e3);
     return value >= 1e3 ? fmt::format("{:.2g}k", value / 1e3) : fmt::format("{:g}", value);
 }
 
-/// A series of each label, in order of appearance.
+/// One series per label, in order of appearance.
 std::vector<Series> legend_series(const Chart& chart) {
     std::vector<Series> seen;
     for (const Panel& panel : chart.panels)
@@ -124,7 +124,7 @@ struct Painter {
     }
 };
 
-/// After Okabe and Ito.
+/// Palette of Okabe and Ito.
 constexpr std::array<Colour, 7> category_colours{{{0.00, 0.45, 0.70},
                                                   {0.84, 0.37, 0.00},
                                                   {0.00, 0.62, 0.45},
@@ -179,7 +179,7 @@ Dash category_dash(int i) {
 }
 
 Colour ramp_colour(double share) {
-    // Stops of a ramp of even lightness steps, dark blue to yellow-green.
+    // Ramp with even lightness steps, dark blue to yellow-green.
     constexpr std::array<Colour, 5> stops{
         {{0.27, 0.00, 0.33}, {0.23, 0.32, 0.55}, {0.13, 0.57, 0.55}, {0.37, 0.79, 0.38}, {0.85, 0.80, 0.10}}};
     const double at = std::clamp(share, 0.0, 1.0) * (stops.size() - 1);

@@ -9,8 +9,8 @@
 
 namespace nbd {
 
-/// Calls visit(x, y, weights) for every cell of a grid whose middle lies in a triangle; weights: barycentric.
-/// p: corners in cells.
+/// Calls visit(x, y, weights) for every grid cell whose centre lies in the triangle. weights: barycentric. p:
+/// corners, in cells.
 template <class Visit>
 void for_each_cell(const std::array<Eigen::Vector2f, 3>& p, int width, int height, const Visit& visit) {
     const Eigen::Vector2f ab = p[1] - p[0], ac = p[2] - p[0];
@@ -33,7 +33,7 @@ void for_each_cell(const std::array<Eigen::Vector2f, 3>& p, int width, int heigh
         }
 }
 
-/// The nearest depth in every cell of a square as a light sees it: what lies behind it is in shadow.
+/// Shadow map of a light: the nearest depth in every cell of a square. Points behind it are in shadow.
 class DepthMap {
  public:
     /// The light shines along `direction` (unit) on a ball.
@@ -73,12 +73,12 @@ class DepthMap {
     }
 
  private:
-    static constexpr int cells = 1200;  // a side
+    static constexpr int cells = 1200;  // per side
 
     float& at(int x, int y) {
         return depth_[static_cast<std::size_t>(y) * cells + static_cast<std::size_t>(x)];
     }
-    /// In cells, and metres of depth.
+    /// A point as the light sees it: x, y in cells, depth in metres.
     Eigen::Vector3f seen(const Eigen::Vector3f& p) const {
         const Eigen::Vector3f d = p - centre_;
         constexpr float middle = cells / 2.f;

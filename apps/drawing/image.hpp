@@ -12,7 +12,7 @@ struct Image {
     std::vector<std::uint8_t> rgb;  // [height * width * 3]
 };
 
-/// Images of one size side by side, row by row.
+/// Arranges images of one size in a grid, row by row.
 Image contact_sheet(const std::vector<Image>& images, int columns);
 
 /// Writes atomically. Throws std::runtime_error with path and reason.

@@ -21,8 +21,8 @@ Corners corners(const PictureSurface& surface, int f) {
             surface.x.row(surface.F(f, 2))};
 }
 
-/// Normals at the corners of every face: means over the faces around a vertex that do not lie beyond a sharp
-/// edge.
+/// Normals at the corners of every face, averaged over the faces around the vertex, except those beyond a
+/// sharp edge.
 std::vector<Corners> corner_normals(const PictureSurface& surface) {
     const int faces = static_cast<int>(surface.F.rows());
     std::vector<Eigen::Vector3f> area(static_cast<std::size_t>(faces));
@@ -82,13 +82,13 @@ class Drawing {
     }
 
  private:
-    /// What is seen through a sample.
+    /// The surface point seen through a sample.
     struct Seen {
         float depth = std::numeric_limits<float>::infinity();
         Eigen::Vector3f normal, colour;
     };
 
-    /// x y z radius
+    /// Ball around the surfaces: x, y, z, radius.
     static Eigen::Vector4f ball_around(const std::vector<PictureSurface>& surfaces) {
         Eigen::AlignedBox3f box;
         for (const PictureSurface& surface : surfaces)
@@ -155,7 +155,7 @@ class Drawing {
         return (0.36f + 0.22f * sky + 0.54f * light) * seen.colour + shine * Eigen::Vector3f::Ones();
     }
 
-    /// Light grey with faint lines and the things' shadows, fading to white around them.
+    /// Light grey with faint grid lines and shadows, fading to white away from the target.
     Eigen::Vector3f floor_colour(const PictureFloor& floor, const Eigen::Vector3f& p) const {
         const Eigen::Vector3f u = floor.normal.unitOrthogonal(), v = floor.normal.cross(u),
                               d = p - floor.point;
@@ -178,7 +178,7 @@ class Drawing {
     Eigen::Vector4f ball_;
     DepthMap shadow_;
     int width_, height_;
-    float cell_;  // metres a sample
+    float cell_;  // metres per sample
     std::vector<Seen> samples_;
 };
 

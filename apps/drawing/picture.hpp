@@ -7,13 +7,13 @@
 
 namespace nbd {
 
-/// A camera without perspective that looks along `forward`.
+/// Orthographic camera that looks along `forward`.
 struct Camera {
-    Eigen::Vector3f target{0, 0, 0};  // in the middle of the picture
+    Eigen::Vector3f target{0, 0, 0};  // at the centre of the picture
     Eigen::Vector3f forward{0, 1, 0}, up{0, 0, 1};
-    float extent = 2;  // metres that fit the height
+    float extent = 2;  // height of the picture, metres
 
-    /// Where a point stands: metres to the right, up and forward of the target.
+    /// Position of a point relative to the target: metres right, up and forward.
     Eigen::Vector3f seen(const Eigen::Vector3f& p) const;
 };
 
@@ -24,14 +24,14 @@ struct PictureSurface {
     Eigen::Vector3f colour;  // 0 to 1
 };
 
-/// A floor below the surfaces; it fades away around them. Not seen from behind.
+/// Floor below the surfaces that fades out around them. Invisible from behind.
 struct PictureFloor {
     Eigen::Vector3f point, normal;  // unit
-    float grid = 0.1f;              // metres between its lines
+    float grid = 0.1f;              // metres between grid lines
 };
 
-/// Draws surfaces and floors with smooth shading, creases kept, and the shadows of one light. No display
-/// needed. Nine samples a pixel.
+/// Draws surfaces and floors with smooth shading, sharp creases and the shadows of one light. Needs no
+/// display. Nine samples per pixel.
 Image draw(const std::vector<PictureSurface>& surfaces, const std::vector<PictureFloor>& floors,
            const Camera& camera, int width, int height);
 

@@ -5,18 +5,18 @@
 
 namespace nbd {
 
-/// Deals work out among processes that share a folder: of all of them, on one machine or many, one at a time
-/// holds the claim to an item. A claim is a lock on one byte of a file, which the system takes back when the
-/// process ends, however it ends: nothing goes stale. Not among the threads of one process.
+/// Distributes work among processes that share a folder, on one machine or several: one process at a time
+/// holds the claim to an item. A claim is a lock on one byte of a file. The system releases it when the
+/// process ends, however it ends, so claims never become stale. Does not separate threads of one process.
 class Claims {
  public:
-    /// Makes the file where it is missing. Throws std::runtime_error with path and reason.
+    /// Creates the file if it is missing. Throws std::runtime_error with path and reason.
     explicit Claims(const std::filesystem::path& file);
     ~Claims();
     Claims(const Claims&) = delete;
     Claims& operator=(const Claims&) = delete;
 
-    /// A claim until its end. False: another process holds it.
+    /// A claim, held until destruction. False if another process holds it.
     class Held {
      public:
         Held(const Claims* claims, long item) noexcept : claims_(claims), item_(item) {}
@@ -30,11 +30,11 @@ class Claims {
         long item_;
     };
 
-    /// item: >= 0. Where the file system has no locks, every claim is granted: work may then be done twice,
-    /// to the same result. Throws std::runtime_error with path and reason.
+    /// Claims an item, >= 0, if it is free. On a file system without locks every claim is granted; work may
+    /// then be done twice, with the same result. Throws std::runtime_error with path and reason.
     Held try_claim(long item) const;
 
-    /// Waits for the claim. `idle` is called now and then meanwhile and may throw to end the waiting.
+    /// Waits for the claim. Calls `idle` now and then, which may throw to stop waiting.
     Held wait_for(long item, const std::function<void()>& idle) const;
 
  private:

@@ -25,7 +25,7 @@ std::filesystem::path made(const std::filesystem::path& folder) {
     std::filesystem::create_directories(folder, error);
     if (error)
         throw std::runtime_error(
-            fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
+            fmt::format("{}: cannot create this folder: {}", folder.string(), error.message()));
     return folder;
 }
 
@@ -33,7 +33,7 @@ std::filesystem::path mark(const std::filesystem::path& folder, int rank) {
     return folder / fmt::format("left-{}", rank);
 }
 
-/// The networks of one training, in this process and in the folder.
+/// Networks of one training, in this process and in the shared folder.
 class Networks {
  public:
     Networks(const std::filesystem::path& folder, const PoseRows& inputs, const PoseRows& targets,
@@ -49,8 +49,8 @@ class Networks {
 
     bool has(int node) const { return networks_[static_cast<std::size_t>(node)].weights.size() > 0; }
 
-    /// Makes a node's network unless it is there or another process is at it; then, if `wait`, waits for that
-    /// process to make it or to end.
+    /// Trains a node's network unless it exists or another process is training it. In the latter case, `wait`
+    /// waits until that process finishes it or ends.
     void make(int node, bool wait) {
         if (has(node) || load(node)) return tell();
         const auto held = wait ? claims_.wait_for(node, [&] { stop_if_asked(); }) : claims_.try_claim(node);
@@ -81,7 +81,7 @@ class Networks {
         return true;
     }
 
-    /// Tells of the networks that this process has seen.
+    /// Reports progress: the networks that this process has trained or loaded.
     void tell() {
         if (!hooks_.progress) return;
         const std::lock_guard lock(speaking_);
@@ -113,10 +113,10 @@ void SharedTraining::train(const PoseRows& inputs, const PoseRows& targets, cons
                            const TrainingHooks& hooks, std::vector<TrainedMlp>& networks) const {
     check_mlp_config(config);
     Networks work(folder_, inputs, targets, config, hooks, networks);
-    std::filesystem::remove(mark(folder_, rank_.number));  // of an earlier run that did not end well
+    std::filesystem::remove(mark(folder_, rank_.number));  // may be left by an earlier run that was killed
     const int nodes = static_cast<int>(networks.size());
     const int start = static_cast<int>(std::int64_t{nodes} * rank_.number / rank_.count);
-    // First what nobody works at, then what others began.
+    // First the networks that no other process has claimed, then the rest.
     for (const bool wait : {false, true}) {
         std::vector<int> missing;
         for (int i = 0; i < nodes; ++i)

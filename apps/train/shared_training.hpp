@@ -8,21 +8,21 @@
 
 namespace nbd {
 
-/// One training that several processes do together: each node's network is trained by the process that
-/// claims it, and lies in a file of its own until all have read it. Processes may come, end and be killed at
-/// any time; the networks have the same bits whoever trains them.
+/// A training shared by several processes. Each node's network is trained by the process that claims it and
+/// kept in a file of its own until all processes have read it. Processes may join, end and be killed at any
+/// time; the networks' bits do not depend on who trains them.
 class SharedTraining {
  public:
-    /// folder: where the networks lie meanwhile, reached by all. rank: which of the processes this one is.
+    /// folder: for the networks' files; all processes must reach it. rank: of this process.
     SharedTraining(std::filesystem::path folder, const Rank& rank);
 
-    /// Returns once all networks are there, in every process alike. inputs, targets, config: as train_mlps()
-    /// takes them, the same in all processes. networks: those that have weights are kept as they are.
+    /// Returns the complete set of networks in every process. inputs, targets, config: as in train_mlps(),
+    /// the same in all processes. networks: those with weights are kept.
     /// Throws what train_mlps() throws, and std::runtime_error with path and reason.
     void train(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config,
                const TrainingHooks& hooks, std::vector<TrainedMlp>& networks) const;
 
-    /// Says that this process needs the folder no more; the last one that says so removes it.
+    /// Marks the folder as no longer needed by this process; the last process to do so removes it.
     void leave() const;
 
  private:

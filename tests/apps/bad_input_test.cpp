@@ -189,13 +189,13 @@ TEST_F(BadInputTest, Outputs) {
         {{"mesh", "box.obj", "-q", "-o", "/proc/x"}, 1, "/proc/x: cannot ..."},
         {{"mesh", "box.obj", "-o", "/dev/full"},
          1,
-         "/dev/full: cannot be written: it is a device or the like; allowed: a file"},
+         "/dev/full: cannot be written: it is not an ordinary file; allowed: a file"},
         {{"mesh", "box.obj", "-o", "box.obj"},
          1,
-         "box.obj: cannot be written: the command reads this very file"},
+         "box.obj: cannot be written: the command also reads this file"},
         {{"dataset", "box.h5", "-o", "dir/../box.h5"},
          1,
-         "dir/../box.h5: cannot be written: the command reads this very file"},
+         "dir/../box.h5: cannot be written: the command also reads this file"},
         {{"train", "box.h5", "data.h5", "-o", "none/x"}, 1, nowhere},
         {{"evaluate", "tree.h5", "data.h5", "--csv", "none/x"}, 1, nowhere},
         {{"modes", "box.h5", "--csv", "none/x"}, 1, nowhere},
@@ -264,9 +264,9 @@ TEST_F(BadInputTest, Scenes) {
         {simulate("x.h5", "--margin", "nan"), 2, "--margin: is 'nan'; allowed: a number >= 0 and <= 10"},
         {simulate("x.h5", "--picture", "dir"), 1, "dir: cannot be written: it is a folder"},
         {simulate("x.h5", "--vtu", "box.h5"), 1,
-         "box.h5: cannot be written: " + here("box.h5") + " is no folder"},
+         "box.h5: cannot be written: " + here("box.h5") + " is not a folder"},
         {simulate("box.h5", "--frames", "1"), 1,
-         "box.h5: cannot be written: the command reads this very file"},
+         "box.h5: cannot be written: the command also reads this file"},
     });
 }
 

@@ -218,7 +218,7 @@ TEST_F(ResumeTest, OutputsThatAreOneFileAreRefusedBeforeTheRun) {
               error + "x.csv: cannot be written: csv and obj" + same);
     EXPECT_EQ(
         refused(simulate({"--vtu", "box.h5/frames"})),
-        error + "box.h5/frames: cannot be written: " + (folder() / "box.h5").string() + " is no folder\n");
+        error + "box.h5/frames: cannot be written: " + (folder() / "box.h5").string() + " is not a folder\n");
     EXPECT_FALSE(fs::exists(folder() / "x.h5"));
 }
 
