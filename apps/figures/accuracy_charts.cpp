@@ -26,7 +26,7 @@ Dash dash_of(BoundKind kind) {
     }
 }
 
-/// Different values of a member over rows, in order of appearance.
+/// Distinct values of a member over rows, in order of appearance.
 template <class T>
 std::vector<T> values(const std::vector<EvaluationRow>& rows, T EvaluationRow::*member) {
     std::vector<T> seen;
@@ -44,7 +44,8 @@ std::vector<double> depth_ticks(const std::vector<BodyRows>& bodies) {
     return ticks;
 }
 
-/// A panel a set of frames, a line a body and bound that `shown` wants, `value` by depth at margin 0.
+/// Chart of `value` by depth at margin 0: one panel per set of frames, one line per body and bound that
+/// `shown` accepts.
 Chart by_depth(const std::vector<BodyRows>& bodies, double EvaluationRow::*value, bool (*shown)(BoundKind)) {
     Chart chart;
     chart.x_label = "depth of the node";
@@ -91,14 +92,14 @@ Chart outside_by_depth(const std::vector<BodyRows>& bodies) {
 Chart radius_error_by_depth(const std::vector<BodyRows>& bodies) {
     Chart chart = by_depth(bodies, &EvaluationRow::radius_error,
                            [](BoundKind kind) { return kind != BoundKind::exact; });
-    chart.title = "Error of the radius against the exact sphere";
-    chart.y_label = "mean error of the radius, %";
+    chart.title = "Radius error relative to the exact sphere";
+    chart.y_label = "mean radius error, %";
     return chart;
 }
 
 Chart outside_by_margin(const BodyRows& body) {
     Chart chart;
-    chart.title = body.body + ": vertices outside, by what is added to the radius";
+    chart.title = body.body + ": vertices outside by margin";
     chart.x_label = "margin, % of the radius";
     chart.y_label = "vertices outside, %";
     chart.x_ticks = {0, 5, 10, 15, 20, 25};

@@ -8,7 +8,7 @@
 
 namespace nbd {
 
-/// What an evaluation said of the tree of one body.
+/// Evaluation of one body's tree.
 struct BodyRows {
     std::string body;
     std::vector<EvaluationRow> rows;
@@ -17,18 +17,17 @@ struct BodyRows {
 /// The margins of the paper's figure 8: 0 to 25 % in steps of 1 %.
 std::vector<double> chart_margins();
 
-/// The paper's figure 6: vertices outside by depth at margin 0, a line a body and learned bound, a panel a
-/// set of frames.
+/// The paper's figure 6: vertices outside by depth at margin 0. One line per body and learned bound, one
+/// panel per set of frames.
 Chart outside_by_depth(const std::vector<BodyRows>& bodies);
 
-/// The paper's figure 7: radius error by depth at margin 0, a line a body and bound but `exact`.
+/// The paper's figure 7: radius error by depth at margin 0. One line per body and bound, without `exact`.
 Chart radius_error_by_depth(const std::vector<BodyRows>& bodies);
 
-/// The paper's figure 8: vertices outside against the margin, a line a depth, a row of panels a learned
-/// bound.
+/// The paper's figure 8: vertices outside by margin. One line per depth, one row of panels per learned bound.
 Chart outside_by_margin(const BodyRows& body);
 
-/// The rows of all bodies, as to_csv() has them, the body in front.
+/// CSV of all bodies' rows, with the body as the first column.
 std::string to_csv(const std::vector<BodyRows>& bodies);
 
 }  // namespace nbd

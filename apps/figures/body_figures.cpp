@@ -7,7 +7,7 @@
 namespace nbd {
 namespace {
 
-/// Those of a list that the tree has.
+/// The bounds of a list that the tree has.
 std::vector<BoundKind> bounds_of(const CollisionTree& tree, std::vector<BoundKind> bounds) {
     std::erase_if(bounds, [&](BoundKind kind) { return !has_bounds(tree, kind); });
     return bounds;
@@ -37,7 +37,7 @@ BodyFigures make_body_figures(const std::string& body, const TreeFile& file, con
         figures.sets.push_back({set.name, static_cast<int>(rows.front().poses), trajectories_of(set.frames)});
     }
     figures.pose = typical_pose(file, recording, sets.back().frames);
-    // `certified` ones would need the motion of the tetrahedra.
+    // Leaves out `certified` bounds, which need the motion of the tetrahedra.
     figures.spheres = spheres_in_pose(
         tree, figures.pose.x,
         bounds_of(*tree, {BoundKind::nbd, BoundKind::exact, BoundKind::learned_spheres, BoundKind::bd}));

@@ -16,21 +16,23 @@ struct TestSet {
     int frames = 0, trajectories = 0;
 };
 
-/// All that figures and reports show of one trained tree.
+/// Content of the figures and reports on one trained tree.
 struct BodyFigures {
     BodyRows rows;                    // all bounds of the tree, at chart_margins()
     std::vector<TestSet> sets;        // the one farthest from training comes last
-    TestPose pose;                    // a typical one of the last set
+    TestPose pose;                    // a typical pose of the last set
     std::vector<NodeSphere> spheres;  // in that pose
     Page spheres_page;
 };
 
-/// Evaluates and draws. body: what pictures call it. max_frames: of each set; 0: all. Throws what
+/// Evaluates a tree and draws its figures. body: its name in pictures. max_frames: per set; 0: all. Throws
+/// what
 /// test_frames() and evaluate_frames() throw.
 BodyFigures make_body_figures(const std::string& body, const TreeFile& tree, const RecordingReader& recording,
                               int max_frames);
 
-/// How all calibrated bounds of a tree did on the last of its test_frames(), at most so many of them.
+/// Coverage of all calibrated bounds of a tree on the last set of its test_frames(), on at most max_frames of
+/// them; 0: all.
 std::vector<CoverageRow> measure_coverages(const TreeFile& tree, const RecordingReader& recording,
                                            int max_frames);
 

@@ -51,7 +51,7 @@ std::string base64(std::string_view bytes) {
     return text;
 }
 
-/// alt: what the picture shows, for those who do not see it.
+/// Embeds a picture. alt: description for readers who cannot see it.
 std::string picture(std::string_view type, const std::string& bytes, std::string_view alt) {
     return fmt::format("<img alt=\"{}\" src=\"data:image/{};base64,{}\">\n", escaped(alt), type,
                        base64(bytes));
@@ -84,7 +84,7 @@ std::string facts(const TreeFile& file, const BodyFigures& figures) {
     return text + "</table>\n";
 }
 
-/// A line a depth of one bound on one set; `rows` are of it alone, by margin and depth.
+/// Table of one bound on one set of frames, one line per depth. rows: of these alone, by margin and depth.
 std::string table(const std::vector<EvaluationRow>& rows) {
     constexpr std::array shown{0.0, 0.01, 0.02, 0.05, 0.10, 0.25};
     const auto at = [&](int depth, double margin) {
@@ -163,8 +163,8 @@ std::string html_report(const TreeFile& file, const BodyFigures& figures,
     html += "<h2>By depth</h2>\n" + chart(outside_by_depth(bodies)) + chart(radius_error_by_depth(bodies));
     html += "<h2>By margin</h2>\n" + chart(outside_by_margin(figures.rows));
     html += fmt::format(
-        "<h2>A test pose</h2>\n<p>Faces with a vertex outside their sphere are red. The vertices are "
-        "{:.1f} % of the body's size away from the rest pose in the mean.</p>\n",
+        "<h2>A test pose</h2>\n<p>Faces with a vertex outside their sphere are red. On average, the "
+        "vertices are {:.1f} % of the body's size away from the rest pose.</p>\n",
         100 * figures.pose.deformation);
     html += picture("png", to_png(figures.spheres_page), "spheres of a test pose");
     html += as_calibrated(coverage);

@@ -6,8 +6,8 @@
 
 namespace nbd {
 
-/// A page on one trained tree for a browser: what it may be trusted with, tables, charts and pictures, all in
-/// the one file. command: how it was made, for a shell.
+/// HTML page on one trained tree: verdicts, tables, charts and pictures, all in one file. command: the shell
+/// command that made it.
 std::string html_report(const TreeFile& tree, const BodyFigures& figures,
                         const std::vector<CoverageRow>& coverage, const std::string& command);
 

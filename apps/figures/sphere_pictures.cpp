@@ -15,7 +15,7 @@
 namespace nbd {
 namespace {
 
-constexpr int side = 440;              // pixels of a picture
+constexpr int side = 440;              // pixels per side of a picture
 constexpr double cell = 220, gap = 8;  // units on the page
 const Eigen::Vector3f body_colour{0.62f, 0.66f, 0.72f}, outside_colour{0.90f, 0.10f, 0.10f};
 
@@ -51,7 +51,7 @@ bool lies_outside(VerticesRef x, int v, const Sphere& s) {
     return (x.row(v).transpose() - s.c).cast<double>().norm() > static_cast<double>(s.r);
 }
 
-/// The body, its faces with a vertex outside their sphere in another colour.
+/// The body; faces with a vertex outside their sphere have another colour.
 std::vector<PictureSurface> body_surfaces(const CollisionTree& tree, const Vertices& x,
                                           const std::vector<NodeSphere>& spheres) {
     std::vector<int> inside, outside;
@@ -72,7 +72,7 @@ std::vector<PictureSurface> body_surfaces(const CollisionTree& tree, const Verti
     return {{x, select(inside), body_colour}, {x, select(outside), outside_colour}};
 }
 
-/// The mean of two pictures of one size.
+/// Weighted mean of two pictures of one size.
 Image blend(const Image& a, const Image& b, double share_of_b) {
     Image mixed = a;
     for (std::size_t i = 0; i < mixed.rgb.size(); ++i)
@@ -81,7 +81,7 @@ Image blend(const Image& a, const Image& b, double share_of_b) {
     return mixed;
 }
 
-/// From the front, the right and a little above; y is up.
+/// Camera that looks from the front, the right and slightly above; y is up.
 Camera camera_around(const Eigen::AlignedBox3f& box) {
     Camera camera;
     camera.up = {0, 1, 0};
@@ -90,7 +90,7 @@ Camera camera_around(const Eigen::AlignedBox3f& box) {
     return camera;
 }
 
-/// Half the height of the picture that holds all spheres.
+/// Half the height of a picture that shows all spheres.
 float reach(const Camera& camera, const std::vector<NodeSphere>& spheres) {
     float reach = 0;
     for (const NodeSphere& s : spheres) {
@@ -153,7 +153,7 @@ Page sphere_page(const std::string& title, const CollisionTree& tree, VerticesRe
     const Vertices pose = x;
     Eigen::AlignedBox3f box;
     for (Eigen::Index i = 0; i < pose.rows(); ++i) box.extend(Eigen::Vector3f(pose.row(i)));
-    std::vector<Camera> cameras;  // a row
+    std::vector<Camera> cameras;  // [rows]
     for (const BoundKind kind : bounds) {
         std::vector<NodeSphere> own;
         std::ranges::copy_if(spheres, std::back_inserter(own),

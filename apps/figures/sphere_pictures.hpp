@@ -14,20 +14,20 @@ struct NodeSphere {
     BoundKind bound = BoundKind::exact;
     int depth = 0, node = 0;
     Sphere sphere;
-    int outside = 0;  // of the node's vertices
+    int outside = 0;  // number of the node's vertices outside
 };
 
-/// Spheres of all nodes at depths 1, 3, 5, 7, as far down as the tree goes, of each bound, without margins.
-/// x: pose, [vertex_count, 3]. Throws as PosedTree where the tree lacks a bound.
+/// Spheres of all nodes at depths 1, 3, 5 and 7 (where the tree has them), for each bound, without margins.
+/// x: pose, [vertex_count, 3]. Throws what PosedTree throws if the tree lacks a bound.
 std::vector<NodeSphere> spheres_in_pose(const std::shared_ptr<const CollisionTree>& tree, VerticesRef x,
                                         const std::vector<BoundKind>& bounds);
 
-/// The paper's figures 9 to 11: a row of pictures a bound, a column a depth. The body is seen through its
-/// spheres; faces with a vertex outside are red. spheres: as spheres_in_pose() gives them.
+/// The paper's figures 9 to 11: one row of pictures per bound, one column per depth. The body shows through
+/// its spheres; faces with a vertex outside are red. spheres: from spheres_in_pose().
 Page sphere_page(const std::string& title, const CollisionTree& tree, VerticesRef x,
                  const std::vector<NodeSphere>& spheres);
 
-/// One line a sphere under a line of column names; metres.
+/// CSV: column names, then one line per sphere; metres.
 std::string to_csv(const std::vector<NodeSphere>& spheres);
 
 }  // namespace nbd

@@ -6,7 +6,7 @@
 namespace nbd {
 namespace {
 
-constexpr int looked_at = 65;  // frames
+constexpr int looked_at = 65;  // frames to choose from
 
 Vertices aligned(VerticesRef X, VerticesRef x) {
     const RigidTransform align = match_shape(X, x, Eigen::VectorXf::Ones(X.rows()));

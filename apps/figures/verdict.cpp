@@ -12,8 +12,8 @@ constexpr double trusted = 1e-3;  // share of nodes that miss
 
 /// One margin of a bound, over all depths.
 struct AtMargin {
-    double margin = 0, missing = 0, mean_error = 0;  // the worst depth's; the mean over depths
-    int depth = 0;                                   // the worst
+    double margin = 0, missing = 0, mean_error = 0;  // missing: at the worst depth; mean_error: over depths
+    int depth = 0;                                   // the worst depth
     long nodes = 0;
 };
 
@@ -37,7 +37,7 @@ std::vector<AtMargin> by_margin(const std::vector<EvaluationRow>& rows, BoundKin
     return result;
 }
 
-/// "58 % of the nodes", "one node in 1200"; share above 0.
+/// Writes a share > 0: "58 % of the nodes", "one node in 1200".
 std::string nodes(double share) {
     if (share >= 0.05) return fmt::format("{:.0f} % of the nodes", 100 * share);
     const double n = 1 / share;
@@ -48,23 +48,20 @@ std::string nodes(double share) {
 std::string verdict(const std::vector<AtMargin>& at, const std::string& frames, std::string_view bound) {
     const std::string where = fmt::format("On these poses ({}) {} bounds", frames, bound);
     if (at.front().missing == 0)
-        return fmt::format(
-            "{} held every vertex of all {} spheres; their radius is off by {:.1f} % in the mean.", where,
-            at.front().nodes, 100 * at.front().mean_error);
+        return fmt::format("{} contained every vertex in all {} spheres; the mean radius error is {:.1f} %.",
+                           where, at.front().nodes, 100 * at.front().mean_error);
     const std::string as_they_are =
-        fmt::format("{}, as they are, leave a part of {} outside at the worst depth ({})", where,
+        fmt::format("{} without a margin leave a part of {} outside at the worst depth ({})", where,
                     nodes(at.front().missing), at.front().depth);
     const auto enough = std::ranges::find_if(at, [](const AtMargin& a) { return a.missing <= trusted; });
     if (enough == at.end())
         return fmt::format(
-            "{}, and still of {} with {:.0f} % added to every radius: do not trust them where a missed "
-            "contact "
-            "matters, use exact bounds there.",
+            "{}, and of {} even with {:.0f} % added to every radius. Use exact bounds where a missed contact "
+            "matters.",
             as_they_are, nodes(at.back().missing), 100 * at.back().margin);
-    const std::string margins =
-        "they may be trusted to miss no more than one node in a thousand on poses like these";
+    const std::string margins = "they miss at most one node in a thousand on poses like these";
     if (enough == at.begin()) return fmt::format("{}: {}.", as_they_are, margins);
-    return fmt::format("{}; with {:.0f} % added to every radius {}, at radii {:.1f} % off in the mean.",
+    return fmt::format("{}; with {:.0f} % added to every radius {}, with a mean radius error of {:.1f} %.",
                        as_they_are, 100 * enough->margin, margins, 100 * enough->mean_error);
 }
 
@@ -94,16 +91,14 @@ std::vector<std::string> verdicts(const std::vector<CoverageRow>& coverage) {
             inflation += row->inflation / static_cast<double>(end - begin);
             out_of_range += row->out_of_range / static_cast<double>(end - begin);
         }
-        sentences.push_back(fmt::format(
-            "With their calibrated margins {} bounds missed {:.2g} % of the nodes at the worst depth ({}), "
-            "where "
-            "{:g} % were stated for {:.3g} % of the trajectories and kept in {} of {}; their radii are "
-            "{:.1f} % "
-            "larger than the exact ones in the mean, and {:.1f} % of the nodes were out of range and bounded "
-            "exactly.",
-            name(begin->bound), 100 * worst->nodes_missing, worst->depth, 100 * worst->miss_rate,
-            100 * worst->confidence, worst->keeping, worst->trajectories, 100 * inflation,
-            100 * out_of_range));
+        sentences.push_back(
+            fmt::format("With calibrated margins, {} bounds missed {:.2g} % of the nodes at the worst depth "
+                        "({}). The stated miss rate of {:g} % is to hold in {:.3g} % of the trajectories and "
+                        "held in {} of {}. Radii are {:.1f} % larger than the exact ones on average, and "
+                        "{:.1f} % of the nodes were out of range and bounded exactly.",
+                        name(begin->bound), 100 * worst->nodes_missing, worst->depth, 100 * worst->miss_rate,
+                        100 * worst->confidence, worst->keeping, worst->trajectories, 100 * inflation,
+                        100 * out_of_range));
         begin = end;
     }
     return sentences;

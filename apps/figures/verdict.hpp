@@ -8,13 +8,13 @@
 
 namespace nbd {
 
-/// What each bound may be trusted with, in a plain sentence: how often it misses, at which margin it would
-/// miss at most one node in a thousand at every depth, what that costs. Judged on the last set of the rows.
-/// rows: of evaluate_frames(), with ascending margins from 0, not empty.
+/// One plain sentence per bound except `exact`: how often it misses, which margin leaves at most one miss per
+/// thousand nodes at every depth, and the cost of that margin. Judged on the last set of the rows. rows: from
+/// evaluate_frames(), not empty, with ascending margins from 0.
 std::vector<std::string> verdicts(const std::vector<EvaluationRow>& rows);
 
-/// What each calibrated bound, used as queries use it, may be trusted with, likewise. promises: of
-/// measure_coverage(), a bound's rows side by side.
+/// Verdict on each calibrated bound, used as in queries. coverage: from measure_coverage(), the rows of a
+/// bound adjacent.
 std::vector<std::string> verdicts(const std::vector<CoverageRow>& coverage);
 
 }  // namespace nbd

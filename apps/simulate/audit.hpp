@@ -10,27 +10,28 @@
 
 namespace nbd {
 
-/// Face pairs that exact bounds find, and how many of them a scene's own bounds miss; what both cost.
+/// Face pairs that exact bounds find, how many of them a scene's own bounds miss, and the cost of both.
 struct AuditCount {
     long intersecting = 0, intersecting_missed = 0;
-    long near = 0, near_missed = 0;   // within the thickness at which contact begins
-    long tests = 0, exact_tests = 0;  // of spheres, boxes and triangles, by the scene's bounds and exact ones
-    double us = 0, exact_us = 0;      // microseconds, measured: poses begun and both queries
+    long near = 0, near_missed = 0;  // within the thickness at which contact begins
+    long tests = 0,
+         exact_tests = 0;  // sphere, box and triangle tests with the scene's bounds and with exact ones
+    double us = 0, exact_us = 0;  // measured microseconds: begin_pose() and both queries
     AuditCount& operator+=(const AuditCount& other);
 };
 
-/// Asks a scene's bounds and exact ones the same questions about the same poses, beside the simulation and
-/// without touching it.
+/// Runs the same queries on the same poses with a scene's bounds and with exact ones. Does not affect the
+/// simulation.
 class Audit {
  public:
-    /// bodies: as they went into build_world(). Bodies without a tree file have exact bounds in both.
+    /// bodies: as passed to build_world(). Bodies without a tree file have exact bounds on both sides.
     Audit(const SceneSpec& spec, const std::vector<LoadedBody>& bodies);
 
-    /// All pairs of bodies in their current poses.
+    /// Checks all pairs of bodies in their current poses.
     AuditCount check(World& world);
 
  private:
-    /// Trees of all bodies with one choice of bounds, and how they answered the last question.
+    /// Trees of all bodies with one choice of bounds, and the cost of their queries.
     struct Side {
         std::vector<PosedTree> trees;  // [bodies]
         PairQuery query{};

@@ -11,7 +11,7 @@
 
 namespace nbd {
 
-/// Plain values one after another, as this program keeps them in memory.
+/// Concatenates plain values in this program's memory layout.
 class ByteWriter {
  public:
     template <class T>
@@ -36,8 +36,8 @@ class ByteWriter {
     std::string bytes_;
 };
 
-/// Reads what a ByteWriter of the same program wrote, in the same order. Throws std::runtime_error where the
-/// bytes end too soon.
+/// Reads values that a ByteWriter of the same program wrote, in the same order. Throws std::runtime_error if
+/// the bytes end too soon.
 class ByteReader {
  public:
     explicit ByteReader(std::string_view bytes) : left_(bytes) {}
@@ -65,7 +65,7 @@ class ByteReader {
     }
 
  private:
-    [[noreturn]] static void refuse() { throw std::runtime_error("a journal's record is too short"); }
+    [[noreturn]] static void refuse() { throw std::runtime_error("a record of the journal is too short"); }
     void take(void* to, std::size_t size) {
         if (size > left_.size()) refuse();
         if (size > 0) std::memcpy(to, left_.data(), size);

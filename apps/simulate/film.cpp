@@ -23,14 +23,14 @@ PictureSurface as_surface(const TriMesh& mesh, const Eigen::Vector3d& shift, con
     return {(mesh.X.rowwise() + shift.transpose()).cast<float>(), mesh.F, colour};
 }
 
-/// 1, 2 or 5 times a power of ten, near a length.
+/// Rounds a length to 1, 2 or 5 times a power of ten.
 float round_length(double length) {
     const double power = std::pow(10, std::floor(std::log10(length)));
     const double factor = length / power;
     return static_cast<float>(power * (factor < 1.5 ? 1 : factor < 3.5 ? 2 : factor < 7.5 ? 5 : 10));
 }
 
-/// From the side and a little above; up is against gravity.
+/// Camera that looks from the side and slightly above; up is opposite to gravity.
 Camera camera_for(const Eigen::Vector3d& gravity) {
     Camera camera;
     if (gravity.norm() > 0) camera.up = -gravity.normalized().cast<float>();

@@ -8,20 +8,20 @@
 
 namespace nbd {
 
-/// A scene in one picture: a few frames side by side, each body in a colour of its own, on the scene's floor.
+/// Picture of a scene: a few frames side by side, each body in its own colour, on the scene's floor.
 class Film {
  public:
-    /// Of the scene's frames, the start among them, at most `stills` evenly spread ones are shown, the first
-    /// and the last too. stills: at least 2.
+    /// The picture shows at most `stills` evenly spread frames, including the start and the last one. stills:
+    /// at least 2.
     Film(const SceneSpec& spec, int stills);
 
-    /// Whether the picture shows this frame; the start is 0.
+    /// True if the picture shows this frame; the start is 0.
     bool wants(int frame) const;
 
-    /// surfaces: [bodies]. Frames come in order, those that the picture wants alone.
+    /// Adds a frame. Call in order, only for frames that the picture shows. surfaces: [bodies].
     void add_frame(double time, std::vector<TriMesh> surfaces);
 
-    /// Writes what it has as a PNG. Throws std::runtime_error with path and reason.
+    /// Writes the added frames as a PNG. Throws std::runtime_error with path and reason.
     void write(const std::filesystem::path& path) const;
 
  private:

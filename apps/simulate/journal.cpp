@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::string_view magic = "nbdtree journal 1\n";
 
-/// What stands before every record.
+/// Header of every record.
 struct RecordHead {
     std::uint64_t size = 0;
     char sha256[64] = {};  // hex, of the record
@@ -41,7 +41,7 @@ std::string framed(std::string_view record) {
     return bytes.append(record);
 }
 
-/// As many of `size` bytes as the file has there.
+/// Reads up to `size` bytes, fewer at the end of the file.
 std::string read_at(int descriptor, std::uint64_t position, std::uint64_t size) {
     std::string bytes(size, '\0');
     std::size_t got = 0;
@@ -62,7 +62,7 @@ std::string to_text(const Journal::Facts& facts) {
     return text;
 }
 
-/// Name of the first fact that differs; empty: none does.
+/// Name of the first fact that differs; empty if none does.
 std::string first_difference(std::string_view stored, const Journal::Facts& facts) {
     for (const auto& [name, value] : facts) {
         const std::string expected = name + '\n' + value + '\n';
@@ -78,12 +78,12 @@ void Journal::fail(const std::string& what) const {
     throw std::runtime_error(fmt::format("{}: {}", path_.string(), what));
 }
 
-/// Opens and locks. A file that its owner removed between the two is no longer the one at the path.
+/// Opens and locks the file. Starts over if its owner removed it in between.
 void Journal::lock() {
     for (;;) {
         descriptor_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
         if (descriptor_ < 0) fail(fmt::format("cannot be opened: {}", std::strerror(errno)));
-        // A file system that knows no locks, as some clusters have, is no reason not to run.
+        // File systems without locks, as on some clusters, must not prevent a run.
         if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
             close(std::exchange(descriptor_, -1));
             fail("another run is writing this output");
@@ -104,7 +104,7 @@ Journal::Journal(std::filesystem::path path, const Facts& facts, bool resume) : 
             fail("is not a journal of nbdtree; remove it or choose another output");
         position_ = magic.size();
         const std::optional<std::string> stored = start == magic ? read_record() : std::nullopt;
-        if (!stored) {  // new, or killed while it was begun
+        if (!stored) {  // new, or its run was killed while starting
             position_ = 0;
             if (ftruncate(descriptor_, 0) != 0) fail(std::strerror(errno));
             write_at_end(std::string(magic) + framed(to_text(facts)));
@@ -120,9 +120,9 @@ Journal::Journal(std::filesystem::path path, const Facts& facts, bool resume) : 
             return;
         }
         if (!resume)
-            fail("holds an unfinished run; continue it with --resume, or remove the file to begin anew");
+            fail("holds an unfinished run; continue it with --resume, or remove the file to start over");
         if (const std::string other = first_difference(*stored, facts); !other.empty())
-            fail(fmt::format("its run was begun with another {}; remove the file to begin anew", other));
+            fail(fmt::format("its run was started with another {}; remove the file to start over", other));
     } catch (...) {
         close(std::exchange(descriptor_, -1));
         throw;
@@ -157,7 +157,7 @@ std::optional<std::string> Journal::next() {
     if (record)
         ++records_;
     else if (ftruncate(descriptor_, static_cast<off_t>(position_)) != 0)
-        fail(fmt::format("cannot be cut after its last whole record: {}", std::strerror(errno)));
+        fail(fmt::format("cannot truncate it after the last complete record: {}", std::strerror(errno)));
     return record;
 }
 

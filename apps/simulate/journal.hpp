@@ -10,33 +10,33 @@
 
 namespace nbd {
 
-/// An append-only file of records from which a run that was killed continues. Every record is checksummed and
-/// on the disk when append() returns; a record that is not whole, and what follows it, never counts. The file
-/// is locked while the object lives, where the file system knows locks, so that one run at a time writes it;
-/// the lock ends with the process.
+/// Append-only file of records, from which a killed run continues. Every record is checksummed, and on disk
+/// when append() returns. An incomplete record and everything after it are ignored. The file is locked while
+/// the object lives, if the file system supports locks, so that only one run writes it; the lock ends with
+/// the process.
 class Journal {
  public:
-    /// What a run was begun with: names and values, each without line breaks, in an order of their own.
+    /// Settings that a run was started with: ordered names and values without line breaks.
     using Facts = std::vector<std::pair<std::string, std::string>>;
 
-    /// Opens the journal at `path`, or begins one. resume: whether records of an earlier run may be there.
-    /// Throws std::runtime_error, one line with the path: another run holds the lock; records are there but
-    /// `resume` is false; they were begun with other facts (the first that differs is named); the file is no
-    /// journal; the disk refuses.
+    /// Opens or creates the journal at `path`. resume: whether it may contain records of an earlier run.
+    /// Throws std::runtime_error, one line with the path, if another run holds the lock; there are records
+    /// but `resume` is false; their run was started with other facts (names the first that differs); the file
+    /// is not a journal; or it cannot be read or written.
     Journal(std::filesystem::path path, const Facts& facts, bool resume);
     /// Removes a journal without records.
     ~Journal();
     Journal(const Journal&) = delete;
     Journal& operator=(const Journal&) = delete;
 
-    /// The next record of the earlier run, nothing after the last whole one.
+    /// The next record of the earlier run; nullopt after the last complete one.
     std::optional<std::string> next();
 
-    /// Adds a record; next() must have returned nothing before. Throws std::runtime_error with path and
+    /// Appends a record; next() must have returned nullopt before. Throws std::runtime_error with path and
     /// reason.
     void append(std::string_view record);
 
-    /// Deletes the file: the run is complete.
+    /// Deletes the file. Call when the run is complete.
     void remove();
 
     const std::filesystem::path& path() const noexcept { return path_; }

@@ -41,8 +41,8 @@ LoadedBody SceneFiles::load(const SceneBody& spec, const Output& out) {
     if (spec.tree.empty()) return loaded;
     TreeFile file = load_tree(spec.tree);
     if (file.facts.body_hash != body_hash(loaded.body))
-        throw std::runtime_error(
-            fmt::format("{}: is the tree of another body than {}", spec.tree.string(), spec.file.string()));
+        throw std::runtime_error(fmt::format("{}: this tree belongs to another body than {}",
+                                             spec.tree.string(), spec.file.string()));
     loaded.tree = std::make_shared<const CollisionTree>(std::move(file.tree));
     return loaded;
 }

@@ -10,14 +10,14 @@
 
 namespace nbd {
 
-/// Every file that a scene names, in its order.
+/// All files that a scene names, in order.
 std::vector<std::filesystem::path> scene_inputs(const SceneSpec& spec);
 
-/// Loads what a scene's bodies are made from. A file that several bodies name is read, and a surface filled,
+/// Loads the bodies of a scene. A file that several bodies name is read, and meshed if it is a surface, only
 /// once.
 class SceneFiles {
  public:
-    /// Throws what reading, checking and filling throw, one line with the path; std::runtime_error where the
+    /// Throws what reading, checking and filling throw, one line with the path; std::runtime_error if the
     /// tree belongs to another body.
     LoadedBody load(const SceneBody& spec, const Output& out);
 

@@ -7,7 +7,7 @@
 namespace nbd {
 namespace {
 
-/// Rows of a matrix in place of vectors, which are no plain values.
+/// The vectors as rows of a matrix, since Eigen vectors are not plain values.
 Nodes rows_of(const std::vector<Eigen::Vector3d>& vectors) {
     Nodes rows(static_cast<Eigen::Index>(vectors.size()), 3);
     for (std::size_t i = 0; i < vectors.size(); ++i) rows.row(static_cast<Eigen::Index>(i)) = vectors[i];

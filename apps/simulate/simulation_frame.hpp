@@ -9,22 +9,22 @@
 
 namespace nbd {
 
-/// A frame of a simulation with all that its outputs show and all that the next step depends on: what the
-/// journal of a run holds.
+/// A simulation frame as the journal stores it: everything that the outputs show and the next step depends
+/// on.
 struct SimulationFrame {
     int number = 0;  // 0: the start
     WorldSnapshot world;
-    std::vector<Nodes> contact_forces;  // [bodies] of the frame's last step, N
-    std::vector<StepRow> steps;         // that led to it
+    std::vector<Nodes> contact_forces;  // [bodies] in the frame's last step, N
+    std::vector<StepRow> steps;         // since the previous frame
 };
 
-/// The world as it is now. steps: since the last frame.
+/// Captures the current world. steps: since the previous frame.
 SimulationFrame take_frame(int number, const World& world, std::vector<StepRow> steps);
 
-/// A frame as bytes, for this very program to read again.
+/// Serialises a frame; only the same program can read the bytes.
 std::string to_bytes(const SimulationFrame& frame);
 
-/// Throws std::runtime_error where the bytes are no frame.
+/// Reads what to_bytes() wrote. Throws std::runtime_error if the bytes are not a frame.
 SimulationFrame frame_from(std::string_view bytes);
 
 }  // namespace nbd

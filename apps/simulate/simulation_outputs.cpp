@@ -13,7 +13,7 @@
 namespace nbd {
 namespace {
 
-/// "1_upper_ring" of the body with number 1 and the name "upper ring": safe in file names, and unique.
+/// Unique name that is safe in file names: "1_upper_ring" for body 1 with the name "upper ring".
 std::string file_name(std::size_t body, std::string name) {
     std::ranges::replace_if(
         name, [](unsigned char c) { return !std::isalnum(c) && c != '-' && c != '_'; }, '_');

@@ -12,21 +12,21 @@
 
 namespace nbd {
 
-/// Everything that a run writes beside its journal, made from frames alone: the same frames give the same
-/// files, whether they were just simulated or read from a journal.
+/// Everything that a run writes except its journal. Made from frames alone, so that the same frames give the
+/// same files, whether they were just simulated or read from a journal.
 class SimulationOutputs {
  public:
-    /// paths: as the run writes them; empty ones are not written. world: as it begins;
-    /// read during calls, must outlive this. body_hashes: one a body. Removes what killed runs with these
-    /// paths left half-written.
+    /// paths: of the outputs; empty ones are not written. world: at the start; read during calls, must
+    /// outlive this object. body_hashes: one per body. Removes temporary files that killed runs left at these
+    /// paths.
     SimulationOutputs(const SceneOutput& paths, const SceneSpec& spec, const World& world,
                       const std::vector<std::string>& body_hashes);
 
-    /// Frames come in order, from 0 on.
+    /// Adds a frame. Call in order, starting with frame 0.
     void add_frame(const SimulationFrame& frame);
-    /// Steps after the last frame that led to none.
+    /// Adds steps after the last frame that did not complete another frame.
     void add_steps(const std::vector<StepRow>& steps) { table_.add(steps); }
-    /// failure: why the simulation ended too soon; empty: it did not.
+    /// Writes and closes the files. failure: why the simulation ended early; empty if it did not.
     void finish(const std::string& failure);
 
     const StepTable& table() const noexcept { return table_; }
@@ -38,7 +38,7 @@ class SimulationOutputs {
 
     SceneOutput paths_;
     const World& world_;
-    std::vector<std::string> names_;  // [bodies] of .obj files
+    std::vector<std::string> names_;  // [bodies] stems of .obj files
     RecordingWriter recording_;
     std::vector<int> handles_;  // [bodies]
     std::vector<Nodes> start_;  // [bodies]

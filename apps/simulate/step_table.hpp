@@ -8,21 +8,21 @@
 
 namespace nbd {
 
-/// What one step did: a line of the table. Plain values, so that a journal can keep it.
+/// Results of one step, one line of the table. Only plain values, so that a journal can store it.
 struct StepRow {
-    int frame = 0;  // that the step leads to
+    int frame = 0;  // that the step belongs to
     double time = 0;
     int contacts = 0, substeps = 0, newton_iterations = 0, solver_iterations = 0, inverted_elements = 0;
     bool solver_converged = true, audited = false;
     long face_pairs = 0, nodes_bounded = 0, nodes_out_of_range = 0;
     double kinetic_energy = 0, elastic_energy = 0, gravity_energy = 0, deepest_penetration = 0;
-    double update_us = 0, collision_us = 0;  // measured; all else is the same in every run
+    double update_us = 0, collision_us = 0;  // measured; all other values are the same in every run
     AuditCount audit{};
 };
 
 StepRow step_row(int frame, const WorldReport& report);
 
-/// Sums and means over a whole run. Costs are means a step.
+/// Sums and means over a whole run. Costs are means per step.
 struct StepTotals {
     double time = 0;  // seconds simulated
     int steps = 0, frames_in_contact = 0;
@@ -33,13 +33,14 @@ struct StepTotals {
     AuditCount audit;
 };
 
-/// What a scene's steps did, a row a step.
+/// Results of a scene's steps, one row per step.
 class StepTable {
  public:
     void add(const std::vector<StepRow>& rows) { rows_.insert(rows_.end(), rows.begin(), rows.end()); }
     StepTotals totals() const;
 
-    /// CSV, a line a step: SI units, costs in microseconds, an audited frame's pairs at its last step.
+    /// Writes CSV, one line per step: SI units, costs in microseconds; an audited frame's pairs are in its
+    /// last step.
     /// Atomic.
     void write(const std::filesystem::path& path) const;
 

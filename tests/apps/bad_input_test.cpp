@@ -236,7 +236,7 @@ TEST_F(BadInputTest, Scenes) {
          said(1, R"(bodies[0].margin: must be a number, not "wide")")},
         {scene(R"({"body": "none.h5"})"), 1, "none.h5: cannot be read: No such file or directory"},
         {scene(R"({"body": "other.h5", "tree": "tree.h5"})"), 1,
-         "tree.h5: is the tree of another body than other.h5"},
+         "tree.h5: this tree belongs to another body than other.h5"},
         {scene(R"({"body": "box.h5", "bounds": "nbd"})"), 1,
          said(4,
               R"(bodies[0].tree: is missing: bounds "nbd" are learned or precomputed and need a tree file)")},

@@ -137,26 +137,25 @@ std::vector<EvaluationRow> rows(const std::vector<std::pair<double, double>>& mi
 TEST(Verdict, NamesTheMarginFromWhichANodeInAThousandIsMissed) {
     const auto said = verdicts(rows({{0, 0.5}, {0.05, 0.002}, {0.1, 0.001}, {0.2, 0}}));
     ASSERT_EQ(said.size(), 1u);
-    EXPECT_EQ(said[0],
-              "On these poses (held-out trajectories) nbd bounds, as they are, leave a part of 50 % of the "
-              "nodes outside "
-              "at the worst depth (1); with 10 % added to every radius they may be trusted to miss no more "
-              "than one node in "
-              "a thousand on poses like these, at radii 11.0 % off in the mean.");
+    EXPECT_EQ(
+        said[0],
+        "On these poses (held-out trajectories) nbd bounds without a margin leave a part of 50 % of the "
+        "nodes outside at the worst depth (1); with 10 % added to every radius they miss at most one node "
+        "in a thousand on poses like these, with a mean radius error of 11.0 %.");
 }
 
 TEST(Verdict, SaysWhenNoMarginIsEnough) {
     const auto said = verdicts(rows({{0, 0.5}, {0.25, 0.012}}));
-    EXPECT_NE(said[0].find("still of one node in 83 with 25 % added to every radius: do not trust them"),
+    EXPECT_NE(said[0].find("and of one node in 83 even with 25 % added to every radius. Use exact bounds"),
               std::string::npos)
         << said[0];
 }
 
 TEST(Verdict, SaysWhenNothingWasMissed) {
-    EXPECT_NE(verdicts(rows({{0, 0}, {0.25, 0}}))[0].find("held every vertex of all 2000 spheres"),
+    EXPECT_NE(verdicts(rows({{0, 0}, {0.25, 0}}))[0].find("contained every vertex in all 2000 spheres"),
               std::string::npos);
     EXPECT_NE(verdicts(rows({{0, 0.0004}}))[0].find(
-                  "one node in 2500 outside at the worst depth (1): they may be trusted"),
+                  "one node in 2500 outside at the worst depth (1): they miss at most"),
               std::string::npos);
 }
 
@@ -183,10 +182,11 @@ TEST(Verdict, OfCalibratedBoundsNamesTheWorstDepth) {
     ASSERT_EQ(said.size(), 1u);
     EXPECT_EQ(
         said[0],
-        "With their calibrated margins learned_spheres bounds missed 0.12 % of the nodes at the worst depth "
-        "(1), where "
-        "0.1 % were stated for 90 % of the trajectories and kept in 17 of 20; their radii are 2.0 % larger "
-        "than the exact ones in the mean, and 2.0 % of the nodes were out of range and bounded exactly.");
+        "With calibrated margins, learned_spheres bounds missed 0.12 % of the nodes at the worst depth (1). "
+        "The stated miss rate of 0.1 % is to hold in 90 % of the trajectories and held in 17 of 20. Radii "
+        "are "
+        "2.0 % larger than the exact ones on average, and 2.0 % of the nodes were out of range and bounded "
+        "exactly.");
     EXPECT_TRUE(verdicts(std::vector<CoverageRow>{}).empty());
 }
 

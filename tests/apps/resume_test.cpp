@@ -148,11 +148,11 @@ TEST_F(ResumeTest, AJournalIsRefusedWhereItDoesNotBelong) {
     const fs::path journal = folder() / path;
     const std::string bytes = read_bytes(journal), error = "nbdtree: error: " + path + ": ";
     const auto begun_with = [&](const std::string& what) {
-        return error + "its run was begun with another " + what + "; remove the file to begin anew\n";
+        return error + "its run was started with another " + what + "; remove the file to start over\n";
     };
     EXPECT_EQ(
         refused(command(where, {})),
-        error + "holds an unfinished run; continue it with --resume, or remove the file to begin anew\n");
+        error + "holds an unfinished run; continue it with --resume, or remove the file to start over\n");
     EXPECT_EQ(refused(command(where, {"--resume", "--frames", "13"})), begun_with("--frames"));
     EXPECT_EQ(refused(command(where, {"--resume", "--margin", "0.1"})), begun_with("--margin"));
 
