@@ -16,8 +16,7 @@
 namespace nbd {
 
 SurfaceBody surface_body(const Body& body) {
-    const Eigen::MatrixXf none(3 * body.tets.X.rows(),
-                               0);  // for bodies without modes
+    const Eigen::MatrixXf none(3 * body.tets.X.rows(), 0);  // for bodies without modes
     SurfaceBody result = make_surface_body(body.surface.X.cast<float>(), body.surface.F, body.W.cast<float>(),
                                            body.modes.count() > 0 ? body.modes.U : none, body_hash(body));
     result.solid = body.tets;

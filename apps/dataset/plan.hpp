@@ -7,22 +7,22 @@
 
 namespace nbd {
 
-/// All that decides what a dataset holds, beside the body.
+/// Everything that determines a dataset's content, except the body.
 struct DatasetPlan {
     int trajectories = 40, per_shard = 16;
-    int attempts = 3;  // at a trajectory that fails, each with steps half as long
+    int attempts = 3;  // maximum per trajectory; each one after a failure halves the time step
     double held_out_share = 0.2;
     ExcitationConfig excitation;
 };
 
-/// As JSON text, the body's hash and material and the program's version included.
+/// JSON text of the plan, including the body's hash and material and the program's version.
 std::string plan_json(const DatasetPlan& plan, const Body& body);
 
-/// What tells files of one dataset from those of another: the SHA-256 of its plan.
+/// SHA-256 of the plan; identifies the files of one dataset.
 std::string plan_key(const std::string& plan);
 
-/// "frames 50, not 60": the first thing in which plan `there` differs from plan `wanted`; "" where they
-/// agree. Throws std::invalid_argument where a text is not JSON.
+/// The first difference between the plans, as in "frames 50, not 60"; "" if there is none. Throws
+/// std::invalid_argument if a text is not JSON.
 std::string plan_difference(const std::string& there, const std::string& wanted);
 
 }  // namespace nbd

@@ -19,11 +19,11 @@
 namespace nbd {
 namespace {
 
-// Bytes of the claims file: one a trajectory, one a shard, one for the view.
+// Bytes of the claims file: one per trajectory, one per shard, one for the view.
 constexpr long first_shard_claim = 1L << 32, view_claim = 1L << 33;
 
-/// Calls work(i) for all i in [0, count) from `workers` threads; after the first exception, which is thrown
-/// again, none begins another i.
+/// Calls work(i) for all i in [0, count) from `workers` threads. After the first exception, starts no further
+/// i and rethrows it.
 void run_workers(int count, int workers, const std::function<void(int)>& work) {
     std::atomic<int> next = 0;
     std::exception_ptr failure;
@@ -43,14 +43,14 @@ void run_workers(int count, int workers, const std::function<void(int)>& work) {
     if (failure) std::rethrow_exception(failure);
 }
 
-/// Trajectories that may be in memory at once, so that a process needs less than 2 GiB on bodies of up to
-/// 50,000 nodes whatever its threads, which otherwise share in fewer trajectories.
+/// Maximum number of trajectories simulated at once, so that a process needs less than 2 GiB on bodies of up
+/// to 50,000 nodes. Further threads share in these trajectories.
 int at_a_time(const Body& body) {
-    constexpr double budget = 1.5e9, a_node = 25e3;  // bytes; the second as measured, two bodies in contact
+    constexpr double budget = 1.5e9, a_node = 25e3;  // bytes; a_node is measured with two bodies in contact
     return std::max(1, static_cast<int>(budget / (a_node * static_cast<double>(body.tets.X.rows()))));
 }
 
-/// A recipe with what was tried.
+/// The recipe with the attempts added.
 std::string with_attempts(const std::string& recipe, int steps_per_frame,
                           const nlohmann::ordered_json& failed) {
     nlohmann::ordered_json json = nlohmann::ordered_json::parse(recipe);
@@ -59,7 +59,7 @@ std::string with_attempts(const std::string& recipe, int steps_per_frame,
     return json.dump();
 }
 
-/// Of the view as it stands: none where it is missing or damaged, for then it is written anew.
+/// Manifest of the existing view; empty if the view is missing or damaged, since it is then rewritten.
 DatasetManifest standing_manifest(const std::filesystem::path& view) {
     try {
         return read_dataset_manifest(view);
@@ -94,7 +94,7 @@ void Producer::verify(const std::function<bool(int)>& mine) {
         const auto remove_broken = [&](const std::filesystem::path& path, int first, int end) {
             const std::string defect = shard_defect(path, key_, first, end);
             if (defect.empty()) return;
-            warn(fmt::format("made anew: {}", defect));
+            warn(fmt::format("remaking a damaged file: {}", defect));
             std::filesystem::remove(path);
         };
         if (const auto held = claims_.wait_for(first_shard_claim + g, hooks_.stop_if_asked)) {
@@ -104,8 +104,9 @@ void Producer::verify(const std::function<bool(int)>& mine) {
                 if (entry == known.end()) {
                     remove_broken(path, folder_.first(g), folder_.end(g));
                 } else if (file_sha256(path) != entry->sha256) {
-                    warn(fmt::format("made anew: {}: its SHA-256 is not {:.12}... of the manifest",
-                                     path.string(), entry->sha256));
+                    warn(fmt::format(
+                        "remaking a damaged file: {}: its SHA-256 is not {:.12}... as in the manifest",
+                        path.string(), entry->sha256));
                     std::filesystem::remove(path);
                 }
                 continue;
@@ -144,7 +145,7 @@ void Producer::simulate(int index) {
         }
         writer.end_trajectory(handle, failure, contacts);
         writer.finish();
-        if (!failure.empty()) warn(fmt::format("trajectory {} is left out: {}", index, failure));
+        if (!failure.empty()) warn(fmt::format("trajectory {} failed and is left out: {}", index, failure));
         return;
     }
 }
@@ -163,7 +164,7 @@ void Producer::make(int index, bool wait) {
 }
 
 void Producer::finish_shard(int shard) {
-    const std::scoped_lock lock(packing_);  // among our threads; the claim is among processes
+    const std::scoped_lock lock(packing_);  // excludes our own threads; the claim excludes processes
     const auto held = claims_.wait_for(first_shard_claim + shard, hooks_.stop_if_asked);
     pack_shard(folder_, key_, shard, [this](const std::string& line) { warn(line); });
 }
@@ -172,7 +173,7 @@ void Producer::produce(const std::function<bool(int)>& mine, int threads, int st
     std::vector<int> wanted;
     for (int i = 0; i < folder_.trajectories(); ++i)
         if (const int index = (start + i) % folder_.trajectories(); mine(index)) wanted.push_back(index);
-    // First what nobody works at; then, with none of our own in flight, what others began.
+    // First the trajectories that no process has claimed; then, when our own are done, the others.
     for (const bool wait : {false, true})
         for (;;) {
             std::vector<int> missing;
@@ -195,7 +196,7 @@ bool Producer::fits(int shard, const std::string& sha256, const std::string& wan
     const std::string defect =
         shard_defect(folder_.shard(shard), key_, folder_.first(shard), folder_.end(shard));
     if (defect.empty()) return true;
-    warn(fmt::format("made anew: {}", defect));
+    warn(fmt::format("remaking a damaged file: {}", defect));
     std::filesystem::remove(folder_.shard(shard));
     return false;
 }

@@ -13,29 +13,29 @@
 
 namespace nbd {
 
-/// What a producer tells its user.
+/// Callbacks of a producer. warn and progress: one call at a time, from any thread.
 struct ProducerHooks {
-    std::function<void(const std::string&)> warn;  // one call at a time, from any thread; so is the next
-    std::function<void(int there)> progress;       // trajectories of the dataset that are there
-    std::function<void()> stop_if_asked;           // throws where the user wants to stop; several at a time
+    std::function<void(const std::string&)> warn;  // a warning line
+    std::function<void(int there)> progress;       // number of existing trajectories
+    std::function<void()> stop_if_asked;           // throws if the user wants to stop; concurrent calls
 };
 
 /// Makes the trajectories of a dataset, together with any number of other processes that work in the same
-/// folder, at the same time or later. Frames go to the disk as they come.
+/// folder, at the same time or later. Writes frames to disk as they are simulated.
 class Producer {
  public:
     Producer(Body body, const DatasetPlan& plan, ShardFolder folder, ProducerHooks hooks);
 
-    /// Removes files that are damaged, so that they are made anew. mine: which of the shards to look at.
+    /// Removes damaged files, so that they are made again. mine: the shards to check.
     void verify(const std::function<bool(int shard)>& mine);
 
-    /// Returns once all trajectories with mine(index) are there. Where another process works at one, waits
-    /// for it and, should that process end without it, makes it. threads: in all, > 0. start: trajectory to
-    /// begin with, so that processes that set out together do not fight for the first one.
+    /// Makes all trajectories with mine(index). Waits for those that other processes are making, and makes
+    /// them if such a process ends early. threads: in total, > 0. start: first trajectory to try, so that
+    /// processes started together do not compete for the same one.
     void produce(const std::function<bool(int trajectory)>& mine, int threads, int start);
 
-    /// Writes the merged view unless it is there and true. Returns false where a file turned out to be
-    /// damaged and has been removed: produce() again.
+    /// Writes the merged view unless it exists and is up to date. Returns false if a damaged file was found
+    /// and removed; then call produce() again.
     bool merge();
 
     const std::string& key() const noexcept { return key_; }
@@ -45,7 +45,8 @@ class Producer {
     void simulate(int index);
     void make(int index, bool wait);
     void finish_shard(int shard);
-    /// Removes temporary files of processes that were killed. All is there, so nobody writes any.
+    /// Removes temporary files of killed processes. Call when all shards exist, so that no process writes
+    /// any.
     void remove_leftovers() const;
     bool fits(int shard, const std::string& sha256, const std::string& wanted);
 

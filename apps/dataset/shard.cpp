@@ -41,11 +41,12 @@ std::string shard_defect(const std::filesystem::path& path, const std::string& k
     try {
         const RecordingReader recording(path);
         if (recording.label(dataset_label) != key)
-            return fmt::format("{}: is a part of another dataset", path.string());
+            return fmt::format("{}: belongs to another dataset", path.string());
         const auto& infos = recording.trajectories();
         if (static_cast<int>(infos.size()) != end - first || infos.front().id != first ||
             infos.back().id != end - 1)
-            return fmt::format("{}: has other trajectories than {} to {}", path.string(), first, end - 1);
+            return fmt::format("{}: does not hold exactly trajectories {} to {}", path.string(), first,
+                               end - 1);
         recording_hash(recording);
     } catch (const std::runtime_error& error) {
         return error.what();
@@ -65,9 +66,9 @@ bool pack_shard(const ShardFolder& folder, const std::string& key, int shard,
         whole.label(dataset_label, key);
         for (int i = first; i < end; ++i) {
             const std::string defect = shard_defect(folder.part(i), key, i, i + 1);
-            if (there()) break;  // packed meanwhile by a process that our claims do not reach
+            if (there()) break;  // packed by another process, on a file system without locks
             if (!defect.empty()) {
-                warn(fmt::format("made anew: {}", defect));
+                warn(fmt::format("remaking a damaged file: {}", defect));
                 std::filesystem::remove(folder.part(i));
                 return false;
             }

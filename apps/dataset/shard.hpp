@@ -8,13 +8,13 @@
 
 namespace nbd {
 
-/// Why a recording is not trajectories first .. end - 1 of the dataset with this key, whole: "" where it is.
-/// Reads all of it, so that every checksum is verified.
+/// Why a recording is not a complete shard of trajectories first .. end - 1 of the dataset with this key; ""
+/// if it is one. Reads the whole recording, which verifies every checksum.
 std::string shard_defect(const std::filesystem::path& path, const std::string& key, int first, int end);
 
-/// Joins the parts of a complete shard into its file and removes them; does nothing where a trajectory is
-/// missing. Only one process at a time may pack a shard. Returns whether the shard is there. A part that
-/// cannot be read is removed, for it is worth nothing, and `warn` hears of it.
+/// Joins the parts of a shard into its file and removes them; does nothing if a trajectory is missing. Only
+/// one process at a time may pack a shard. Removes unreadable parts and reports them to `warn`. Returns true
+/// if the shard exists.
 bool pack_shard(const ShardFolder& folder, const std::string& key, int shard,
                 const std::function<void(const std::string&)>& warn);
 

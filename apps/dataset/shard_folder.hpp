@@ -5,8 +5,8 @@
 
 namespace nbd {
 
-/// Where the files of a dataset lie. Beside the merged view `data.h5`, the folder `data.shards` has one
-/// recording a group of trajectories, and while the group is not complete one a trajectory.
+/// Paths of a dataset's files. Next to the merged view `data.h5`, the folder `data.shards` has one recording
+/// per group of trajectories, or one per trajectory while the group is incomplete.
 class ShardFolder {
  public:
     /// trajectories, per_shard: > 0.
@@ -26,12 +26,12 @@ class ShardFolder {
     std::filesystem::path part(int trajectory) const;
     std::filesystem::path shard(int shard) const { return folder_ / shard_name(shard); }
     std::string shard_name(int shard) const;
-    /// As the view refers to it.
+    /// Path of a shard relative to the view's folder.
     std::string relative(int shard) const;
 
-    /// Whether a trajectory is there, in a part or in its shard.
+    /// True if a trajectory exists, in a part or in its shard.
     bool has(int trajectory) const;
-    int count() const;  // trajectories that are there
+    int count() const;  // number of existing trajectories
 
  private:
     std::filesystem::path view_, folder_;

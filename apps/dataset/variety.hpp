@@ -11,17 +11,17 @@
 
 namespace nbd {
 
-/// Trajectories of one kind.
+/// Counts of one kind of trajectories.
 struct KindVariety {
     int trajectories = 0, failed = 0;
-    long frames = 0, frames_in_contact = 0;  // of the complete ones
+    long frames = 0, frames_in_contact = 0;  // of the complete trajectories
 };
 
-/// How much the poses of a dataset differ. Failed trajectories count in `kinds` alone.
+/// Measures of how much the poses of a dataset differ. Failed trajectories count only in `kinds`.
 struct Variety {
     std::map<std::string, KindVariety> kinds;  // by the recipes' names
     long frames = 0, frames_in_contact = 0;
-    int sampled = 0;  // frames, evenly spread, that the rest is about
+    int sampled = 0;  // frames, evenly spread, on which the rest is measured
 
     /// Principal stretches of all elements: quantiles of variety_quantiles, 1 is undeformed.
     std::vector<double> stretch;
@@ -31,23 +31,23 @@ struct Variety {
     /// metres.
     double displacement = 0;
     double body_length = 0;  // diagonal of the rest pose's box, metres
-    /// Spread of each modal coordinate, as the root mean square displacement that it stands for, metres.
+    /// Standard deviation of each modal coordinate, expressed as a root mean square displacement, metres.
     /// Empty for a body without modes.
     std::vector<double> mode_std;
-    /// Share of the squared displacement that the first 1, 2, ... modes hold. In [0, 1].
+    /// Share of the squared displacement in the first 1, 2, ... modes, in [0, 1].
     std::vector<double> mode_share;
     std::vector<double> frequencies;  // of the modes, Hz
 };
 inline constexpr std::array variety_quantiles{0.01, 0.05, 0.5, 0.95, 0.99};
 
-/// Measures a dataset shard by shard. The result depends neither on the threads nor on how trajectories are
-/// divided among recordings, if they come in order of their ids.
+/// Measures a dataset shard by shard. If trajectories come in order of their ids, the result depends neither
+/// on the threads nor on how trajectories are divided among recordings.
 class VarietyMeter {
  public:
-    /// frames: about how many there will be; of many, some are sampled, evenly spread.
+    /// frames: approximate total; of many frames, an evenly spread part is sampled.
     VarietyMeter(const Body& body, long frames);
 
-    /// Throws what RecordingReader::read does.
+    /// Throws what RecordingReader::read() throws.
     void add(const RecordingReader& recording);
 
     Variety report() const;
@@ -62,17 +62,17 @@ class VarietyMeter {
     Eigen::VectorXd masses_;                 // [N], kg
     Nodes rest_;                             // [N, 3] from the centre of mass
     std::vector<Eigen::Matrix3d> inverses_;  // [T] of the rest edges
-    std::vector<std::int64_t> histogram_;    // of the logarithms of stretches
+    std::vector<std::int64_t> histogram_;    // of logarithms of stretches
     Eigen::VectorXd sum_, squares_;          // [m] of modal coordinates
     double displacement_ = 0;                // sum of kg m2
     Variety counts_;
 };
 
-/// As the manifest keeps it, and back. from_json throws std::invalid_argument on what is none.
+/// JSON text for the manifest, and back. variety_from_json() throws std::invalid_argument on other text.
 std::string to_json(const Variety& variety);
 Variety variety_from_json(const std::string& text);
 
-/// For people; and a line a mode as CSV.
+/// Text for people, and CSV with one line per mode.
 std::string to_text(const Variety& variety);
 std::string to_csv(const Variety& variety);
 

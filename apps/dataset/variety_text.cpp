@@ -82,7 +82,7 @@ std::string to_text(const Variety& v) {
         fmt::format_to(out, "no modal coordinates: the body has no modes");
         return text;
     }
-    fmt::format_to(out, "of it in the first modes:");
+    fmt::format_to(out, "share of it in the first modes:");
     for (std::size_t count = 1; count < v.mode_share.size(); count *= 2)
         fmt::format_to(out, " {}: {:.1f} %,", count, 100 * v.mode_share[count - 1]);
     fmt::format_to(out, " all {}: {:.1f} %\n", v.mode_share.size(), 100 * v.mode_share.back());

@@ -153,7 +153,8 @@ TEST_F(DatasetTest, DamagedAndMissingFilesAreMadeAnew) {
 
     const Ran again = run(folder(), command("damaged"));
     EXPECT_EQ(again.status, 0);
-    EXPECT_NE(again.err.find("made anew: damaged/data.shards/000000-000003.h5"), std::string::npos)
+    EXPECT_NE(again.err.find("remaking a damaged file: damaged/data.shards/000000-000003.h5"),
+              std::string::npos)
         << again.err;
     expect_like_whole("damaged");
 }
