@@ -17,7 +17,9 @@ void add_bench(CLI::App& app) {
     CLI::App* command = app.add_subcommand("bench", "Now a program of its own: nbdtree-bench");
     command->prefix_command()->group("");
     command->final_callback([command] {
-        notice("`nbdtree bench` is the program `nbdtree-bench` now; release 0.3 will not know the old command");
+        notice(
+            "`nbdtree bench` is now the program `nbdtree-bench`; release 0.3 will not accept the old "
+            "command");
         const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "nbdtree-bench";
         std::vector<std::string> arguments = command->remaining();
         arguments.insert(arguments.begin(), program.string());
@@ -25,7 +27,8 @@ void add_bench(CLI::App& app) {
         for (std::string& argument : arguments) argv.push_back(argument.data());
         argv.push_back(nullptr);
         execv(program.c_str(), argv.data());
-        throw std::runtime_error(fmt::format("{}: cannot be run: {}", program.string(), std::strerror(errno)));
+        throw std::runtime_error(
+            fmt::format("{}: cannot be run: {}", program.string(), std::strerror(errno)));
     });
 }
 

@@ -40,11 +40,11 @@ void run(const CalibrateArguments& arguments, Output& out) {
 void add_calibrate(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<CalibrateArguments>();
     CLI::App* command = app.add_subcommand(
-        "calibrate", "Gives a tree's bounds new margins, for another miss rate or from other poses");
+        "calibrate", "Calibrates a tree's bounds again, for another miss rate or on other poses");
     command->footer(
-        "DATA is the recording of the training, whose trajectories kept for calibration are used, or "
+        "DATA is the training recording, of which the trajectories kept for calibration are used, or "
         "another\n"
-        "recording of the body, of which all complete trajectories are.");
+        "recording of the body, of which all complete trajectories are used.");
     command->add_option("TREE", arguments->tree, "Tree file")->required();
     command->add_option("DATA", arguments->recording, "Recording of the body")->required();
     command->add_option("-o,--output", arguments->output, "Tree file to write; may be TREE")->required();

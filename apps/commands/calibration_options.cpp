@@ -10,18 +10,17 @@ void add_calibration_options(CLI::App& command, CalibrateConfig& config) {
     const auto share = number_check("> 0 and < 1", [](double value) { return value > 0 && value < 1; });
     command
         .add_option("--miss-rate", config.miss_rate,
-                    "Share of a depth's nodes, pose by pose, that margins let miss")
+                    "Share of a depth's (pose, node) pairs that may miss with the calibrated margins")
         ->capture_default_str()
         ->check(share);
     command
         .add_option("--confidence", config.confidence,
-                    "Share of fresh trajectories that keep to it; without it 0.9, or the most that the "
+                    "Share of fresh trajectories that keep the miss rate; default: 0.9, or the most that the "
                     "calibration trajectories can support")
         ->check(share);
     command
         .add_option("--out-of-range", config.out_of_range,
-                    "Share of the inputs known from training that are too far from the training poses for a "
-                    "node, which is then "
+                    "Share of each node's training inputs to count as out of range; out of range, nodes are "
                     "bounded exactly")
         ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));

@@ -7,10 +7,10 @@
 
 namespace nbd {
 
-/// --miss-rate and --confidence. config: written to when the command line is parsed.
+/// Adds --miss-rate, --confidence and --out-of-range. config: set when the command line is parsed.
 void add_calibration_options(CLI::App& command, CalibrateConfig& config);
 
-/// A line: what is stated, from how much, and what it costs in margins.
+/// One line: stated miss rate and confidence, size of the calibration set, mean margins.
 std::string describe(BoundKind kind, const Calibration& calibration, const SphereTree& tree);
 
 }  // namespace nbd

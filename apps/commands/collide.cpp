@@ -60,26 +60,27 @@ void run(const CollideArguments& arguments, Output& out) {
 
 void add_collide(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<CollideArguments>();
-    CLI::App* command = app.add_subcommand("collide", "Which faces of two surfaces touch");
+    CLI::App* command = app.add_subcommand("collide", "Finds the faces of two surfaces that touch");
     command->footer(
-        "A and B: a surface file (exact), or TREE.h5@POSE, POSE being a surface file with the tree's faces\n"
+        "A and B: a surface file (exact), or TREE.h5@POSE, where POSE is a surface file with the tree's "
+        "faces\n"
         "or RECORDING.h5:trajectory:frame.");
     command->add_option("A", arguments->a, "First surface")->required();
     command->add_option("B", arguments->b, "Second surface")->required();
-    command->add_option("--bounds", arguments->bounds, "Bounds of those given as TREE.h5@POSE")
+    command->add_option("--bounds", arguments->bounds, "Bounds of surfaces given as TREE.h5@POSE")
         ->capture_default_str()
         ->check(bounds_name());
     command
         ->add_option("--margin", arguments->margin,
-                     "Share added to the radii of all bounds, and exact spheres nowhere; without it, as the "
+                     "Share added to all radii, with no exact spheres out of range; default: as the "
                      "tree was calibrated")
         ->check(between(0, 10));
     command
         ->add_option("--within", arguments->distance,
-                     "Faces at most this far apart (metres), not only touching")
+                     "Report faces at most this far apart (metres), not only touching ones")
         ->check(not_negative());
     command->add_option("--pairs", arguments->pairs,
-                        "Writes face_a,face_b: 0-based, in the files' order of faces, sorted");
+                        "File for the pairs face_a,face_b (CSV): 0-based, in the files' face order, sorted");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

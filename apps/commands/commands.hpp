@@ -6,7 +6,7 @@
 
 namespace nbd {
 
-// One function a command of `nbdtree`: each adds its subcommand with options and what to run.
+// One function per command of `nbdtree`; each adds its subcommand.
 void add_mesh(CLI::App& app, Output& out);
 void add_modes(CLI::App& app, Output& out);
 void add_dataset(CLI::App& app, Output& out);
@@ -23,7 +23,7 @@ void add_validate(CLI::App& app, Output& out);
 void add_collide(CLI::App& app, Output& out);
 void add_inspect(CLI::App& app, Output& out);
 
-/// The command of release 0.1 for what is the program `nbdtree-bench` now: runs that, with a notice.
+/// The command `bench` of release 0.1: prints a notice and runs the program `nbdtree-bench`.
 void add_bench(CLI::App& app);
 
 }  // namespace nbd

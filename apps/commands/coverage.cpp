@@ -26,7 +26,7 @@ struct CoverageArguments {
     int splits = 0;
 };
 
-/// Those that were asked for, or all that are calibrated.
+/// The requested bounds, or all calibrated ones.
 std::vector<BoundKind> chosen_bounds(const std::vector<std::string>& names, const CollisionTree& tree) {
     std::vector<BoundKind> kinds;
     for (const std::string& name : names) kinds.push_back(bound_kind(name));
@@ -78,8 +78,8 @@ void run(const CoverageArguments& arguments, Output& out) {
     const SurfaceBody body = surface_body(file);
     const std::vector<BoundKind> kinds = chosen_bounds(arguments.bounds, *tree);
     if (kinds.empty())
-        throw std::runtime_error(
-            fmt::format("{0}: no bounds are calibrated; do so with: nbdtree calibrate {0}", arguments.tree));
+        throw std::runtime_error(fmt::format(
+            "{0}: no bounds are calibrated; calibrate them with: nbdtree calibrate {0}", arguments.tree));
     const TestFrames poses = test_frames(file, recording).back();
     out.text(poses.name);
 
@@ -110,33 +110,37 @@ void run(const CoverageArguments& arguments, Output& out) {
 
 void add_coverage(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<CoverageArguments>();
-    CLI::App* command = app.add_subcommand(
-        "coverage",
-        "Whether a tree's calibrated bounds keep their stated miss rate, and what their misses cost");
+    CLI::App* command = app.add_subcommand("coverage",
+                                           "Measures whether a tree's calibrated bounds keep their stated "
+                                           "miss rate, and how many face pairs they miss");
     command->footer(
-        "On the recording of the training: its held-out trajectories. On another recording of the body: all\n"
+        "Uses the held-out trajectories of the training recording. Of another recording of the body, uses "
+        "all\n"
         "complete trajectories.");
     command->add_option("TREE", arguments->tree, "Tree file")->required();
     command->add_option("DATA", arguments->recording, "Recording of the body")->required();
-    command->add_option("--bounds", arguments->bounds, "Which bounds; without it all that are calibrated")
+    command
+        ->add_option("--bounds", arguments->bounds,
+                     "Bounds to measure, separated by commas; default: all calibrated ones")
         ->delimiter(',')
         ->check(bounds_name());
     command
         ->add_option("--contacts", arguments->contacts.scenes,
-                     "Contact scenes of two bodies, in which missed face pairs are counted; 0: none")
+                     "Number of contact scenes of two bodies in which to count missed face pairs; 0: none")
         ->capture_default_str()
         ->check(CLI::Range(0, 1'000'000));
-    command->add_option("--seed", arguments->contacts.seed, "Of the contact scenes")
+    command->add_option("--seed", arguments->contacts.seed, "Seed of the contact scenes")
         ->capture_default_str()
         ->check(seed_check());
     command
         ->add_option("--splits", arguments->splits,
-                     "Draws calibration and test trajectories anew so many times, from all that training did "
-                     "not see, and tells how often the stated miss rate was kept")
+                     "Number of random splits of all trajectories that training did not see into calibration "
+                     "and test; prints how often the stated miss rate was kept")
         ->capture_default_str()
         ->check(CLI::Range(0, 100'000));
-    command->add_option("--csv", arguments->csv, "The table of nodes and vertices as a file");
-    command->add_option("--contacts-csv", arguments->contacts_csv, "The table of contact scenes as a file");
+    command->add_option("--csv", arguments->csv, "File for the table of nodes and vertices (CSV)");
+    command->add_option("--contacts-csv", arguments->contacts_csv,
+                        "File for the table of contact scenes (CSV)");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -62,18 +62,18 @@ RecipeRanges load_ranges(const DatasetArguments& arguments) {
     return ranges;
 }
 
-/// Begins a dataset, or refuses to go on with one of other options or to replace what is none.
+/// Starts a dataset. Refuses to continue one with other options or to replace another file.
 void begin(const ShardFolder& folder, const std::string& plan) {
     const auto refuse_other = [&](const std::string& there) {
         const std::string difference = plan_difference(there, plan);
         if (!difference.empty())
             throw std::runtime_error(
-                fmt::format("{}: was begun with {}; allowed: the same options, or another name",
+                fmt::format("{}: was started with {}; allowed: the same options, or another name",
                             folder.view().string(), difference));
     };
     if (folder.path() == folder.view())
         throw std::runtime_error(
-            fmt::format("{}: is the name of the folder with the frames; allowed: another ending",
+            fmt::format("{}: this is the name of the folder for the frames; allowed: another extension",
                         folder.view().string()));
     if (std::filesystem::exists(folder.plan())) {
         try {
@@ -86,14 +86,14 @@ void begin(const ShardFolder& folder, const std::string& plan) {
     if (is_dataset_view(folder.view()))
         refuse_other(read_dataset_manifest(folder.view()).plan);
     else if (std::filesystem::exists(folder.view()))
-        throw std::runtime_error(
-            fmt::format("{}: is there already and no dataset that could be continued; allowed: another name",
-                        folder.view().string()));
+        throw std::runtime_error(fmt::format(
+            "{}: already exists and is not a dataset that can be continued; allowed: another name",
+            folder.view().string()));
     std::error_code error;
     std::filesystem::create_directories(folder.path(), error);
     if (error)
         throw std::runtime_error(
-            fmt::format("{}: cannot make this folder: {}", folder.path().string(), error.message()));
+            fmt::format("{}: cannot create this folder: {}", folder.path().string(), error.message()));
     h5::AtomicFile file(folder.plan());
     file.out() << plan;
     file.commit();
@@ -101,9 +101,9 @@ void begin(const ShardFolder& folder, const std::string& plan) {
 
 ProducerHooks hooks_for(const ShardFolder& folder, Output& out) {
     const auto progress = [&, before = -1](int there) mutable {
-        if (before < 0) before = there;  // the time that is left is judged by what we see being made
+        if (before < 0) before = there;  // the time left is estimated from new trajectories only
         out.progress("trajectories", there - before, folder.trajectories() - before,
-                     before > 0 ? fmt::format("{} were there", before) : "");
+                     before > 0 ? fmt::format("{} existed before", before) : "");
     };
     const auto stop_if_asked = [&folder] {
         if (interrupted())
@@ -136,17 +136,17 @@ void report(const DatasetArguments& arguments, const ShardFolder& folder, int no
                 {"failed", failed},
                 {"variety", nlohmann::ordered_json::parse(manifest.variety)}});
     if (failed == folder.trajectories())
-        throw std::runtime_error(
-            fmt::format("{}: every trajectory failed, nothing can be trained on; nbdtree inspect says why, "
-                        "weaker forces (--strength) may help",
-                        arguments.output));
+        throw std::runtime_error(fmt::format(
+            "{}: every trajectory failed, so there is nothing to train on; nbdtree inspect says why, "
+            "weaker forces (--strength) may help",
+            arguments.output));
 }
 
 void run(const DatasetArguments& arguments, Output& out) {
     finish_on_interrupt();
     const Shard shard = parse_shard(arguments.shard);
     const Rank rank = this_rank();
-    if (rank.number > 0) {  // one speaks for all
+    if (rank.number > 0) {  // only rank 0 prints
         out.quiet = true;
         out.json = false;
     }
@@ -165,7 +165,7 @@ void run(const DatasetArguments& arguments, Output& out) {
     const ShardFolder folder(arguments.output, plan.trajectories, plan.per_shard);
     if (shard.number >= plan.trajectories)
         throw std::invalid_argument(
-            fmt::format("shard {} of {} trajectories has none", arguments.shard, plan.trajectories));
+            fmt::format("shard {} of {} trajectories is empty", arguments.shard, plan.trajectories));
     begin(folder, plan_json(plan, body));
     Producer producer(std::move(body), plan, folder, hooks_for(folder, out));
 
@@ -184,7 +184,7 @@ void run(const DatasetArguments& arguments, Output& out) {
         return;
     }
     out.text(
-        fmt::format("{}: shard {} is done, {} of {} trajectories are there; the command without --shard "
+        fmt::format("{}: shard {} is done, {} of {} trajectories exist; the command without --shard "
                     "makes what is missing and merges",
                     folder.path().string(), arguments.shard, folder.count(), plan.trajectories));
     out.result({{"shard", arguments.shard}, {"there", folder.count()}, {"trajectories", plan.trajectories}});
@@ -197,20 +197,19 @@ void add_dataset(CLI::App& app, Output& out) {
     DatasetPlan& plan = arguments->plan;
     ExcitationConfig& excitation = plan.excitation;
     CLI::App* command = app.add_subcommand("dataset",
-                                           "Simulates trajectories that training poses are taken from; "
-                                           "alone, under mpirun, or in job arrays. The "
-                                           "same command continues what was interrupted");
+                                           "Simulates trajectories for training; alone, under mpirun, or in "
+                                           "job arrays. The same command continues an interrupted run");
     command->add_option("BODY", arguments->body, "Body file")->required();
     command
         ->add_option("-o,--output", arguments->output,
-                     "Dataset to write; the frames lie beside it in a folder of the same name with .shards")
+                     "Dataset to write; the frames go to a folder of the same name with .shards")
         ->required();
     command->add_option("--recipe", arguments->recipe,
-                        "What happens in the trajectories: a JSON file, see assets/recipes");
-    command->add_option("--trajectories", plan.trajectories, "How many")
+                        "JSON file that describes what happens in the trajectories, see assets/recipes");
+    command->add_option("--trajectories", plan.trajectories, "Number of trajectories")
         ->capture_default_str()
         ->check(CLI::Range(1, 1'000'000));
-    command->add_option("--frames", excitation.frames, "Frames a trajectory")
+    command->add_option("--frames", excitation.frames, "Frames per trajectory")
         ->capture_default_str()
         ->check(CLI::Range(1, 1'000'000));
     command->add_option("--seed", excitation.seed, "Trajectory i depends on the seed and on i alone")
@@ -218,38 +217,40 @@ void add_dataset(CLI::App& app, Output& out) {
         ->check(seed_check());
     command
         ->add_option("--strength", arguments->strength,
-                     "In place of the recipe's; 1: local strains of 20 to 50 %")
+                     "Strength of the motion, instead of the recipe's; 1: local strains of 20 to 50 %")
         ->check(number_check("> 0 and at most 1000", [](double x) { return x > 0 && x <= 1000; }));
     command
         ->add_option("--frame-interval", excitation.frame_interval,
                      "Seconds between frames; 0: a fifth of the time in which sound crosses the body")
         ->capture_default_str()
         ->check(not_negative());
-    command->add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps a frame")
+    command->add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps per frame")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
     command
-        ->add_option("--solver", arguments->solver,
-                     "Of the steps' linear systems; direct: a factorisation a step, many times slower")
+        ->add_option(
+            "--solver", arguments->solver,
+            "Solver of the steps' linear systems; direct: one factorisation per step, many times slower")
         ->capture_default_str()
         ->check(CLI::IsMember({"iterative", "direct"}));
     command
         ->add_option("--attempts", plan.attempts,
-                     "At a trajectory that fails, each with steps half as long as the last")
+                     "Maximum attempts per trajectory; each one after a failure halves the time step")
         ->capture_default_str()
         ->check(CLI::Range(1, 8));
     command
         ->add_option("--held-out", plan.held_out_share,
-                     "Share of the trajectories that training is to keep out")
+                     "Share of the trajectories that training must not see")
         ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double x) { return x >= 0 && x < 1; }));
-    command->add_option("--per-shard", plan.per_shard, "Trajectories a file")
+    command->add_option("--per-shard", plan.per_shard, "Trajectories per file")
         ->capture_default_str()
         ->check(CLI::Range(1, 1'000'000));
     command->add_option(
         "--shard", arguments->shard,
         "i/N: only trajectories i, i + N, i + 2 N, ...; merge with the same command without it");
-    command->add_option("--csv", arguments->csv, "Spread of the modal coordinates, a line a mode");
+    command->add_option("--csv", arguments->csv,
+                        "File for the spread of the modal coordinates, one line per mode (CSV)");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -78,13 +78,13 @@ void add_evaluate(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<EvaluateArguments>();
     CLI::App* command = app.add_subcommand(
         "evaluate",
-        "How tight a tree's bounds are and how often they miss, on poses that training did not see");
+        "Measures how tight a tree's bounds are and how often they miss, on poses that training did not see");
     command->add_option("TREE", arguments->tree, "Tree file")->required();
     command
         ->add_option("DATA", arguments->recording,
-                     "Recording of the body: the one of the training, or another")
+                     "Recording of the body: the training recording or another one")
         ->required();
-    command->add_option("--bounds", arguments->bounds, "Which bounds, separated by commas")
+    command->add_option("--bounds", arguments->bounds, "Bounds to evaluate, separated by commas")
         ->delimiter(',')
         ->capture_default_str()
         ->check(bounds_name());
@@ -94,11 +94,13 @@ void add_evaluate(CLI::App& app, Output& out) {
         ->delimiter(',')
         ->capture_default_str()
         ->check(between(0, 10));
-    command->add_option("--max-frames", arguments->config.max_frames, "Of each set, evenly spread; 0: all")
+    command
+        ->add_option("--max-frames", arguments->config.max_frames,
+                     "Maximum frames per set, evenly spread; 0: all")
         ->capture_default_str()
         ->check(not_negative());
-    command->add_option("--csv", arguments->csv, "The table as a file");
-    command->add_option("--html", arguments->html, "A page with tables, charts and pictures, for a browser");
+    command->add_option("--csv", arguments->csv, "File for the table (CSV)");
+    command->add_option("--html", arguments->html, "File for an HTML page with tables, charts and pictures");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

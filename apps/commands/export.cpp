@@ -54,10 +54,9 @@ void add_export(CLI::App& app, Output& out) {
     CLI::Option_group* form = command->add_option_group("form");
     form->add_option("--torch", arguments->torch,
                      "File of plain arrays to write, for PyTorch (see training/torch)");
-    CLI::Option* flat =
-        form->add_flag("--flat", arguments->is_flat,
-                       "Write the whole tree as plain arrays behind one another, for programs "
-                       "that embed nbd::collision (see collision/flat)");
+    CLI::Option* flat = form->add_flag("--flat", arguments->is_flat,
+                                       "Write the whole tree as one file of plain arrays, for programs "
+                                       "that embed nbd::collision (see collision/flat)");
     form->require_option(1);
     flat->needs(
         command->add_option("-o,--output", arguments->flat, "Flat file to write, TREE.nbd")->needs(flat));

@@ -30,7 +30,7 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
     file.commit();
 }
 
-/// Names become parts of file names and cells of tables.
+/// Checks the names, which become parts of file names and cells of tables.
 void check_names(const FiguresArguments& arguments) {
     std::set<std::string> names;
     for (const auto& [name, tree, recording] : arguments.bodies) {
@@ -41,7 +41,7 @@ void check_names(const FiguresArguments& arguments) {
             throw CLI::ValidationError(
                 fmt::format("--body: the name is '{}'; allowed: letters, digits, - and _", name));
         if (!names.insert(name).second)
-            throw CLI::ValidationError(fmt::format("--body: the name '{}' stands twice", name));
+            throw CLI::ValidationError(fmt::format("--body: the name '{}' is used twice", name));
     }
 }
 
@@ -49,7 +49,7 @@ void run(const FiguresArguments& arguments, Output& out) {
     check_names(arguments);
     const std::filesystem::path folder = arguments.folder;
     check_output_folder(folder);
-    for (const auto& [name, tree, recording] : arguments.bodies) {  // what cannot be read is said at once
+    for (const auto& [name, tree, recording] : arguments.bodies) {  // fail early
         load_tree(tree);
         RecordingReader{recording};
     }
@@ -77,13 +77,14 @@ void run(const FiguresArguments& arguments, Output& out) {
 void add_figures(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<FiguresArguments>();
     CLI::App* command = app.add_subcommand(
-        "figures", "The paper's figures 6, 7, 8 and 10 of trained trees, as tables and pictures");
+        "figures", "Makes the paper's figures 6, 7, 8 and 10 of trained trees, as tables and pictures");
     command
         ->add_option("--body", arguments->bodies,
-                     "Name, tree file and recording of a body; once for each body")
+                     "Name, tree file and recording of a body; repeat for each body")
         ->required();
     command->add_option("-o,--output", arguments->folder, "Folder to write to")->required();
-    command->add_option("--max-frames", arguments->max_frames, "Of each set of frames, evenly spread; 0: all")
+    command
+        ->add_option("--max-frames", arguments->max_frames, "Maximum frames per set, evenly spread; 0: all")
         ->capture_default_str()
         ->check(not_negative());
     command->final_callback([arguments, &out] { run(*arguments, out); });

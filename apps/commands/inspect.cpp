@@ -17,13 +17,13 @@
 namespace nbd {
 namespace {
 
-/// What a dataset's manifest says, after its checksums were found to be true.
+/// Summary of a dataset's manifest, after verifying the checksums of its files.
 std::string inspect_dataset(const std::filesystem::path& path) {
     const DatasetManifest manifest = read_dataset_manifest(path);
     for (const DatasetShard& shard : manifest.shards) {
         const std::filesystem::path file = path.parent_path() / shard.file;
         if (const std::string is = file_sha256(file); is != shard.sha256)
-            throw std::runtime_error(fmt::format("{}: has SHA-256 {}; allowed: {}, as {} says", file.string(),
+            throw std::runtime_error(fmt::format("{}: has SHA-256 {}; allowed: {}, as in {}", file.string(),
                                                  is, shard.sha256, path.string()));
     }
     std::string text = fmt::format(
@@ -35,14 +35,14 @@ std::string inspect_dataset(const std::filesystem::path& path) {
     return text + to_text(variety_from_json(manifest.variety)) + '\n';
 }
 
-/// The file, where it begins as a flat tree does; nothing else of it is read.
+/// True if the file begins like a flat tree; reads only its beginning.
 bool begins_as_flat_tree(const std::filesystem::path& path) {
     std::array<char, FlatHeader::known_magic.size()> beginning{};
     std::ifstream(path, std::ios::binary).read(beginning.data(), beginning.size());
     return is_flat_file(std::as_bytes(std::span(beginning)));
 }
 
-/// What a flat tree holds, after it was loaded with all its checks.
+/// Summary of a flat tree, after loading it with all checks.
 std::string inspect_flat_tree(const std::filesystem::path& path) {
     const CollisionTree tree = load_flat_tree(path);
     std::string text = fmt::format("{}: flat tree, version {}, {} bytes\n", path.string(),
@@ -64,8 +64,9 @@ std::string inspect_container(const std::filesystem::path& path) {
 
 void add_inspect(CLI::App& app, Output& out) {
     auto path = std::make_shared<std::string>();
-    CLI::App* command = app.add_subcommand("inspect", "What a file of ours holds, and whether it is whole");
-    command->add_option("FILE", *path, "Body, recording, dataset or tree file")->required();
+    CLI::App* command =
+        app.add_subcommand("inspect", "Prints what a file of nbdtree holds and checks that it is intact");
+    command->add_option("FILE", *path, "Body, recording, dataset, tree or flat tree file")->required();
     command->final_callback([path, &out] {
         const std::string report =
             begins_as_flat_tree(*path) ? inspect_flat_tree(*path) : inspect_container(*path);

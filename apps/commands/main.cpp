@@ -1,4 +1,4 @@
-// The command `nbdtree`.
+// The program `nbdtree`.
 #include "apps/cli/program.hpp"
 #include "apps/commands/commands.hpp"
 

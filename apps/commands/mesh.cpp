@@ -47,7 +47,7 @@ void add_mesh(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<MeshArguments>();
     Material& material = arguments->config.material;
     CLI::App* command =
-        app.add_subcommand("mesh", "Fills a closed surface with tetrahedra: makes a body file");
+        app.add_subcommand("mesh", "Fills a closed surface with tetrahedra and writes a body file");
     command
         ->add_option("SURFACE", arguments->input,
                      "Surface (.obj .ply .stl .off .glb), or tetrahedra made elsewhere (.msh .vtk .mesh)")
@@ -55,7 +55,7 @@ void add_mesh(CLI::App& app, Output& out) {
     command->add_option("-o,--output", arguments->output, "Body file to write")->required();
     command
         ->add_option("--nodes", arguments->config.tets.nodes,
-                     "Wanted number of tet nodes, met within 5 %; 0: by --grading")
+                     "Target number of tet nodes, met within 5 %; 0: determined by --grading")
         ->capture_default_str()
         ->check(CLI::Range(0, 100'000'000));
     command->add_option("--grading", arguments->config.tets.grading, "How fast tetrahedra grow inward")
@@ -67,7 +67,9 @@ void add_mesh(CLI::App& app, Output& out) {
     command->add_option("--poisson", material.poisson, "Poisson's ratio")
         ->capture_default_str()
         ->check(between(least_poisson, max_poisson));
-    command->add_option("--density", material.density, "kg/m3")->capture_default_str()->check(positive());
+    command->add_option("--density", material.density, "Density, kg/m3")
+        ->capture_default_str()
+        ->check(positive());
     command->add_option("--rayleigh-mass", material.rayleigh_mass, "Damping of slow motion, 1/s")
         ->capture_default_str()
         ->check(not_negative());

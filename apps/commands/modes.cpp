@@ -26,7 +26,7 @@ void write_frequencies(const std::string& path, const Eigen::VectorXd& hertz) {
     file.commit();
 }
 
-/// Its errors name the body's file.
+/// Computes the modes. Errors name the body's file.
 Modes modes_of(const Body& body, const ModesArguments& arguments) {
     try {
         return vibration_modes(ElasticBody(body.tets, body.material), ModeOptions{.count = arguments.count});
@@ -61,12 +61,13 @@ void run(const ModesArguments& arguments, Output& out) {
 
 void add_modes(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<ModesArguments>();
-    CLI::App* command = app.add_subcommand("modes", "Vibration modes of a body, kept in its file");
+    CLI::App* command =
+        app.add_subcommand("modes", "Computes the vibration modes of a body and stores them in its file");
     command->add_option("BODY", arguments->body, "Body file; rewritten with the modes")->required();
-    command->add_option("-m,--modes", arguments->count, "How many, beside the six rigid ones")
+    command->add_option("-m,--modes", arguments->count, "Number of modes, without the six rigid ones")
         ->capture_default_str()
         ->check(CLI::Range(1, 2048));
-    command->add_option("--csv", arguments->csv, "Frequencies as a table");
+    command->add_option("--csv", arguments->csv, "File for the frequencies (CSV)");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

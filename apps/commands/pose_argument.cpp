@@ -23,7 +23,8 @@ Vertices recorded_pose(const TreeFile& file, const std::string& path, int id, in
         throw std::runtime_error(
             fmt::format("{}: no trajectory {}, it has {}", path, id, trajectories.size()));
     if (found->body_hash != file.facts.body_hash)
-        throw std::runtime_error(fmt::format("{}: trajectory {} is of another body than the tree", path, id));
+        throw std::runtime_error(
+            fmt::format("{}: trajectory {} was recorded from another body than the tree's", path, id));
     if (frame >= found->frames)
         throw std::runtime_error(
             fmt::format("{}: no frame {} in trajectory {}, it has {}", path, frame, id, found->frames));

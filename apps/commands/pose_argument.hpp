@@ -12,13 +12,12 @@ namespace nbd {
 struct PosedSurface {
     std::shared_ptr<const CollisionTree> tree;
     Vertices x;                          // [n, 3]
-    bool learned = false;                // from a tree file, with whatever bounds that holds
-    std::vector<RegionMotion> motion{};  // for `certified` bounds, where the pose has its nodes
+    bool learned = false;                // true if from a tree file, with the file's bounds
+    std::vector<RegionMotion> motion{};  // for `certified` bounds; empty if the pose has no tet nodes
 };
 
-/// Reads `SURFACE` (a surface file as it stands, exact bounds) or `TREE.h5@POSE`, POSE being a surface file
-/// with the tree's faces or `RECORDING.h5:trajectory:frame`. Throws std::runtime_error naming the part that
-/// is wrong.
+/// Reads `SURFACE` (a surface file, with exact bounds) or `TREE.h5@POSE`, where POSE is a surface file with
+/// the tree's faces or `RECORDING.h5:trajectory:frame`. Throws std::runtime_error that names the wrong part.
 PosedSurface read_pose(const std::string& argument);
 
 }  // namespace nbd

@@ -18,7 +18,7 @@ struct RemapArguments {
     int trajectories = 0;
 };
 
-/// Throws unless the bodies have the very same tetrahedra, so that their nodes move alike.
+/// Throws unless the bodies have identical tetrahedra, so that their nodes move identically.
 void check_same_tets(const RemapArguments& arguments, const Body& from, const Body& to) {
     if (from.tets.X.rows() != to.tets.X.rows() || from.tets.X != to.tets.X ||
         from.tets.T.rows() != to.tets.T.rows() || from.tets.T != to.tets.T)
@@ -57,8 +57,8 @@ void run(const RemapArguments& arguments, Output& out) {
     for (int i = 0; i < count; ++i) {
         TrajectoryInfo info = infos[static_cast<std::size_t>(i)];
         if (info.body_hash != from_hash)
-            throw std::runtime_error(
-                fmt::format("{}: trajectory {} is not of {}", arguments.recording, info.id, arguments.from));
+            throw std::runtime_error(fmt::format("{}: trajectory {} was not recorded from {}",
+                                                 arguments.recording, info.id, arguments.from));
         info.body_hash = to_hash;
         copy_frames(recording, i, writer, info);
         frames += info.frames;
@@ -74,12 +74,14 @@ void run(const RemapArguments& arguments, Output& out) {
 void add_remap(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<RemapArguments>();
     CLI::App* command = app.add_subcommand(
-        "remap", "Carries a recording over to a body with the same tetrahedra and another surface");
+        "remap", "Remaps a recording to a body with the same tetrahedra and another surface");
     command->add_option("DATA", arguments->recording, "Recording")->required();
     command->add_option("--from", arguments->from, "Body that was recorded")->required();
     command->add_option("--to", arguments->to, "Body with a finer or coarser surface")->required();
     command->add_option("-o,--output", arguments->output, "Recording to write")->required();
-    command->add_option("--trajectories", arguments->trajectories, "The first so many; 0: all")
+    command
+        ->add_option("--trajectories", arguments->trajectories,
+                     "Number of trajectories, starting with the first; 0: all")
         ->capture_default_str()
         ->check(CLI::Range(0, 100'000'000));
     command->final_callback([arguments, &out] { run(*arguments, out); });

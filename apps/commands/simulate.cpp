@@ -27,7 +27,7 @@ struct SimulateArguments {
     bool resume = false;
 };
 
-/// What the command line says instead of the scene file.
+/// Applies the options that override the scene file.
 void override(SceneSpec& spec, const SimulateArguments& arguments) {
     for (SceneBody& body : spec.bodies) {
         if (!arguments.bounds.empty()) body.bounds = bound_kind(arguments.bounds);
@@ -36,7 +36,7 @@ void override(SceneSpec& spec, const SimulateArguments& arguments) {
     if (arguments.frames) spec.time.frames = *arguments.frames;
 }
 
-/// Where the run writes: the command line's words before the scene's.
+/// Output paths of the run; the command line overrides the scene.
 SceneOutput output_paths(const SceneOutput& typed, const SceneOutput& scene) {
     SceneOutput paths = typed;
     if (paths.recording.empty()) paths.recording = scene.recording;
@@ -63,7 +63,7 @@ void check_outputs(const SceneOutput& paths, const std::vector<std::filesystem::
         if (!folder.empty()) check_output_folder(folder);
 }
 
-/// All that decides what a run computes.
+/// Everything that determines what a run computes.
 Journal::Facts facts_of(const SimulateArguments& arguments, const SceneSpec& spec) {
     Journal::Facts facts{
         {"program version", std::string(version())},
@@ -78,7 +78,7 @@ Journal::Facts facts_of(const SimulateArguments& arguments, const SceneSpec& spe
     return facts;
 }
 
-/// Gives the frames of an earlier run to the outputs and returns the last of them, if there is any.
+/// Passes the frames of an earlier run to the outputs; returns the last one, if any.
 std::optional<SimulationFrame> replay(Journal& journal, SimulationOutputs& outputs) {
     std::optional<SimulationFrame> last;
     while (const auto record = journal.next()) {
@@ -95,14 +95,14 @@ double smallest_size(const World& world) {
     return size;
 }
 
-/// size: metres, that penetration is compared with.
+/// Prints the results. size: length that penetration is compared with, metres.
 void tell(const SceneOutput& paths, int frames, const StepTotals& total, double size, Output& out) {
     out.text(
         fmt::format("{}: {} frames, {:.3f} s simulated; contacts in {} frames, deepest penetration {:.3g} m, "
                     "{:.2g} % of the smallest body",
                     paths.recording.string(), frames, total.time, total.frames_in_contact,
                     total.deepest_penetration, 100 * total.deepest_penetration / size));
-    out.text(fmt::format("broad phase a step: {:.1f} us update, {:.1f} us queries, {:.1f} nodes bounded",
+    out.text(fmt::format("broad phase per step: {:.1f} us update, {:.1f} us queries, {:.1f} nodes bounded",
                          total.update_us, total.collision_us, total.nodes_bounded));
     if (total.audited_frames > 0)
         out.text(fmt::format(
@@ -111,7 +111,7 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
             total.audit.near_missed, total.audit.near));
     if (total.audited_frames > 0)
         out.text(fmt::format(
-            "audit: {} tests where exact bounds need {}; {:.1f} us a frame where they take {:.1f}",
+            "audit: {} tests, exact bounds need {}; {:.1f} us per frame, exact bounds take {:.1f}",
             total.audit.tests, total.audit.exact_tests, total.audit.us / total.audited_frames,
             total.audit.exact_us / total.audited_frames));
     if (total.nodes_out_of_range > 0)
@@ -176,7 +176,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     }
     std::string failure;
     out.progress("frames", frame.number, spec.time.frames);
-    int factorised = 0;  // steps
+    int factorised = 0;  // number of steps
     while (frame.number < spec.time.frames && failure.empty() && !interrupted()) {
         const int number = frame.number + 1;
         std::vector<StepRow> steps;
@@ -216,30 +216,31 @@ void run(const SimulateArguments& arguments, Output& out) {
 
 void add_simulate(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<SimulateArguments>();
-    CLI::App* command = app.add_subcommand("simulate", "Runs a scene of deformable bodies");
+    CLI::App* command = app.add_subcommand("simulate", "Simulates a scene of deformable bodies");
     SceneOutput& output = arguments->output;
     command->add_option("SCENE", arguments->scene, "Scene file, JSON")->required();
     command->add_option("-o,--output", output.recording,
-                        "Recording to write, one trajectory a body; needed unless the scene names one");
+                        "Recording to write, one trajectory per body; needed unless the scene names one");
     command->add_option("--bounds", arguments->bounds, "Bounds of all bodies, instead of the scene's")
         ->check(bounds_name());
     command
         ->add_option("--margin", arguments->margin,
                      "Share added to the bounds' radii, instead of the scene's")
         ->check(between(0, 10));
-    command->add_option("--frames", arguments->frames, "How many, instead of the scene's")
+    command->add_option("--frames", arguments->frames, "Number of frames, instead of the scene's")
         ->check(CLI::Range(1, 10'000'000));
     command
         ->add_option("--audit", arguments->audit,
                      "Every N-th frame, count the face pairs that the scene's bounds miss; 0: never")
         ->capture_default_str()
         ->check(not_negative());
-    command->add_option("--csv", output.csv, "A line a step: contacts, iterations, costs, energies");
+    command->add_option("--csv", output.csv,
+                        "File with one line per step (CSV): contacts, iterations, costs, energies");
     command->add_option("--vtu", output.vtu, "Folder for frames that ParaView opens (scene.pvd)");
-    command->add_option("--obj", output.obj, "Folder for the bodies' surfaces, a file a frame and body");
-    command->add_option("--picture", output.picture, "PNG with six frames");
+    command->add_option("--obj", output.obj, "Folder for the bodies' surfaces, one file per frame and body");
+    command->add_option("--picture", output.picture, "PNG file with six frames");
     command->add_flag("--resume", arguments->resume,
-                      "Continue a run that was interrupted or killed; begin where there is none");
+                      "Continue a run that was interrupted or killed; start one if there is none");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -29,7 +29,7 @@ struct TrainArguments {
 void run(const TrainArguments& arguments, Output& out) {
     finish_on_interrupt();
     const Rank rank = this_rank();
-    if (rank.number > 0) {  // one speaks for all
+    if (rank.number > 0) {  // only rank 0 prints
         out.quiet = true;
         out.json = false;
     }
@@ -39,7 +39,7 @@ void run(const TrainArguments& arguments, Output& out) {
     config.bounds.clear();
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
     const bool nbd = std::ranges::find(config.bounds, BoundKind::nbd) != config.bounds.end();
-    if (rank.number > 0) {  // what is quick is not dealt out
+    if (rank.number > 0) {  // learned bounds train quickly, so only rank 0 trains them
         std::erase(config.bounds, BoundKind::learned_spheres);
         if (config.bounds.empty()) return;
     }
@@ -64,8 +64,9 @@ void run(const TrainArguments& arguments, Output& out) {
 
     const Body body = load_body(arguments.body);
     if (nbd && body.modes.count() == 0)
-        throw std::runtime_error(fmt::format(
-            "{0}: has no modes, which nbd bounds need; make them with: nbdtree modes {0}", arguments.body));
+        throw std::runtime_error(
+            fmt::format("{0}: has no modes, which nbd bounds need; compute them with: nbdtree modes {0}",
+                        arguments.body));
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
     const RecordingReader recording(arguments.recording);
@@ -79,7 +80,7 @@ void run(const TrainArguments& arguments, Output& out) {
     }
     if (rank.number == 0) {
         if (file.facts.split.calibration_trajectories.empty()) {
-            out.warning("no trajectories were kept for calibration: the bounds keep no stated miss rate");
+            out.warning("no trajectories were kept for calibration, so the bounds have no stated miss rate");
         } else {
             out.text("calibrating");
             calibrate(file, recording, arguments.calibrate);
@@ -115,7 +116,8 @@ void run(const TrainArguments& arguments, Output& out) {
         const auto exact = std::ranges::count(learned.nodes, true, &LearnedModel::Node::exact);
         const double samples =
             static_cast<double>(learned.samples.size()) / static_cast<double>(learned.nodes.size());
-        out.text(fmt::format("learned bounds: {:.1f} samples a node, {} small nodes exact", samples, exact));
+        out.text(
+            fmt::format("learned bounds: {:.1f} samples per node, {} small nodes exact", samples, exact));
         result["samples"] = learned.samples.size();
         result["exact_nodes"] = exact;
     }
@@ -132,72 +134,74 @@ void add_train(CLI::App& app, Output& out) {
     command->add_option("DATA", arguments->recording, "Recording of the body")->required();
     command->add_option("-o,--output", arguments->output, "Tree file to write")->required();
     command
-        ->add_option("--bounds", arguments->bounds, "Which bounds, separated by commas; nbd brings bd along")
+        ->add_option("--bounds", arguments->bounds, "Bounds to train, separated by commas; nbd includes bd")
         ->delimiter(',')
         ->capture_default_str()
         ->check(bounds_name(trained_kinds));
     command->add_option("--depth", config.tree.depth, "Levels of the tree below the root")
         ->capture_default_str()
         ->check(CLI::Range(0, 16));
-    command->add_option("-m,--modes", config.modes, "Modes of the modal coordinates")
+    command->add_option("-m,--modes", config.modes, "Number of modal coordinates")
         ->capture_default_str()
         ->check(CLI::Range(1, 2048));
-    command->add_option("-k,--clusters", config.clusters.k_means.clusters, "Representative vertices")
+    command
+        ->add_option("-k,--clusters", config.clusters.k_means.clusters, "Number of representative vertices")
         ->capture_default_str()
         ->check(CLI::Range(4, 100'000));
     command
         ->add_option("--initialisations", config.clusters.initialisations,
-                     "Runs of k-means, of which the best is kept")
+                     "Runs of k-means; the best one is kept")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
     command
-        ->add_option(
-            "--label-frame", arguments->frame,
-            "Alignment of the labels: that of the modal coordinates, or over all vertices as in the paper")
+        ->add_option("--label-frame", arguments->frame,
+                     "Alignment of the labels: clustered, as for the modal coordinates, or full, over all "
+                     "vertices as in the paper")
         ->capture_default_str()
         ->check(CLI::IsMember({"clustered", "full"}));
     command
         ->add_option("--linear-centre", config.linear_centre,
-                     "A linear part of the centres beside the networks; the paper has none")
+                     "Whether to fit a linear part of the centres besides the networks; the paper has none")
         ->capture_default_str();
     command
         ->add_option("--weight-decay", config.mlp.weight_decay,
-                     "Share of the learning rate by which weights shrink in a step; the paper: 0")
+                     "Share of the learning rate by which weights shrink per step; the paper: 0")
         ->capture_default_str()
         ->check(between(0, 1));
     command
         ->add_option("--held-out", config.held_out_share,
-                     "Share of the trajectories that training never sees; without it as the dataset says")
+                     "Share of the trajectories that training never sees; default: as in the dataset")
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
     command
         ->add_option("--calibration", config.calibration_share,
-                     "Share of the others that margins are calibrated on; 0: bounds keep no stated miss rate")
+                     "Share of the other trajectories to calibrate margins on; 0: no stated miss rate")
         ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
     add_calibration_options(*command, arguments->calibrate);
     command
         ->add_option("--random-frames", config.random_frame_share,
-                     "Share of the other frames kept out as well")
+                     "Share of the training trajectories' frames to keep for evaluation")
         ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
     command
         ->add_option("--anchors", config.certified.anchors,
-                     "Vertices of a node, at most, that certified bounds read")
+                     "Maximum vertices per node that certified bounds read")
         ->capture_default_str()
         ->check(CLI::Range(1, 4096));
     command
         ->add_option("--epochs", config.mlp.max_epochs,
-                     "At most; training ends earlier when it has converged")
+                     "Maximum epochs; training ends earlier when it has converged")
         ->capture_default_str()
         ->check(CLI::Range(1, 1'000'000));
-    command->add_flag("--radius-network", config.learned.network,
-                      "Lets a small network a node say how far learned spheres reach beyond their samples");
+    command->add_flag(
+        "--radius-network", config.learned.network,
+        "Train a small network per node that predicts how far learned spheres reach beyond their samples");
     command
         ->add_option("--samples", config.learned.samples.count,
-                     "Samples of a node of learned bounds, 0 or a multiple of 16; 0: as few as are accurate")
+                     "Samples per node of learned bounds, a multiple of 16; 0: as few as are accurate")
         ->capture_default_str()
         ->check(sample_count());
-    command->add_option("--seed", config.seed, "Of the split, the clustering and the networks")
+    command->add_option("--seed", config.seed, "Seed of the split, the clustering and the networks")
         ->capture_default_str()
         ->check(seed_check());
     command->final_callback([arguments, &out] { run(*arguments, out); });

@@ -25,9 +25,10 @@ void run(const TransferArguments& arguments, Output& out) {
         throw std::runtime_error(fmt::format("{} to {}: {}", arguments.tree, arguments.body, e.what()));
     }
     save_tree(arguments.output, file);
-    out.text(fmt::format("{}: bounds of {} nodes, trained on {} vertices, over {} vertices and {} faces",
-                         arguments.output, file.tree.spheres.nodes.size(), trained.tree.vertex_count,
-                         file.tree.vertex_count, file.tree.faces.rows()));
+    out.text(
+        fmt::format("{}: bounds of {} nodes, trained on {} vertices, transferred to {} vertices and {} faces",
+                    arguments.output, file.tree.spheres.nodes.size(), trained.tree.vertex_count,
+                    file.tree.vertex_count, file.tree.faces.rows()));
     out.result({{"nodes", file.tree.spheres.nodes.size()},
                 {"vertices", file.tree.vertex_count},
                 {"faces", file.tree.faces.rows()}});
@@ -38,7 +39,7 @@ void run(const TransferArguments& arguments, Output& out) {
 void add_transfer(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<TransferArguments>();
     CLI::App* command = app.add_subcommand(
-        "transfer", "Transfers a tree's learned and nbd bounds over to another resolution of the surface");
+        "transfer", "Transfers a tree's learned and nbd bounds to another resolution of the surface");
     command->add_option("TREE", arguments->tree, "Tree file with learned or nbd bounds")->required();
     command->add_option("BODY", arguments->body, "Body file with the other surface")->required();
     command->add_option("-o,--output", arguments->output, "Tree file to write")->required();

@@ -21,7 +21,7 @@ std::vector<std::string> problems_of(const std::filesystem::path& path) {
     } catch (const std::invalid_argument& error) {
         return {fmt::format("{}: {}", path.string(), error.what())};
     } catch (const std::runtime_error& error) {
-        return {error.what()};  // names the path itself
+        return {error.what()};  // the message names the path
     }
     std::vector<std::string> problems = reading.problems;
     Output silent;
@@ -66,7 +66,7 @@ void run(const std::vector<std::string>& scenes, Output& out) {
 void add_validate(CLI::App& app, Output& out) {
     auto scenes = std::make_shared<std::vector<std::string>>();
     CLI::App* command = app.add_subcommand(
-        "validate", "Checks scenes without running them: all problems, a line each, on standard output");
+        "validate", "Checks scenes without running them; prints all problems, one per line");
     command->add_option("SCENE", *scenes, "Scene files, JSON")->required();
     command->final_callback([scenes, &out] { run(*scenes, out); });
 }

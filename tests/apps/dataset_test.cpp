@@ -164,7 +164,7 @@ TEST_F(DatasetTest, OtherOptionsAreRefused) {
         const auto before = files("whole");
         const Ran ran = run(folder(), command("whole", std::move(more)));
         EXPECT_EQ(ran.status, 1);
-        EXPECT_EQ(ran.err, "nbdtree: error: whole/data.h5: was begun with " + difference +
+        EXPECT_EQ(ran.err, "nbdtree: error: whole/data.h5: was started with " + difference +
                                "; allowed: the same options, or another name\n");
         EXPECT_TRUE(files("whole") == before);
     };
@@ -175,7 +175,7 @@ TEST_F(DatasetTest, OtherOptionsAreRefused) {
     write("other.h5", "hello\n");
     const Ran ran = run(folder(), {"dataset", "box.h5", "-o", "other.h5"});
     EXPECT_EQ(ran.err,
-              "nbdtree: error: other.h5: is there already and no dataset that could be continued; allowed: "
+              "nbdtree: error: other.h5: already exists and is not a dataset that can be continued; allowed: "
               "another name\n");
 }
 

@@ -127,7 +127,7 @@ TEST_F(FiguresTest, RefusesNamesThatCannotBeFilesAndFilesThatCannotBeRead) {
     const Ran twice = run(folder(), {"figures", "-o", "none", "--body", "A", "tree.h5", "data.h5", "--body",
                                      "A", "tree.h5", "data.h5"});
     EXPECT_EQ(twice.status, 2);
-    EXPECT_NE(twice.err.find("the name 'A' stands twice"), std::string::npos) << twice.err;
+    EXPECT_NE(twice.err.find("the name 'A' is used twice"), std::string::npos) << twice.err;
     EXPECT_FALSE(std::filesystem::exists(folder() / "none"));
 }
 
