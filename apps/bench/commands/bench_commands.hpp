@@ -6,7 +6,7 @@
 
 namespace nbd {
 
-// One function a benchmark of `nbdtree-bench`: each adds its subcommand.
+// One function per benchmark of `nbdtree-bench`; each adds its subcommand.
 void add_bench_simulate(CLI::App& app, Output& out);
 void add_bench_learned(CLI::App& app, Output& out);
 void add_bench_kernels(CLI::App& app, Output& out);

@@ -48,7 +48,7 @@ void run(const Figure5Arguments& arguments, Output& out) {
         });
         table.rows.insert(table.rows.end(), rows.begin(), rows.end());
     }
-    if (table.rows.empty()) throw std::runtime_error("none of the trees has any of the bounds asked for");
+    if (table.rows.empty()) throw std::runtime_error("none of the trees has any of the requested bounds");
     out.text(this_machine());
     out.text(to_text(table));
     make_folder(arguments.folder);
@@ -89,10 +89,10 @@ void add_bench_fig5(CLI::App& bench, Output& out) {
         ->capture_default_str();
     command
         ->add_option("--distance", arguments->distance,
-                     "Frames count in which the surfaces come so close, in radii of the body")
+                     "Use frames in which the surfaces come at least this close, in radii of the body")
         ->check(between(0, 1))
         ->capture_default_str();
-    command->add_option("--frames", arguments->frames, "Of them, at most, evenly spread")
+    command->add_option("--frames", arguments->frames, "Maximum number of these frames, evenly spread")
         ->check(CLI::Range(1, 1'000'000))
         ->capture_default_str();
     add_race_limits(*command, arguments->race);

@@ -66,13 +66,13 @@ void run(const KernelsArguments& arguments, Output& out) {
 void add_bench_kernels(CLI::App& bench, Output& out) {
     auto arguments = std::make_shared<KernelsArguments>();
     CLI::App* command = bench.add_subcommand(
-        "kernels", "Nodes of learned bounds and the modal coordinates of nbd ones, beside plain Eigen");
+        "kernels", "Times nodes of learned and nbd bounds and modal coordinates, beside plain Eigen");
     command->add_option("TREE", arguments->tree, "Tree file with learned or nbd bounds")->required();
     command->add_option("DATA", arguments->recording, "Recording of its body")->required();
-    command->add_option("--nodes", arguments->nodes, "Nodes, evenly spread over the tree")
+    command->add_option("--nodes", arguments->nodes, "Number of nodes, evenly spread over the tree")
         ->check(CLI::Range(1, 10'000'000))
         ->capture_default_str();
-    command->add_option("--poses", arguments->poses, "Poses, evenly spread over the recording")
+    command->add_option("--poses", arguments->poses, "Number of poses, evenly spread over the recording")
         ->check(CLI::Range(1, 100'000))
         ->capture_default_str();
     command->add_option("-o,--output", arguments->csv, "Table to write, CSV");

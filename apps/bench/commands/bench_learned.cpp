@@ -59,7 +59,7 @@ void add_bench_learned(CLI::App& app, Output& out) {
     LearnedAblationConfig& config = arguments->config;
     CLI::App* command = app.add_subcommand(
         "learned",
-        "Choices of learned bounds, each trained, calibrated and tested on trajectories of its own");
+        "Compares variants of learned bounds; training, calibration and test use different trajectories");
     command->add_option("BODY", arguments->body, "Body file")->required();
     command->add_option("DATA", arguments->recording, "Recording of the body")->required();
     command->add_option("--depth", config.depth, "Levels of the tree below the root")
@@ -67,20 +67,23 @@ void add_bench_learned(CLI::App& app, Output& out) {
         ->check(CLI::Range(0, 16));
     command
         ->add_option("--samples", config.samples,
-                     "Samples of a node, 0 or multiples of 16; 0: as few as are accurate")
+                     "Samples per node, multiples of 16; 0: as few as are accurate")
         ->delimiter(',')
         ->capture_default_str()
         ->check(sample_count());
-    command->add_option("--max-frames", config.max_frames, "Of each of the three sets, evenly spread; 0: all")
+    command
+        ->add_option("--max-frames", config.max_frames,
+                     "Maximum frames per set (training, calibration, test), evenly spread; 0: all")
         ->capture_default_str()
         ->check(not_negative());
     command
         ->add_option("--box-miss-rate", config.learned.box_miss_rate,
-                     "Of a node in a pose, that the growth of boxes lets pass in training")
+                     "Share of training poses in which a node's grown box may miss")
         ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
     command
-        ->add_option("--miss-rate", config.miss_rate, "Of a node in a pose, that margins are calibrated for")
+        ->add_option("--miss-rate", config.miss_rate,
+                     "Share of poses in which a node may miss, for calibrated margins")
         ->capture_default_str()
         ->check(between(0, 0.5));
     command->add_option("-o,--output", arguments->csv, "Table to write, CSV");

@@ -6,17 +6,20 @@ namespace nbd {
 
 void add_bodies(CLI::App& command, std::vector<std::vector<std::string>>& bodies) {
     command
-        .add_option("--body", bodies,
-                    "Body file, and a tree file trained on it; once a size, the coarsest first")
+        .add_option(
+            "--body", bodies,
+            "Body file, and optionally a tree file trained on it; repeat for each size, coarsest first")
         ->required()
         ->expected(1, 2);
 }
 
 void add_race_limits(CLI::App& command, RaceConfig& race) {
-    command.add_option("--rounds", race.rounds, "Rounds over all scenes, at most")
+    command.add_option("--rounds", race.rounds, "Maximum rounds over all scenes")
         ->check(CLI::Range(1, 1'000'000))
         ->capture_default_str();
-    command.add_option("--seconds", race.max_seconds, "Most time a method and case, after a round")
+    command
+        .add_option("--seconds", race.max_seconds,
+                    "Maximum seconds per method and case, after the first round")
         ->check(positive())
         ->capture_default_str();
 }

@@ -8,11 +8,12 @@
 
 namespace nbd {
 
-// Options that the benchmarks of collision queries share.
+// Options shared by the benchmarks of collision queries.
 
-/// Body and tree files, as load_bench_bodies() takes them.
+/// Adds --body: body and tree files, as in load_bench_bodies().
 void add_bodies(CLI::App& command, std::vector<std::vector<std::string>>& bodies);
 
+/// Adds --rounds and --seconds.
 void add_race_limits(CLI::App& command, RaceConfig& race);
 
 }  // namespace nbd

@@ -30,7 +30,7 @@ struct PeersArguments {
     RaceConfig race;
 };
 
-/// By name, or by how it begins where the pattern ends in *.
+/// Compares names; a pattern that ends in * matches a prefix.
 bool matches(const std::string& method, std::string_view pattern) {
     return pattern.ends_with('*') ? method.starts_with(pattern.substr(0, pattern.size() - 1))
                                   : method == pattern;
@@ -46,7 +46,7 @@ std::vector<PairMethodEntry> methods_for(const PeersArguments& arguments, const 
     for (auto& some : {tree_methods(body), box_methods(body, arguments.clusters), peer_methods()})
         all.insert(all.end(), some.begin(), some.end());
     std::erase_if(all, [&](const PairMethodEntry& method) { return !wanted(arguments, method.name); });
-    if (all.empty()) throw std::runtime_error("--methods names none of the methods");
+    if (all.empty()) throw std::runtime_error("--methods matches none of the methods");
     return all;
 }
 
@@ -117,7 +117,7 @@ void add_bench_peers(CLI::App& bench, Output& out) {
     auto arguments = std::make_shared<PeersArguments>();
     CLI::App* command = bench.add_subcommand(
         "peers",
-        "Intersecting faces of two deforming bodies: every bound of ours, exact boxes, other libraries");
+        "Times the intersecting faces of two deforming bodies: all bounds, exact boxes, other libraries");
     command->footer(
         "Two copies of a body in poses that no tree was trained on; the second is turned and moved in until\n"
         "enough faces of the first body's surface intersect. Surfaces of all bodies hang on the same nodes.");
@@ -131,29 +131,27 @@ void add_bench_peers(CLI::App& bench, Output& out) {
         ->capture_default_str();
     command
         ->add_option("--order", arguments->orders,
-                     "Of the vertices: as in the file, or renumbered by the tree")
+                     "Order of the vertices: as in the file, or renumbered by the tree")
         ->delimiter(',')
         ->check(CLI::IsMember({"file", "tree"}))
         ->capture_default_str();
-    command
-        ->add_option("--methods", arguments->only,
-                     "Which, by name, or by how it begins with a * after it; without it all")
+    command->add_option("--methods", arguments->only, "Methods to time, by name or prefix*; default: all")
         ->delimiter(',');
-    command->add_option("--clusters", arguments->clusters, "Faces of a cluster of lazy boxes")
+    command->add_option("--clusters", arguments->clusters, "Faces per cluster of lazy boxes")
         ->delimiter(',')
         ->check(CLI::Range(1, 4096))
         ->capture_default_str();
-    command->add_option("--light", arguments->light, "Face pairs that intersect in light contact, at least")
+    command->add_option("--light", arguments->light, "Minimum intersecting face pairs in light contact")
         ->check(CLI::Range(1, 1'000'000))
         ->capture_default_str();
-    command->add_option("--heavy", arguments->heavy, "Likewise in heavy contact")
+    command->add_option("--heavy", arguments->heavy, "Minimum intersecting face pairs in heavy contact")
         ->check(CLI::Range(1, 1'000'000))
         ->capture_default_str();
-    command->add_option("--scenes", arguments->scenes.scenes, "Scenes")
+    command->add_option("--scenes", arguments->scenes.scenes, "Number of scenes")
         ->check(CLI::Range(1, 10'000))
         ->capture_default_str();
     add_race_limits(*command, arguments->race);
-    command->add_option("--seed", arguments->scenes.seed, "Of the scenes")
+    command->add_option("--seed", arguments->scenes.seed, "Seed of the scenes")
         ->check(seed_check())
         ->capture_default_str();
     command->final_callback([arguments, &out] { run(*arguments, out); });

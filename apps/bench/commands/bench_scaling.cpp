@@ -48,7 +48,7 @@ void run(const ScalingArguments& arguments, Output& out) {
     const double from = crossover(depths);
     out.text(std::isfinite(from)
                  ? fmt::format("exact bounds are faster from a depth of {:g} % of the radius on", 100 * from)
-                 : std::string("exact bounds are not faster at the deepest"));
+                 : std::string("exact bounds are not faster at the largest depth"));
     make_folder(arguments.folder);
     const std::filesystem::path folder = arguments.folder;
     write(folder / "scaling_depth.csv", to_csv(depths));
@@ -81,14 +81,15 @@ void add_bench_scaling(CLI::App& bench, Output& out) {
     auto arguments = std::make_shared<ScalingArguments>();
     ScalingConfig& config = arguments->config;
     CLI::App* command = bench.add_subcommand(
-        "scaling",
-        "Queries by depth of penetration, by faces that touch and by number of bodies and threads");
-    command->footer("Depths are raced on the last body, crowds on the first. By faces: nbdtree-bench peers.");
+        "scaling", "Times queries by depth of penetration, touching faces, and number of bodies and threads");
+    command->footer(
+        "Depths are timed on the last body, crowds on the first. For times by number of faces: nbdtree-bench "
+        "peers.");
     command->add_option("DATA", arguments->recording, "Recording of the first body")->required();
     add_bodies(*command, arguments->bodies);
     command->add_option("-o,--output", arguments->folder, "Folder to write tables and pictures to")
         ->required();
-    command->add_option("--depths", config.depths, "How far one body goes on after they touch, radii")
+    command->add_option("--depths", config.depths, "How far one body moves on after first contact, in radii")
         ->delimiter(',')
         ->check(between(0, 2))
         ->capture_default_str();
@@ -96,22 +97,25 @@ void add_bench_scaling(CLI::App& bench, Output& out) {
         ->delimiter(',')
         ->check(CLI::Range(2, 100'000))
         ->capture_default_str();
-    command->add_option("--spacing", config.spacing, "Of a crowd's bodies, radii")
+    command->add_option("--spacing", config.spacing, "Distance between bodies of a crowd, in radii")
         ->check(positive())
         ->capture_default_str();
     command
-        ->add_option("--crowd-threads", config.threads, "Threads that a crowd is timed on, lazy boxes on one")
+        ->add_option("--crowd-threads", config.threads,
+                     "Numbers of threads to time a crowd on; lazy boxes use one")
         ->delimiter(',')
         ->check(CLI::Range(1, 256))
         ->capture_default_str();
-    command->add_option("--cluster", config.cluster_faces, "Faces of a cluster of lazy boxes")
+    command->add_option("--cluster", config.cluster_faces, "Faces per cluster of lazy boxes")
         ->check(CLI::Range(1, 4096))
         ->capture_default_str();
-    command->add_option("--scenes", config.scenes, "Scenes a depth")
+    command->add_option("--scenes", config.scenes, "Scenes per depth")
         ->check(CLI::Range(1, 10'000))
         ->capture_default_str();
     add_race_limits(*command, config.race);
-    command->add_option("--seed", config.seed, "Of the scenes")->check(seed_check())->capture_default_str();
+    command->add_option("--seed", config.seed, "Seed of the scenes")
+        ->check(seed_check())
+        ->capture_default_str();
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -23,7 +23,7 @@ struct BenchSimulateArguments {
     double tolerance = 1e-6;
 };
 
-/// The bodies of one argument: a body file as it is, a surface meshed to each size.
+/// The bodies of one argument: the body of a body file, or a surface meshed at each size.
 std::vector<Body> bodies_of(const std::string& path, const std::vector<int>& nodes, const Output& out) {
     if (std::filesystem::path(path).extension() == ".h5") return {load_body(path)};
     std::vector<Body> bodies;
@@ -57,7 +57,7 @@ void run(const BenchSimulateArguments& arguments, Output& out) {
                       static_cast<std::size_t>(arguments.threads));
     if (!arguments.csv.empty())
         check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()});
-    out.text(fmt::format("medians in ms a step; threads: {}; both solvers to a relative residual of {:g}",
+    out.text(fmt::format("medians in ms per step; threads: {}; both solvers to a relative residual of {:g}",
                          arguments.threads > 0 ? std::to_string(arguments.threads) : "all",
                          arguments.tolerance));
     out.text(
@@ -85,7 +85,7 @@ void run(const BenchSimulateArguments& arguments, Output& out) {
             }
     for (const char* scene : {"fly", "twist", "drop"})
         if (const double p = growth(rows, scene); std::isfinite(p))
-            out.text(fmt::format("{}: a step costs as nodes^{:.2f}", scene, p));
+            out.text(fmt::format("{}: the cost of a step grows as nodes^{:.2f}", scene, p));
     if (!arguments.csv.empty()) write_simulate_table(arguments.csv, rows);
     out.result(result);
 }
@@ -95,20 +95,21 @@ void run(const BenchSimulateArguments& arguments, Output& out) {
 void add_bench_simulate(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<BenchSimulateArguments>();
     CLI::App* simulate = app.add_subcommand(
-        "simulate", "Steps and assembly, against a factorisation a step and a textbook's loop, in one run");
+        "simulate",
+        "Times steps and assembly beside one factorisation per step and a textbook loop, in one run");
     simulate->add_option("BODIES", arguments->bodies, "Body files, or surfaces to mesh at several sizes")
         ->required();
     simulate->add_option("--nodes", arguments->nodes, "Sizes for surfaces, in tet nodes")
         ->delimiter(',')
         ->check(CLI::Range(8, 10'000'000))
         ->capture_default_str();
-    simulate->add_option("--steps", arguments->steps, "Steps a scene; the first is not counted")
+    simulate->add_option("--steps", arguments->steps, "Steps per scene; the first is not counted")
         ->check(CLI::Range(2, 1'000'000))
         ->capture_default_str();
     simulate->add_option("--tolerance", arguments->tolerance, "Relative residual of the linear solves")
         ->check(between(1e-12, 0.5))
         ->capture_default_str();
-    simulate->add_option("--threads", arguments->threads, "0: all cores")
+    simulate->add_option("--threads", arguments->threads, "Threads to use; 0: all cores")
         ->check(CLI::Range(0, 1024))
         ->capture_default_str();
     simulate->add_option("-o,--output", arguments->csv, "Table to write, CSV");

@@ -1,4 +1,4 @@
-// The command `nbdtree-bench`.
+// The program `nbdtree-bench`.
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/cli/program.hpp"
 
@@ -12,7 +12,7 @@ int main(int argc, char** argv) {
         nbd::add_bench_kernels(app, out);
     };
     return nbd::run_program({.name = "nbdtree-bench",
-                             .description = "Times nbdtree against what it is to be compared with.",
+                             .description = "Measures nbdtree beside other methods and libraries.",
                              .add_commands = add_commands},
                             argc, argv);
 }

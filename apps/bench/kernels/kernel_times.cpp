@@ -18,8 +18,8 @@ namespace {
 
 constexpr int rounds = 25;
 
-/// Nanoseconds of f(i), the median of rounds over i = 0 .. count - 1 after one that is not counted. f
-/// returns a number, so that nothing is left out.
+/// Nanoseconds per call of f(i): median of rounds over i = 0 .. count - 1, without the first round. f returns
+/// a number, so that the compiler cannot drop the calls.
 template <class F>
 double nanoseconds(int count, const F& f) {
     std::vector<double> times;
@@ -35,7 +35,7 @@ double nanoseconds(int count, const F& f) {
     return median(times);
 }
 
-/// The larger one; not a number where one of them is none.
+/// The larger one; NaN if either is NaN.
 double worse(double a, double b) { return b <= a ? a : b; }
 
 double difference(const Sphere& s, const Sphere& t) {
@@ -53,7 +53,7 @@ class Stopwatches {
  public:
     Stopwatches(const CollisionTree& tree, std::span<const Vertices> poses, int nodes)
         : tree_(tree), poses_(poses) {
-        // In pairs of children, as a walk asks for them.
+        // Pairs of siblings, as a traversal requests them.
         const int all = static_cast<int>(tree.spheres.nodes.size()) / 2,
                   pairs = std::clamp(nodes / 2, 1, all);
         for (int i = 0; i < pairs; ++i) {
@@ -62,7 +62,7 @@ class Stopwatches {
         }
     }
 
-    /// begin(x): starts a pose. ours(node), plain(node): a volume each.
+    /// Times nodes. begin(x): starts a pose. ours(node), plain(node): return a volume each.
     template <class Begin, class Ours, class Plain>
     KernelTime nodes(const char* name, const Begin& begin, const Ours& ours, const Plain& plain) const {
         std::vector<double> ours_ns, plain_ns;
@@ -82,7 +82,7 @@ class Stopwatches {
         return time;
     }
 
-    /// The code of a pose.
+    /// Times the modal coordinates of a pose.
     KernelTime code() const {
         const NbdModel& model = *tree_.nbd;
         const PlainNbd plainly(model);
@@ -114,9 +114,9 @@ class Stopwatches {
 }  // namespace
 
 std::vector<KernelTime> time_kernels(const CollisionTree& tree, std::span<const Vertices> poses, int nodes) {
-    if (poses.empty()) throw std::invalid_argument("no pose to time kernels on");
+    if (poses.empty()) throw std::invalid_argument("no poses to time kernels on");
     if (tree.spheres.nodes.size() < 3)
-        throw std::invalid_argument("a tree of one node; allowed to time kernels on: 3 nodes or more");
+        throw std::invalid_argument("the tree has one node; allowed: 3 nodes or more");
     const Stopwatches watch(tree, poses, nodes);
     std::vector<KernelTime> times;
     const Vertices* x = nullptr;
@@ -163,7 +163,7 @@ std::vector<KernelTime> time_kernels(const CollisionTree& tree, std::span<const 
                 return siblings[is_first ? 0 : 1];
             },
             [&](int i) { return plainly.sphere(tree.spheres, i, plain_zn); }));
-        times.back().max_difference = 5e-3;  // networks of bytes
+        times.back().max_difference = 5e-3;  // the networks are rounded to bytes
         times.push_back(watch.code());
     }
     for (const KernelTime& time : times)

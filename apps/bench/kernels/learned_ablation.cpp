@@ -27,8 +27,8 @@ const char* name(Fit fit) {
     return names[static_cast<int>(fit)];
 }
 
-/// The k-th smallest of n numbers, k = ceil((n + 1) (1 - miss_rate)); the largest where there are too few
-/// for that rate. Split conformal prediction [Vovk05].
+/// The k-th smallest of n numbers, k = ceil((n + 1) (1 - miss_rate)); the largest if there are too few for
+/// that rate. Split conformal prediction [Vovk05].
 double conformal_quantile(Eigen::VectorXf numbers, double miss_rate) {
     const auto n = static_cast<double>(numbers.size());
     const auto k = std::min(n, std::ceil((n + 1) * (1 - miss_rate)));
@@ -37,7 +37,7 @@ double conformal_quantile(Eigen::VectorXf numbers, double miss_rate) {
     return static_cast<double>(*nth);
 }
 
-/// Least squares over the distances of the samples, with a penalty that only settles ties.
+/// Least-squares fit over the samples' distances, with a penalty that only resolves ties.
 Eigen::VectorXd linear_fit(const PoseRows& distances, const Eigen::VectorXf& growth) {
     Eigen::MatrixXd A(distances.rows(), distances.cols() + 1);
     A << distances.cast<double>(), Eigen::VectorXd::Ones(distances.rows());
@@ -46,17 +46,17 @@ Eigen::VectorXd linear_fit(const PoseRows& distances, const Eigen::VectorXf& gro
     return G.ldlt().solve(A.transpose() * growth.cast<double>());
 }
 
-/// Rows in units of their own.
+/// Divides each row by its unit.
 PoseRows over(const PoseRows& rows, const Eigen::VectorXf& units) {
     return rows.array().colwise() / units.array();
 }
 
-/// The three sets of frames as one choice of samples sees them.
+/// Measurements of one choice of samples on the three sets of frames.
 struct Measured {
     SampleReach train, calibration, test;
 };
 
-/// What a fit to a node's training poses says of the growth in each pose of the other sets. Never negative.
+/// Growth predicted by a fit to a node's training poses, for each pose of the other sets; >= 0.
 struct Growth {
     Eigen::VectorXf calibration, test;
 };
@@ -103,7 +103,7 @@ Growth predict(const Measured& sets, std::size_t node, Fit fit, const LearnedAbl
     return both([&](const PoseRows& d) { return apply_radius_network(w, d); });
 }
 
-/// Sums over the nodes of one depth.
+/// Adds a node's results to the sums of its depth.
 void add_node(const Measured& sets, const LearnedModel& model, std::size_t node, Fit fit,
               const LearnedAblationConfig& config, LearnedAblationRow& row) {
     const auto i = static_cast<Eigen::Index>(node);
@@ -118,7 +118,7 @@ void add_node(const Measured& sets, const LearnedModel& model, std::size_t node,
     const Eigen::ArrayXf test = sets.test.distance.col(i) + growth.test, truth = sets.test.exact.col(i);
     const auto margin = static_cast<float>(
         std::max(0., conformal_quantile(needed(sets.calibration) / calibration - 1, config.miss_rate)));
-    // Radii of spheres are rounded up by 4 ulp, and those of exact nodes hold by construction.
+    // Sphere radii are rounded up by 4 ulp; exact nodes hold by construction.
     constexpr float slack = 1 + 4 * std::numeric_limits<float>::epsilon();
     const auto missing = [&](float factor) {
         return exact ? 0. : (needed(sets.test) > test * (factor * slack)).cast<double>().mean();
@@ -133,7 +133,7 @@ void add_node(const Measured& sets, const LearnedModel& model, std::size_t node,
     row.box_missing += (sets.test.box.col(i).array() > box_growth).cast<double>().mean();
 }
 
-/// Median over rounds of the time of a sphere, nodes of the depth in turn, poses one after another.
+/// Time per sphere, median over rounds; nodes of the depth in turn, for one pose after another.
 double nanoseconds_of_spheres(const LearnedModel& model, const std::vector<int>& nodes,
                               const std::vector<Vertices>& poses) {
     using Clock = std::chrono::steady_clock;
@@ -150,7 +150,7 @@ double nanoseconds_of_spheres(const LearnedModel& model, const std::vector<int>&
     return rounds[4] / static_cast<double>(poses.size() * nodes.size());
 }
 
-/// The same samples with room for networks, of zeros: their values do not matter to the time.
+/// The same samples with networks of zeros; the values do not affect the time.
 LearnedModel with_networks(const LearnedModel& model) {
     LearnedModel wide = model;
     wide.network = true;

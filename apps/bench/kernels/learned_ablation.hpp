@@ -8,45 +8,44 @@
 
 namespace nbd {
 
-/// What the ablation of local bounds compares, and on how much.
+/// Options of the ablation of learned bounds.
 struct LearnedAblationConfig {
     int depth = 7;
-    std::vector<int> samples{16, 32, 48, 64, 0};  // of a node; 0: as few as the tolerance takes
-    int max_frames = 2000;                        // of each set, evenly spread; 0: all
-    double miss_rate = 1e-3;                      // that margins are calibrated for, per node and pose
+    std::vector<int> samples{16, 32, 48, 64, 0};  // per node; 0: as few as the tolerance needs
+    int max_frames = 2000;                        // maximum per set, evenly spread; 0: all
+    double miss_rate = 1e-3;                      // for calibrated margins, per node and pose
     LearnedConfig learned;
 };
 
-/// One choice at one depth, all figures over nodes and poses of trajectories that neither training nor
+/// One variant at one depth; all numbers are over nodes and poses of trajectories that neither training nor
 /// calibration saw.
 struct LearnedAblationRow {
-    std::string rule;     // of choosing samples, see SampleRule
-    std::string samples;  // asked for
-    std::string fit;      // of what vertices reach beyond samples: mean, quantile, linear, network, network
-                          // quantile, network 32 (of that width), network relative (everything over the
-                          // largest distance)
+    std::string rule;     // see SampleRule
+    std::string samples;  // requested number
+    std::string fit;  // fit of the reach beyond samples: mean, quantile, linear, network, network quantile,
+                      // network 32 (width 32), network relative (all relative to the largest distance)
     int depth = 0;
-    double mean_samples = 0;   // of a node
+    double mean_samples = 0;   // per node
     double radius_error = 0;   // mean of |r - r_exact| / r_exact at margin 0
     double inflation = 0;      // mean of r / r_exact - 1 with each node's calibrated margin
-    double nodes_missing = 0;  // share of nodes and poses where the sphere misses a vertex, with the margin
-    double missing_bare = 0;   // likewise at margin 0
-    double box_growth = 0;     // mean growth of the samples' box over the node's radius
+    double nodes_missing = 0;  // share of nodes and poses where the sphere with margin misses a vertex
+    double missing_bare = 0;   // the same at margin 0
+    double box_growth = 0;     // mean growth of the samples' box, relative to the node's radius
     double box_missing = 0;    // share of nodes and poses where the grown box misses a vertex
-    double nanoseconds = 0;    // a sphere, median over rounds, all nodes of the depth in turn; 0 where bounds
-                               // have no such network
+    double nanoseconds = 0;  // per sphere, median over rounds, all nodes of the depth in turn; 0 for networks
+                             // that bounds cannot have
 };
 
-/// Trains every choice on the training trajectories of the split, calibrates it on every second of the
-/// held-out ones and tests it on the others. progress: called with the number of choices done and their
-/// total; may be empty. Throws what train_learned() throws, and std::runtime_error where fewer than two
-/// trajectories are held out.
+/// Trains every variant on the training trajectories of the split, calibrates it on every second held-out
+/// trajectory and tests it on the others. progress: called with the number of variants done and their total;
+/// may be empty. Throws what train_learned() throws, and std::runtime_error if fewer than two trajectories
+/// are held out.
 std::vector<LearnedAblationRow> ablate_learned_bounds(const SurfaceBody& body,
                                                       const RecordingReader& recording,
                                                       const LearnedAblationConfig& config,
                                                       const std::function<void(int, int)>& progress);
 
-/// One line a row under a line of column names.
+/// CSV: column names, then one line per row.
 std::string to_csv(const std::vector<LearnedAblationRow>& rows);
 
 }  // namespace nbd

@@ -18,7 +18,7 @@ Eigen::MatrixX3f rows_of(VerticesRef x, std::span<const int> vertices) {
     return rows;
 }
 
-/// b + W x, and moves `values` past both.
+/// Returns W x + b and moves `values` past W and b.
 Eigen::VectorXf layer(const float*& values, const Eigen::VectorXf& x, Eigen::Index out) {
     const Eigen::VectorXf y = Matrix(values, out, x.size()) * x + Vector(values + out * x.size(), out);
     values += out * (x.size() + 1);

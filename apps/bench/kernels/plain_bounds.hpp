@@ -9,20 +9,20 @@
 
 namespace nbd {
 
-/// The formulas of the bounds as one would write them down, with Eigen's vectors of any size.
+/// The bounds' formulas in plain Eigen, with vectors of dynamic size.
 
 Sphere plain_learned_sphere(const LearnedModel& model, int node, VerticesRef x);
-/// Grown as far as training says, without a margin.
+/// Box with the trained growth, without a margin.
 Box plain_learned_box(const LearnedModel& model, int node, VerticesRef x);
 
-/// Nbd bounds with all numbers in float.
+/// NBD bounds with all numbers in float.
 class PlainNbd {
  public:
-    /// model: referred to.
+    /// model: kept by reference.
     explicit PlainNbd(const NbdModel& model);
-    /// zn: the scaled code. The sphere in the aligned frame.
+    /// The node's sphere in the aligned frame. zn: scaled modal coordinates.
     Sphere sphere(const SphereTree& tree, int node, const Eigen::VectorXf& zn) const;
-    /// The code itself, not scaled.
+    /// The modal coordinates of a pose, not scaled.
     Eigen::VectorXf code(VerticesRef x) const;
 
  private:

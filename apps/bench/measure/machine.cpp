@@ -10,7 +10,7 @@
 namespace nbd {
 namespace {
 
-/// What follows "key : " in the first line of /proc/cpuinfo that begins with the key.
+/// The value in the first line of /proc/cpuinfo that begins with the key.
 std::string of_processor(const std::string& key) {
     std::ifstream file("/proc/cpuinfo");
     for (std::string line; std::getline(file, line);)
@@ -21,7 +21,7 @@ std::string of_processor(const std::string& key) {
     return {};
 }
 
-/// Size of a cache of the first core, as the system writes it.
+/// Size of a cache of the first core, as the system reports it.
 std::string cache(int index) {
     std::ifstream file(fmt::format("/sys/devices/system/cpu/cpu0/cache/index{}/size", index));
     std::string size;

@@ -4,8 +4,8 @@
 
 namespace nbd {
 
-/// The processor's name, its cores and caches, and the compiler: what a table of times must say. Parts that
-/// the system does not tell are left out.
+/// Description of the machine for tables of times: CPU, instruction set, cores, caches and compiler. Leaves
+/// out what the system does not report.
 std::string this_machine();
 
 }  // namespace nbd

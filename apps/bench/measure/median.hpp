@@ -6,7 +6,7 @@
 
 namespace nbd {
 
-/// The middle one, the upper of two; 0 of none.
+/// Median; the upper one of two middle values, 0 if there are no values.
 inline double median(std::vector<double> values) {
     if (values.empty()) return 0;
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -14,8 +14,8 @@ btDbvtVolume volume_of(const Triangle& t) {
     return btDbvtVolume::FromMM({box.lo[0], box.lo[1], box.lo[2]}, {box.hi[0], box.hi[1], box.hi[2]});
 }
 
-/// The tree that Bullet's soft bodies keep their faces in, built once from the top. Inserting every face anew
-/// in each pose, as they do, is far slower than fitting the volumes that are there.
+/// The tree in which Bullet's soft bodies keep their faces, built once top-down. Soft bodies insert every
+/// face again in each pose; refitting the existing volumes, as here, is far faster.
 class DbvtFaces {
  public:
     explicit DbvtFaces(const SurfaceBody& body) : faces_{&body.F, body.X} {

@@ -9,7 +9,8 @@ namespace {
 
 btVector3 to_bullet(const Eigen::Vector3f& p) { return {p.x(), p.y(), p.z()}; }
 
-/// GImpact's tree over the faces' own boxes: its mesh shapes would add a margin, which floods the query.
+/// GImpact's tree over the faces' own boxes. GImpact's mesh shapes would add a margin, which floods the
+/// query.
 class GimpactFaces final : public btPrimitiveManagerBase {
  public:
     explicit GimpactFaces(const SurfaceBody& body) : faces_{&body.F, body.X}, tree_(this) {

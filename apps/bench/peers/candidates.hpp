@@ -7,8 +7,8 @@
 
 namespace nbd {
 
-/// The candidates that intersect, sorted, without repeats, by the tests that PairQuery makes: every method of
-/// the benchmark answers by the same ones.
+/// The candidates that intersect, sorted, without repeats. Uses the tests of PairQuery, so that all methods
+/// of the benchmark decide alike.
 std::span<const FacePair> sorted_intersecting(std::vector<FacePair>& candidates, const PosedFaces& a,
                                               const PosedFaces& b);
 

@@ -9,8 +9,8 @@ namespace {
 
 using CgalBox = CGAL::Box_intersection_d::Box_d<float, 3, CGAL::Box_intersection_d::ID_EXPLICIT>;
 
-/// A box a face, and handles to those that reach into the other body's box: the algorithm sorts them, so what
-/// cannot overlap is better left out, and handles are cheaper to move than boxes.
+/// One box per face, and handles to those that overlap the other body's box. The algorithm sorts handles, so
+/// leaving out other boxes saves time, and handles are cheaper to move than boxes.
 class CgalFaces {
  public:
     explicit CgalFaces(const SurfaceBody& body)

@@ -9,8 +9,8 @@
 namespace nbd {
 namespace {
 
-/// rtcCollide() takes user geometry alone: a box a face, from its three corners. Dynamic scenes of low
-/// quality with geometry to refit are what Embree updates fastest.
+/// rtcCollide() accepts only user geometry: one box per face, from its three corners. Embree updates dynamic
+/// scenes of low build quality with refit geometry fastest.
 class EmbreeScene {
  public:
     EmbreeScene(RTCDevice device, const SurfaceBody& body) : faces_{&body.F, body.X} {

@@ -1,4 +1,4 @@
-// clang-format off: utility.h first, the others use fit() of it before they declare it.
+// clang-format off: utility.h must come first, since the others use its fit() before they declare it.
 #include <fcl/math/bv/utility.h>
 // clang-format on
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -13,10 +13,10 @@
 namespace nbd {
 namespace {
 
-// float32 as the poses are; and its code is then compiled here, with this program's alignment of Eigen types.
+// float32 like the poses. The templates are then compiled here, with this program's alignment of Eigen types.
 using Model = fcl::BVHModel<fcl::AABBf>;
 
-/// Collects the faces of leaves whose boxes overlap in place of testing them.
+/// Collects the faces of leaves with overlapping boxes instead of testing them.
 class Collector final : public fcl::detail::BVHCollisionTraversalNode<fcl::AABBf> {
  public:
     Collector(const Model& a, const Model& b, std::vector<FacePair>& out) : out_(out) {
@@ -31,7 +31,7 @@ class Collector final : public fcl::detail::BVHCollisionTraversalNode<fcl::AABBf
     std::vector<FacePair>& out_;
 };
 
-/// A model with a box a face; poses refit its tree bottom-up.
+/// A model with one box per face, whose tree is refitted bottom-up in each pose.
 class FclFaces {
  public:
     explicit FclFaces(const SurfaceBody& body) : faces_{&body.F, body.X} {
@@ -43,7 +43,7 @@ class FclFaces {
         if (model_.beginModel(static_cast<int>(body.F.rows()), static_cast<int>(body.X.rows())) !=
                 fcl::BVH_OK ||
             model_.addSubModel(positions_, triangles) != fcl::BVH_OK || model_.endModel() != fcl::BVH_OK)
-            throw std::runtime_error("fcl refuses the surface");
+            throw std::runtime_error("fcl rejects the surface");
     }
 
     void update(VerticesRef x) {
@@ -67,7 +67,7 @@ class FclFaces {
     std::vector<fcl::Vector3f> positions_;
 };
 
-/// fcl::collide() would copy both models in each query to apply a transform; the traversal itself does not.
+/// Uses the traversal directly, since fcl::collide() would copy both models per query to apply a transform.
 class FclPairs final : public PairMethod {
  public:
     explicit FclPairs(const BenchBody& body) : a_(body.surface), b_(body.surface) {}

@@ -7,14 +7,14 @@
 
 namespace nbd {
 
-/// Collision libraries of others that were found when this program was built, each set up so that it runs at
-/// its best. They give candidates, which keep_intersecting() decides.
+/// The other collision libraries found at build time, each in its fastest configuration. They find
+/// candidates, which keep_intersecting() filters.
 std::vector<PairMethodEntry> peer_methods();
 
-/// A line for each library that was not found: what is missing.
+/// One line per library that was not found, with the missing package.
 std::vector<std::string> missing_peers();
 
-// Each defined in a file of its own where its library was found.
+// Each is defined in its own file, if its library was found.
 std::unique_ptr<PairMethod> make_fcl_pairs(const BenchBody& body);
 std::unique_ptr<PairMethod> make_bullet_gimpact_pairs(const BenchBody& body);
 std::unique_ptr<PairMethod> make_bullet_dbvt_pairs(const BenchBody& body);

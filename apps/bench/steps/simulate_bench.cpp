@@ -21,7 +21,7 @@ double milliseconds(auto&& work) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// A world and what its steps cost.
+/// A world and the cost of its steps.
 struct Course {
     World world;
     std::vector<double> step{}, assemble{}, solve{}, iterations{}, patch{};
@@ -37,7 +37,7 @@ struct Course {
     }
 };
 
-/// Both assemblies of one pose.
+/// Times both assemblies of the same pose.
 class AssemblyRace {
  public:
     explicit AssemblyRace(const ElasticBody& body)
@@ -77,7 +77,7 @@ SimulateTiming time_scene(const Body& body, const ElasticBody& elastic, const Si
         row.failure = !ours.failure.empty() ? ours.failure : reference.failure;
         if (!row.failure.empty()) break;
         race.run(iterative.world.state(0).x);
-        if (k == 0)  // makes the factors and grows the scratch of all that follow
+        if (k == 0)  // the first step computes the factors and grows the scratch, so it is not counted
             for (std::vector<double>* times :
                  {&iterative.step, &iterative.assemble, &iterative.solve, &direct.step, &direct.assemble,
                   &direct.solve, &iterative.iterations, &iterative.patch, &race.ours, &race.textbook})

@@ -10,25 +10,27 @@
 
 namespace nbd {
 
-/// Medians over the steps of one scene, milliseconds, of the iterative and of the direct solver, stepped in
-/// turn.
+/// Medians over the steps of one scene, in milliseconds, for the iterative and the direct solver, stepped
+/// alternately.
 struct SimulateTiming {
     std::string body, scene;
     int nodes = 0, tets = 0, steps = 0;
     double step = 0, assemble = 0, solve = 0;                       // iterative
-    double direct_step = 0, direct_assemble = 0, direct_solve = 0;  // a factorisation a step
+    double direct_step = 0, direct_assemble = 0, direct_solve = 0;  // one factorisation per step
     double iterations = 0, patch_nodes = 0;
-    int fallbacks = 0;                                // steps that were factorised after all
+    int fallbacks = 0;                                // steps of the iterative solver that were factorised
     double ours_assembly = 0, textbook_assembly = 0;  // of the scene's poses
-    double difference = 0;  // of the end positions, largest, over the body's diagonal
+    double difference = 0;  // largest difference of end positions, relative to the body's diagonal
     std::string failure{};
 
     double step_ratio() const { return direct_step / step; }
     double assembly_ratio() const { return textbook_assembly / ours_assembly; }
 };
 
+/// Times all scenes of simulate_scenes(), `steps` steps each. tolerance: relative residual of both solvers.
 std::vector<SimulateTiming> time_simulation(const Body& body, int steps, double tolerance, Output& out);
 
+/// Writes CSV, one line per row. Atomic.
 void write_simulate_table(const std::filesystem::path& path, std::span<const SimulateTiming> rows);
 
 /// Exponent p of cost ~ nodes^p between the smallest and the largest mesh, for one scene.

@@ -6,7 +6,7 @@
 namespace nbd {
 namespace {
 
-/// Nodes within `share` of the body's length of one of its ends along an axis.
+/// Nodes within a `share` of the body's length from one of its ends along an axis.
 std::vector<int> end_nodes(const Nodes& X, int axis, bool upper, double share) {
     const double low = X.col(axis).minCoeff(), high = X.col(axis).maxCoeff();
     std::vector<int> nodes;

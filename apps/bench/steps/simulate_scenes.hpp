@@ -9,7 +9,7 @@
 
 namespace nbd {
 
-/// A scene to time the solvers on: sound crosses the body in ten steps.
+/// A scene to time the solvers on. Sound crosses the body in ten steps.
 struct SimulateScene {
     std::string name;
     WorldBody body;
@@ -20,8 +20,8 @@ struct SimulateScene {
     World world(const LinearSolveConfig& linear) const;
 };
 
-/// `fly`: thrown spinning and shearing, free; `twist`: held at both ends of its longest axis, one of which
-/// turns by half a turn; `drop`: thrown onto a floor.
+/// `fly`: a free body that spins and shears; `twist`: a body held at both ends of its longest axis, one of
+/// which makes half a turn; `drop`: a body thrown onto a floor.
 std::vector<SimulateScene> simulate_scenes(const Body& body,
                                            const std::shared_ptr<const ElasticBody>& elastic);
 

@@ -4,9 +4,9 @@
 
 namespace nbd {
 
-/// Assembly as a textbook has it, to compare with: tetrahedron by tetrahedron, the rotation from Eigen's
-/// Jacobi singular value decomposition, the 12x12 element matrix R K_e R^T, its blocks added one by one to
-/// the sparse matrix. K_e and the pattern are computed once.
+/// Textbook assembly, for comparison: tetrahedron by tetrahedron, with the rotation from Eigen's Jacobi SVD
+/// and the 12x12 element matrix R K_e R^T, whose blocks are added one by one to the sparse matrix. K_e and
+/// the pattern are computed once.
 class TextbookAssembly {
  public:
     explicit TextbookAssembly(const ElasticBody& body);
