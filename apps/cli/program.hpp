@@ -13,8 +13,8 @@ namespace nbd {
 struct Program {
     std::string name, description;
     std::function<void(CLI::App& app, Output& out)> add_commands;
-    std::map<std::string, std::string>
-        old_names{};  // command names of the previous release, with their current names
+    /// Command names of the previous release, with their current names.
+    std::map<std::string, std::string> old_names{};
 };
 
 /// Parses the command line, including the options common to all programs (--quiet, --json, --threads,

@@ -13,10 +13,9 @@ namespace nbd {
 /// Face pairs that exact bounds find, how many of them a scene's own bounds miss, and the cost of both.
 struct AuditCount {
     long intersecting = 0, intersecting_missed = 0;
-    long near = 0, near_missed = 0;  // within the thickness at which contact begins
-    long tests = 0,
-         exact_tests = 0;  // sphere, box and triangle tests with the scene's bounds and with exact ones
-    double us = 0, exact_us = 0;  // measured microseconds: begin_pose() and both queries
+    long near = 0, near_missed = 0;   // within the thickness at which contact begins
+    long tests = 0, exact_tests = 0;  // tests of spheres, boxes, triangles: scene's bounds, exact bounds
+    double us = 0, exact_us = 0;      // measured microseconds: begin_pose() and both queries
     AuditCount& operator+=(const AuditCount& other);
 };
 

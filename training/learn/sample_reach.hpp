@@ -19,8 +19,7 @@ struct SampleReach {
     PoseRows exact;   // [poses, nodes] radius of the exact sphere
     Eigen::ArrayXd squared_mean, squared_deviation;  // [samples of all nodes] mean and standard deviation of
                                                      // each sample's squared distance from its centre, m^2
-    std::vector<PoseRows>
-        samples;  // [nodes] of [poses, samples]: distances from the centre; only if with_samples
+    std::vector<PoseRows> samples;  // [nodes] of [poses, samples]: distances from the centre; if requested
 };
 
 /// Measures the reach of all nodes; streams the frames once. model: gives samples and centres; its reach is

@@ -7,7 +7,7 @@
 namespace nbd {
 namespace {
 
-/// New number of each vertex: as the leaves come, and those of no face last.
+/// New number of each vertex: in the order of the leaves, vertices without a face last.
 std::vector<int> tree_order(const SphereTree& tree, int vertex_count) {
     std::vector<int> number(static_cast<std::size_t>(vertex_count), -1);
     int next = 0;
@@ -27,7 +27,7 @@ BenchBody make_bench_body(SurfaceBody surface) {
 }
 
 BenchBody make_bench_body(SurfaceBody surface, TreeFile tree) {
-    if (tree.facts.body_hash != surface.hash) throw std::invalid_argument("the tree is of another body");
+    if (tree.facts.body_hash != surface.hash) throw std::invalid_argument("the tree belongs to another body");
     surface.U.resize(0, 0);
     return {std::move(surface), std::make_shared<const CollisionTree>(std::move(tree.tree)),
             std::move(tree.facts.split)};

@@ -8,22 +8,23 @@
 
 namespace nbd {
 
-/// A body as the benchmarks of collision queries see it: how its nodes move its surface, and a tree.
+/// A body for the benchmarks of collision queries: its surface, how nodes move it, and a tree.
 struct BenchBody {
     SurfaceBody surface;                        // without modes
-    std::shared_ptr<const CollisionTree> tree;  // `exact` alone where none was trained
-    TrainingSplit split;                        // of the tree's training; empty likewise
+    std::shared_ptr<const CollisionTree> tree;  // only `exact` bounds if no tree was trained
+    TrainingSplit split;                        // of the tree's training; empty if no tree was trained
     int faces() const noexcept { return static_cast<int>(surface.F.rows()); }
 };
 
-/// A surface, of which the modes are dropped, with a tree of `exact` bounds.
+/// Makes a body with a tree of `exact` bounds. Drops the modes.
 BenchBody make_bench_body(SurfaceBody surface);
 
-/// With a trained tree. Throws std::invalid_argument where the tree is of another body.
+/// Makes a body with a trained tree. Drops the modes. Throws std::invalid_argument if the tree belongs to
+/// another body.
 BenchBody make_bench_body(SurfaceBody surface, TreeFile tree);
 
-/// The same body with its vertices in the order in which the tree's leaves have them: what is close in space
-/// is close in memory. `certified` bounds are left out.
+/// The same body with its vertices in the order of the tree's leaves, so that vertices close in space are
+/// close in memory. Leaves out `certified` bounds.
 BenchBody in_tree_order(const BenchBody& body);
 
 }  // namespace nbd

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int lanes = BoxPack::lanes;
 
-/// Cuts [begin, end) in halves until none has more than `most`; appends them in order.
+/// Halves [begin, end) until no part has more than `most`; appends the parts in order.
 template <class Range>
 void cut(int begin, int end, int most, std::vector<Range>& parts) {
     if (end - begin <= most) {
@@ -30,7 +30,7 @@ void cut(int begin, int end, int most, std::vector<Range>& parts) {
 
 bool overlap(const Box& s, const Box& t) noexcept { return (s.lo <= t.hi).all() && (t.lo <= s.hi).all(); }
 
-/// Nodes of the surface's points that boxes are read from.
+/// Number of points that boxes are read from: tet nodes or surface vertices.
 int point_count(VerticesRef X, const SurfaceEmbedding* W) {
     return static_cast<int>(W ? W->cols() : X.rows());
 }
@@ -50,8 +50,8 @@ LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const
             fmt::format("clusters of {} faces, allowed: 1 to 4096", config.cluster_faces));
     if (W && W->nonZeros() > 0 && *std::min_element(W->valuePtr(), W->valuePtr() + W->nonZeros()) < 0)
         throw std::invalid_argument(
-            "a weight of the embedding is negative: vertices may leave their nodes' box");
-    // One leaf alone: all faces, in an order whose halves are compact again and again.
+            "the embedding has a negative weight, so vertices may leave their nodes' box; allowed: >= 0");
+    // A tree of one leaf lists all faces in an order whose halves, quarters etc. are compact.
     faces_ = build_sphere_tree(X, F, {.depth = 0}).faces;
     corners_ = F(faces_, Eigen::all);
     std::vector<Range> ranges;
@@ -117,7 +117,7 @@ void LazyBoxes::begin_pose(VerticesRef points) noexcept {
         all_ = joined(all_, box);
     }
     if (!W_) return;
-    // A vertex is a sum of at most a few products, each of which rounds by half an ulp.
+    // A vertex is a sum of a few products, each rounded by half an ulp.
     slack_ = 8 * std::numeric_limits<float>::epsilon() *
              std::max(all_.lo.abs().maxCoeff(), all_.hi.abs().maxCoeff());
     all_ = grown(all_);
@@ -169,7 +169,7 @@ void LazyBoxes::test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b
     b.refit_faces(block_b);
     const Range groups_a = a.blocks_[static_cast<std::size_t>(block_a)],
                 groups_b = b.blocks_[static_cast<std::size_t>(block_b)];
-    // Blocks have up to 256 faces, halved until 16 are left: at most 16 groups.
+    // Blocks have up to 256 faces, halved into parts of at most 16: at most 16 groups.
     std::uint16_t near_b[lanes], near_a[lanes];
     const auto test = [&](const LazyBoxes& boxes, const Range& groups, const Box& box, std::uint16_t* near) {
         kernels().overlapping(boxes.face_boxes_.data() + groups.begin, groups.end - groups.begin,

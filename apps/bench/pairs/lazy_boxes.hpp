@@ -12,34 +12,33 @@
 namespace nbd {
 
 struct LazyBoxesConfig {
-    /// Faces of a cluster, at most. It has up to 16 blocks, whose faces come in groups of up to 16.
+    /// Maximum faces per cluster. A cluster has up to 16 blocks, whose faces are in groups of up to 16.
     int cluster_faces = 1024;
 };
 
-/// The strongest rival of learned bounds that we know of: exact, untrained, and nearly as cheap as reading
-/// every vertex once. A pose costs one box a cluster of faces, from a single pass over the vertices. Below a
-/// cluster everything waits until it is touched: the boxes of its blocks are read when another body's box
-/// overlaps the cluster's, and the boxes of a block's faces when one overlaps the block's. All levels are
-/// sixteen wide.
+/// The strongest known competitor of learned bounds: exact, untrained, and nearly as cheap as reading every
+/// vertex once. A pose costs one box per cluster of faces, from a single pass over the vertices. Lower levels
+/// are computed only when touched: the boxes of a cluster's blocks when another body's box overlaps the
+/// cluster's, and the boxes of a block's faces when one overlaps the block's. All levels are sixteen wide.
 ///
-/// With an embedding it reads the nodes that carry the surface in place of the surface: a vertex lies within
-/// the box of its nodes where no weight is negative. Positions are then made for touched blocks alone.
+/// With an embedding, it reads the nodes that carry the surface instead of the surface: if no weight is
+/// negative, a vertex lies within the box of its nodes. Positions are then computed for touched blocks only.
 class LazyBoxes {
  public:
-    /// X: rest positions, which faces are clustered by. Throws std::invalid_argument on cluster_faces outside
-    /// 1 to 4096.
+    /// X: rest positions, for clustering the faces. Throws std::invalid_argument on cluster_faces outside 1
+    /// to 4096.
     LazyBoxes(VerticesRef X, FacesRef F, const LazyBoxesConfig& config = {});
 
-    /// Likewise over nodes. W: referred to. Throws std::invalid_argument where a weight is negative.
+    /// Reads nodes. W: kept by reference. Throws as above, and if a weight is negative.
     LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding& W, const LazyBoxesConfig& config = {});
 
-    /// points: [n, 3] surface, or nodes [N, 3] with an embedding; referred to until the next pose.
+    /// points: surface [n, 3], or nodes [N, 3] with an embedding; must last until the next pose.
     void begin_pose(VerticesRef points) noexcept;
 
-    /// Around everything in this pose.
+    /// Box around the whole body in this pose.
     const Box& box() const noexcept { return all_; }
 
-    /// Face pairs that intersect, sorted, into `pairs`.
+    /// Writes the intersecting face pairs, sorted, to `pairs`.
     friend void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs);
 
  private:
@@ -62,7 +61,7 @@ class LazyBoxes {
                               const Box& box_b, std::vector<FacePair>& pairs);
 
     const SurfaceEmbedding* W_;
-    std::vector<int> faces_;       // rows of the face array, cluster after cluster
+    std::vector<int> faces_;       // face numbers, cluster after cluster
     Faces corners_;                // of the face in each slot
     Positions x_;                  // of the pose
     std::vector<Range> clusters_;  // of blocks
@@ -72,14 +71,14 @@ class LazyBoxes {
     std::vector<Range> block_vertices_;  // with an embedding: of vertices_
     std::vector<int> vertices_;
 
-    std::vector<BoxPack> cluster_boxes_;                      // sixteen clusters each
-    std::vector<std::uint16_t> near_;                         // of them: scratch, a bit a cluster
-    std::vector<BoxPack> block_boxes_;                        // a cluster's blocks
-    std::vector<BoxPack> face_boxes_;                         // a group's faces
-    std::vector<std::uint64_t> cluster_poses_, block_poses_;  // the pose that what is below belongs to
+    std::vector<BoxPack> cluster_boxes_;  // sixteen clusters each
+    std::vector<std::uint16_t> near_;     // scratch: one bit per cluster of cluster_boxes_
+    std::vector<BoxPack> block_boxes_;    // a cluster's blocks
+    std::vector<BoxPack> face_boxes_;     // a group's faces
+    std::vector<std::uint64_t> cluster_poses_, block_poses_;  // pose in which the level below was computed
     Vertices made_;                                           // with an embedding: positions
     const float* points_ = nullptr;
-    float slack_ = 0;  // with an embedding: what rounding may put a vertex outside
+    float slack_ = 0;  // with an embedding: bound on rounding errors of positions
     Box all_ = empty_box();
     std::uint64_t pose_ = 0;
 };

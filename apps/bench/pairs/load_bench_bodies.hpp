@@ -7,9 +7,9 @@
 
 namespace nbd {
 
-/// Bodies that share their tetrahedra, coarsest surface first as given. files: for each a body file and,
-/// where it has one, a tree file trained on it. Throws std::runtime_error naming the file: where it cannot be
-/// read, a tree is of another body, or the tetrahedra are not those of the first body.
+/// Loads bodies that share their tetrahedra, in the given order (coarsest surface first). files: for each
+/// body, a body file and optionally a tree file trained on it. Throws std::runtime_error that names the file
+/// if it cannot be read, a tree belongs to another body, or the tetrahedra differ from the first body's.
 std::vector<BenchBody> load_bench_bodies(const std::vector<std::vector<std::string>>& files);
 
 }  // namespace nbd

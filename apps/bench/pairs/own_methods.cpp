@@ -28,7 +28,7 @@ class TreeMethod : public PairMethod {
     PairQuery query_;
 };
 
-/// Likewise down to the leaves of the sphere trees alone; answers nothing.
+/// The broad phase alone, down to the leaves of the sphere trees; finds no pairs.
 class BroadPhase final : public TreeMethod {
  public:
     using TreeMethod::TreeMethod;
@@ -38,7 +38,7 @@ class BroadPhase final : public TreeMethod {
     }
 };
 
-/// Over the nodes: positions are computed where they are read.
+/// Computes surface positions on demand from the tet nodes.
 class EmbeddedTreeMethod final : public PairMethod {
  public:
     EmbeddedTreeMethod(const BenchBody& body, BoundKind kind)
@@ -66,7 +66,7 @@ class EmbeddedTreeMethod final : public PairMethod {
     PairQuery query_;
 };
 
-/// What lazy boxes read in a pose.
+/// Input of lazy boxes in a pose.
 enum class Reads { surface, surface_from_nodes, nodes };
 
 class LazyBoxesMethod final : public PairMethod {
@@ -102,7 +102,7 @@ class LazyBoxesMethod final : public PairMethod {
     std::vector<FacePair> pairs_;
 };
 
-/// Vectors of numbers, as they lie in memory.
+/// Reads whole vectors of numbers in memory order.
 class ReadingAlone final : public PairMethod {
  public:
     void update(const BenchPose& a, const BenchPose& b) override {
@@ -121,10 +121,10 @@ class ReadingAlone final : public PairMethod {
     std::span<const FacePair> query() override { return {}; }
 
  private:
-    volatile float sum_ = 0;  // so that the work is done
+    volatile float sum_ = 0;  // keeps the compiler from dropping the work
 };
 
-/// Levels of a tree whose leaves have at most so many faces.
+/// Depth of a tree whose leaves have at most leaf_faces faces.
 int depth_of_leaves(int faces, int leaf_faces) {
     int depth = 0;
     while ((faces >> depth) > leaf_faces && depth < 20) ++depth;

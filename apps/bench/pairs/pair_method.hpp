@@ -9,32 +9,32 @@
 
 namespace nbd {
 
-/// A body in a pose. Both arrays last, at the same place, until the next update().
+/// A body in a pose. Both arrays stay valid and in place until the next update().
 struct BenchPose {
-    VerticesRef x;      // [n, 3] its surface
-    VerticesRef nodes;  // [N, 3] the tet nodes that carry it
+    VerticesRef x;      // [n, 3] surface
+    VerticesRef nodes;  // [N, 3] tet nodes that carry the surface
 };
 
-/// One way to tell which faces of two copies of a body intersect, pose after pose. The benchmark times both
-/// steps.
+/// One method to find the intersecting faces of two copies of a body, pose after pose. The benchmark times
+/// both steps.
 class PairMethod {
  public:
     virtual ~PairMethod() = default;
 
-    /// What the new poses cost before anything is asked.
+    /// Work on new poses before any query.
     virtual void update(const BenchPose& a, const BenchPose& b) = 0;
 
-    /// Face pairs that intersect, sorted by (a, b), without repeats. Valid until the next call.
+    /// The intersecting face pairs, sorted by (a, b), without repeats. Valid until the next call.
     virtual std::span<const FacePair> query() = 0;
 };
 
-/// A method by name, and how to set it up for a body.
+/// A named method and a function that sets it up for a body.
 struct PairMethodEntry {
     std::string name;
-    bool exact = true;         // finds all pairs, always
-    bool reads_nodes = false;  // and not the surface, whose positions it makes where it needs them
-    std::function<std::unique_ptr<PairMethod>(const BenchBody&)> make;  // the body lasts as long as it
-    bool answers = true;  // false: it only shows what something costs
+    bool exact = true;         // always finds all pairs
+    bool reads_nodes = false;  // reads tet nodes and computes surface positions as needed
+    std::function<std::unique_ptr<PairMethod>(const BenchBody&)> make;  // the body outlives the method
+    bool answers = true;  // false: finds no pairs, only measures a cost
 };
 
 }  // namespace nbd

@@ -11,7 +11,7 @@ namespace {
 using Point = Eigen::Map<const Eigen::Array4f>;
 using TwoPoints = Eigen::Array<float, 8, 1>;
 
-/// Two points in one vector. Eigen would go by way of memory.
+/// Loads two points into one vector, without Eigen's detour through memory.
 TwoPoints two_points(const float* first, const float* second) noexcept {
     TwoPoints points;
 #ifdef __AVX__
@@ -37,7 +37,7 @@ void PointBoxes::add(std::span<const int> points) {
 Box PointBoxes::box(int list, const float* x) const noexcept {
     const auto i = static_cast<std::size_t>(list);
     const int *p = floats_.data() + (i == 0 ? 0 : ends_[i - 1]), *end = floats_.data() + ends_[i];
-    // Several minima side by side, since each would wait for the one before.
+    // Several independent minima, so that none waits for the one before.
     constexpr int chains = 4;
     constexpr float inf = std::numeric_limits<float>::infinity();
     TwoPoints lo[chains], hi[chains];

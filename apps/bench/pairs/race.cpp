@@ -19,13 +19,13 @@ using Clock = std::chrono::steady_clock;
 
 double microseconds(Clock::duration time) { return std::chrono::duration<double, std::micro>(time).count(); }
 
-/// A scene on one surface.
+/// A scene on one surface, with its reference pairs.
 struct Stage {
     Vertices a, b;
     std::vector<FacePair> truth;
 };
 
-/// Where the simulator of this benchmark leaves its positions.
+/// The arrays that methods read, written as by a simulator.
 struct Stand {
     Vertices a, b, nodes_a, nodes_b;
 
@@ -69,7 +69,7 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
     }
     std::vector<double> update, query, total;
     const Clock::time_point started = Clock::now();
-    // The round before the first warms up, and is where answers are checked.
+    // Round 0 warms up and checks the answers.
     for (int round = 0; round <= config.rounds; ++round) {
         for (std::size_t s = 0; s < stages.size(); ++s) {
             stand.enter(stages[s], scenes[s]);
@@ -99,12 +99,12 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
     return row;
 }
 
-/// An exact method that does not answer as the others is an error in one of them, and no result.
+/// Throws if an exact method finds other pairs than the reference, since one of them must then be wrong.
 void check_answers(const RaceRow& row) {
     if (row.exact && row.failure.empty() && row.missed + row.invented > 0)
         throw std::runtime_error(
-            fmt::format("{} on {} faces missed {} face pairs and invented {}: it is not exact", row.method,
-                        row.faces, row.missed, row.invented));
+            fmt::format("{} on {} faces missed {} face pairs and found {} wrong ones: it is not exact",
+                        row.method, row.faces, row.missed, row.invented));
 }
 
 }  // namespace

@@ -11,34 +11,34 @@
 namespace nbd {
 
 struct RaceConfig {
-    int rounds = 15;         // over all scenes, of each method, at most
-    double max_seconds = 3;  // a method; rounds end when it is over, but one is always complete
+    int rounds = 15;         // maximum per method, each over all scenes
+    double max_seconds = 3;  // per method; no new round starts after it, but one round is always completed
 };
 
-/// What a method took for both bodies, medians over scenes and rounds, and how good its answers were.
+/// Times of a method for both bodies, medians over scenes and rounds, and the quality of its answers.
 struct RaceRow {
     std::string method;
-    bool exact = true, answers = true, reads_nodes = false;  // as PairMethodEntry
+    bool exact = true, answers = true, reads_nodes = false;  // as in PairMethodEntry
     int faces = 0;                                           // of each body
     int scenes = 0, rounds = 0;
     double update_us = 0, query_us = 0, total_us = 0;
-    double pairs = 0;               // mean a scene that intersect in truth
-    long missed = 0, invented = 0;  // pairs not found, and found that are none; over all scenes
-    std::size_t bytes = 0;          // that both bodies take beside positions, faces and the tree they share
-    std::string failure{};          // why a method could not be raced
+    double pairs = 0;               // intersecting pairs, mean per scene
+    long missed = 0, invented = 0;  // pairs not found, and wrong pairs; over all scenes
+    std::size_t bytes = 0;          // memory of both bodies, without positions, faces and the shared tree
+    std::string failure{};          // why a method could not run
 
     double recall() const { return pairs > 0 ? 1 - static_cast<double>(missed) / (pairs * scenes) : 1; }
 };
 
-/// Races methods on one body. Before each pose is timed it is written into the arrays that methods read from,
-/// as a simulator would; one thread, methods one after another, round after round over all scenes. Truth is
-/// what lazy boxes find. done: called after each method with its row. Throws
-/// std::runtime_error where an exact method answers otherwise.
+/// Times methods on one body. Before each timing, the pose is written to the arrays that methods read, as a
+/// simulator would do. One thread; methods one after another, round after round over all scenes. Lazy boxes
+/// give the reference pairs. done: called after each method with its row. Throws std::runtime_error if an
+/// exact method finds other pairs.
 std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEntry>& methods,
                           std::span<const TouchingScene> scenes, const RaceConfig& config,
                           const std::function<void(const RaceRow&)>& done);
 
-/// What a body's tree takes, with all bounds it has, bytes; 0: not known.
+/// Memory of a tree with all its bounds, bytes; 0 if unknown.
 std::size_t tree_bytes(const CollisionTree& tree);
 
 }  // namespace nbd

@@ -11,7 +11,7 @@
 namespace nbd {
 namespace {
 
-/// Total of the fastest exact method on the same faces that is given the same positions.
+/// Total time of the fastest exact method on the same surface that reads the same positions.
 double best_exact(std::span<const RaceRow> rows, const RaceRow& like) {
     double best = INFINITY;
     for (const RaceRow& row : rows)
@@ -21,7 +21,7 @@ double best_exact(std::span<const RaceRow> rows, const RaceRow& like) {
     return best;
 }
 
-/// Where a value stands in the list, at its end if it is new.
+/// Index of a value in the list; appends the value if it is new.
 template <class T>
 std::size_t add_once(std::vector<T>& list, const T& value) {
     const auto found = std::ranges::find(list, value);
@@ -104,7 +104,7 @@ Page to_page(std::span<const RaceTable> tables) {
 }
 
 Page figure5(std::span<const RaceRow> rows) {
-    Chart chart{.title = "Figure 5: time a frame, two bodies, one thread",
+    Chart chart{.title = "Figure 5: time per frame, two bodies, one thread",
                 .x_label = "faces of each body",
                 .y_label = "us",
                 .x_ticks = {},

@@ -28,12 +28,13 @@ std::vector<PairMethodEntry> methods_for(const BenchBody& body, const ScalingCon
     return methods;
 }
 
-/// So many threads of TBB's, that last as long as the executor.
+/// Executor on `threads` threads of TBB, which last as long as the executor.
 Executor on_threads(int threads) {
     if (threads == 1) return run_in_order;
     const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     if (static_cast<std::size_t>(threads) > most)
-        throw std::invalid_argument(fmt::format("a crowd on {} threads, but there are {}", threads, most));
+        throw std::invalid_argument(
+            fmt::format("cannot time a crowd on {} threads; allowed: 1 to {}", threads, most));
     const auto arena = std::make_shared<tbb::task_arena>(threads);
     return [arena](int count, const std::function<void(int)>& task) {
         arena->execute([&] { parallel_for(count, task, 1); });
@@ -67,7 +68,7 @@ CrowdRow time_crowd(const std::string& method, int threads, Crowd& crowd, std::s
     return row;
 }
 
-/// A line a method, of the points that rows give.
+/// Chart with one line per method, from the points of the rows.
 template <class Row, class Name, class Place>
 Chart lines(std::span<const Row> rows, const Name& name, const Place& place) {
     Chart chart{.title = {},
@@ -149,7 +150,7 @@ double crossover(std::span<const DepthRow> rows) {
         double exact = never, learned = never;
         for (const DepthRow& row : rows)
             if (row.depth == depth && row.race.failure.empty() &&
-                row.race.method != name(BoundKind::automatic))  // either of the two
+                row.race.method != name(BoundKind::automatic))  // which is one of the two
                 (row.race.exact ? exact : learned) =
                     std::min(row.race.exact ? exact : learned, row.race.total_us);
         if (!(exact < learned) || learned == never) break;
@@ -182,7 +183,7 @@ std::string to_csv(std::span<const CrowdRow> rows) {
 Page by_depth(std::span<const DepthRow> rows) {
     Chart chart = depth_lines(rows, [](const DepthRow& r) { return 100 * r.depth; });
     chart.title = "Depth of penetration";
-    chart.x_label = "how far one body goes on after they touch, % of the radius";
+    chart.x_label = "distance that one body moves on after first contact, % of the radius";
     chart.log_x = false;
     for (const DepthRow& row : rows)
         if (std::ranges::find(chart.x_ticks, 100 * row.depth) == chart.x_ticks.end())
@@ -194,7 +195,7 @@ Page by_depth(std::span<const DepthRow> rows) {
 Page by_pairs(std::span<const DepthRow> rows) {
     Chart chart = depth_lines(rows, [](const DepthRow& r) { return std::max(1.0, r.race.pairs); });
     chart.title = "Faces that touch";
-    chart.x_label = "pairs of faces that intersect";
+    chart.x_label = "intersecting face pairs";
     double most = 10;
     for (const DepthRow& row : rows) most = std::max(most, row.race.pairs);
     for (double tick = 1; tick < 10 * most; tick *= 10) chart.x_ticks.push_back(tick);

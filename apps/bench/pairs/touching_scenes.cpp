@@ -9,7 +9,7 @@
 namespace nbd {
 namespace {
 
-/// Nodes of a recorded frame and the surface they carry, about the surface's centre.
+/// Nodes and surface of a recorded frame, relative to the surface's centre.
 struct CentredPose {
     Vertices nodes, x;
 
@@ -22,7 +22,7 @@ struct CentredPose {
     }
 };
 
-/// How far the second body goes on until enough faces intersect, and how many do.
+/// How far the second body moves on until enough faces intersect, and their number of pairs.
 struct Overlap {
     float depth;
     int pairs;
@@ -40,7 +40,7 @@ std::optional<Overlap> find_overlap(Approach& approach, float touching, float ra
     return std::nullopt;
 }
 
-/// A draw, and how far apart its bodies are when they touch.
+/// A draw, and the distance of its bodies at first contact.
 struct Meeting {
     ContactPlacement placement;
     CentredPose a, b;
@@ -122,8 +122,9 @@ std::vector<TouchingScene> recorded_scenes(const BenchBody& coarse, const Record
     const auto& bodies = recording.trajectories();
     if (bodies.size() != 2 || bodies[0].frames != bodies[1].frames ||
         bodies[0].body_hash != coarse.surface.hash || bodies[1].body_hash != coarse.surface.hash)
-        throw std::runtime_error(fmt::format("{}: a recorded scene of two copies of the first body is needed",
-                                             recording.path().string()));
+        throw std::runtime_error(
+            fmt::format("{}: not a recorded scene; allowed: a scene of two copies of the first body",
+                        recording.path().string()));
     PosedTree a(coarse.tree, BoundKind::boxes), b(coarse.tree, BoundKind::boxes);
     PairQuery query;
     std::vector<TouchingScene> touching;
@@ -139,7 +140,7 @@ std::vector<TouchingScene> recorded_scenes(const BenchBody& coarse, const Record
         if (!query.within(a, b, distance).empty()) touching.push_back(std::move(scene));
     }
     if (touching.empty())
-        throw std::runtime_error(fmt::format("{}: no frame in which the bodies come within {:.3g} m",
+        throw std::runtime_error(fmt::format("{}: the bodies come within {:.3g} m in no frame",
                                              recording.path().string(), distance));
     const auto all = static_cast<int>(touching.size());
     if (all <= most) return touching;
@@ -158,7 +159,7 @@ std::vector<FrameId> unseen_frames(std::span<const BenchBody> bodies, const Reco
         std::erase_if(frames, [&](FrameId f) { return !std::ranges::binary_search(held_out, f); });
     }
     if (frames.empty())
-        throw std::runtime_error(fmt::format("{}: no trajectory was held out of the training of every tree",
+        throw std::runtime_error(fmt::format("{}: no trajectory was held out of the training of all trees",
                                              recording.path().string()));
     return frames;
 }
