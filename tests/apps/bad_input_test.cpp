@@ -62,7 +62,7 @@ class BadInputTest : public SmallFiles {
     static std::string here(const std::string& name) { return (folder() / name).string(); }
 };
 
-const std::string ours = "allowed: a file that nbdtree wrote";
+const std::string ours = "allowed: a file written by nbdtree";
 
 TEST_F(BadInputTest, CommandLine) {
     const std::string known =

@@ -29,7 +29,7 @@ TEST_F(ValidateTest, SaysEveryProblemOfEveryScene) {
               "good.json: valid\n"
               "bad.json: bodies[4]: unknown key \"velosity\"; the nearest known one is \"velocity\"\n"
               "bad.json: time.dt: must be a number, not \"small\"\n"
-              "bad.json: bodies[2]: none.h5: No such file or directory; allowed: a file that nbdtree wrote\n"
+              "bad.json: bodies[2]: none.h5: No such file or directory; allowed: a file written by nbdtree\n"
               "bad.json: bodies[3]: box.obj: tetrahedra are read from .msh, .mesh and .vtk, not from '.obj'\n"
               "bad.json: bodies[0].pins[0]: the region holds no node of the body\n"
               "bad.json: bodies[1]: overlaps bodies[0] at the start: 60 pairs of faces cross\n"
