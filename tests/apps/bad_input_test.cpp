@@ -157,7 +157,7 @@ TEST_F(BadInputTest, Files) {
         {{"mesh", "sheet.obj", "-o", "x.h5"}, 1, "sheet.obj: ..."},
         {{"mesh", "box.h5", "-o", "x.h5"},
          1,
-         "box.h5: unknown kind of surface file \".h5\": known are .obj .ply .stl .off .glb"},
+         "box.h5: unknown kind of surface file \".h5\"; allowed: .obj .ply .stl .off .glb"},
         {{"modes", "none.h5"}, 1, "none.h5: No such file or directory; " + ours},
         {{"modes", "dir"}, 1, "dir: is a folder; " + ours},
         {{"modes", "text.h5"}, 1, "text.h5: is not an HDF5 file; " + ours},
@@ -207,7 +207,7 @@ TEST_F(BadInputTest, PosesOfCollide) {
     const auto collide = [](const char* a) { return std::vector<std::string>{"collide", a, "box.obj"}; };
     expect_refused({
         {collide("tree.h5"), 1,
-         "tree.h5: unknown kind of surface file \".h5\": known are .obj .ply .stl .off .glb"},
+         "tree.h5: unknown kind of surface file \".h5\"; allowed: .obj .ply .stl .off .glb"},
         {collide("none.h5@box.obj"), 1, "none.h5: No such file or directory; " + ours},
         {collide("tree.h5@"), 1, "'tree.h5@': a name is empty; allowed: SURFACE or TREE.h5@POSE"},
         {collide("@box.obj"), 1, "'@box.obj': a name is empty; allowed: SURFACE or TREE.h5@POSE"},
