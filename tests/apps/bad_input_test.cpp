@@ -101,7 +101,7 @@ TEST_F(BadInputTest, Numbers) {
     expect_refused({
         {mesh("--nodes", "-3"), 2, "--nodes: Value -3 not in range 0 to 100000000"},
         {mesh("--nodes", "3"), 1,
-         "box.obj: 3 nodes are out of reach: a surface of 56 vertices allows about ..."},
+         "box.obj: 3 nodes are not possible; allowed for a surface of 56 vertices: about ..."},
         {mesh("--subdivide", "9"), 2, "--subdivide: Value 9 not in range 0 to 4"},
         {mesh("--subdivision", "butterfly"), 2, "--subdivision: butterfly not in {midpoint,loop}"},
         {mesh("--grading", "-1"), 2, "--grading: is '-1'; allowed: a number >= 0 and <= 2"},

@@ -177,7 +177,7 @@ const BrokenBody broken_bodies[] = {
      [](EditFile& f) { f.set("embedding/cols", 3, 9); }},
     {"weights of surface vertex 1 sum to 1.5; allowed: 1",
      [](EditFile& f) { f.set("embedding/values", 1, 1.5); }},
-    {"surface vertex 2 lies 1 m from where its weights put it",
+    {"surface vertex 2 lies 1 m away from its embedded position",
      [](EditFile& f) { f.set("embedding/cols", 2, 0); }},
     {"the SHA-256 of the content is",
      [](EditFile& f) { f.set("tets/nodes", 14, 0.34), f.set("surface/vertices", 14, 0.34); }},
