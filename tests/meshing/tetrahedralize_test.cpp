@@ -93,8 +93,8 @@ TEST(Tetrahedralize, NamesTheReachForANumberOfNodesOutOfIt) {
     const TriMesh surface = box(8);
     for (const int nodes : {1, 386, 20000, 2000000000}) {
         const std::string error = error_of(surface, {.nodes = nodes});
-        EXPECT_TRUE(error.starts_with(std::to_string(nodes) +
-                                      " nodes are not possible; allowed for a surface of 386 vertices: about "))
+        EXPECT_TRUE(error.starts_with(
+            std::to_string(nodes) + " nodes are not possible; allowed for a surface of 386 vertices: about "))
             << error;
     }
 }
