@@ -249,7 +249,7 @@ TEST_F(BadInputTest, Scenes) {
         {{"simulate", "dir", "-o", "x.h5"}, 1, "dir: cannot read the scene: it is a folder"},
         {{"simulate", "/dev/zero", "-o", "x.h5"},
          1,
-         "/dev/zero: cannot read the scene: it is a device or the like; allowed: a file"},
+         "/dev/zero: cannot read the scene: it is a special file; allowed: a regular file"},
     });
     write("good.json", R"({"bodies": [{"body": "box.h5"}]})");
     const auto simulate = [](const char* output, const char* option, const char* value) {
