@@ -13,10 +13,10 @@ struct EmbedConfig {
 
 /// Barycentric weights of each point in its tetrahedron, or in the nearest one if it is outside all. A point
 /// exactly on a node uses only that node; a point in several tetrahedra uses the one where it lies deepest.
-/// The points follow every affine motion of the nodes to rounding. points: [n, 3]. Returns W, [n, nodes], at
-/// most four weights per row. Throws std::invalid_argument for bad tetrahedra (index out of range,
-/// non-positive volume), a non-finite point, or points too far outside (naming the first, its distance, and
-/// their number).
+/// The points follow every affine motion of the nodes to rounding.
+/// points: [n, 3]. Returns W, [n, nodes], at most four weights per row.
+/// Throws std::invalid_argument for bad tetrahedra (index out of range, non-positive volume), a non-finite
+/// point, or points too far outside (naming the first, its distance, and their number).
 Embedding embed(const TetMesh& tets, NodesRef points, const EmbedConfig& config = {});
 
 }  // namespace nbd

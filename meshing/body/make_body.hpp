@@ -12,10 +12,10 @@ namespace nbd {
 TriMesh boundary_surface(const TetMesh& tets);
 
 /// Makes a body. Its collision surface is `surface` subdivided `levels` times and embedded in the tetrahedra;
-/// its faces keep their order (see subdivide()). The body has no modes yet. surface: closed, in or near the
-/// tetrahedra, such as the input of tetrahedralize(). levels: 0 to 4. Throws std::invalid_argument for a
-/// material out of range, a surface that check_surface() rejects or that lies too far outside the tetrahedra
-/// (see embed()), and other levels.
+/// its faces keep their order (see subdivide()). The body has no modes yet.
+/// surface: closed, in or near the tetrahedra, such as the input of tetrahedralize(). levels: 0 to 4.
+/// Throws std::invalid_argument for a material out of range, a surface that check_surface() rejects or that
+/// lies too far outside the tetrahedra (see embed()), and other levels.
 Body make_body(std::string name, const TriMesh& surface, TetMesh tets, const Material& material = {},
                int levels = 0, SubdivisionScheme scheme = SubdivisionScheme::midpoint);
 

@@ -12,8 +12,9 @@ namespace nbd {
 /// legacy VTK .vtk (text or binary). The result is finite, every tetrahedron has positive volume (negative
 /// ones are flipped), a face has at most two tetrahedra, and every node belongs to a tetrahedron (others are
 /// dropped; the rest keep their order). Points, lines and surface cells in the file are skipped; other volume
-/// cells are an error. notes: if given, receives one line for each kind of repair or omission. Throws a
-/// one-line std::runtime_error (path, place, reason) for anything else, including truncated files.
+/// cells are an error.
+/// notes: if given, receives one line for each kind of repair or omission.
+/// Throws a one-line std::runtime_error (path, place, reason) for anything else, including truncated files.
 TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 
 }  // namespace nbd

@@ -16,8 +16,8 @@ struct TetFileContent {
 };
 
 /// Parsers of the formats. Each throws std::runtime_error as FileCursor does. A volume cell other than a
-/// 4-node tetrahedron is an error, because skipping it would leave a hole. gmsh .msh, versions 2.x and 4.1,
-/// text or binary.
+/// 4-node tetrahedron is an error, because skipping it would leave a hole.
+/// gmsh .msh, versions 2.x and 4.1, text or binary.
 TetFileContent read_gmsh(FileCursor& in);
 /// Medit .mesh, text, ended by the keyword End.
 TetFileContent read_medit(FileCursor& in);

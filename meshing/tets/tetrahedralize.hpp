@@ -21,7 +21,8 @@ struct TetrahedralizeResult {
 
 /// Fills a surface with tetrahedra by gmsh. The nodes start with surface.X bit for bit, the oriented boundary
 /// faces are exactly surface.F, and every tetrahedron has positive volume. The same input gives the same
-/// bits. surface: finite, closed, manifold, oriented outward, no self-intersections (see check_surface()).
+/// bits.
+/// surface: finite, closed, manifold, oriented outward, no self-intersections (see check_surface()).
 /// Throws std::invalid_argument for a bad config or an unreachable number of nodes (naming the reachable
 /// range), std::runtime_error if gmsh fails.
 TetrahedralizeResult tetrahedralize(const TriMesh& surface, const TetrahedralizeConfig& config = {});

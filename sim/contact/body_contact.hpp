@@ -21,8 +21,9 @@ class BodyContactFinder {
     BodyContactFinder(int body_a, int body_b) : body_a_(body_a), body_b_(body_b) {}
 
     /// Appends every contact once, in an order that depends only on the pairs; stiffness and friction stay
-    /// zero. pairs: sorted, without repeats, with every pair within reach.most(); pairs farther apart do no
-    /// harm. moved: maximum approach of the bodies since the last call, metres.
+    /// zero.
+    /// pairs: sorted, without repeats, with every pair within reach.most(); pairs farther apart do no harm.
+    /// moved: maximum approach of the bodies since the last call, metres.
     void find(const ContactSurface& a, const ContactSurface& b, std::span<const FacePair> pairs,
               const ContactReach& reach, double moved, std::vector<Contact>& contacts);
 

@@ -4,8 +4,7 @@
 
 namespace nbd {
 
-/// One backward Euler step of a single body as a minimisation over its end velocities v, [N, 3]. The gradient
-/// of
+/// One backward Euler step of a body as a minimisation over its end velocities v, [N, 3]. The gradient of
 ///
 ///   P(v) = 1/2 |v - v0|^2_M + E(x0 + dt v) - dt v.(M g + f_outer) + dt/2 (alpha |v|^2_M + beta |v|^2_K)
 ///
