@@ -47,8 +47,7 @@ std::vector<std::array<int, 3>> triangulate_polygon(NodesRef X, std::span<const 
         };
         std::size_t ear = 0;
         while (ear < n && !is_ear(ear)) ++ear;
-        if (ear == n)
-            ear = 1;  // not a simple polygon: any cut will do; 1 makes a fan around the first corner
+        if (ear == n) ear = 1;  // not simple: any cut will do; 1 makes a fan around the first corner
         triangles.push_back({ring[(ear + n - 1) % n].vertex, ring[ear].vertex, ring[(ear + 1) % n].vertex});
         ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(ear));
     }

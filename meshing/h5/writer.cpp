@@ -133,8 +133,7 @@ Writer::Writer(const std::filesystem::path& path, const Format& format)
         const Handle access(H5Pcreate(H5P_FILE_ACCESS)), creation = without_times(H5P_FILE_CREATE);
         set_file_driver(access.get(), impl_->driven);
         H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
-        H5Pset_libver_bounds(access.get(), H5F_LIBVER_LATEST,
-                             H5F_LIBVER_LATEST);  // newest layout: checksummed metadata
+        H5Pset_libver_bounds(access.get(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);  // checksummed metadata
         impl_->file =
             Handle(H5Fcreate(impl_->temporary.path().c_str(), H5F_ACC_TRUNC, creation.get(), access.get()));
         impl_->check(static_cast<bool>(impl_->file), "/");

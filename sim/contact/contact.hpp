@@ -34,9 +34,8 @@ struct ContactReach {
 
 /// Settings of the contact response. The defaults suit soft solids of any size.
 struct ContactConfig {
-    double stiffness_scale =
-        1;                  // stiffness of a contact layer of thickness `thickness`, relative to the body's
-    double friction = 0.5;  // Coulomb's coefficient between bodies; obstacles have their own
+    double stiffness_scale = 1;  // stiffness of a layer of `thickness`, relative to the body
+    double friction = 0.5;       // Coulomb's coefficient between bodies; obstacles have their own
     double thickness = 0;  // distance at which contact begins, metres; 0: 1 % of the smallest body's diagonal
     double damping = 2e-3;  // damping coefficient over stiffness, seconds
     double slip_velocity =

@@ -47,10 +47,9 @@ struct RecipeRanges {
         bool operator==(const Force&) const = default;
     } force{};
     struct Floor {
-        Range gap{0.015, 0.04};  // distance below the body at the start
-        Range sag{0.02, 0.06},
-            fall_speed{0.1, 0.25};  // sag: strain by the body's weight; fall_speed: of a drop
-        double under_thrown = 0.5;  // share of the kind `thrown` with a floor, in [0, 1]
+        Range gap{0.015, 0.04};                        // distance below the body at the start
+        Range sag{0.02, 0.06}, fall_speed{0.1, 0.25};  // sag: strain by the body's weight
+        double under_thrown = 0.5;                     // share of the kind `thrown` with a floor, in [0, 1]
         bool operator==(const Floor&) const = default;
     } floor{};
     struct Hands {

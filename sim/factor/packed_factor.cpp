@@ -111,8 +111,7 @@ std::vector<int> PackedFactor::cut(const SupernodalFactor& factor) {
 PackedFactor::PackedFactor(const SupernodalFactor& factor)
     : size_(static_cast<int>(factor.permutation.size())), scale_(factor.permutation.size()) {
     const std::vector<int> branch = cut(factor);
-    std::vector<int> sequence,
-        place(factor.permutation.size());  // order of supernodes; new place of each column
+    std::vector<int> sequence, place(factor.permutation.size());  // supernodes in order; places of columns
     for (int part = 0; part <= shares; ++part) {
         Branch range{.begin = static_cast<int>(sequence.size())};
         for (int s = 0; s < static_cast<int>(branch.size()); ++s)

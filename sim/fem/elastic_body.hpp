@@ -36,9 +36,8 @@ struct ElementPose {
 
 /// Mean rotation of the elements around each node.
 struct NodeRotations {
-    std::vector<Eigen::Matrix3f>
-        R;                      // [N] rotation nearest to the mean of the elements' R, weighted by stiffness
-    std::vector<float> spread;  // [N] mean norm of the elements' R minus this R, same weights
+    std::vector<Eigen::Matrix3f> R;  // [N] rotation nearest to the stiffness-weighted mean of the elements' R
+    std::vector<float> spread;       // [N] mean norm of the elements' R minus this R, same weights
 };
 
 /// Corotated linear elasticity on linear tetrahedra [MuellerGross04], in double precision.

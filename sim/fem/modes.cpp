@@ -19,8 +19,7 @@ namespace nbd {
 namespace {
 
 constexpr int rigid_count = 6;
-constexpr double zero_eigenvalue =
-    1e-12;  // times the largest eigenvalue; rounding stays below, elastic modes above
+constexpr double zero_eigenvalue = 1e-12;  // times the largest one; rounding stays below, elastic modes above
 constexpr double shift_below_zero = 1e-8;  // times the largest eigenvalue; keeps K - sigma M well conditioned
 
 // Entry i of a random vector with entries in [-1, 1).

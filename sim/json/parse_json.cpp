@@ -84,8 +84,7 @@ nlohmann::json parse_json(std::string_view text) {
             what = what.substr(what.find("syntax error"));
         std::ranges::replace(what, '\n', ' ');
         throw std::invalid_argument(fmt::format("line {}, column {}: {}", line, column, what));
-    } catch (
-        const nlohmann::json::out_of_range& error) {  // a number beyond the range of double; has no position
+    } catch (const nlohmann::json::out_of_range& error) {  // a number beyond double; has no position
         const std::string_view what = error.what();
         throw std::invalid_argument(std::string(what.substr(std::min(what.find("] "), what.size() - 2) + 2)));
     }

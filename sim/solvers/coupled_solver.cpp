@@ -11,8 +11,7 @@ namespace {
 constexpr float unlike = 0.2F;        // a node with a larger spread of rotations joins the patch
 constexpr int layers = 2;             // layers of nodes added around the patch
 constexpr int stale_iterations = 20;  // a factorisation costs more than this many iterations
-constexpr double most_of_it =
-    0.5;  // maximum share of the nodes in a patch; above it the whole system is factorised
+constexpr double most_of_it = 0.5;    // maximum share of nodes in a patch; above it all are factorised
 
 /// Adds the nodes that share a block with a node inside.
 void grow(const CoupledSystem& system, std::vector<char>& inside) {

@@ -18,9 +18,8 @@ namespace nbd {
 
 /// Limits beyond which a simulation has failed.
 struct FailureLimits {
-    double inverted_share =
-        1;                // share of inverted tetrahedra; 1 by default, because crushed tetrahedra recover
-    double stretch = 10;  // maximum Frobenius norm of a deformation gradient
+    double inverted_share = 1;  // share of inverted tetrahedra; 1: any, as crushed ones recover
+    double stretch = 10;        // maximum Frobenius norm of a deformation gradient
 };
 
 /// Settings of a step's solve.
@@ -42,32 +41,29 @@ struct WorldConfig {
 /// A body to add to a world.
 struct WorldBody {
     std::shared_ptr<const ElasticBody> elastic;
-    Embedding W;  // [surface vertices, tet nodes]
-    Faces F;      // surface faces
-    std::shared_ptr<const CollisionTree>
-        tree{};  // tree over W, F; null: contacts with obstacles only, not with bodies
+    Embedding W;                                  // [surface vertices, tet nodes]
+    Faces F;                                      // surface faces
+    std::shared_ptr<const CollisionTree> tree{};  // over W, F; null: contacts with obstacles only
     BoundKind bounds = BoundKind::exact;
-    std::optional<float>
-        margin{};       // relative margin of the tree's spheres; nullopt: the default of PosedTree
-    BodyState state{};  // empty x: at rest in the rest pose
+    std::optional<float> margin{};  // of the tree's spheres, relative; nullopt: PosedTree's default
+    BodyState state{};              // empty x: at rest in the rest pose
     std::vector<Grip> grips{};
 };
 
 /// Report of a step. Counts and costs are sums over all sub-steps, rejected ones included; contacts are those
 /// of the last sub-step; energies, elements and penetration are those at the end.
 struct WorldReport {
-    double time = 0;         // end of the step, seconds
-    int contacts = 0;        // number of pressing contacts
-    long face_pairs = 0;     // close face pairs of two bodies that were examined
-    long nodes_bounded = 0;  // spheres of collision trees that were computed
-    long nodes_out_of_range =
-        0;                      // those computed exactly because their input was out of the calibrated range
-    double update_us = 0;       // time to start the poses of the trees, microseconds
-    double collision_us = 0;    // time of the queries for face pairs, microseconds
-    int substeps = 0;           // number of equal parts of the step
-    int newton_iterations = 0;  // linearisations of elasticity
-    double assemble_us = 0;     // time to assemble the linear systems, microseconds
-    double solve_us = 0;        // time of the linear solves, settling contacts included, microseconds
+    double time = 0;              // end of the step, seconds
+    int contacts = 0;             // number of pressing contacts
+    long face_pairs = 0;          // close face pairs of two bodies that were examined
+    long nodes_bounded = 0;       // spheres of collision trees that were computed
+    long nodes_out_of_range = 0;  // those bounded exactly: input out of the calibrated range
+    double update_us = 0;         // time to start the poses of the trees, microseconds
+    double collision_us = 0;      // time of the queries for face pairs, microseconds
+    int substeps = 0;             // number of equal parts of the step
+    int newton_iterations = 0;    // linearisations of elasticity
+    double assemble_us = 0;       // time to assemble the linear systems, microseconds
+    double solve_us = 0;          // time of the linear solves, settling contacts included, microseconds
     int patch_nodes = 0;        // maximum number of nodes solved exactly in a linear solve; see CoupledSolver
     int solver_iterations = 0;  // conjugate gradient iterations
     bool solver_converged = true;
