@@ -132,8 +132,7 @@ void check_filled(const TriMesh& surface, const TetMesh& tets) {
     if (oriented_set(boundary_faces(tets)) != oriented_set(surface.F))
         throw std::runtime_error(
             "gmsh did not keep the surface's triangles as the boundary; check for nested shells and faces "
-            "oriented "
-            "inward");
+            "oriented inward");
 }
 
 }  // namespace
