@@ -62,7 +62,7 @@ class BadInputTest : public SmallFiles {
     static std::string here(const std::string& name) { return (folder() / name).string(); }
 };
 
-const std::string ours = "allowed: a file that nbdtree wrote";
+const std::string ours = "allowed: a file written by nbdtree";
 
 TEST_F(BadInputTest, CommandLine) {
     const std::string known =
@@ -101,7 +101,7 @@ TEST_F(BadInputTest, Numbers) {
     expect_refused({
         {mesh("--nodes", "-3"), 2, "--nodes: Value -3 not in range 0 to 100000000"},
         {mesh("--nodes", "3"), 1,
-         "box.obj: 3 nodes are out of reach: a surface of 56 vertices allows about ..."},
+         "box.obj: 3 nodes are not possible; allowed for a surface of 56 vertices: about ..."},
         {mesh("--subdivide", "9"), 2, "--subdivide: Value 9 not in range 0 to 4"},
         {mesh("--subdivision", "butterfly"), 2, "--subdivision: butterfly not in {midpoint,loop}"},
         {mesh("--grading", "-1"), 2, "--grading: is '-1'; allowed: a number >= 0 and <= 2"},
@@ -157,7 +157,7 @@ TEST_F(BadInputTest, Files) {
         {{"mesh", "sheet.obj", "-o", "x.h5"}, 1, "sheet.obj: ..."},
         {{"mesh", "box.h5", "-o", "x.h5"},
          1,
-         "box.h5: unknown kind of surface file \".h5\": known are .obj .ply .stl .off .glb"},
+         "box.h5: unknown kind of surface file \".h5\"; allowed: .obj .ply .stl .off .glb"},
         {{"modes", "none.h5"}, 1, "none.h5: No such file or directory; " + ours},
         {{"modes", "dir"}, 1, "dir: is a folder; " + ours},
         {{"modes", "text.h5"}, 1, "text.h5: is not an HDF5 file; " + ours},
@@ -207,7 +207,7 @@ TEST_F(BadInputTest, PosesOfCollide) {
     const auto collide = [](const char* a) { return std::vector<std::string>{"collide", a, "box.obj"}; };
     expect_refused({
         {collide("tree.h5"), 1,
-         "tree.h5: unknown kind of surface file \".h5\": known are .obj .ply .stl .off .glb"},
+         "tree.h5: unknown kind of surface file \".h5\"; allowed: .obj .ply .stl .off .glb"},
         {collide("none.h5@box.obj"), 1, "none.h5: No such file or directory; " + ours},
         {collide("tree.h5@"), 1, "'tree.h5@': a name is empty; allowed: SURFACE or TREE.h5@POSE"},
         {collide("@box.obj"), 1, "'@box.obj': a name is empty; allowed: SURFACE or TREE.h5@POSE"},
@@ -249,7 +249,7 @@ TEST_F(BadInputTest, Scenes) {
         {{"simulate", "dir", "-o", "x.h5"}, 1, "dir: cannot read the scene: it is a folder"},
         {{"simulate", "/dev/zero", "-o", "x.h5"},
          1,
-         "/dev/zero: cannot read the scene: it is a device or the like; allowed: a file"},
+         "/dev/zero: cannot read the scene: it is a special file; allowed: a regular file"},
     });
     write("good.json", R"({"bodies": [{"body": "box.h5"}]})");
     const auto simulate = [](const char* output, const char* option, const char* value) {

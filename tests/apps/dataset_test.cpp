@@ -149,7 +149,7 @@ TEST_F(DatasetTest, DamagedAndMissingFilesAreMadeAnew) {
     EXPECT_EQ(trained.err,
               "nbdtree: error: damaged/data.h5: a part of it cannot be read: "
               "damaged/data.shards/000004-000007.h5: No such "
-              "file or directory; allowed: a file that nbdtree wrote\n");
+              "file or directory; allowed: a file written by nbdtree\n");
 
     const Ran again = run(folder(), command("damaged"));
     EXPECT_EQ(again.status, 0);

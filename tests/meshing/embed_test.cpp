@@ -108,9 +108,9 @@ TEST(Embed, RefusesBadInput) {
     bad = good;
     std::swap(bad.T(3, 0), bad.T(3, 1));
     EXPECT_EQ(error_of([&] { embed(bad, point); }),
-              "tetrahedron 3 has volume -0.166667 m3 where more than 0 is needed");
+              "tetrahedron 3 has volume -0.166667 m3; allowed: more than 0");
     EXPECT_EQ(error_of([&] { embed(good, point, {.max_distance = -1}); }),
-              "the largest distance from the tetrahedra is -1, but must be finite and not negative");
+              "the maximum distance from the tetrahedra is -1; allowed: finite and 0 or more");
     point(0, 1) = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(error_of([&] { embed(good, point); }), "vertex 0 at (0.5, nan, 0.5) is not finite");
 }

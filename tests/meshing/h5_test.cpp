@@ -43,12 +43,12 @@ TEST_F(H5Test, VirtualDatasetsSayWhereTheirNumbersLie) {
     EXPECT_EQ(source->dataset, "/deep/numbers");
     EXPECT_EQ(view.check("numbers", Type::float32, {any, 6}), (Shape{100, 6}));
     EXPECT_EQ(Reader(folder / source->file).read<float>(source->dataset, {100, 6}), numbers);
-    EXPECT_EQ(
-        error_of([&] {
-            view.read<float>("numbers", {100, 6});
-        }),
-        (folder / "view.h5").string() +
-            ": the numbers of virtual dataset 'numbers' lie in another file; allowed: to read them there");
+    EXPECT_EQ(error_of([&] {
+                  view.read<float>("numbers", {100, 6});
+              }),
+              (folder / "view.h5").string() +
+                  ": virtual dataset 'numbers' stores its numbers in another file; allowed: reading that "
+                  "file instead");
     EXPECT_NE(inspect(folder / "view.h5").find("numbers: float32 100 x 6 -> source.h5:/deep/numbers"),
               std::string::npos);
 
@@ -144,7 +144,7 @@ TEST_F(H5Test, HashesWhatIsStored) {
 TEST_F(H5Test, RefusesWhatIsNoFileOfOurs) {
     const auto path = folder / "a.h5";
     const auto error = [&] { return error_of([&] { Reader(path, format); }); };
-    const std::string ours = "; allowed: a file that nbdtree wrote";
+    const std::string ours = "; allowed: a file written by nbdtree";
     EXPECT_EQ(error(), path.string() + ": No such file or directory" + ours);
     test::write_bytes(path, "");
     EXPECT_EQ(error(), path.string() + ": is empty" + ours);

@@ -39,7 +39,7 @@ TEST_F(InspectTest, ListsAllThatAFileHolds) {
          {"\n  @units = m, s, kg\n", "\n  @program_version = ", "\na/\n  @seed = 18446744073709551615\n",
           "\n  @young = 0.5\n", "\n  x: float64 3\n", "\n  b/\n    cells: int32 40000 x 2\n",
           "\nagain -> /a/b\n", "\nrecipe: \"{ rrr", "... (503 bytes)\"\n",
-          "\nbody_sha256 is that of the content\n",
+          "\nbody_sha256 matches the content\n",
           "\nwhole: 3 datasets, 320527 bytes of numbers and texts, every checksum verified\n"})
         EXPECT_NE(text.find(line), std::string::npos) << line << "is not in\n" << text;
 }
@@ -63,12 +63,12 @@ TEST_F(InspectTest, RefusesABodyThatHasAnotherHash) {
     test::EditFile(path).set("a/x", 1, 2.5);
     const std::string error = error_of([&] { inspect(path); });
     test::expect_clear(error, path);
-    EXPECT_NE(error.find("its content has SHA-256 "), std::string::npos) << error;
+    EXPECT_NE(error.find("the SHA-256 of the content is "), std::string::npos) << error;
 }
 
 TEST_F(InspectTest, RefusesWhatIsNoFileOfOurs) {
     EXPECT_EQ(error_of([&] { inspect(folder); }),
-              folder.string() + ": is a folder; allowed: a file that nbdtree wrote");
+              folder.string() + ": is a folder; allowed: a file written by nbdtree");
 }
 
 }  // namespace

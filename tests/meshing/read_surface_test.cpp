@@ -138,8 +138,8 @@ TEST(ReadSurface, RefusesWhatIsNoSurfaceFileInOneLine) {
         {folder / "missing.obj", "missing.obj: no such file"},
         {folder / "", ": is a directory, not a surface file"},
         {folder.write("a.xyz", good),
-         "a.xyz: unknown kind of surface file \".xyz\": known are .obj .ply .stl .off .glb"},
-        {folder.write("none", good), "none: unknown kind of surface file \"\": known are .obj"},
+         "a.xyz: unknown kind of surface file \".xyz\"; allowed: .obj .ply .stl .off .glb"},
+        {folder.write("none", good), "none: unknown kind of surface file \"\"; allowed: .obj"},
         {folder.write("empty.obj", ""), "empty.obj: the file is empty"},
         {folder.write("points.obj", "# only points\nv 0 0 0\nv 1 0 0\nv 0 1 0\n"), "points.obj: "},
         {folder.write("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\n"), "no faces in the file"},
@@ -175,7 +175,7 @@ TEST(ReadSurface, SaysWhatIsWrongInAPlyFile) {
         {with("property float z\n", ""), "no vertex property \"z\""},
         {with("vertex_indices", "corners"), "no face property \"vertex_indices\""},
         {with("end_header\n", ""), "unknown keyword"},
-        {with("element vertex 4\n", ""), "a property before the first element"},
+        {with("element vertex 4\n", ""), "a property comes before the first element"},
         {with("face 4", "face 5"), "the file ends early, in face 4 of 5"},
         {with("face 4", "face 0"), "no faces in the file"},
         {with("3 0", "3 9"), "face 0 refers to vertex 9, but the file has 4 vertices"},
@@ -194,7 +194,7 @@ TEST(ReadSurface, SaysWhatIsWrongInAnOffFile) {
     const TemporaryFolder folder;
     const std::vector<std::pair<std::string, std::string>> cases = {
         {"3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "does not start with \"OFF\""},
-        {"4OFF\n3 1 0\n", "\"4OFF\" is not of three dimensions"},
+        {"4OFF\n3 1 0\n", "\"4OFF\" is not three-dimensional"},
         {"OFF\n# nothing else\n", "the file ends early, before the counts"},
         {"OFF BINARY\n", "the header: \"BINARY\" is not a number"},
         {"OFF\n3 999999999 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "ends early, before face 1 of 999999999"},
@@ -289,7 +289,7 @@ TEST(WriteSurface, LeavesNothingBehindWhereItFails) {
     const TemporaryFolder folder;
     const TriMesh mesh = tetrahedron();
     EXPECT_EQ(error_of([&] { write_surface(folder / "a.fbx", mesh.X, mesh.F); }),
-              (folder / "a.fbx").string() + ": surfaces are written as .obj or .ply");
+              (folder / "a.fbx").string() + ": unknown kind of surface file; allowed: .obj .ply");
     EXPECT_EQ(
         error_of([&] { write_surface(folder / "no/a.obj", mesh.X, mesh.F); }),
         (folder / "no/a.obj").string() + ": cannot create a file in this folder: No such file or directory");

@@ -99,7 +99,7 @@ TEST_F(ReadTets, RefusesBadGmshFiles) {
     EXPECT_THAT(error_of(".msh", ""), EndsWith(".msh, line 1: the file ends early"));
     EXPECT_THAT(error_of(".msh", "solid cube\n"), EndsWith("line 1: expected $MeshFormat, found 'solid'"));
     EXPECT_THAT(error_of(".msh", with(good, "2.2", "4")),
-                EndsWith("line 2: version 4 is not supported, only 2.x and 4.1"));
+                EndsWith("line 2: version 4 is not supported; allowed: 2.x and 4.1"));
     EXPECT_THAT(error_of(".msh", with(good, "$Nodes\n8", "$Nodes\n80000000")),
                 HasSubstr("claims 80000000 nodes, but at most"));
     EXPECT_THAT(error_of(".msh", with(good, "$Nodes\n8", "$Nodes\n-8")), HasSubstr("claims -8 nodes"));
@@ -107,7 +107,7 @@ TEST_F(ReadTets, RefusesBadGmshFiles) {
                 HasSubstr("expected a number, found '1,1'"));
     EXPECT_THAT(error_of(".msh", with(good, "13 1.1", "10 1.1")), HasSubstr("node 10 occurs twice"));
     EXPECT_THAT(error_of(".msh", with(good, "4 2 7 7 10 13", "4 2 7 7 10 14")),
-                HasSubstr("tetrahedron 0 refers to node 14, which the file does not hold"));
+                HasSubstr("tetrahedron 0 refers to node 14, which is not in the file"));
     EXPECT_THAT(error_of(".msh", with(good, "2 4 2 7 7 ", "2 5 2 7 7 ")),
                 HasSubstr("a volume element of type 5 with 8 nodes; only 4-node tetrahedra are allowed"));
     EXPECT_THAT(error_of(".msh", with(good, "2 4 2 7 7 ", "2 77 2 7 7 ")),
@@ -121,9 +121,9 @@ TEST_F(ReadTets, RefusesBadGmshFiles) {
 TEST_F(ReadTets, RefusesBadMeditFiles) {
     const std::string good = medit_text(cube());
     EXPECT_THAT(error_of(".mesh", with(good, "Dimension\n3", "Dimension\n2")),
-                HasSubstr("dimension is 2, allowed is 3"));
+                HasSubstr("dimension is 2; allowed: 3"));
     EXPECT_THAT(error_of(".mesh", with(good, "1 2 4 8 1", "1 2 4 9 1")),
-                HasSubstr("tetrahedron 0 refers to node 9, allowed are 1 to 8"));
+                HasSubstr("tetrahedron 0 refers to node 9; allowed: 1 to 8"));
     EXPECT_THAT(error_of(".mesh", with(good, "1 2 4 8 1", "0 2 4 8 1")),
                 HasSubstr("tetrahedron 0 refers to node 0"));
     EXPECT_THAT(error_of(".mesh", with(good, "End", "Hexahedra\n1\n1 2 3 4 5 6 7 8 0\nEnd")),
@@ -140,10 +140,10 @@ TEST_F(ReadTets, RefusesBadVtkFiles) {
                 HasSubstr("line 4: expected UNSTRUCTURED_GRID, found 'POLYDATA'"));
     EXPECT_THAT(error_of(".vtk", with(good, "double", "int")), HasSubstr("points must be float or double"));
     EXPECT_THAT(error_of(".vtk", with(good, "4 0 1 3 7", "4 0 1 3 8")),
-                HasSubstr("cell 1 refers to point 8, allowed are 0 to 7"));
+                HasSubstr("cell 1 refers to point 8; allowed: 0 to 7"));
     EXPECT_THAT(error_of(".vtk", with(good, "5 10", "5 24")), HasSubstr("cell 1 is a volume of type 24"));
     EXPECT_THAT(error_of(".vtk", with(good, "5 10", "5 1")),
-                HasSubstr("cell 1 of type 1 has 4 corners, allowed are 1"));
+                HasSubstr("cell 1 of type 1 has 4 corners; allowed: 1"));
     EXPECT_THAT(error_of(".vtk", with(good, "CELL_TYPES 7", "CELL_TYPES 6")),
                 HasSubstr("6 cell types for 7 cells"));
     EXPECT_THAT(error_of(".vtk", with(vtk_5_text(cube()), "0 3 7", "0 9 7")),
@@ -161,7 +161,7 @@ TEST_F(ReadTets, RefusesBadGeometry) {
     TetMesh twice = cube();
     twice.T.row(5) = twice.T.row(0);
     EXPECT_THAT(error_of(".msh", gmsh_4_text(twice)),
-                EndsWith(": tetrahedra 0 and 5 lie on the same side of the face they share: they overlap"));
+                EndsWith(": tetrahedra 0 and 5 overlap: they lie on the same side of their shared face"));
     EXPECT_THAT(error_of(".obj", ""),
                 EndsWith("tetrahedra are read from .msh, .mesh and .vtk, not from '.obj'"));
     EXPECT_THROW(read_tets("/no/such/file.msh"), std::runtime_error);

@@ -100,7 +100,7 @@ TEST(SolidBoundary, TurnsAnInsideOutSurface) {
     const auto [solid, report] = make_solid_boundary(turned(mesh, 0, 320));
     EXPECT_EQ(solid.F, mesh.F);
     EXPECT_EQ(report.turned_faces, 320);
-    EXPECT_NE(describe(report).find("; turned every face, the surface was inside out"), std::string::npos);
+    EXPECT_NE(describe(report).find("; turned every face: the surface was inside out"), std::string::npos);
 }
 
 TEST(SolidBoundary, MakesOrientationsAgree) {
@@ -159,11 +159,11 @@ TEST(SolidBoundary, NamesBadFaces) {
 
 TEST(SolidBoundary, NamesOpenEdges) {
     EXPECT_EQ(refusal(without_faces(tetrahedron(), 2, 1)),
-              "the surface is open: edge 1-2 at (1, 0, 0) belongs to face 0 alone; 3 open edges");
+              "the surface is open: edge 1-2 at (1, 0, 0) belongs only to face 0; 3 open edges");
     EXPECT_NE(refusal(without_faces(icosphere(2), 18, 2)).find("; 4 open edges"), std::string::npos);
     const TriMesh one = without_faces(tetrahedron(), 1, 3);
     EXPECT_EQ(refusal(one),
-              "the surface is open: edge 0-1 at (0, 0, 0) belongs to face 0 alone; 3 open edges");
+              "the surface is open: edge 0-1 at (0, 0, 0) belongs only to face 0; 3 open edges");
     // Not welded: every face stands alone.
     TriMesh unwelded = tetrahedron();
     unwelded.X = Nodes(12, 3);
@@ -176,23 +176,22 @@ TEST(SolidBoundary, NamesOpenEdges) {
 
 TEST(SolidBoundary, NamesEdgesOfMoreThanTwoFaces) {
     const auto fin = with_face(icosphere(1), icosphere(1).F(0, 0), icosphere(1).F(0, 1), 41);
-    EXPECT_NE(refusal(fin).find("where a solid's edge has 2; "), std::string::npos) << refusal(fin);
+    EXPECT_NE(refusal(fin).find(", but an edge of a solid has 2; "), std::string::npos) << refusal(fin);
     // Two tetrahedra that share the edge from 0 to 1.
     const TriMesh hinged = tetrahedra({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, 0}, {0, 0, -1}},
                                       {{0, 1, 2, 3}, {0, 1, 4, 5}});
     EXPECT_EQ(
         refusal(hinged),
-        "edge 0-1 at (0, 0, 0) belongs to 4 faces (0, 1, 4, ...) where a solid's edge has 2; 1 such edge");
+        "edge 0-1 at (0, 0, 0) belongs to 4 faces (0, 1, 4, ...), but an edge of a solid has 2; 1 such edge");
 }
 
 TEST(SolidBoundary, NamesVerticesWhereSurfacesOnlyTouch) {
     const TriMesh kissing =
         tetrahedra({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}},
                    {{0, 1, 2, 3}, {0, 5, 4, 6}});
-    EXPECT_EQ(
-        refusal(kissing),
-        "vertex 0 at (0, 0, 0) joins parts of the surface that meet nowhere else there (faces 0 and 4); "
-        "1 such joint");
+    EXPECT_EQ(refusal(kissing),
+              "vertex 0 at (0, 0, 0) is not manifold: the parts around it at faces 0 and 4 meet only there; "
+              "1 such joint");
     const TriMesh necklace = tetrahedra({{0, 0, 0},
                                          {1, 0, 0},
                                          {0, 1, 0},
@@ -210,7 +209,7 @@ TEST(SolidBoundary, NamesVerticesWhereSurfacesOnlyTouch) {
 
 TEST(SolidBoundary, RefusesASurfaceOfOneSide) {
     const std::string error = refusal(klein_bottle(12, 8));
-    EXPECT_NE(error.find("the surface has one side only"), std::string::npos) << error;
+    EXPECT_NE(error.find("the surface is one-sided"), std::string::npos) << error;
     EXPECT_EQ(error.find('\n'), std::string::npos);
 }
 
@@ -230,8 +229,8 @@ TEST(SolidBoundary, TellsComponentsShellsAndCavitiesApart) {
     const TriMesh two = joined(ball, moved(ball, 3, 0, 0));
     EXPECT_EQ(
         refusal(two),
-        "the surface has 2 components (2 shells and 0 cavities; the second starts at face 320) where a body "
-        "is one shell");
+        "the surface has 2 components (2 shells and 0 cavities; the second starts at face 320), but a body "
+        "must be one shell");
     // Inside out, but a cavity belongs that way; the kernel in it is a shell again.
     const TriMesh hollow = joined(joined(ball, moved(ball, 0, 0, 0, 0.5)), moved(ball, 0, 0, 0, 0.25));
     EXPECT_NE(refusal(hollow).find("3 components (2 shells and 1 cavity;"), std::string::npos)
@@ -350,7 +349,7 @@ TEST(SolidBoundary, RefusesBrokenFilesOfEveryKind) {
     EXPECT_NE(refused("nested.off", off_file(joined(ball, moved(ball, 0, 0, 0, 0.5))))
                   .find("(1 shell and 1 cavity; the second starts at face 80)"),
               std::string::npos);
-    EXPECT_NE(refused("klein.obj", obj_file(klein_bottle(10, 6))).find("one side only"), std::string::npos);
+    EXPECT_NE(refused("klein.obj", obj_file(klein_bottle(10, 6))).find("is one-sided"), std::string::npos);
     EXPECT_EQ(refused("good.stl", binary_stl_file(ball)), "");
 }
 

@@ -89,9 +89,9 @@ TEST(Subdivide, LoopTendsToASmoothSurface) {
 
 TEST(Subdivide, RefusesOtherLevelsAndOpenSurfaces) {
     EXPECT_EQ(error_of([] { subdivide(tetrahedron(), SubdivisionScheme::loop, 5); }),
-              "subdivision by 5 levels: 0 to 4 are allowed");
+              "subdivision by 5 levels; allowed: 0 to 4");
     EXPECT_EQ(error_of([] { subdivide(tetrahedron(), SubdivisionScheme::loop, -1); }),
-              "subdivision by -1 levels: 0 to 4 are allowed");
+              "subdivision by -1 levels; allowed: 0 to 4");
     TriMesh open = tetrahedron();
     open.F.conservativeResize(3, 3);
     EXPECT_NE(error_of([&] { subdivide(open, SubdivisionScheme::midpoint, 1); }).find("the surface is open"),

@@ -93,8 +93,8 @@ TEST(Tetrahedralize, NamesTheReachForANumberOfNodesOutOfIt) {
     const TriMesh surface = box(8);
     for (const int nodes : {1, 386, 20000, 2000000000}) {
         const std::string error = error_of(surface, {.nodes = nodes});
-        EXPECT_TRUE(error.starts_with(std::to_string(nodes) +
-                                      " nodes are out of reach: a surface of 386 vertices allows about "))
+        EXPECT_TRUE(error.starts_with(
+            std::to_string(nodes) + " nodes are not possible; allowed for a surface of 386 vertices: about "))
             << error;
     }
 }
@@ -152,9 +152,9 @@ TEST(Tetrahedralize, RefusesWhatGmshWouldTakeSilentlyOrDieOf) {
 }
 
 TEST(Tetrahedralize, RefusesABadConfig) {
-    EXPECT_EQ(error_of(box(2), {.nodes = -1}), "nodes is -1, allowed is 0 or more");
-    EXPECT_EQ(error_of(box(2), {.tolerance = 0}), "tolerance is 0, allowed is between 0 and 1");
-    EXPECT_EQ(error_of(box(2), {.grading = 3}), "grading is 3, allowed is 0 to 2");
+    EXPECT_EQ(error_of(box(2), {.nodes = -1}), "nodes is -1; allowed: 0 or more");
+    EXPECT_EQ(error_of(box(2), {.tolerance = 0}), "tolerance is 0; allowed: between 0 and 1");
+    EXPECT_EQ(error_of(box(2), {.grading = 3}), "grading is 3; allowed: 0 to 2");
 }
 
 class PaperMesh : public testing::TestWithParam<std::pair<const char*, int>> {};

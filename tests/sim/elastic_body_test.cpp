@@ -212,13 +212,13 @@ TEST(ElasticBody, RefusesBadMeshes) {
     EXPECT_EQ(refusal(bad, {}).substr(0, 26), "tetrahedron 4 has volume -");
     bad = box;
     bad.X(5, 1) = std::nan("");
-    EXPECT_EQ(refusal(bad, {}), "node 5 lies at (1 nan 1), positions must be finite");
+    EXPECT_EQ(refusal(bad, {}), "node 5 lies at (1 nan 1); allowed: finite positions");
     bad = box;
     bad.X = Nodes::Zero(9, 3);
     bad.X.topRows(8) = box.X;
     EXPECT_EQ(refusal(bad, {}), "node 8 belongs to no tetrahedron");
     bad.T.resize(0, 4);
-    EXPECT_EQ(refusal(bad, {}), "elastic body: no tetrahedra, at least one is needed");
+    EXPECT_EQ(refusal(bad, {}), "elastic body: no tetrahedra; allowed: at least one");
 }
 
 }  // namespace

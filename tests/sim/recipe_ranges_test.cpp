@@ -98,7 +98,7 @@ TEST(RecipeRanges, ErrorsNameThePathAndWhatWasAllowed) {
     EXPECT_EQ(error(R"({"kinds": {"drop": {"weight": -1}}})"),
               "recipe.kinds.drop.weight: is -1, but must be >= 0");
     EXPECT_EQ(error(R"({"hands": {"twist": {"from": 2}}})"),
-              "recipe.hands.twist: goes from 2 to 0.9, but must not fall");
+              "recipe.hands.twist: goes from 2 to 0.9, but must not decrease");
     EXPECT_EQ(error(R"({"contact_share": 1.5})"), "recipe.contact_share: is 1.5, but must be from 0 to 1");
     EXPECT_EQ(error(R"({"contact_share": 1, "kinds": {"drop": {"weight": 0}, "thrown": {"weight": 0}}})"),
               "recipe.contact_share: is 1, but the weights of drop and thrown are 0");

@@ -105,7 +105,8 @@ TEST_F(Vtu, TheSeriesListsEveryFrameAfterEachOfThem) {
 }
 
 TEST_F(Vtu, SaysWhatIsWrong) {
-    const std::string misfit = "vtu: body 1 needs fields of one size for nodes and tetrahedra";
+    const std::string misfit =
+        "vtu: body 1 needs one row per node in every node field, one von_mises per tetrahedron";
     const Nodes seven = Nodes::Zero(7, 3);
     const Eigen::VectorXd one = Eigen::VectorXd::Zero(1);
     for (auto field : {&VtuBody::start, &VtuBody::x, &VtuBody::v, &VtuBody::contact_force}) {

@@ -231,7 +231,7 @@ TEST(World, SaysWhatDoesNotFit) {
     entry = box.at({0, 0, 0});
     entry.tree = other.tree;
     EXPECT_EQ(test::refusal([&] { world.add_body(entry); }),
-              "world: a collision tree belongs to another surface than the body's");
+              "world: a collision tree belongs to another surface than that of its body");
     EXPECT_EQ(test::refusal([&] { world.add_obstacle({.shape = BallShape{.radius = -1}}); }),
               "obstacle: a sphere needs a finite centre and a radius > 0, not -1");
     EXPECT_EQ(world.body_count(), 0);

@@ -98,14 +98,14 @@ TEST_F(DatasetView, SaysWhichPartIsMissingDamagedOrForeign) {
     EXPECT_EQ(error(), "");
     std::filesystem::remove(part);
     EXPECT_EQ(error(), view + ": a part of it cannot be read: " + part +
-                           ": No such file or directory; allowed: a file that nbdtree wrote");
+                           ": No such file or directory; allowed: a file written by nbdtree");
     test::write_bytes(part, whole.substr(0, whole.size() / 2));
     EXPECT_EQ(error().rfind(view + ": a part of it cannot be read: " + part + ": is truncated or damaged", 0),
               0u);
     write_recording(part, 3, 6, "another key");
     EXPECT_EQ(error(), part + ": is a part of another dataset; allowed: that of " + view);
     write_recording(part, 3, 5, "key");
-    EXPECT_EQ(error(), part + ": has no '/trajectories/000005/positions'; allowed: a file that has it");
+    EXPECT_EQ(error(), part + ": has no '/trajectories/000005/positions'; allowed: a file with this item");
     EXPECT_NE(error_of([&] {
                   DatasetManifest other = manifest();
                   other.key = "another key";

@@ -219,7 +219,7 @@ const BrokenRecording broken_recordings[] = {
     {"is a file of 'nbdtree recording' version 9",
      [](EditFile& f) { f.set_attribute("/", "format_version", 9); }},
     {"attribute 'format' is not a text", [](EditFile& f) { f.set_attribute("/", "format", 1); }},
-    {"has no 'trajectories'; allowed: a file that has it", [](EditFile& f) { f.remove("trajectories"); }},
+    {"has no 'trajectories'; allowed: a file with this item", [](EditFile& f) { f.remove("trajectories"); }},
     {"has no 'trajectories/000001/positions'",
      [](EditFile& f) { f.remove("trajectories/000001/positions"); }},
     {"dataset 'trajectories/000001/positions' holds float64; allowed: float32",

@@ -267,7 +267,7 @@ const BrokenTree broken_trees[] = {
     {"an entry of Ubar is not finite", [](EditFile& f) { f.set("bd/Ubar", 3, nan); }},
     {"modes: representative vertex 64", [](EditFile& f) { f.set("nbd/modes/representatives", 1, 64); }},
     {"modes: weight 2 is 0", [](EditFile& f) { f.set("nbd/modes/weights", 2, 0.f); }},
-    {"has no 'nbd/modes/representatives'; allowed: a file that has it",
+    {"has no 'nbd/modes/representatives'; allowed: a file with this item",
      [](EditFile& f) { f.remove("bd"), f.remove("nbd/modes"); }},
     {"'bd/modes/representatives'", [](EditFile& f) { f.remove("nbd"); }},
     {"dataset 'bd/modes/U' is 36; allowed: 36 x n",
