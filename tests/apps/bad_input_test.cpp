@@ -9,8 +9,8 @@
 namespace nbd::test {
 namespace {
 
-/// A wrong command line, the exit status and how the line on stderr goes on after "nbdtree: error: "; a text
-/// that ends in "..." is the beginning of it.
+/// An invalid command line, its exit status, and the text on stderr after "nbdtree: error: ". A text that
+/// ends in "..." is only the beginning.
 struct Case {
     std::vector<std::string> arguments;
     int status;
@@ -31,10 +31,10 @@ class BadInputTest : public SmallFiles {
         }
         write("other.obj", obj_file(box(0.3, 0.1, 0.1, 3)));
         make({"mesh", "other.obj", "-o", "other.h5", "-q"});
-        make({"mesh", "box.obj", "-o", "still.h5", "-q"});  // no modes
+        make({"mesh", "box.obj", "-o", "still.h5", "-q"});  // without modes
     }
 
-    /// One line on stderr, nothing on stdout, nothing new in the folder.
+    /// Expects one line on stderr, nothing on stdout and no new file in the folder.
     static void expect_refused(const std::vector<Case>& cases) {
         for (const Case& c : cases) {
             std::string line = "nbdtree";
@@ -64,7 +64,7 @@ class BadInputTest : public SmallFiles {
 
 const std::string ours = "allowed: a file written by nbdtree";
 
-TEST_F(BadInputTest, CommandLine) {
+TEST_F(BadInputTest, RejectsInvalidCommandLines) {
     const std::string known =
         "; known commands: mesh, modes, dataset, remap, train, calibrate, evaluate, figures, transfer, "
         "export, "
@@ -88,7 +88,7 @@ TEST_F(BadInputTest, CommandLine) {
     });
 }
 
-TEST_F(BadInputTest, Numbers) {
+TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
     const auto mesh = [](const char* option, const char* value) {
         return std::vector<std::string>{"mesh", "box.obj", "-q", "-o", "x.h5", option, value};
     };
@@ -145,7 +145,7 @@ TEST_F(BadInputTest, Numbers) {
     });
 }
 
-TEST_F(BadInputTest, Files) {
+TEST_F(BadInputTest, RejectsMissingDamagedAndForeignFiles) {
     const std::string cut = ": is truncated or damaged: ...";
     const auto kind = [](const std::string& path, const std::string& is, const std::string& allowed) {
         return path + ": is a file of format 'nbdtree " + is + "'; allowed: 'nbdtree " + allowed + "'";
@@ -178,7 +178,7 @@ TEST_F(BadInputTest, Files) {
     });
 }
 
-TEST_F(BadInputTest, Outputs) {
+TEST_F(BadInputTest, RejectsOutputsThatCannotBeWritten) {
     const std::string nowhere = "none/x: cannot be written: there is no folder " + here("none");
     expect_refused({
         {{"mesh", "box.obj", "-o", "none/x"}, 1, nowhere},
@@ -203,7 +203,7 @@ TEST_F(BadInputTest, Outputs) {
     });
 }
 
-TEST_F(BadInputTest, PosesOfCollide) {
+TEST_F(BadInputTest, RejectsInvalidPosesOfCollide) {
     const auto collide = [](const char* a) { return std::vector<std::string>{"collide", a, "box.obj"}; };
     expect_refused({
         {collide("tree.h5"), 1,
@@ -219,7 +219,7 @@ TEST_F(BadInputTest, PosesOfCollide) {
     });
 }
 
-TEST_F(BadInputTest, Scenes) {
+TEST_F(BadInputTest, RejectsInvalidScenes) {
     const auto scene = [](const std::string& body) {
         static int count = 0;
         const std::string name = "scene" + std::to_string(count++) + ".json";

@@ -22,7 +22,7 @@ class ValidateTest : public SmallFiles {
     }
 };
 
-TEST_F(ValidateTest, SaysEveryProblemOfEveryScene) {
+TEST_F(ValidateTest, ReportsEveryProblemOfEveryScene) {
     const Ran ran = run(folder(), {"validate", "good.json", "bad.json", "none.json", "twice.json"});
     EXPECT_EQ(ran.status, 1);
     EXPECT_EQ(ran.out,
@@ -41,7 +41,7 @@ TEST_F(ValidateTest, SaysEveryProblemOfEveryScene) {
     EXPECT_EQ(ran.err, "nbdtree: error: 11 problems in 3 of 4 scenes\n");
 }
 
-TEST_F(ValidateTest, AnswersInJson) {
+TEST_F(ValidateTest, ReportsInJson) {
     const Ran ran = run(folder(), {"validate", "good.json", "twice.json", "--json"});
     EXPECT_EQ(ran.status, 1);
     const nlohmann::json scenes = nlohmann::json::parse(ran.out)["scenes"];

@@ -16,7 +16,7 @@ using test::EditFile;
 using test::error_of;
 using BodyFile = test::FileTest;
 
-/// Two tetrahedra that share a face, the surface of 6 faces over their 5 nodes, and 4 modes.
+/// Two tetrahedra that share a face, with a surface of 6 faces over their 5 nodes and 4 modes.
 Body two_tets() {
     Body body;
     body.name = "two tets";
@@ -51,7 +51,7 @@ void expect_same(const Body& a, const Body& b) {
     EXPECT_EQ(a.modes.frequencies, b.modes.frequencies);
 }
 
-TEST_F(BodyFile, GivesBackWhatWasSaved) {
+TEST_F(BodyFile, RoundTripsABody) {
     const Body body = two_tets();
     save_body(folder / "body.h5", body);
     expect_same(load_body(folder / "body.h5"), body);
@@ -65,13 +65,13 @@ TEST_F(BodyFile, NeedsNoModes) {
     EXPECT_EQ(load_body(folder / "body.h5").modes.count(), 0);
 }
 
-TEST_F(BodyFile, IsTheSameBytesForTheSameBody) {
+TEST_F(BodyFile, HasTheSameBytesForTheSameBody) {
     save_body(folder / "a.h5", two_tets());
     save_body(folder / "b.h5", two_tets());
     EXPECT_TRUE(test::read_bytes(folder / "a.h5") == test::read_bytes(folder / "b.h5"));
 }
 
-TEST(BodyHash, IsOfTheGeometryAlone) {
+TEST(BodyHash, DependsOnlyOnTheGeometry) {
     const std::string hash = body_hash(two_tets());
     EXPECT_EQ(hash.size(), 64u);
     Body other = two_tets();
@@ -89,7 +89,7 @@ TEST(BodyHash, IsOfTheGeometryAlone) {
     EXPECT_NE(body_hash(other), hash);
 }
 
-TEST_F(BodyFile, ThatWouldNotLoadIsNotSaved) {
+TEST_F(BodyFile, RefusesToSaveABodyThatWouldNotLoad) {
     Body body = two_tets();
     body.material.poisson = 0.5;
     const auto path = folder / "body.h5";
@@ -98,7 +98,7 @@ TEST_F(BodyFile, ThatWouldNotLoadIsNotSaved) {
     EXPECT_EQ(files_in_folder(), 0u);
 }
 
-TEST_F(BodyFile, FindsRandomDamage) {
+TEST_F(BodyFile, DetectsRandomDamage) {
     const auto path = folder / "body.h5";
     save_body(path, two_tets());
     test::expect_damage_is_found(path, [](const auto& file) {
@@ -111,7 +111,7 @@ TEST_F(BodyFile, FindsRandomDamage) {
 }
 
 struct BrokenBody {
-    const char* what;  // follows the path
+    const char* what;  // message after the path
     void (*edit)(EditFile&);
 };
 
@@ -119,7 +119,7 @@ std::ostream& operator<<(std::ostream& out, const BrokenBody& broken) { return o
 
 class BrokenBodyFile : public BodyFile, public ::testing::WithParamInterface<BrokenBody> {};
 
-TEST_P(BrokenBodyFile, IsRefusedInOneLine) {
+TEST_P(BrokenBodyFile, IsRejectedInOneLine) {
     const auto path = folder / "body.h5";
     save_body(path, two_tets());
     {

@@ -31,7 +31,7 @@ std::filesystem::path write_example(const std::filesystem::path& folder) {
     return folder / "a.h5";
 }
 
-TEST_F(InspectTest, ListsAllThatAFileHolds) {
+TEST_F(InspectTest, ListsTheWholeContentOfAFile) {
     const auto path = write_example(folder);
     const std::string text = inspect(path);
     EXPECT_EQ(text.find(path.string() + ": nbdtree test version 4, "), 0u) << text;
@@ -41,10 +41,10 @@ TEST_F(InspectTest, ListsAllThatAFileHolds) {
           "\nagain -> /a/b\n", "\nrecipe: \"{ rrr", "... (503 bytes)\"\n",
           "\nbody_sha256 matches the content\n",
           "\nwhole: 3 datasets, 320527 bytes of numbers and texts, every checksum verified\n"})
-        EXPECT_NE(text.find(line), std::string::npos) << line << "is not in\n" << text;
+        EXPECT_NE(text.find(line), std::string::npos) << line << " is not in\n" << text;
 }
 
-TEST_F(InspectTest, RefusesADamagedChunkThatNothingElseReads) {
+TEST_F(InspectTest, DetectsADamagedChunkThatNothingElseReads) {
     const auto path = write_example(folder);
     std::string bytes = test::read_bytes(path);
     const std::size_t cells = bytes.find(std::string("\7\0\0\0\7\0\0\0\7\0\0\0", 12));
@@ -58,7 +58,7 @@ TEST_F(InspectTest, RefusesADamagedChunkThatNothingElseReads) {
         << error;
 }
 
-TEST_F(InspectTest, RefusesABodyThatHasAnotherHash) {
+TEST_F(InspectTest, RejectsABodyWithAWrongHash) {
     const auto path = write_example(folder);
     test::EditFile(path).set("a/x", 1, 2.5);
     const std::string error = error_of([&] { inspect(path); });
@@ -66,7 +66,7 @@ TEST_F(InspectTest, RefusesABodyThatHasAnotherHash) {
     EXPECT_NE(error.find("the SHA-256 of the content is "), std::string::npos) << error;
 }
 
-TEST_F(InspectTest, RefusesWhatIsNoFileOfOurs) {
+TEST_F(InspectTest, RejectsForeignFiles) {
     EXPECT_EQ(error_of([&] { inspect(folder); }),
               folder.string() + ": is a folder; allowed: a file written by nbdtree");
 }

@@ -19,7 +19,7 @@ using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
 
-/// A cube of side 1.1 cut into six tetrahedra about its diagonal, with coordinates that do not round.
+/// A cube of side 1.1, with coordinates that are not exact, cut into six tetrahedra around its diagonal.
 TetMesh cube() {
     TetMesh tets;
     tets.X.resize(8, 3);
@@ -44,7 +44,7 @@ class ReadTets : public testing::Test {
     test::TemporaryFolder folder_;
 };
 
-/// One small file in each format, with its extension.
+/// A small file in each format, by extension.
 std::map<std::string, std::pair<std::string, std::string>> every_format(const TetMesh& tets) {
     return {{"gmsh 2 text", {".msh", gmsh_2_text(tets)}},
             {"gmsh 2 little", {".msh", gmsh_2_binary(tets, false)}},
@@ -59,14 +59,14 @@ std::map<std::string, std::pair<std::string, std::string>> every_format(const Te
             {"vtk 5 binary", {".VTK", vtk_5_binary(tets)}}};
 }
 
-/// `text` with the first `from` replaced, which must be there.
+/// `text` with the first occurrence of `from` replaced; fails if there is none.
 std::string with(std::string text, const std::string& from, const std::string& to) {
     const auto at = text.find(from);
     EXPECT_NE(at, text.npos) << from;
     return text.replace(at, from.size(), to);
 }
 
-TEST_F(ReadTets, GetsTheSameBitsFromEveryFormat) {
+TEST_F(ReadTets, ReadsTheSameBitsFromEveryFormat) {
     const TetMesh tets = cube();
     ASSERT_GT(tet_quality(tets).volume_min, 0);
     for (const auto& [name, file] : every_format(tets)) {
@@ -78,7 +78,7 @@ TEST_F(ReadTets, GetsTheSameBitsFromEveryFormat) {
     }
 }
 
-TEST_F(ReadTets, TurnsDropsAndSaysSo) {
+TEST_F(ReadTets, ReportsReorientedTetrahedraAndDroppedNodes) {
     TetMesh tets = cube(), loose = tets;
     loose.X.resize(10, 3);
     loose.X << tets.X.topRows(4), Eigen::MatrixXd::Constant(2, 3, std::nan("")), tets.X.bottomRows(4);
@@ -94,7 +94,7 @@ TEST_F(ReadTets, TurnsDropsAndSaysSo) {
                                    "1 tetrahedra turned to positive volume"));
 }
 
-TEST_F(ReadTets, RefusesBadGmshFiles) {
+TEST_F(ReadTets, RejectsInvalidGmshFiles) {
     const std::string good = gmsh_2_text(cube()), four = gmsh_4_text(cube());
     EXPECT_THAT(error_of(".msh", ""), EndsWith(".msh, line 1: the file ends early"));
     EXPECT_THAT(error_of(".msh", "solid cube\n"), EndsWith("line 1: expected $MeshFormat, found 'solid'"));
@@ -118,7 +118,7 @@ TEST_F(ReadTets, RefusesBadGmshFiles) {
                 HasSubstr("the file ends early, without $Elements"));
 }
 
-TEST_F(ReadTets, RefusesBadMeditFiles) {
+TEST_F(ReadTets, RejectsInvalidMeditFiles) {
     const std::string good = medit_text(cube());
     EXPECT_THAT(error_of(".mesh", with(good, "Dimension\n3", "Dimension\n2")),
                 HasSubstr("dimension is 2; allowed: 3"));
@@ -133,7 +133,7 @@ TEST_F(ReadTets, RefusesBadMeditFiles) {
                 EndsWith(": the file holds no tetrahedra"));
 }
 
-TEST_F(ReadTets, RefusesBadVtkFiles) {
+TEST_F(ReadTets, RejectsInvalidVtkFiles) {
     const std::string good = vtk_text(cube());
     EXPECT_THAT(error_of(".vtk", "<VTKFile type=\"UnstructuredGrid\">"), HasSubstr("not a legacy VTK file"));
     EXPECT_THAT(error_of(".vtk", with(good, "UNSTRUCTURED_GRID", "POLYDATA")),
@@ -150,7 +150,7 @@ TEST_F(ReadTets, RefusesBadVtkFiles) {
                 HasSubstr("OFFSETS must rise from 0 to 27"));
 }
 
-TEST_F(ReadTets, RefusesBadGeometry) {
+TEST_F(ReadTets, RejectsInvalidGeometry) {
     TetMesh flat = cube();
     flat.X.row(3) = flat.X.row(1);
     EXPECT_THAT(error_of(".vtk", vtk_text(flat)), EndsWith(".vtk: tetrahedron 0 has no volume"));
@@ -167,7 +167,7 @@ TEST_F(ReadTets, RefusesBadGeometry) {
     EXPECT_THROW(read_tets("/no/such/file.msh"), std::runtime_error);
 }
 
-TEST_F(ReadTets, RefusesTruncatedFiles) {
+TEST_F(ReadTets, RejectsTruncatedFiles) {
     const TetMesh tets = cube();
     for (const auto& [name, file] : every_format(tets)) {
         const auto& [extension, bytes] = file;
@@ -177,7 +177,7 @@ TEST_F(ReadTets, RefusesTruncatedFiles) {
     }
 }
 
-TEST_F(ReadTets, SurvivesDamage) {
+TEST_F(ReadTets, NeverCrashesOnDamage) {
     const TetMesh tets = cube();
     std::mt19937 random(7);
     int refused = 0, accepted = 0;

@@ -13,12 +13,12 @@
 namespace nbd {
 namespace {
 
-/// What parse_scene says of a text; empty: nothing is wrong.
+/// Error message of parse_scene for a text; empty if the text is valid.
 std::string complaint(const std::string& text) {
     return test::refusal([&] { parse_scene(text, "folder"); });
 }
 
-/// A scene of one body with more keys in the body, and more beside it.
+/// A scene with one body, further keys in the body, and further top-level keys.
 std::string with(const std::string& in_body, const std::string& beside = "") {
     return R"({"bodies": [{"body": "a.h5")" + (in_body.empty() ? "" : ", " + in_body) + "}]" +
            (beside.empty() ? "" : ", " + beside) + "}";
@@ -122,7 +122,7 @@ struct Broken {
 
 class BrokenScene : public ::testing::TestWithParam<Broken> {};
 
-TEST_P(BrokenScene, IsRefusedInOneLine) { EXPECT_EQ(complaint(GetParam().text), GetParam().message); }
+TEST_P(BrokenScene, IsRejectedInOneLine) { EXPECT_EQ(complaint(GetParam().text), GetParam().message); }
 
 const std::string one_source = R"(bodies[0]: needs exactly one of "body", "surface" and "tets")";
 
@@ -199,7 +199,7 @@ TEST(Scene, SyntaxErrorsNameLineAndColumn) {
     EXPECT_EQ(message.find('\n'), std::string::npos);
 }
 
-TEST(Scene, CutShortAnywhereItIsAnErrorOfOneLine) {
+TEST(Scene, ReportsTruncationAnywhereInOneLine) {
     ASSERT_EQ(complaint(full), "");
     for (std::size_t length = 0; length < full.size(); ++length) {
         const std::string message = complaint(full.substr(0, length));
@@ -208,7 +208,7 @@ TEST(Scene, CutShortAnywhereItIsAnErrorOfOneLine) {
     }
 }
 
-TEST(Scene, EveryProblemIsFoundInOneReading) {
+TEST(Scene, ReportsEveryProblemAtOnce) {
     const SceneReading reading = read_scene(R"({
         "bodies": [{"body": "a.h5", "nmae": "a", "velocity": 3}, {"body": "b.h5"}, {}],
         "obstacles": [{"plane": {"normal": "up"}}, {"sphere": {"radius": 1}}],
@@ -226,14 +226,14 @@ TEST(Scene, EveryProblemIsFoundInOneReading) {
     EXPECT_EQ(reading.spec.bodies.size(), 3u);
 }
 
-TEST(Scene, AFileThatCannotBeReadIsNamedWithTheReason) {
+TEST(Scene, NamesAnUnreadableFileAndTheReason) {
     EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/nowhere/scene.json"); }),
               "/nowhere/scene.json: cannot read the scene: No such file or directory");
     EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/proc"); }),
               "/proc: cannot read the scene: it is a folder");
 }
 
-TEST(Scene, ThePublishedSchemaIsTheParsers) {
+TEST(Scene, AgreesWithThePublishedSchema) {
     const std::vector<std::string> differences =
         test::schema_differences(NBD_ASSETS "/scenes/scene.schema.json", read_scene(full, "").fields);
     EXPECT_EQ(differences, std::vector<std::string>{});
@@ -265,10 +265,10 @@ TEST(BuildWorld, PlacesBodiesPinsAndObstacles) {
         EXPECT_LT((world.state(0).x.row(i) - start.row(i)).norm(), 1e-12);
     }
     EXPECT_EQ(pinned, 9);
-    EXPECT_LT(world.state(0).x.col(2).minCoeff(), 0.999);  // the rest sags
+    EXPECT_LT(world.state(0).x.col(2).minCoeff(), 0.999);  // the free part sags
 }
 
-TEST(BuildWorld, TurnsBodiesAboutTheirCentreOfMass) {
+TEST(BuildWorld, SpinsBodiesAboutTheirCentreOfMass) {
     const SceneSpec spec = parse_scene(
         with(
             R"("transform": {"translate": [3, 0, 0]}, "velocity": [1, 0, 0], "angular_velocity": [0, 0, 2])"),
@@ -282,7 +282,7 @@ TEST(BuildWorld, TurnsBodiesAboutTheirCentreOfMass) {
             1e-12);
 }
 
-TEST(BuildWorld, SaysWhichBodyDoesNotFit) {
+TEST(BuildWorld, NamesTheBodyThatIsInvalid) {
     const auto message = [](const std::string& text, std::span<const LoadedBody> bodies) {
         return test::refusal([&] { build_world(parse_scene(text, ""), bodies); });
     };
@@ -295,7 +295,7 @@ TEST(BuildWorld, SaysWhichBodyDoesNotFit) {
     EXPECT_EQ(message(with(""), loaded), "");
 }
 
-TEST(CheckScene, FindsEveryProblemOfBodiesAndObstacles) {
+TEST(CheckScene, ReportsEveryProblemOfBodiesAndObstacles) {
     const SceneReading reading = read_scene(
         R"({"bodies": [
             {"body": "a", "pins": [{"sphere": {"centre": [9, 9, 9], "radius": 1}},
@@ -324,7 +324,7 @@ TEST(CheckScene, FindsEveryProblemOfBodiesAndObstacles) {
               }));
 }
 
-TEST(CheckScene, IsSilentWhereBodiesTouchTheFloor) {
+TEST(CheckScene, AcceptsBodiesThatTouchTheFloor) {
     const SceneReading reading = read_scene(
         R"({"bodies": [{"body": "a", "transform": {"translate": [0, 0, 0.15]}}], "obstacles": [{"plane": {}}]})",
         "");
