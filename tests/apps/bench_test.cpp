@@ -28,7 +28,7 @@ TEST_F(BenchSimulate, RejectsInvalidInput) {
     EXPECT_EQ(none.status, 1);
     EXPECT_NE(none.err.find("absent.h5"), std::string::npos) << none.err;
     EXPECT_EQ(test::run_bench(folder(), {"simulate", "box.h5", "--steps", "1"}).status, 2);
-    EXPECT_EQ(test::run(folder(), {}).status, 2);
+    EXPECT_EQ(test::run_bench(folder(), {}).status, 2);
     EXPECT_EQ(test::run_bench(folder(), {"simulate", "box.h5", "-o", "box.h5"}).status, 1);
 }
 
@@ -38,7 +38,7 @@ TEST_F(BenchLearned, ComparesEveryVariantAtEveryDepth) {
     make({"dataset", "box.h5", "-o", "more.h5", "--trajectories", "10", "--frames", "12", "--steps-per-frame",
           "1", "-q"});
     const test::Ran ran =
-        test::run_bench(folder(), {"learned_spheres", "box.h5", "more.h5", "--depth", "2", "--samples",
+        test::run_bench(folder(), {"learned", "box.h5", "more.h5", "--depth", "2", "--samples",
                                    "16,0", "--max-frames", "40", "-o", "learned.csv", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto rows = nlohmann::json::parse(ran.out);
@@ -51,7 +51,7 @@ TEST_F(BenchLearned, ComparesEveryVariantAtEveryDepth) {
         EXPECT_EQ(row.at("nanoseconds").get<double>() > 0, timed) << row;
     }
     EXPECT_TRUE(test::listing(folder()).contains("learned.csv"));
-    const test::Ran few = test::run_bench(folder(), {"learned_spheres", "box.h5", "data.h5"});
+    const test::Ran few = test::run_bench(folder(), {"learned", "box.h5", "data.h5"});
     EXPECT_EQ(few.status, 1);
     EXPECT_NE(few.err.find("1 trajectories held out, at least 2 needed"), std::string::npos) << few.err;
 }
@@ -92,7 +92,7 @@ TEST_F(BenchPeers, ScalingReportsTimesByDepthAndByNumberOfBodies) {
 
 TEST_F(BenchPeers, RejectInvalidInput) {
     const auto fails = [](const std::vector<std::string>& arguments, int status, const std::string& says) {
-        const test::Ran ran = test::run(folder(), arguments);
+        const test::Ran ran = test::run_bench(folder(), arguments);
         EXPECT_EQ(ran.status, status) << ran.err;
         EXPECT_NE(ran.err.find(says), std::string::npos) << ran.err;
         EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;

@@ -167,10 +167,10 @@ TEST(SphereCache, GrowsMarginsWithTheScoreAndUsesExactSpheresOutOfDistribution) 
     open.begin_pose(x);
     for (int node = 0; node < 15; ++node) {
         const Sphere exact = bounding_sphere(s.X, tree.node_vertices(node));
-        const bool ood_score = node == 5 || node > 8;
+        const bool is_out_of_range = node == 5 || node > 8;
         const float grown =
             0.5f * exact.r * (1 + 2 * (0.03f + 0.97f * 0.1f * static_cast<float>(node) / 0.85f));
-        EXPECT_FLOAT_EQ(gated.get(node, half).r, ood_score ? exact.r : grown) << node;
+        EXPECT_FLOAT_EQ(gated.get(node, half).r, is_out_of_range ? exact.r : grown) << node;
         EXPECT_EQ(open.get(node, half).r, exact.r * 0.5f * 3);
     }
     EXPECT_EQ(gated.out_of_range(), 7);

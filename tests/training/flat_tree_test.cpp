@@ -164,7 +164,7 @@ TEST_F(FlatTree, RejectsForeignFiles) {
     };
     Bytes version = small_file(), order = version, other = version;
     put(version, offsetof(FlatHeader, version), std::uint32_t{1});
-    EXPECT_EQ(refused(version), "is a flat tree of version 1; allowed: 2");
+    EXPECT_EQ(refused(version), "is a flat tree of version 1; allowed: 2 to 3");
     put(order, offsetof(FlatHeader, byte_order), std::uint32_t{0x04030201});
     EXPECT_EQ(refused(order), "has its numbers in another byte order; allowed: little-endian");
     put(other, 0, 'N');
