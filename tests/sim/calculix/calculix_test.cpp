@@ -1,10 +1,10 @@
 // Compares with an independent FEM program on the same tetrahedra, if installed.
-#include "tests/sim/calculix.hpp"
+#include "tests/sim/calculix/calculix.hpp"
 
 #include <gtest/gtest.h>
 
-#include "tests/sim/box_body.hpp"
-#include "tests/sim/calculix_comparison.hpp"
+#include "tests/sim/calculix/calculix_comparison.hpp"
+#include "tests/sim/support/box_body.hpp"
 
 namespace nbd::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "sim/world/world.hpp"
-#include "tests/sim/box_body.hpp"
+#include "tests/sim/support/box_body.hpp"
 
 namespace nbd::test {
 

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "sim/scene/scene_check.hpp"
-#include "tests/sim/box_body.hpp"
-#include "tests/sim/schema.hpp"
+#include "tests/sim/scene/schema.hpp"
+#include "tests/sim/support/box_body.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {

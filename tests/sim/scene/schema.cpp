@@ -1,4 +1,4 @@
-#include "tests/sim/schema.hpp"
+#include "tests/sim/scene/schema.hpp"
 
 #include <cmath>
 #include <fstream>

@@ -1,12 +1,12 @@
-#include "tests/sim/calculix_comparison.hpp"
+#include "tests/sim/calculix/calculix_comparison.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
 #include "sim/fem/modes.hpp"
-#include "tests/sim/calculix.hpp"
-#include "tests/sim/static_pose.hpp"
+#include "tests/sim/calculix/calculix.hpp"
+#include "tests/sim/support/static_pose.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd::test {

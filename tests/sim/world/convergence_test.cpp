@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "tests/sim/static_pose.hpp"
+#include "tests/sim/support/static_pose.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd {

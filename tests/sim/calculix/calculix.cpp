@@ -1,4 +1,4 @@
-#include "tests/sim/calculix.hpp"
+#include "tests/sim/calculix/calculix.hpp"
 
 #include <fmt/format.h>
 
