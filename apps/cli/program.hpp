@@ -13,7 +13,7 @@ namespace nbd {
 struct Program {
     std::string name, description;
     std::function<void(CLI::App& app, Output& out)> add_commands;
-    /// Command names of the previous release, with their current names.
+    /// Commands and --options of the previous release, with their current names.
     std::map<std::string, std::string> old_names{};
 };
 

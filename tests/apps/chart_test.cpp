@@ -24,7 +24,7 @@ struct Pixels {
         png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr);
     }
 
-    /// Rows from the top in which a column has a pixel near the colour.
+    /// Rows, counted from the top, where column x has a pixel of about this colour.
     std::vector<int> rows_of(int x, Colour colour) const {
         std::vector<int> rows;
         for (int y = 0; y < height; ++y) {
@@ -40,10 +40,10 @@ struct Pixels {
 
 constexpr Colour red{1, 0, 0};
 
-TEST(Chart, StandsPowersOfTenAtEqualDistances) {
+TEST(Chart, SpacesPowersOfTenEqually) {
     std::vector<double> heights;
     for (const double y : {0.1, 1.0, 10.0}) {
-        // The end points fix the axis from 0.1 to 10; the middle is what is measured.
+        // The end points fix the axis to 0.1 .. 10; the test measures the middle.
         const Chart chart{.title = "t",
                           .x_label = "x",
                           .y_label = "y",
@@ -62,7 +62,7 @@ TEST(Chart, StandsPowersOfTenAtEqualDistances) {
     EXPECT_NEAR(heights[0] - heights[1], heights[1] - heights[2], 2);
 }
 
-TEST(Chart, StandsZeroBelowTheLowestPowerOfTen) {
+TEST(Chart, DrawsZeroBelowTheLowestPowerOfTen) {
     const Chart chart{.title = "t",
                       .x_label = "x",
                       .y_label = "y",
@@ -96,7 +96,7 @@ TEST(Chart, HasRoomForItsTitleAndLegend) {
     EXPECT_GT(to_page(titled).width, narrow.width + 300);
 }
 
-TEST(Chart, KeepsItsLabelApartFromSmallNumbers) {
+TEST(Chart, MakesRoomForLongTickLabels) {
     const auto page = [](double least) {
         return to_page({.title = "t",
                         .x_label = "x",
@@ -108,7 +108,7 @@ TEST(Chart, KeepsItsLabelApartFromSmallNumbers) {
     EXPECT_GT(page(1e-8).width, page(0.01).width + 20);
 }
 
-TEST(Chart, IsSvgWithEveryLabel) {
+TEST(Chart, WritesSvg) {
     const Chart chart{.title = "t",
                       .x_label = "x",
                       .y_label = "y",
@@ -134,7 +134,7 @@ std::vector<EvaluationRow> rows(const std::vector<std::pair<double, double>>& mi
     return result;
 }
 
-TEST(Verdict, NamesTheMarginFromWhichANodeInAThousandIsMissed) {
+TEST(Verdict, NamesTheMarginThatMissesAtMostOneNodeInAThousand) {
     const auto said = verdicts(rows({{0, 0.5}, {0.05, 0.002}, {0.1, 0.001}, {0.2, 0}}));
     ASSERT_EQ(said.size(), 1u);
     EXPECT_EQ(
@@ -144,14 +144,14 @@ TEST(Verdict, NamesTheMarginFromWhichANodeInAThousandIsMissed) {
         "in a thousand on poses like these, with a mean radius error of 11.0 %.");
 }
 
-TEST(Verdict, SaysWhenNoMarginIsEnough) {
+TEST(Verdict, ReportsThatNoMarginSuffices) {
     const auto said = verdicts(rows({{0, 0.5}, {0.25, 0.012}}));
     EXPECT_NE(said[0].find("and of one node in 83 even with 25 % added to every radius. Use exact bounds"),
               std::string::npos)
         << said[0];
 }
 
-TEST(Verdict, SaysWhenNothingWasMissed) {
+TEST(Verdict, ReportsThatNothingWasMissed) {
     EXPECT_NE(verdicts(rows({{0, 0}, {0.25, 0}}))[0].find("contained every vertex in all 2000 spheres"),
               std::string::npos);
     EXPECT_NE(verdicts(rows({{0, 0.0004}}))[0].find(
@@ -184,9 +184,8 @@ TEST(Verdict, OfCalibratedBoundsNamesTheWorstDepth) {
         said[0],
         "With calibrated margins, learned_spheres bounds missed 0.12 % of the nodes at the worst depth (1). "
         "The stated miss rate of 0.1 % is to hold in 90 % of the trajectories and held in 17 of 20. Radii "
-        "are "
-        "2.0 % larger than the exact ones on average, and 2.0 % of the nodes were out of range and bounded "
-        "exactly.");
+        "are 2.0 % larger than the exact ones on average, and 2.0 % of the nodes were out of range and "
+        "bounded exactly.");
     EXPECT_TRUE(verdicts(std::vector<CoverageRow>{}).empty());
 }
 

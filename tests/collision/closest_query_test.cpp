@@ -6,47 +6,30 @@
 #include <random>
 
 #include "tests/collision/models.hpp"
+#include "tests/support/brute_force.hpp"
 
 namespace nbd {
 namespace {
 
 using shapes::Surface;
+using test::brute_force_closest;
+using test::face_triangle;
 
-/// Points are found in two ways, metres.
+/// Tolerance between two ways of computing the points, metres.
 constexpr double rounding = 1e-12;
-
-Triangle triangle(const Vertices& x, const Faces& F, int f) {
-    return {x.row(F(f, 0)), x.row(F(f, 1)), x.row(F(f, 2))};
-}
-
-struct Closest {
-    FacePair faces;
-    double distance = std::numeric_limits<double>::infinity();
-};
-
-/// Every face against every other.
-Closest brute_force(const Surface& s, const Vertices& x, const Surface& t, const Vertices& y) {
-    Closest best;
-    for (int i = 0; i < s.F.rows(); ++i)
-        for (int j = 0; j < t.F.rows(); ++j) {
-            const double distance = triangle_distance(triangle(x, s.F, i), triangle(y, t.F, j));
-            if (distance < best.distance) best = {{i, j}, distance};
-        }
-    return best;
-}
 
 PosedTree posed(const Surface& s, BoundKind kind, int depth = 5) {
     return {shared_exact_tree(s.X, s.F, {.depth = depth}), kind};
 }
 
-TEST(ClosestQuery, FindsWhatBruteForceFindsWithAllExactBounds) {
+TEST(ClosestQuery, AgreesWithBruteForceForAllExactBounds) {
     const Surface s = shapes::torus(16, 9), t = shapes::bar(11, 8);
     std::mt19937 random(2);
     ClosestQuery query;
     int apart = 0, touching = 0;
     long tests = 0;
     for (int pose = 0; pose < 16; ++pose) {
-        // From far apart to one inside the other, some far from the origin.
+        // Poses range from far apart to one body inside the other; some are far from the origin.
         const Eigen::RowVector3f offset(pose % 4 == 3 ? 800.f : 0.f, 0, 0);
         const Eigen::RowVector3f between =
             Eigen::RowVector3f(1, 0.5f, 0.2f) * (0.15f * static_cast<float>(pose));
@@ -55,7 +38,7 @@ TEST(ClosestQuery, FindsWhatBruteForceFindsWithAllExactBounds) {
             shapes::moved(shapes::wobbled(t.X, random, 0.05f), shapes::random_motion(random, 0.1f))
                 .rowwise() +
             (offset + between);
-        const Closest expected = brute_force(s, x, t, y);
+        const auto expected = brute_force_closest(x, s.F, y, t.F);
         ++(expected.distance > 0 ? apart : touching);
         for (const auto& [kind_a, kind_b] :
              {std::pair(BoundKind::exact, BoundKind::exact), std::pair(BoundKind::boxes, BoundKind::boxes),
@@ -80,14 +63,14 @@ TEST(ClosestQuery, FindsWhatBruteForceFindsWithAllExactBounds) {
     EXPECT_LT(tests, 16 * 3 * s.F.rows() * t.F.rows() / 50);
 }
 
-TEST(ClosestQuery, LearnedBoundsReportADistanceThatIsReal) {
+TEST(ClosestQuery, LearnedBoundsReportTheDistanceOfARealFacePair) {
     const Surface s = shapes::torus(20, 12);
     const auto tree =
         std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 8, 60, 1)));
     std::mt19937 random(4);
     const Vertices x = shapes::wobbled(s.X, random, 0.02f);
     const Vertices y = shapes::wobbled(s.X, random, 0.02f).rowwise() + Eigen::RowVector3f(0.3f, 0.2f, 0.6f);
-    const double expected = brute_force(s, x, s, y).distance;
+    const double expected = brute_force_closest(x, s.F, y, s.F).distance;
     ASSERT_GT(expected, 0.01);
     ClosestQuery query;
     for (const BoundKind kind : bound_kinds) {
@@ -98,9 +81,10 @@ TEST(ClosestQuery, LearnedBoundsReportADistanceThatIsReal) {
         const auto found = query.closest(a, b);
         ASSERT_TRUE(found) << name(kind);
         EXPECT_GE(found->points.distance, expected - rounding) << name(kind);
-        EXPECT_NEAR(found->points.distance,
-                    triangle_distance(triangle(x, s.F, found->faces.a), triangle(y, s.F, found->faces.b)),
-                    rounding);
+        EXPECT_NEAR(
+            found->points.distance,
+            triangle_distance(face_triangle(x, s.F, found->faces.a), face_triangle(y, s.F, found->faces.b)),
+            rounding);
         if (is_exact(kind)) {
             EXPECT_NEAR(found->points.distance, expected, rounding) << name(kind);
         }

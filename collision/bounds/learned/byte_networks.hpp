@@ -8,6 +8,7 @@
 
 #include "collision/base/aligned_vector.hpp"
 #include "collision/bounds/learned/fixed_point.hpp"
+#include "collision/bounds/learned/mlp_shape.hpp"
 #include "collision/kernels/packs.hpp"
 
 namespace nbd {
@@ -17,12 +18,12 @@ namespace nbd {
 /// its largest number: the networks' inputs to 14 bits, what hidden layers give to 8.
 class ByteNetworks {
  public:
-    static constexpr int outputs = 4, max_hidden = Kernels::max_hidden;
+    static constexpr int outputs = MlpShape::outputs, max_hidden = Kernels::max_hidden;
     static constexpr int max_inputs = Kernels::max_inputs;
 
     ByteNetworks() = default;
-    /// weights: network after network, each W1 [hidden, inputs], b1, W2 [hidden, hidden], b2, W3 [4, hidden],
-    /// b3, every matrix column-major. They are rounded; what has been rounded before stays what it is.
+    /// weights: network after network, each as MlpShape says. They are rounded; what has been rounded before
+    /// stays what it is.
     /// Throws std::invalid_argument on a shape that is not allowed, on weights that are no whole networks,
     /// and on what is not finite.
     ByteNetworks(int inputs, int hidden, std::span<const float> weights);
@@ -33,7 +34,7 @@ class ByteNetworks {
     /// Numbers of one.
     int weight_count() const noexcept { return weight_count(inputs_, hidden_); }
     static constexpr int weight_count(int inputs, int hidden) noexcept {
-        return hidden * (inputs + 1) + hidden * (hidden + 1) + outputs * (hidden + 1);
+        return MlpShape{.inputs = inputs, .hidden = hidden}.weights();
     }
     /// As the constructor takes them.
     std::vector<float> weights() const;

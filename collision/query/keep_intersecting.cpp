@@ -1,0 +1,62 @@
+#include "collision/query/keep_intersecting.hpp"
+
+#include <algorithm>
+#include <span>
+
+#include "collision/geometry/triangle_triangle.hpp"
+#include "collision/kernels/lane_mask.hpp"
+#include "collision/kernels/triangle_pack.hpp"
+
+namespace nbd {
+namespace {
+
+/// Up to 16 of the faces, the last one in the lanes left over.
+template <int FacePair::*face>
+TrianglePack pack(const PosedFaces& faces, std::span<const FacePair> pairs) noexcept {
+    constexpr int lanes = TrianglePack::lanes;
+    TrianglePack packed;
+    for (int first = 0; first < lanes; first += 4)
+        for (int k = 0; k < 3; ++k) {
+            Eigen::Array44f positions;
+            for (int lane = 0; lane < 4; ++lane) {
+                const auto i = std::min(static_cast<std::size_t>(first + lane), pairs.size() - 1);
+                positions.col(lane) = faces.corner(pairs[i].*face, k);
+            }
+            const Eigen::Array44f by_axis = positions.transpose();
+            for (int axis = 0; axis < 3; ++axis)
+                Eigen::Map<Eigen::Array4f>(packed.corners[k][axis] + first) = by_axis.col(axis);
+        }
+    return packed;
+}
+
+/// Keeps what `keep` says of up to 16 pairs: a bit for each, others are ignored.
+template <class Keep>
+void filter(std::vector<FacePair>& pairs, const PosedFaces& a, const PosedFaces& b, const Keep& keep) {
+    std::size_t kept = 0;
+    for (std::size_t first = 0; first < pairs.size(); first += TrianglePack::lanes) {
+        const auto count = std::min<std::size_t>(TrianglePack::lanes, pairs.size() - first);
+        const auto some = std::span<const FacePair>(pairs).subspan(first, count);
+        const unsigned mask = keep(some, pack<&FacePair::a>(a, some), pack<&FacePair::b>(b, some));
+        for_each_bit(mask & ((1u << count) - 1),
+                     [&](int k) { pairs[kept++] = some[static_cast<std::size_t>(k)]; });
+    }
+    pairs.resize(kept);
+}
+
+}  // namespace
+
+void keep_intersecting(std::vector<FacePair>& pairs, const PosedFaces& a, const PosedFaces& b) noexcept {
+    using Some = std::span<const FacePair>;
+    filter(pairs, a, b,
+           [](Some, const TrianglePack& s, const TrianglePack& t) { return ~separated_by_plane(s, t); });
+    filter(pairs, a, b, [&](Some some, const TrianglePack& s, const TrianglePack& t) {
+        auto [meeting, apart] = edges_meet_faces(s, t);
+        for (std::size_t k = 0; k < some.size(); ++k)
+            if (((meeting | apart) >> k & 1) == 0 &&
+                triangles_intersect(a.triangle(some[k].a), b.triangle(some[k].b)))
+                meeting |= 1u << k;
+        return meeting;
+    });
+}
+
+}  // namespace nbd
