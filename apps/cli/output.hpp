@@ -41,7 +41,7 @@ class Output {
     mutable bool bar_is_open_ = false;  // the terminal shows an unfinished bar
 };
 
-/// 75 -> "1:15".
+/// Minutes and seconds, as in 75 -> "1:15".
 std::string minutes(double seconds);
 
 }  // namespace nbd

@@ -26,8 +26,7 @@ struct BodyFigures {
 };
 
 /// Evaluates a tree and draws its figures. body: its name in pictures. max_frames: per set; 0: all. Throws
-/// what
-/// test_frames() and evaluate_frames() throw.
+/// what test_frames() and evaluate_frames() throw.
 BodyFigures make_body_figures(const std::string& body, const TreeFile& tree, const RecordingReader& recording,
                               int max_frames);
 

@@ -15,7 +15,7 @@ namespace nbd {
 /// the networks then have to learn the difference between the two alignments.
 enum class LabelFrame { clustered, full };
 
-/// "clustered", "full".
+/// Name of a frame: "clustered" or "full".
 std::string_view name(LabelFrame frame) noexcept;
 
 /// The frame of that name. Throws std::invalid_argument that lists the known frames.

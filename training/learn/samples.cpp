@@ -48,7 +48,7 @@ struct NodeVertices {
     }
 };
 
-/// One pose as a node sees it.
+/// A node in one pose.
 struct NodePose {
     const Vertices* x;
     Eigen::RowVector3f c;  // mean of the node's vertices

@@ -16,7 +16,7 @@ namespace nbd {
 /// others; the rest by `spread`. Best for spheres whose farthest vertices are always the same few.
 enum class SampleRule { spread, support };
 
-/// "spread", "support".
+/// Name of a rule: "spread" or "support".
 std::string_view name(SampleRule rule) noexcept;
 
 struct SamplesConfig {

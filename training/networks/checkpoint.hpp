@@ -12,8 +12,8 @@ namespace nbd {
 /// inputs, targets: as train_mlps() takes them.
 std::string training_key(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config);
 
-/// Writes the networks trained so far and the key of their training, atomically. Throws
-/// std::runtime_error with path and reason.
+/// Writes the networks trained so far and the key of their training, atomically. Throws std::runtime_error
+/// with path and reason.
 void save_checkpoint(const std::filesystem::path& path, const std::string& key,
                      const std::vector<TrainedMlp>& networks);
 

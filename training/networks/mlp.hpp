@@ -27,7 +27,7 @@ enum class Arithmetic { single, mixed };
 /// True if this build supports the arithmetic.
 bool has_arithmetic(Arithmetic arithmetic) noexcept;
 
-/// "single", "mixed".
+/// Name of an arithmetic: "single" or "mixed".
 std::string_view name(Arithmetic arithmetic) noexcept;
 
 class PoseBlocks;

@@ -30,8 +30,7 @@ struct TrainedRadiusNetwork {
 /// Trains one node's network. It maps the samples' distances to how far the node's vertices reach beyond
 /// them.
 /// distances: [poses, samples], growth: [poses], metres, at least one pose; samples a multiple of 16.
-/// stream: selects this network's random numbers, usually the node. Same bits for the same
-/// arguments.
+/// stream: selects this network's random numbers, usually the node. Same bits for the same arguments.
 TrainedRadiusNetwork train_radius_network(const PoseRows& distances, const Eigen::VectorXf& growth,
                                           const RadiusNetworkConfig& config, std::uint64_t stream);
 
