@@ -15,7 +15,7 @@
 namespace nbd {
 namespace {
 
-TEST(SphereTree, IsFullAtTheDefaultDepthWhereThereAreFacesEnough) {
+TEST(SphereTree, IsFullAtTheDefaultDepthForEnoughFaces) {
     const auto s = shapes::torus(48, 32);
     const SphereTree tree = build_sphere_tree(s.X, s.F);
     EXPECT_EQ(tree.nodes.size(), 255u);
@@ -23,7 +23,7 @@ TEST(SphereTree, IsFullAtTheDefaultDepthWhereThereAreFacesEnough) {
     check_sphere_tree(tree, static_cast<int>(s.X.rows()), s.F);
 }
 
-TEST(SphereTree, NeverMakesALeafSmallerThanAsked) {
+TEST(SphereTree, NeverMakesLeavesSmallerThanTheMinimum) {
     for (const int least : {1, 2, 5, 17}) {
         const auto s = shapes::sphere(9, 11);
         const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 20, .min_leaf_faces = least});
@@ -36,7 +36,7 @@ TEST(SphereTree, NeverMakesALeafSmallerThanAsked) {
     }
 }
 
-TEST(SphereTree, EveryNodeHoldsItsFacesAndHasTheBoundingSphereOfItsVertexList) {
+TEST(SphereTree, GivesEveryNodeItsVerticesAndTheirBoundingSphere) {
     const auto s = shapes::bar(20, 12);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 5});
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
@@ -53,7 +53,7 @@ TEST(SphereTree, SplitsALineOfTrianglesInTheMiddle) {
     Vertices X(12, 3);
     Faces F(4, 3);
     for (int f = 0; f < 4; ++f) {
-        const auto x = static_cast<float>(f == 0 ? 2 : f == 2 ? 0 : f);  // faces 0 and 2 change places
+        const auto x = static_cast<float>(f == 0 ? 2 : f == 2 ? 0 : f);  // faces 0 and 2 are swapped
         X.row(3 * f) << x, 0, 0;
         X.row(3 * f + 1) << x, 0.1f, 0;
         X.row(3 * f + 2) << x, 0, 0.1f;
@@ -65,7 +65,7 @@ TEST(SphereTree, SplitsALineOfTrianglesInTheMiddle) {
     EXPECT_TRUE(std::ranges::equal(tree.node_faces(2), std::vector{0, 3}));
 }
 
-TEST(SphereTree, EqualCentroidsAreSplitByFaceIndex) {
+TEST(SphereTree, SplitsEqualCentroidsByFaceIndex) {
     Vertices X(3, 3);
     X << 0, 0, 0, 1, 0, 0, 0, 1, 0;
     const Faces F = Eigen::RowVector3i(0, 1, 2).replicate(8, 1);
@@ -74,7 +74,7 @@ TEST(SphereTree, EqualCentroidsAreSplitByFaceIndex) {
     EXPECT_TRUE(std::ranges::is_sorted(tree.faces));
 }
 
-TEST(SphereTree, RefusesASurfaceThatCannotHaveOne) {
+TEST(SphereTree, RejectsInvalidSurfacesAndConfigs) {
     const auto s = shapes::sphere(4, 5);
     EXPECT_EQ(test::refusal([&] { build_sphere_tree(s.X, Faces(0, 3)); }),
               "a sphere tree needs at least one face, the surface has none");
@@ -105,11 +105,11 @@ struct Tampering {
     std::function<void(SphereTree&)> tamper;
 };
 
-// The tree of the sphere below: 70 faces, 37 vertices, 31 nodes, leaves 15 to 30.
+// Refers to the tree of the sphere below: 70 faces, 37 vertices, 31 nodes, leaves 15 to 30.
 const Tampering tamperings[] = {
     {"has no nodes", [](SphereTree& t) { t.nodes.clear(); }},
     {"node 14 has children at 29 and 30, but there are 30 nodes", [](SphereTree& t) { t.nodes.pop_back(); }},
-    {"has 32 nodes, but the root leads to 31", [](SphereTree& t) { t.nodes.push_back(t.nodes.back()); }},
+    {"has 32 nodes, but the root reaches 31", [](SphereTree& t) { t.nodes.push_back(t.nodes.back()); }},
     {"lists 69 faces, but the surface has 70", [](SphereTree& t) { t.faces.pop_back(); }},
     {"lists face 70, but the surface has 70 faces", [](SphereTree& t) { t.faces[3] = 70; }},
     {"lists face -1, but", [](SphereTree& t) { t.faces[3] = -1; }},
@@ -120,7 +120,7 @@ const Tampering tamperings[] = {
     {"leaf 15 lists vertex", [](SphereTree& t) { t.vertices[3] = t.vertices[4]; }},
     {"does not list vertex", [](SphereTree& t) { std::swap(t.vertices.front(), t.vertices.back()); }},
     {"does not list vertex", [](SphereTree& t) { std::swap(t.faces.front(), t.faces.back()); }},
-    {"which none of its faces has",
+    {"but none of its faces uses it",
      [](SphereTree& t) {
          for (auto& n : t.nodes) {
              n.vertex_begin += n.vertex_begin > 0;
@@ -132,11 +132,11 @@ const Tampering tamperings[] = {
     {"the children of node 2 have depths 5 and 2 instead of 2", [](SphereTree& t) { t.nodes[5].depth = 5; }},
     {"the root owns faces 1 to 70 of 70", [](SphereTree& t) { t.nodes[0].face_begin = 1; }},
     {"the root owns faces 0 to 71 of 70", [](SphereTree& t) { t.nodes[0].face_end = 71; }},
-    {"do not share out its faces", [](SphereTree& t) { ++t.nodes[4].face_end; }},
-    {"do not share out its vertices", [](SphereTree& t) { --t.nodes[4].vertex_begin; }},
+    {"do not partition its faces", [](SphereTree& t) { ++t.nodes[4].face_end; }},
+    {"do not partition its vertices", [](SphereTree& t) { --t.nodes[4].vertex_begin; }},
     {"node 15 owns no face", [](SphereTree& t) { t.nodes[16].face_begin = t.nodes[15].face_end = 0; }},
     {"node 15 owns no vertex", [](SphereTree& t) { t.nodes[16].vertex_begin = t.nodes[15].vertex_end = 0; }},
-    {"node 3 has its first child at 9, breadth-first order asks for 7 or -1",
+    {"node 3 has its first child at 9, allowed in breadth-first order: 7 or -1",
      [](SphereTree& t) { std::swap(t.nodes[3].first_child, t.nodes[4].first_child); }},
     {"node 3 has its first child at 0", [](SphereTree& t) { t.nodes[3].first_child = 0; }},
     {"node 20 has its first child at -7", [](SphereTree& t) { t.nodes[20].first_child = -7; }},
@@ -148,7 +148,7 @@ const Tampering tamperings[] = {
     {"the rest sphere of node 9 has a negative radius", [](SphereTree& t) { t.rest[9].r = -1; }},
 };
 
-TEST(CheckSphereTree, NamesWhatIsWrongWithATamperedTree) {
+TEST(CheckSphereTree, ReportsEachKindOfTampering) {
     const auto s = shapes::sphere(5, 7);
     const SphereTree whole = build_sphere_tree(s.X, s.F, {.depth = 4, .min_leaf_faces = 2});
     ASSERT_EQ(whole.nodes.size(), 31u);
@@ -164,7 +164,7 @@ TEST(CheckSphereTree, NamesWhatIsWrongWithATamperedTree) {
     }
 }
 
-TEST(CheckSphereTree, RefusesATreeOfAnotherSurface) {
+TEST(CheckSphereTree, RejectsATreeOfAnotherSurface) {
     const auto s = shapes::sphere(5, 7), other = shapes::sphere(7, 5);
     const SphereTree tree = build_sphere_tree(s.X, s.F);
     ASSERT_EQ(s.F.rows(), other.F.rows());

@@ -15,7 +15,7 @@ const Material undamped{
 
 BodyState at_rest(const ElasticBody& body) { return {body.rest().X, Nodes::Zero(body.node_count(), 3)}; }
 
-// Spinning, stretching and ringing at once.
+// A state that spins, stretches and vibrates at once.
 BodyState violent(const ElasticBody& body, double strength = 1) {
     BodyState state = at_rest(body);
     const Nodes& X = body.rest().X;
@@ -59,7 +59,7 @@ TEST(BackwardEuler, MassDampingSlowsADriftingBody) {
     EXPECT_LT((state.v.col(0).array() - 3 / 1.2).abs().maxCoeff(), 1e-13);
 }
 
-TEST(BackwardEuler, LinearMomentumIsKeptToRounding) {
+TEST(BackwardEuler, ConservesLinearMomentumToRounding) {
     for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
         Material material = undamped;
         material.rayleigh_stiffness = 1e-3;
@@ -73,8 +73,8 @@ TEST(BackwardEuler, LinearMomentumIsKeptToRounding) {
     }
 }
 
-// One step loses dt^2 sum v x f of it, so the drift over a given time falls with dt.
-TEST(BackwardEuler, AngularMomentumIsKeptToFirstOrder) {
+// One step changes angular momentum by dt^2 sum v x f, so the drift over a given time falls with dt.
+TEST(BackwardEuler, ConservesAngularMomentumToFirstOrder) {
     const ElasticBody body(test::box_mesh({1, 0.5, 0.5}, {4, 2, 2}, 0.2), undamped);
     StepSystem system(body);
     double drift[3];
@@ -91,7 +91,7 @@ TEST(BackwardEuler, AngularMomentumIsKeptToFirstOrder) {
     EXPECT_NEAR(drift[1] / drift[2], 2, 0.3);
 }
 
-TEST(BackwardEuler, EnergyNeverGrowsWithoutOuterForces) {
+TEST(BackwardEuler, EnergyNeverGrowsWithoutExternalForces) {
     const ElasticBody body(test::box_mesh({1, 0.5, 0.5}, {5, 3, 3}, 0.2), undamped);
     StepSystem system(body);
     for (const int iterations : {1, 3}) {
@@ -111,7 +111,7 @@ TEST(BackwardEuler, EnergyNeverGrowsWithoutOuterForces) {
     }
 }
 
-TEST(BackwardEuler, NewtonIterationsBringTheResidualDown) {
+TEST(BackwardEuler, NewtonIterationsReduceTheResidual) {
     const ElasticBody body(test::box_mesh({1, 0.5, 0.5}, {4, 2, 2}, 0.2), undamped);
     StepSystem system(body);
     double last = 1;
@@ -129,7 +129,7 @@ TEST(BackwardEuler, NewtonIterationsBringTheResidualDown) {
     EXPECT_LE(report.residual, 1e-9);
 }
 
-TEST(BackwardEuler, PrescribedNodesMoveExactlyAsTold) {
+TEST(BackwardEuler, PrescribedNodesMoveExactlyAsPrescribed) {
     const ElasticBody body(test::box_mesh({1, 0.5, 0.5}, {4, 2, 2}), undamped);
     StepSystem system(body);
     BodyState state = at_rest(body);
@@ -145,8 +145,8 @@ TEST(BackwardEuler, PrescribedNodesMoveExactlyAsTold) {
     for (int node : right) EXPECT_NEAR(state.x(node, 0), 1.2, 1e-15);
 }
 
-// Moving the boundary by an affine map must move the inside by it too, and strain all elements alike.
-TEST(BackwardEuler, PatchTest) {
+// An affine motion of the boundary must move interior nodes affinely and strain all elements equally.
+TEST(BackwardEuler, PassesThePatchTest) {
     const ElasticBody body(test::box_mesh({1, 0.7, 0.8}, {4, 4, 3}, 0.3), undamped);
     StepSystem system(body);
     Eigen::Matrix3d A;
@@ -160,7 +160,7 @@ TEST(BackwardEuler, PatchTest) {
     PrescribedNodes boundary;
     boundary.nodes = test::nodes_where(X, on_boundary);
     ASSERT_GE(body.node_count() - static_cast<int>(boundary.nodes.size()), 18);
-    const double dt = 1e4;  // so long that inertia is nothing: the static equilibrium
+    const double dt = 1e4;  // large enough for inertia to vanish: static equilibrium
     boundary.v.resize(boundary.nodes.size(), 3);
     for (std::size_t k = 0; k < boundary.nodes.size(); ++k)
         boundary.v.row(k) = (target.row(boundary.nodes[k]) - X.row(boundary.nodes[k])) / dt;
@@ -177,7 +177,7 @@ TEST(BackwardEuler, PatchTest) {
         EXPECT_LT(f.row(i).norm(), 1e-7 * f.norm());
 }
 
-TEST(BackwardEuler, OneThreadAndManyGiveTheSameBits) {
+TEST(BackwardEuler, GivesTheSameBitsOnAnyNumberOfThreads) {
     const ElasticBody body(test::box_mesh({1, 0.5, 0.5}, {12, 8, 8}, 0.2), undamped);
     const auto run = [&] {
         BodyState state = violent(body);
@@ -190,7 +190,7 @@ TEST(BackwardEuler, OneThreadAndManyGiveTheSameBits) {
     EXPECT_TRUE(one.v == four.v);
 }
 
-TEST(BackwardEuler, LeavesTheStateAloneWhenItCannotStep) {
+TEST(BackwardEuler, LeavesTheStateUnchangedWhenAStepFails) {
     const ElasticBody body(test::box_mesh({1, 0.5, 0.5}, {2, 1, 1}), undamped);
     StepSystem system(body);
     BodyState state = violent(body);

@@ -1,4 +1,4 @@
-// Beams against theory: the error must fall as the mesh is refined.
+// Compares beams with theory; the error must fall as the mesh is refined.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,8 +13,8 @@ namespace {
 const Material elastic{
     .young = 1e6, .poisson = 0, .density = 1000, .rayleigh_mass = 0, .rayleigh_stiffness = 0};
 
-// Deflection of the tip of a clamped beam under a small weight, over Timoshenko's
-// q L^4 / (8 E I) + q L^2 / (2 kappa G A), kappa = 5/6.
+// Tip deflection of a clamped beam under a small weight, divided by Timoshenko's q L^4 / (8 E I) + q L^2 / (2
+// kappa G A), kappa = 5/6.
 double relative_sag(int refinement) {
     const double L = 1, h = 0.25, g = 1e-3;
     const ElasticBody body(test::box_mesh({L, h, h}, Eigen::Vector3i(8, 2, 2) * refinement), elastic);
@@ -23,7 +23,7 @@ double relative_sag(int refinement) {
     clamp.nodes = test::nodes_where(body.rest().X, [](const auto& p) { return p[0] == 0; });
     clamp.v = Nodes::Zero(clamp.nodes.size(), 3);
     BodyState state{body.rest().X, Nodes::Zero(body.node_count(), 3)};
-    const double dt = 1e5;  // so long that inertia is nothing
+    const double dt = 1e5;  // large enough for inertia to vanish
     backward_euler_step(system, state, dt, {.gravity = {0, 0, -g}, .forces = {}}, clamp);
     double tip = 0;
     const auto end = test::nodes_where(body.rest().X, [&](const auto& p) { return p[0] == L; });
@@ -33,7 +33,7 @@ double relative_sag(int refinement) {
     return tip / (q * std::pow(L, 4) / (8 * EI) + q * L * L / (2 * 5.0 / 6 * GA));
 }
 
-TEST(Beam, CantileverSagsAsTimoshenkoSays) {
+TEST(Beam, CantileverDeflectionConvergesToTimoshenkoTheory) {
     const double coarse = 1 - relative_sag(1), medium = 1 - relative_sag(2), fine = 1 - relative_sag(4);
     EXPECT_GT(coarse, 0);  // linear elements are too stiff
     EXPECT_GT(coarse / medium, 2);
@@ -45,12 +45,12 @@ struct BarFrequencies {
     double bending, stretching;
 };
 
-// A free bar of rectangular section, thickness t < width.
+// A free bar with a rectangular section, thickness t < width.
 BarFrequencies free_bar(double L, double t, double width, int refinement, MassKind mass) {
     const ElasticBody body(test::box_mesh({L, t, width}, Eigen::Vector3i(16, 2, 3) * refinement), elastic,
                            mass);
     const Modes modes = vibration_modes(body, {.count = 8});
-    // The first mode of all bends about the weak axis; the one that stretches moves along x alone.
+    // The lowest mode bends about the weak axis; the longitudinal mode moves along x only.
     BarFrequencies found{modes.basis.frequencies[0], 0};
     for (int c = 0; c < 8; ++c) {
         double along = 0, across = 0;
@@ -63,9 +63,9 @@ BarFrequencies free_bar(double L, double t, double width, int refinement, MassKi
     return found;
 }
 
-TEST(Beam, FreeBarRingsAsBeamTheorySays) {
+TEST(Beam, FreeBarFrequenciesConvergeToBeamTheory) {
     const double L = 1, t = 0.1, width = 0.17;
-    // Bending with shear and rotary inertia as in ASTM E1876, Poisson 0, unit mass density 1000.
+    // Bending with shear and rotary inertia as in ASTM E1876, for Poisson's ratio 0 and density 1000.
     const double r = t / L, r2 = r * r, r4 = r2 * r2;
     const double correction = 1 + 6.585 * r2 - 0.868 * r4 - 8.340 * r4 / (1 + 6.338 * r2);
     const double mass = elastic.density * L * t * width;

@@ -9,7 +9,7 @@
 namespace nbd {
 namespace {
 
-/// A cube of two metres whose upper side is at z = 0, and a small one that has sunk into it by `depth`.
+/// A cube of 2 m with its upper side at z = 0, and a small cube that has sunk into it by `depth`.
 class SunkCube : public testing::Test {
  protected:
     SunkCube()
@@ -20,7 +20,7 @@ class SunkCube : public testing::Test {
         ground.update(ground_body_.tets.X.rowwise() - Eigen::RowVector3d(0, 0, 1));
     }
 
-    /// Gap of the deepest of the cube's vertices that are in contact; 0 where none is behind the surface.
+    /// Depth of the deepest vertex of the small cube in contact, metres; 0 if none is below the surface.
     double deepest(double depth, double moved) {
         cube.update(cube_body_.tets.X.rowwise() + Eigen::RowVector3d(0.3, 0.2, 0.1 - depth));
         std::vector<FacePair> all;
@@ -43,24 +43,24 @@ class SunkCube : public testing::Test {
     ContactSurface ground, cube;
 };
 
-TEST_F(SunkCube, IsInContactAtAnyDepthWithinReachWhereNothingIsKnownOfBefore) {
+TEST_F(SunkCube, IsInContactAtAnyDepthWithinReachWithoutAHistory) {
     EXPECT_NEAR(deepest(0.06, std::numeric_limits<double>::infinity()), 0.06, 1e-12);
     EXPECT_NEAR(finder.deepest(), 0.06, 1e-12);
 }
 
-TEST_F(SunkCube, IsNoContactWhereItIsDeeperThanItCanHaveMoved) {
+TEST_F(SunkCube, IsNotInContactDeeperThanItCanHaveMoved) {
     EXPECT_EQ(deepest(0.06, 0.05), 0);
     EXPECT_NEAR(deepest(0.04, 0.05), 0.04, 1e-12);
 }
 
-TEST_F(SunkCube, MayGetDeeperStepByStep) {
+TEST_F(SunkCube, MaySinkDeeperStepByStep) {
     EXPECT_NEAR(deepest(0.03, 0.035), 0.03, 1e-12);
-    EXPECT_NEAR(deepest(0.06, 0.035), 0.06, 1e-12) << "0.03 before, 0.035 since";
+    EXPECT_NEAR(deepest(0.06, 0.035), 0.06, 1e-12) << "0.03 m deep before, moved by 0.035 m since";
     EXPECT_EQ(deepest(0.09, 0.035), 0) << "beyond reach";
     EXPECT_EQ(finder.deepest(), 0);
 }
 
-TEST_F(SunkCube, IsKnownToAFinderThatTakesOverWhatAnotherRemembers) {
+TEST_F(SunkCube, IsRecognisedAfterSavingAndRestoringSides) {
     deepest(0.03, 0.035);
     ContactSides sides;
     finder.save_sides(sides);

@@ -7,7 +7,7 @@
 
 namespace nbd::test {
 
-/// A body whose surface is the boundary of its tetrahedra.
+/// A body that uses the boundary of its tetrahedra as surface.
 inline Body boundary_body(TetMesh tets, const Material& material = {}) {
     Body body;
     body.name = "box";
@@ -32,7 +32,7 @@ inline Body boundary_body(TetMesh tets, const Material& material = {}) {
     return body;
 }
 
-/// A box with its centre at the origin, edges along the axes.
+/// An axis-aligned box centred at the origin.
 inline Body box_body(const Eigen::Vector3d& size, const Eigen::Vector3i& cells,
                      const Material& material = {}) {
     TetMesh tets = box_mesh(size, cells);

@@ -8,7 +8,7 @@
 
 namespace nbd::test {
 
-/// A box that can be put into worlds several times.
+/// A box that several worlds and bodies can share.
 struct Model {
     Body body;
     std::shared_ptr<const ElasticBody> elastic;

@@ -14,7 +14,7 @@
 namespace nbd::test {
 namespace {
 
-// Nodes, elements and material. CalculiX takes no more than 20 characters a number.
+// Nodes, elements and material as CalculiX input, which allows at most 20 characters per number.
 std::string model(const ElasticBody& body, double density_scale = 1) {
     const TetMesh& mesh = body.rest();
     const Material& material = body.material();
@@ -33,7 +33,7 @@ std::string model(const ElasticBody& body, double density_scale = 1) {
     return text;
 }
 
-// A share of each node's mass, as elements of one node.
+// A share of each node's mass as one-node elements.
 std::string point_masses(const ElasticBody& body, double share) {
     std::string text;
     for (int i = 0; i < body.node_count(); ++i)
@@ -48,7 +48,7 @@ std::string read_text(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// What CalculiX writes into the .dat file for an input.
+// Runs CalculiX and returns its .dat file.
 std::string run_calculix(const std::string& input) {
     const TemporaryFolder folder;
     folder.write("job.inp", input);
@@ -62,7 +62,7 @@ std::string run_calculix(const std::string& input) {
     return read_text(folder / "job.dat");
 }
 
-// What follows the last of `title`. Throws where there is none.
+// Text after the last occurrence of `title`. Throws std::runtime_error if there is none.
 std::istringstream after(const std::string& text, const std::string& title) {
     const auto at = text.rfind(title);
     if (at == std::string::npos) throw std::runtime_error("ccx wrote no \"" + title + "\"");
@@ -75,7 +75,7 @@ bool calculix_installed() { return std::system("command -v ccx > /dev/null 2>&1"
 
 Eigen::VectorXd calculix_frequencies(const ElasticBody& body, MassKind mass, int count) {
     constexpr int rigid = 6;
-    // The consistent element matrix is (1 + I) m / 20 = 0.8 (1 m / 16) + 0.2 (I m / 4), 1 the matrix of ones.
+    // Consistent element mass, with 1 the matrix of ones: (1 + I) m / 20 = 0.8 (1 m / 16) + 0.2 (I m / 4).
     const double spread = mass == MassKind::consistent ? 0.8 : 1e-12;
     std::string input = model(body, spread) + point_masses(body, 1 - spread);
     input += fmt::format("*STEP\n*FREQUENCY\n{}\n*END STEP\n", count + rigid);

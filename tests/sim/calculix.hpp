@@ -7,26 +7,26 @@
 
 namespace nbd::test {
 
-/// Whether the program `ccx` (Debian: calculix-ccx) can be run: an independent FEM program, whose element
-/// C3D4 is the linear tetrahedron.
+/// Whether the independent FEM program `ccx` (Debian: calculix-ccx) is available. Its element C3D4 is the
+/// linear tetrahedron.
 bool calculix_installed();
 
-/// Frequencies of the free body without the six rigid modes, the lowest `count`, Hz, ascending.
-/// The mass matrices are equal: a C3D4 element's own is integrated at one point, 1/16 of its mass in each
-/// entry, so point masses on the nodes make up the difference to the body's kind.
-/// This and the next: throws std::runtime_error with CalculiX's first error message.
+/// The lowest `count` elastic frequencies of the free body (no rigid modes), Hz, ascending. C3D4 integrates
+/// its mass at one point (1/16 of it in each entry), so point masses on the nodes supply the difference from
+/// the body's kind of mass. Throws std::runtime_error with CalculiX's first error message; so does
+/// calculix_displacements.
 Eigen::VectorXd calculix_frequencies(const ElasticBody& body, MassKind mass, int count);
 
-/// A body that is held and loaded.
+/// A body with fixed nodes and loads.
 struct StaticCase {
-    std::vector<int> held;                              // nodes that do not move
+    std::vector<int> held;                              // fixed nodes
     Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // m/s2
-    int pulled = 0;                                     // the node that `pull` acts on
+    int pulled = 0;                                     // node that `pull` acts on
     Eigen::Vector3d pull = Eigen::Vector3d::Zero();     // newtons
 };
 
-/// Displacements of the nodes at rest under the loads, [N, 3], metres. `large`: with its Green strains for
-/// large displacements (NLGEOM) instead of the linear ones.
+/// Static displacements of the nodes under the loads, [N, 3], metres. `large`: uses Green strains for large
+/// displacements (NLGEOM) instead of linear strains.
 Nodes calculix_displacements(const ElasticBody& body, const StaticCase& load, bool large = false);
 
 }  // namespace nbd::test

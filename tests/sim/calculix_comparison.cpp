@@ -12,7 +12,7 @@
 namespace nbd::test {
 namespace {
 
-// A body held at the low end of its longest side, to be loaded across it.
+// A body clamped at the low end of its longest side and loaded across it.
 struct Clamped {
     ElasticBody elastic;
     Eigen::Index along = 0, across = 0;

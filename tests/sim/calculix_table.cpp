@@ -1,5 +1,4 @@
-// Bodies against CalculiX, as a CSV table on standard output:
-//   calculix_table BODY.h5...
+// Compares bodies with CalculiX and prints a CSV table. Usage: calculix_table BODY.h5...
 #include <fmt/core.h>
 
 #include <exception>

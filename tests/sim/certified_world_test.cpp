@@ -1,4 +1,4 @@
-// The simulator hands the motions of regions to `certified` bounds.
+// Tests the region motions that the simulator passes to `certified` bounds.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ std::shared_ptr<const CollisionTree> certified_tree(const Body& body) {
     return tree;
 }
 
-TEST(RegionMotions, OfTheSimulatorAreThoseMeasuredFromThePositions) {
+TEST(RegionMotions, OfTheSimulatorAgreeWithMeasurementsFromPositions) {
     const Model box({1, 0.4, 0.3}, {7, 3, 2});
     const auto tree = certified_tree(box.body);
     const auto regions = std::make_shared<const TetRegions>(tree->certified->regions);
@@ -43,7 +43,7 @@ TEST(RegionMotions, OfTheSimulatorAreThoseMeasuredFromThePositions) {
             elastic.pose(x, pose, &meter);
             return 0;
         });
-        EXPECT_EQ(pose.F, plain.F);  // measuring changes nothing
+        EXPECT_EQ(pose.F, plain.F);  // measuring has no side effects
         EXPECT_EQ(pose.f, plain.f);
         ASSERT_EQ(meter.motions().size(), measured.size());
         for (std::size_t r = 0; r < measured.size(); ++r) {
@@ -61,7 +61,7 @@ TEST(RegionMotions, OfTheSimulatorAreThoseMeasuredFromThePositions) {
     EXPECT_GT(largest, 0.01f);
 }
 
-TEST(World, CertifiedBoundsFindTheFacePairsThatExactOnesFind) {
+TEST(World, CertifiedAndExactBoundsFindTheSameFacePairs) {
     const Model box({1, 0.4, 0.3}, {6, 3, 2}, 5e4);
     const auto tree = certified_tree(box.body);
     const auto run = [&](BoundKind kind) {
@@ -80,7 +80,7 @@ TEST(World, CertifiedBoundsFindTheFacePairsThatExactOnesFind) {
             pairs.insert(pairs.end(), now_touching.begin(), now_touching.end());
             const std::span<const RegionMotion> motion = world.motion(1);
             EXPECT_EQ(motion.empty(), kind != BoundKind::certified);
-            // Those of the state that the step ended in, not of one before.
+            // The motions belong to the state at the end of the step.
             if (kind == BoundKind::certified && i % 20 == 19) {
                 SolidMeter meter(box.body.tets, std::make_shared<const TetRegions>(tree->certified->regions));
                 const Vertices x = world.state(1).x.cast<float>();
@@ -98,13 +98,13 @@ TEST(World, CertifiedBoundsFindTheFacePairsThatExactOnesFind) {
     EXPECT_EQ(exact_x, certified_x);
 }
 
-TEST(World, MotionsAreMeasuredAnewAfterARestore) {
+TEST(World, MeasuresMotionsAgainAfterARestore) {
     const Model box({1, 0.4, 0.3}, {4, 2, 2});
     World world(WorldConfig{});
     WorldBody body = box.at({0, 0, 1});
     body.tree = certified_tree(box.body);
     body.bounds = BoundKind::certified;
-    body.state.v.col(0) = 3 * body.state.x.col(0);  // it stretches
+    body.state.v.col(0) = 3 * body.state.x.col(0);  // stretches the body
     world.add_body(std::move(body));
     const WorldSnapshot start = world.snapshot();
     const float before = world.motion(0)[0].stretch;

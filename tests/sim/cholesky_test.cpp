@@ -28,7 +28,7 @@ std::string failure(Cholesky& cholesky, const SparseMatrix& A) {
     return test::error_of([&] { cholesky.factorize(A); });
 }
 
-TEST_F(CholeskyOfABar, SolvesForManyValuesOfOnePattern) {
+TEST_F(CholeskyOfABar, SolvesForDifferentValuesOfOnePattern) {
     Cholesky cholesky;
     cholesky.analyze(A);
     for (const double stiffness : {1e-4, 1e-2, 1.0}) {
@@ -44,7 +44,7 @@ TEST_F(CholeskyOfABar, SolvesForManyValuesOfOnePattern) {
     EXPECT_GT(cholesky.factor_entries(), A.nonZeros() / 2);
 }
 
-TEST_F(CholeskyOfABar, ReportsAMatrixThatIsNotPositiveDefiniteAndRecovers) {
+TEST_F(CholeskyOfABar, ReportsAnIndefiniteMatrixAndRecovers) {
     Cholesky cholesky;
     cholesky.analyze(A);
     SparseMatrix bad = A;
@@ -58,7 +58,7 @@ TEST_F(CholeskyOfABar, ReportsAMatrixThatIsNotPositiveDefiniteAndRecovers) {
     EXPECT_EQ(failure(cholesky, A), "");
 }
 
-TEST_F(CholeskyOfABar, RefusesAnotherPattern) {
+TEST_F(CholeskyOfABar, RejectsAnotherPattern) {
     Cholesky cholesky;
     EXPECT_EQ(failure(cholesky, A).substr(0, 24), "factorize: matrix has 36");
     cholesky.analyze(A);
@@ -66,7 +66,7 @@ TEST_F(CholeskyOfABar, RefusesAnotherPattern) {
     EXPECT_EQ(failure(cholesky, other.pattern().zero_matrix()).substr(0, 24), "factorize: matrix has 81");
 }
 
-TEST(Blas, WarnsInOneLineUnlessAFastOneIsLoaded) {
+TEST(Blas, WarnsInOneLineUnlessAFastLibraryIsLoaded) {
     const BlasInfo info = blas_info();
     EXPECT_FALSE(info.name.empty());
     EXPECT_EQ(info.fast, info.warning.empty());

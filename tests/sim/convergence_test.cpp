@@ -1,4 +1,4 @@
-// Errors against known solutions must fall at the order that theory gives.
+// Errors against known solutions must fall at the theoretical order.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -22,7 +22,7 @@ double observed_order(const std::vector<double>& size, const std::vector<double>
     return (x * y).sum() / x.square().sum();
 }
 
-// A smooth displacement field u_i = a_i sin(k_i . X + phi_i) and what holds it in a linear elastic solid.
+// A smooth displacement field u_i = a_i sin(k_i . X + phi_i) and its body force in a linear elastic solid.
 struct KnownSolution {
     double mu, lambda;
     Eigen::Vector3d a{1, -0.8, 0.6}, phi{0.3, 1.1, -0.4};
@@ -53,7 +53,7 @@ struct KnownSolution {
     }
 };
 
-// Calls f(t, barycentric, weight) at four points of each tetrahedron: exact for quadratic polynomials.
+// Calls f(t, barycentric, weight) at four points of each tetrahedron; exact for quadratic polynomials.
 template <class F>
 void at_quadrature_points(const ElasticBody& body, F&& f) {
     const double near = 0.5854101966249685, far = 0.1381966011250105;
@@ -69,7 +69,7 @@ struct Errors {
     double l2 = 0, energy = 0;
 };
 
-// The known solution's boundary values and body force on a box of cells x cells x cells.
+// Boundary values and body force of the known solution on a box of cells x cells x cells.
 Errors errors_on_box(int cells) {
     const Material material{.young = 1e5, .poisson = 0.3, .rayleigh_mass = 0, .rayleigh_stiffness = 0};
     const KnownSolution known(material);
@@ -94,7 +94,7 @@ Errors errors_on_box(int cells) {
     at_quadrature_points(body, [&](int t, const Eigen::Vector4d& b, double weight) {
         const Eigen::Vector3d p = corners(t).transpose() * b;
         const Eigen::Matrix<double, 4, 3> own = u(body.rest().T.row(t), Eigen::all);
-        // Rows of the inverse give the gradients of the barycentric coordinates.
+        // The rows of the inverse are the gradients of the barycentric coordinates.
         Eigen::Matrix4d shape;
         shape << corners(t), Eigen::Vector4d::Ones();
         const Eigen::Matrix<double, 3, 4> gradients = shape.inverse().topRows<3>();
@@ -105,7 +105,7 @@ Errors errors_on_box(int cells) {
     return {std::sqrt(errors.l2), std::sqrt(errors.energy)};
 }
 
-TEST(Convergence, LinearTetrahedraAreOfOrderTwoInDisplacementAndOneInEnergy) {
+TEST(Convergence, LinearTetrahedraHaveOrderTwoInDisplacementAndOneInEnergy) {
     std::vector<double> h, l2, energy;
     for (const int cells : {6, 10, 16}) {
         const Errors errors = errors_on_box(cells);
@@ -123,7 +123,7 @@ const Material damped{.young = 1e5, .poisson = 0.3, .rayleigh_mass = 0.5, .rayle
 
 const double shaking_time = 0.05;  // seconds
 
-// Where a swinging body is that one end shakes.
+// Node positions of a swinging body after one of its ends is shaken.
 Nodes shaken(const ElasticBody& body, int steps) {
     const Nodes& X = body.rest().X;
     StepSystem system(body);
@@ -142,10 +142,10 @@ Nodes shaken(const ElasticBody& body, int steps) {
     return state.x;
 }
 
-TEST(Convergence, BackwardEulerIsOfOrderOneInTheTimeStep) {
+TEST(Convergence, BackwardEulerHasOrderOneInTheTimeStep) {
     const ElasticBody body(test::box_mesh({1, 0.4, 0.4}, {4, 2, 2}, 0.2), damped);
     const int finest = 320;
-    // Two fine runs with the error of first order taken out.
+    // Richardson extrapolation of two fine runs removes the first-order error.
     const Nodes reference = 2 * shaken(body, 2 * finest) - shaken(body, finest);
     ASSERT_GT((reference - body.rest().X).rowwise().norm().maxCoeff(), 0.05);
     std::vector<double> dt, error;

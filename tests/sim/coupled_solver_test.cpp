@@ -13,7 +13,7 @@ namespace {
 
 constexpr double dt = 0.01;
 
-/// Two bars, wound about their length and bent, one of them held at an end, pressed together at some nodes.
+/// Two twisted and bent bars, one fixed at an end, coupled at some nodes.
 struct Scene {
     ElasticBody body{test::box_mesh({2, 0.4, 0.4}, {24, 5, 5}), {.young = 1e5}};
     std::vector<StepSystem> systems;
@@ -71,7 +71,7 @@ struct Scene {
     }
 };
 
-TEST(CoupledSolver, ReachesItsToleranceInFewIterationsInWoundAndPressedBodies) {
+TEST(CoupledSolver, ConvergesInFewIterationsForTwistedBodiesInContact) {
     for (const double turns : {0.0, 1.0, 3.0})
         for (const double stiffness : {0.0, 1.0, 1e3}) {
             const Scene scene(turns, stiffness);
@@ -101,7 +101,7 @@ TEST(CoupledSolver, KeepsPrescribedVelocities) {
     EXPECT_NEAR((v.head(18).array() - 0.1).abs().maxCoeff(), 0, 1e-12);
 }
 
-TEST(CoupledSolver, FactorisesTheSystemWithAReasonWhereTheIterationDoesNotConverge) {
+TEST(CoupledSolver, FallsBackToFactorisationWhenTheIterationDoesNotConverge) {
     const Scene scene(2, 100);
     LinearSolveReport report;
     const Eigen::VectorXd v = scene.solve({.tolerance = 1e-9, .max_iterations = 1}, report);
@@ -111,7 +111,7 @@ TEST(CoupledSolver, FactorisesTheSystemWithAReasonWhereTheIterationDoesNotConver
     EXPECT_LE(scene.residual(v), 1e-9);
 }
 
-TEST(CoupledSolver, FactorisesTheSystemWithAReasonWhereThePatchWouldBeMostOfIt) {
+TEST(CoupledSolver, FallsBackToFactorisationForTooManyCoupledNodes) {
     Scene scene(0.5);
     for (int k = 0; k < scene.body.node_count(); k += 3) {
         scene.terms.push_back({1, k, scene.first_unknown[1] + 3 * k, 1, false});
@@ -129,7 +129,7 @@ TEST(CoupledSolver, FactorisesTheSystemWithAReasonWhereThePatchWouldBeMostOfIt) 
     EXPECT_LE(scene.residual(v), 1e-6);
 }
 
-TEST(CoupledSolver, SolvesAgainForOtherCouplingsOfTheSameMatrices) {
+TEST(CoupledSolver, SolvesTheSameMatricesWithOtherCouplings) {
     Scene scene(1, 10);
     for (const LinearSolver kind : {LinearSolver::iterative, LinearSolver::direct}) {
         CoupledSolver solver({.solver = kind});

@@ -48,7 +48,7 @@ TEST(ElasticBody, RigidMotionGivesNoForceAndNoEnergy) {
     EXPECT_LT(energy_at(body, x), 1e-20 * energy_at(body, moved(body.rest().X, 1.1 * turn, {3, -1, 2})));
 }
 
-TEST(ElasticBody, EnergyIsInvariantAndForcesTurnWithTheBody) {
+TEST(ElasticBody, EnergyIsInvariantAndForcesAreEquivariantUnderRotation) {
     const ElasticBody body = bar();
     const Nodes x = body.rest().X + test::wild_field(body.rest().X, 0.03);
     const Nodes y = moved(x, turn, {0.3, 0.1, -5});
@@ -57,7 +57,7 @@ TEST(ElasticBody, EnergyIsInvariantAndForcesTurnWithTheBody) {
     EXPECT_LT((forces_at(body, y) - f * turn.transpose()).norm(), 1e-11 * f.norm());
 }
 
-TEST(ElasticBody, ForcesAddUpToNoForceAndNoTorque) {
+TEST(ElasticBody, ForcesSumToZeroForceAndZeroTorque) {
     const ElasticBody body = bar();
     const Nodes x = body.rest().X + test::wild_field(body.rest().X, 0.03);
     const Nodes f = forces_at(body, x);
@@ -68,7 +68,7 @@ TEST(ElasticBody, ForcesAddUpToNoForceAndNoTorque) {
     EXPECT_LT(torque.norm(), 1e-12 * f.norm());
 }
 
-// The force is the exact derivative of the energy, far from rest and with inverted elements too.
+// The force is the exact derivative of the energy, even far from rest and with inverted elements.
 TEST(ElasticBody, ForceIsMinusTheDerivativeOfTheEnergy) {
     const ElasticBody body = bar();
     for (const double wildness : {0.03, 0.15}) {
@@ -89,7 +89,7 @@ TEST(ElasticBody, ForceIsMinusTheDerivativeOfTheEnergy) {
     }
 }
 
-TEST(ElasticBody, TangentIsTheExactDerivativeWhereTheBodyIsOnlyTurned) {
+TEST(ElasticBody, TangentIsExactForARotatedBody) {
     const ElasticBody body = bar();
     const Nodes x = moved(body.rest().X, turn, {1, 0, 0});
     ElementPose pose;
@@ -137,7 +137,7 @@ TEST(ElasticBody, ProductsAgreeWithTheMatrices) {
     }
 }
 
-TEST(ElasticBody, BothKindsOfMassAddUpToDensityTimesVolume) {
+TEST(ElasticBody, BothKindsOfMassSumToDensityTimesVolume) {
     for (const MassKind kind : {MassKind::lumped, MassKind::consistent}) {
         const ElasticBody body = bar(kind);
         EXPECT_NEAR(body.mass(), 1000 * size.prod(), 1e-10);
@@ -172,7 +172,7 @@ TEST(ElasticBody, ReportsInvertedAndNonFiniteElements) {
     EXPECT_NEAR(body.check(pose).min_det, -1, 1e-14);
 
     Nodes broken = body.rest().X;
-    const int alone = 1;  // a corner of some of the six
+    const int alone = 1;  // a corner of only some of the six tetrahedra
     broken(alone, 2) = std::numeric_limits<double>::quiet_NaN();
     body.pose(broken, pose);
     const ElementReport report = body.check(pose);
@@ -186,7 +186,7 @@ std::string refusal(const TetMesh& mesh, const Material& material) {
     return test::refusal([&] { ElasticBody(mesh, material); });
 }
 
-TEST(ElasticBody, RefusesBadMaterials) {
+TEST(ElasticBody, RejectsInvalidMaterials) {
     const TetMesh box = test::box_mesh({1, 1, 1}, {1, 1, 1});
     EXPECT_EQ(refusal(box, {.young = 0}), "Young's modulus is 0; allowed: more than 0 Pa");
     EXPECT_EQ(refusal(box, {.young = std::numeric_limits<double>::infinity()}),
@@ -199,7 +199,7 @@ TEST(ElasticBody, RefusesBadMaterials) {
               "Rayleigh stiffness damping is nan; allowed: at least 0 s");
 }
 
-TEST(ElasticBody, RefusesBadMeshes) {
+TEST(ElasticBody, RejectsInvalidMeshes) {
     const TetMesh box = test::box_mesh({1, 1, 1}, {1, 1, 1});
     TetMesh bad = box;
     bad.T(2, 1) = 8;
@@ -212,13 +212,13 @@ TEST(ElasticBody, RefusesBadMeshes) {
     EXPECT_EQ(refusal(bad, {}).substr(0, 26), "tetrahedron 4 has volume -");
     bad = box;
     bad.X(5, 1) = std::nan("");
-    EXPECT_EQ(refusal(bad, {}), "node 5 lies at (1 nan 1), positions must be finite");
+    EXPECT_EQ(refusal(bad, {}), "node 5 lies at (1 nan 1); allowed: finite positions");
     bad = box;
     bad.X = Nodes::Zero(9, 3);
     bad.X.topRows(8) = box.X;
     EXPECT_EQ(refusal(bad, {}), "node 8 belongs to no tetrahedron");
     bad.T.resize(0, 4);
-    EXPECT_EQ(refusal(bad, {}), "elastic body: no tetrahedra, at least one is needed");
+    EXPECT_EQ(refusal(bad, {}), "elastic body: no tetrahedra; allowed: at least one");
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ Watched run(const Excitation& excitation, int index) {
     return out;
 }
 
-/// Largest relative change of length anywhere in a frame.
+/// Largest magnitude of a principal strain in a frame.
 double strain(const ElasticBody& body, const Nodes& x) {
     ElementPose pose;
     body.pose(x, pose);
@@ -45,7 +45,7 @@ double strain(const ElasticBody& body, const Nodes& x) {
     return largest;
 }
 
-TEST(Recipe, KindsTakeTurnsAndNumbersDependOnTheIndex) {
+TEST(Recipe, AlternatesKindsAndDrawsNumbersFromTheIndex) {
     const RecipeBook recipes(std::make_shared<const Body>(bar()), short_run());
     std::set<RecipeKind> kinds;
     std::set<std::string> texts;
@@ -58,7 +58,7 @@ TEST(Recipe, KindsTakeTurnsAndNumbersDependOnTheIndex) {
     EXPECT_EQ(texts.size(), 10u);
 }
 
-TEST(Excitation, EveryKindOfRecipeRunsThroughAndDeformsTheBody) {
+TEST(Excitation, EveryKindOfRecipeCompletesAndDeformsTheBody) {
     const Body body = bar();
     const ElasticBody elastic(body.tets, body.material);
     const Excitation excitation(body, short_run());
@@ -83,7 +83,7 @@ TEST(Excitation, EveryKindOfRecipeRunsThroughAndDeformsTheBody) {
     EXPECT_GE(visible, 8);
 }
 
-TEST(Excitation, FramesAreTheSameBitsAloneAndBesideOthers) {
+TEST(Excitation, FramesAreBitIdenticalAloneAndInParallel) {
     const Excitation excitation(bar(), short_run());
     std::vector<Watched> alone, beside(5);
     for (int i = 0; i < 5; ++i) alone.push_back(run(excitation, i));
@@ -100,7 +100,7 @@ TEST(Excitation, FramesAreTheSameBitsAloneAndBesideOthers) {
     }
 }
 
-TEST(Excitation, SuitsAnySizeStiffnessAndDensity) {
+TEST(Excitation, AdaptsToSizeStiffnessAndDensity) {
     Material jelly{.young = 3e3, .density = 1100};
     const Body small = test::box_body({1e-2, 3e-3, 2.5e-3}, {6, 2, 2}, jelly);
     const Body large = test::box_body({100, 30, 25}, {6, 2, 2}, {.young = 1e9, .density = 7800});
@@ -115,7 +115,7 @@ TEST(Excitation, SuitsAnySizeStiffnessAndDensity) {
     }
 }
 
-TEST(Excitation, AnAbsurdOneIsMarkedFailedWithItsReason) {
+TEST(Excitation, MarksExtremeTrajectoriesAsFailedWithAReason) {
     ExcitationConfig config = short_run();
     config.ranges.strength = 60;
     const Excitation excitation(bar(), config);
@@ -134,12 +134,12 @@ TEST(Excitation, AnAbsurdOneIsMarkedFailedWithItsReason) {
     EXPECT_GE(failed, 3);
 }
 
-TEST(Excitation, ThinBodiesRunThroughAtTheDefaults) {
+TEST(Excitation, ThinBodiesCompleteWithDefaults) {
     const Excitation excitation(test::box_body({1, 0.04, 0.04}, {30, 1, 1}), short_run());
     for (int i = 0; i < 10; ++i) EXPECT_EQ(run(excitation, i).result.failure, "") << i;
 }
 
-TEST(Excitation, SmallerStepsKeepRecipeAndFrameInterval) {
+TEST(Excitation, SmallerStepsKeepTheRecipeAndTheFrameInterval) {
     const Excitation excitation(bar(), short_run());
     const Watched coarse = run(excitation, 1);
     std::vector<double> times;
@@ -151,7 +151,7 @@ TEST(Excitation, SmallerStepsKeepRecipeAndFrameInterval) {
         EXPECT_NEAR(times[i] - times[i - 1], excitation.frame_interval(), 1e-12);
 }
 
-TEST(Excitation, RefusesNumbersOutOfRange) {
+TEST(Excitation, RejectsNumbersOutOfRange) {
     const auto message = [](const ExcitationConfig& config) {
         return test::refusal([&] { Excitation(bar(), config); });
     };

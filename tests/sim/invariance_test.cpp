@@ -1,4 +1,4 @@
-// Every term of the body's equations moves with the body: far turned and far away, to rounding.
+// All terms of the equations of motion are equivariant under large rigid motions, up to rounding.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -12,10 +12,10 @@ namespace {
 
 class Invariance : public ::testing::TestWithParam<MassKind> {
  protected:
-    // A rigid motion: x to Q x + b.
+    // The rigid motion x -> Q x + b.
     const Eigen::Matrix3d Q =
         Eigen::AngleAxisd(2.9, Eigen::Vector3d(2, -1, 3).normalized()).toRotationMatrix();
-    const Eigen::RowVector3d b{700, -900, 400};  // metres; the body is 1 long
+    const Eigen::RowVector3d b{700, -900, 400};  // metres; the body is 1 m long
 
     Nodes turned(const Nodes& v) const { return v * Q.transpose(); }
     Nodes moved(const Nodes& x) const { return turned(x).rowwise() + b; }
@@ -37,7 +37,7 @@ class Invariance : public ::testing::TestWithParam<MassKind> {
     const Nodes x = X + test::wild_field(X, 0.08);  // some elements inverted
     const Nodes v = test::wild_field(X, 2).rowwise() + Eigen::RowVector3d(3, 1, -2);
 
-    // Positions of 1000 m are rounded to 1e-13 m, an element's size is about 0.2 m.
+    // Positions near 1000 m are rounded to 1e-13 m; elements measure about 0.2 m.
     static constexpr double rounding = 1e-11;
 };
 
@@ -58,7 +58,7 @@ TEST_P(Invariance, OfStress) {
     EXPECT_LT((there - here).cwiseAbs().maxCoeff(), rounding * here.maxCoeff());
 }
 
-TEST_P(Invariance, OfARestingBody) {
+TEST_P(Invariance, OfABodyAtRest) {
     const double scale = forces_at(x).norm();
     EXPECT_LT(forces_at(moved(X)).norm(), rounding * scale);
     EXPECT_LT(body.energy(pose_of(moved(X))), rounding * rounding * body.energy(pose_of(x)));
@@ -80,7 +80,7 @@ TEST_P(Invariance, OfStiffnessAndItsProducts) {
         }
 }
 
-TEST_P(Invariance, OfMassEnergyOfMotionAndMomenta) {
+TEST_P(Invariance, OfMassKineticEnergyAndMomenta) {
     Nodes Mv(v.rows(), 3), turned_Mv(v.rows(), 3);
     body.mass_product(v, Mv);
     body.mass_product(turned(v), turned_Mv);
@@ -94,7 +94,7 @@ TEST_P(Invariance, OfMassEnergyOfMotionAndMomenta) {
               1e-13 * b.norm() * p.norm());
 }
 
-// Gravity, outer forces, damping, prescribed nodes and the linear solve, all in one.
+// Combines gravity, external forces, damping, prescribed nodes and the linear solve.
 TEST_P(Invariance, OfATimeStep) {
     const Loads loads{.gravity = {1, -3, -9}, .forces = test::wild_field(X, 0.5)};
     const Loads turned_loads{.gravity = Q * loads.gravity, .forces = turned(loads.forces)};

@@ -11,8 +11,8 @@
 namespace nbd {
 namespace {
 
-// Symmetric in its three axes, so that eigenvalues come in multiples.
-TEST(Modes, AreThoseOfADenseSolverEvenWhereTheyAreMultiple) {
+// The box is symmetric in its three axes, so it has multiple eigenvalues.
+TEST(Modes, AgreeWithADenseSolverEvenForMultipleEigenvalues) {
     for (const MassKind kind : {MassKind::lumped, MassKind::consistent}) {
         const ElasticBody body(test::box_mesh({1, 1, 1}, {3, 3, 3}), Material{}, kind);
         ElementPose rest;
@@ -38,7 +38,7 @@ TEST(Modes, AreThoseOfADenseSolverEvenWhereTheyAreMultiple) {
     }
 }
 
-TEST(Modes, AreMassOrthonormalAscendingAndOfFixedSign) {
+TEST(Modes, AreMassOrthonormalAscendingAndHaveAFixedSign) {
     const ElasticBody body(test::box_mesh({1, 0.6, 0.4}, {6, 4, 3}, 0.2), Material{});
     const ModeBasis basis = vibration_modes(body, {.count = 20}).basis;
     const Eigen::MatrixXd U = basis.U.cast<double>();
@@ -54,7 +54,7 @@ TEST(Modes, AreMassOrthonormalAscendingAndOfFixedSign) {
     }
 }
 
-TEST(Modes, AreTheSameBitsForTheSameSeed) {
+TEST(Modes, AreBitIdenticalForTheSameSeed) {
     const ElasticBody body(test::box_mesh({1, 0.6, 0.4}, {5, 3, 3}, 0.2), Material{});
     const ModeBasis a = vibration_modes(body, {.count = 10, .seed = 3}).basis;
     const ModeBasis b = vibration_modes(body, {.count = 10, .seed = 3}).basis;
@@ -64,7 +64,7 @@ TEST(Modes, AreTheSameBitsForTheSameSeed) {
     EXPECT_LT((a.U - c.U).cwiseAbs().maxCoeff(), 1e-4 * a.U.cwiseAbs().maxCoeff());
 }
 
-TEST(Modes, DoNotDependOnUnitsOrPlace) {
+TEST(Modes, DoNotDependOnUnitsOrPosition) {
     const double scale = 1e-3;
     TetMesh mesh = test::box_mesh({1, 0.6, 0.4}, {5, 3, 3}, 0.2);
     const ModeBasis a = vibration_modes(ElasticBody(mesh, Material{}), {.count = 8}).basis;
@@ -85,7 +85,7 @@ TetMesh two_boxes(bool hinged) {
     pair.X << box.X, box.X.rowwise() + Eigen::RowVector3d::Constant(hinged ? 1 : 3);
     pair.T.resize(2 * box.T.rows(), 4);
     pair.T << box.T, box.T.array() + static_cast<int>(n);
-    if (hinged) {  // corner (0,0,0) of the second is corner (1,1,1) of the first
+    if (hinged) {  // corner (0,0,0) of the second box is corner (1,1,1) of the first
         const int kept = static_cast<int>(n) - 1, dropped = static_cast<int>(n);
         pair.T = pair.T.unaryExpr([&](int node) { return node == dropped ? kept : node - (node > dropped); })
                      .eval();
@@ -96,14 +96,16 @@ TetMesh two_boxes(bool hinged) {
     return pair;
 }
 
-TEST(Modes, RefuseABodyThatIsNotOnePiece) {
+TEST(Modes, RejectADisconnectedBody) {
     EXPECT_EQ(failure(ElasticBody(two_boxes(false), Material{}), 20),
-              "modes: 12 rigid modes, a free body in one piece has exactly 6 (separate or hinged parts?)");
+              "modes: found 12 rigid modes, but a free body in one piece has exactly 6; check for separate "
+              "or hinged parts");
     EXPECT_EQ(failure(ElasticBody(two_boxes(true), Material{}), 20),
-              "modes: 9 rigid modes, a free body in one piece has exactly 6 (separate or hinged parts?)");
+              "modes: found 9 rigid modes, but a free body in one piece has exactly 6; check for separate or "
+              "hinged parts");
 }
 
-TEST(Modes, RefuseACountTheBodyDoesNotHave) {
+TEST(Modes, RejectACountAboveTheBodysModes) {
     const ElasticBody body(test::box_mesh({1, 1, 1}, {1, 1, 1}), Material{});
     EXPECT_EQ(failure(body, 0), "modes: count is 0, allowed: 1 to 17 for 8 nodes");
     EXPECT_EQ(failure(body, 18), "modes: count is 18, allowed: 1 to 17 for 8 nodes");

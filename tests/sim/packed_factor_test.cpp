@@ -71,7 +71,7 @@ TEST(PackedFactor, GivesTheSameBitsOnAnyNumberOfThreads) {
     EXPECT_EQ(one, four);
 }
 
-TEST(PackedFactor, ReadsAQuarterOfTheFactorsMemory) {
+TEST(PackedFactor, UsesAQuarterOfTheFactorsMemory) {
     const Packed packed({14, 12, 10});
     EXPECT_LT(static_cast<double>(packed.factor->bytes()),
               0.4 * 8 * static_cast<double>(packed.cholesky.factor_entries()));

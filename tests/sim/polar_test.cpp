@@ -31,7 +31,7 @@ TEST(Polar, RecoversTheRotationOfAStretchedFrame) {
     }
 }
 
-TEST(Polar, LanesDoNotDisturbEachOther) {
+TEST(Polar, LanesAreIndependent) {
     LaneMatrix3 F, R;
     const double broken = std::numeric_limits<double>::quiet_NaN();
     for (int l = 0; l < lanes; ++l) {
@@ -45,7 +45,7 @@ TEST(Polar, LanesDoNotDisturbEachOther) {
         EXPECT_LT((R.lane(l) - rotation_of(F.lane(l))).norm(), 1e-13) << "lane " << l;
 }
 
-TEST(Polar, TakesTheLeastStretchedDirectionAsTheMirroredOneOfAnInvertedFrame) {
+TEST(Polar, MirrorsTheLeastStretchedDirectionOfAnInvertedFrame) {
     for (int k = 0; k < 200; ++k) {
         const Eigen::Matrix3d R = some_rotation(k), Q = some_rotation(k + 31);
         const Eigen::Matrix3d F = R * Q * Eigen::Vector3d(1.7, 0.9, -0.3).asDiagonal() * Q.transpose();

@@ -21,7 +21,7 @@ std::string text_of(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Paths of all keys of an object, those of objects in it included.
+/// Collects the paths of all keys of an object and of its nested objects.
 void collect_keys(const nlohmann::json& object, const std::string& path, std::set<std::string>& keys) {
     for (const auto& [key, value] : object.items()) {
         keys.insert(path + key);
@@ -29,7 +29,7 @@ void collect_keys(const nlohmann::json& object, const std::string& path, std::se
     }
 }
 
-/// The same of what a JSON schema allows.
+/// Collects the paths of all keys that a JSON schema allows.
 void collect_properties(const nlohmann::json& schema, const std::string& path, std::set<std::string>& keys) {
     EXPECT_EQ(schema["additionalProperties"], false) << path;
     for (const auto& [key, property] : schema["properties"].items()) {
@@ -38,7 +38,7 @@ void collect_properties(const nlohmann::json& schema, const std::string& path, s
     }
 }
 
-/// The object that the defaults of a JSON schema make.
+/// Builds an object from the defaults of a JSON schema.
 nlohmann::json defaults_of(const nlohmann::json& schema) {
     nlohmann::json object;
     for (const auto& [key, property] : schema["properties"].items()) {
@@ -48,7 +48,7 @@ nlohmann::json defaults_of(const nlohmann::json& schema) {
     return object;
 }
 
-TEST(RecipeRanges, DefaultFileAndSchemaSayWhatTheProgramDoes) {
+TEST(RecipeRanges, DefaultFileAndSchemaAgreeWithTheProgram) {
     EXPECT_EQ(parse_recipe_ranges("{}"), RecipeRanges{});
     EXPECT_EQ(parse_recipe_ranges(text_of(recipes / "default.json")), RecipeRanges{});
     const auto schema = nlohmann::json::parse(text_of(recipes / "recipe.schema.json"));
@@ -63,7 +63,7 @@ TEST(RecipeRanges, DefaultFileAndSchemaSayWhatTheProgramDoes) {
     EXPECT_EQ(written, allowed);
 }
 
-TEST(RecipeRanges, ExamplesAreReadAndGivenBack) {
+TEST(RecipeRanges, ExamplesRoundTrip) {
     int examples = 0;
     for (const auto& entry : std::filesystem::directory_iterator(recipes)) {
         if (entry.path().filename() == "recipe.schema.json") continue;
@@ -86,7 +86,7 @@ TEST(RecipeRanges, MixFollowsWeightsAndContactShare) {
     EXPECT_NEAR(std::accumulate(touching.begin(), touching.end(), 0.0), 1, 1e-12);
 }
 
-TEST(RecipeRanges, ErrorsNameThePathAndWhatWasAllowed) {
+TEST(RecipeRanges, ErrorsNameThePathAndTheAllowedRange) {
     const auto error = [](const char* text) { return test::refusal([&] { parse_recipe_ranges(text); }); };
     EXPECT_EQ(error(R"({"stregth": 2})"),
               R"(recipe: unknown key "stregth"; the nearest known one is "strength")");
@@ -98,7 +98,7 @@ TEST(RecipeRanges, ErrorsNameThePathAndWhatWasAllowed) {
     EXPECT_EQ(error(R"({"kinds": {"drop": {"weight": -1}}})"),
               "recipe.kinds.drop.weight: is -1, but must be >= 0");
     EXPECT_EQ(error(R"({"hands": {"twist": {"from": 2}}})"),
-              "recipe.hands.twist: goes from 2 to 0.9, but must not fall");
+              "recipe.hands.twist: goes from 2 to 0.9, but must not decrease");
     EXPECT_EQ(error(R"({"contact_share": 1.5})"), "recipe.contact_share: is 1.5, but must be from 0 to 1");
     EXPECT_EQ(error(R"({"contact_share": 1, "kinds": {"drop": {"weight": 0}, "thrown": {"weight": 0}}})"),
               "recipe.contact_share: is 1, but the weights of drop and thrown are 0");

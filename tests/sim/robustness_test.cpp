@@ -1,4 +1,4 @@
-// What a simulator must get through: crushed, fast and piled bodies.
+// Difficult cases for the simulator: crushed, fast and piled bodies.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -64,7 +64,7 @@ TEST(Robustness, TenBodiesPileUpAndComeToRest) {
     EXPECT_LT(report.kinetic_energy, 1e-3 * fastest);
 }
 
-/// Largest distance of a node from where it is at rest, the body moved rigidly.
+/// Largest distance of a node from its rest position under the best rigid motion, metres.
 double deformation(const Nodes& X, const Nodes& x) {
     const Eigen::Vector3d from = X.colwise().mean(), to = x.colwise().mean();
     const Eigen::Matrix3d R =
@@ -107,7 +107,7 @@ TEST(Robustness, ACrushedOrInvertedBodyRecoversItsShape) {
               0.004);
 }
 
-TEST(Robustness, BodiesThatMeetFastAreStoppedBySmallerSteps) {
+TEST(Robustness, SubstepsStopFastBodies) {
     const Model box({0.3, 0.3, 0.1}, {3, 3, 1}, 1e6);
     const auto collide = [&](int max_substeps) {
         WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
@@ -134,7 +134,7 @@ TEST(Robustness, BodiesThatMeetFastAreStoppedBySmallerSteps) {
     EXPECT_GT(collide(1).first, 2 * cut_depth);
 }
 
-TEST(Robustness, NewtonsIterationsSolveTheStep) {
+TEST(Robustness, NewtonIterationsSolveTheStep) {
     const Model box({0.6, 0.2, 0.2}, {4, 2, 2}, 2e4);
     const double dt = 0.02;
     WorldConfig config;
@@ -161,7 +161,7 @@ TEST(Robustness, NewtonsIterationsSolveTheStep) {
     EXPECT_LT((lone.x - world.state(0).x).cwiseAbs().maxCoeff(), 1e-4);
 }
 
-TEST(Robustness, NewtonWithContactSettles) {
+TEST(Robustness, NewtonIterationsConvergeWithContact) {
     const Model box({0.6, 0.4, 0.3}, {3, 2, 2}, 3e4);
     WorldConfig config;
     config.step = {.newton_iterations = 30, .newton_tolerance = 1e-2};
@@ -180,7 +180,7 @@ TEST(Robustness, NewtonWithContactSettles) {
     EXPECT_GT(pressing, 10);
 }
 
-TEST(Robustness, ABlockSlidesWithTheAccelerationThatFrictionLeavesIt) {
+TEST(Robustness, ASlidingBlockAcceleratesAsCoulombFrictionPredicts) {
     Model box({0.4, 0.4, 0.2}, {2, 2, 1}, 1e6);
     Material material = box.body.material;
     material.rayleigh_mass = 0;

@@ -13,12 +13,12 @@
 namespace nbd {
 namespace {
 
-/// What parse_scene says of a text; empty: nothing is wrong.
+/// Error message of parse_scene for a text; empty if the text is valid.
 std::string complaint(const std::string& text) {
     return test::refusal([&] { parse_scene(text, "folder"); });
 }
 
-/// A scene of one body with more keys in the body, and more beside it.
+/// A scene with one body, further keys in the body, and further top-level keys.
 std::string with(const std::string& in_body, const std::string& beside = "") {
     return R"({"bodies": [{"body": "a.h5")" + (in_body.empty() ? "" : ", " + in_body) + "}]" +
            (beside.empty() ? "" : ", " + beside) + "}";
@@ -122,7 +122,7 @@ struct Broken {
 
 class BrokenScene : public ::testing::TestWithParam<Broken> {};
 
-TEST_P(BrokenScene, IsRefusedInOneLine) { EXPECT_EQ(complaint(GetParam().text), GetParam().message); }
+TEST_P(BrokenScene, IsRejectedInOneLine) { EXPECT_EQ(complaint(GetParam().text), GetParam().message); }
 
 const std::string one_source = R"(bodies[0]: needs exactly one of "body", "surface" and "tets")";
 
@@ -162,16 +162,16 @@ const Broken broken_scenes[] = {
      "bodies[0].bounds: is \"tight\", but must be exact, boxes, bd, nbd, learned_spheres, "
      "learned_boxes, certified or auto"},
     {with(R"("meshing": {"nodes": 9})"),
-     "bodies[0].meshing: is for surfaces and tetrahedra; a body file is taken as it is"},
+     "bodies[0].meshing: applies to surfaces and tetrahedra only; a body file is used unchanged"},
     {R"({"bodies": [{"tets": "a.msh", "meshing": {"nodes": 9}}]})",
-     "bodies[0].meshing.nodes: is for surfaces; tetrahedra are taken as they are"},
+     "bodies[0].meshing.nodes: applies to surfaces only; given tetrahedra are not remeshed"},
     {R"({"bodies": [{"surface": "a.obj", "meshing": {"subdivision": "butterfly"}}]})",
      "bodies[0].meshing.subdivision: is \"butterfly\", but must be midpoint or loop"},
     {with("", R"("output": {"vtk": "a"})"), "output: unknown key \"vtk\"; the nearest known one is \"vtu\""},
     {with("", R"("output": {"csv": ""})"), "output.csv: must not be empty"},
-    {with("", R"("seed": 1, "seed": 2)"), "seed: this key is there twice"},
+    {with("", R"("seed": 1, "seed": 2)"), "seed: this key occurs twice"},
     {with(R"("pins": [], "grips": [{}, {"start": 1, "start": 1}])"),
-     "bodies[0].grips[1].start: this key is there twice"},
+     "bodies[0].grips[1].start: this key occurs twice"},
     {with(R"("bounds": "nbd")"),
      "bodies[0].tree: is missing: bounds \"nbd\" are learned or precomputed and need a tree file"},
     {with(R"("bounds": "bd", "tree": "t.h5", "transform": {"scale": 2})"),
@@ -199,7 +199,7 @@ TEST(Scene, SyntaxErrorsNameLineAndColumn) {
     EXPECT_EQ(message.find('\n'), std::string::npos);
 }
 
-TEST(Scene, CutShortAnywhereItIsAnErrorOfOneLine) {
+TEST(Scene, ReportsTruncationAnywhereInOneLine) {
     ASSERT_EQ(complaint(full), "");
     for (std::size_t length = 0; length < full.size(); ++length) {
         const std::string message = complaint(full.substr(0, length));
@@ -208,7 +208,7 @@ TEST(Scene, CutShortAnywhereItIsAnErrorOfOneLine) {
     }
 }
 
-TEST(Scene, EveryProblemIsFoundInOneReading) {
+TEST(Scene, ReportsEveryProblemAtOnce) {
     const SceneReading reading = read_scene(R"({
         "bodies": [{"body": "a.h5", "nmae": "a", "velocity": 3}, {"body": "b.h5"}, {}],
         "obstacles": [{"plane": {"normal": "up"}}, {"sphere": {"radius": 1}}],
@@ -226,14 +226,14 @@ TEST(Scene, EveryProblemIsFoundInOneReading) {
     EXPECT_EQ(reading.spec.bodies.size(), 3u);
 }
 
-TEST(Scene, AFileThatCannotBeReadIsNamedWithTheReason) {
+TEST(Scene, NamesAnUnreadableFileAndTheReason) {
     EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/nowhere/scene.json"); }),
               "/nowhere/scene.json: cannot read the scene: No such file or directory");
     EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/proc"); }),
               "/proc: cannot read the scene: it is a folder");
 }
 
-TEST(Scene, ThePublishedSchemaIsTheParsers) {
+TEST(Scene, AgreesWithThePublishedSchema) {
     const std::vector<std::string> differences =
         test::schema_differences(NBD_ASSETS "/scenes/scene.schema.json", read_scene(full, "").fields);
     EXPECT_EQ(differences, std::vector<std::string>{});
@@ -265,10 +265,10 @@ TEST(BuildWorld, PlacesBodiesPinsAndObstacles) {
         EXPECT_LT((world.state(0).x.row(i) - start.row(i)).norm(), 1e-12);
     }
     EXPECT_EQ(pinned, 9);
-    EXPECT_LT(world.state(0).x.col(2).minCoeff(), 0.999);  // the rest sags
+    EXPECT_LT(world.state(0).x.col(2).minCoeff(), 0.999);  // the free part sags
 }
 
-TEST(BuildWorld, TurnsBodiesAboutTheirCentreOfMass) {
+TEST(BuildWorld, SpinsBodiesAboutTheirCentreOfMass) {
     const SceneSpec spec = parse_scene(
         with(
             R"("transform": {"translate": [3, 0, 0]}, "velocity": [1, 0, 0], "angular_velocity": [0, 0, 2])"),
@@ -282,7 +282,7 @@ TEST(BuildWorld, TurnsBodiesAboutTheirCentreOfMass) {
             1e-12);
 }
 
-TEST(BuildWorld, SaysWhichBodyDoesNotFit) {
+TEST(BuildWorld, NamesTheBodyThatIsInvalid) {
     const auto message = [](const std::string& text, std::span<const LoadedBody> bodies) {
         return test::refusal([&] { build_world(parse_scene(text, ""), bodies); });
     };
@@ -295,7 +295,7 @@ TEST(BuildWorld, SaysWhichBodyDoesNotFit) {
     EXPECT_EQ(message(with(""), loaded), "");
 }
 
-TEST(CheckScene, FindsEveryProblemOfBodiesAndObstacles) {
+TEST(CheckScene, ReportsEveryProblemOfBodiesAndObstacles) {
     const SceneReading reading = read_scene(
         R"({"bodies": [
             {"body": "a", "pins": [{"sphere": {"centre": [9, 9, 9], "radius": 1}},
@@ -316,15 +316,15 @@ TEST(CheckScene, FindsEveryProblemOfBodiesAndObstacles) {
     EXPECT_EQ(scene_problems(reading, bodies),
               (std::vector<std::string>{
                   "bodies[0].pins[0]: the region holds no node of the body",
-                  "bodies[0].grips[0]: takes nodes that pins[1] holds",
+                  "bodies[0].grips[0]: contains nodes that pins[1] also holds",
                   "bodies[1]: overlaps bodies[0] at the start: 28 pairs of faces cross",
-                  "bodies[2]: one of it and bodies[0] lies inside the other at the start",
+                  "bodies[2]: lies inside bodies[0] or encloses it at the start",
                   "bodies[0]: is 0.05 m deep in obstacles[0] at the start",
                   "obstacles[1]: /nowhere.obj: no such file",
               }));
 }
 
-TEST(CheckScene, IsSilentWhereBodiesTouchTheFloor) {
+TEST(CheckScene, AcceptsBodiesThatTouchTheFloor) {
     const SceneReading reading = read_scene(
         R"({"bodies": [{"body": "a", "transform": {"translate": [0, 0, 0.15]}}], "obstacles": [{"plane": {}}]})",
         "");

@@ -10,14 +10,14 @@ namespace {
 
 using nlohmann::json;
 
-/// A schema's keys by their path, references followed.
+/// The keys of a schema by their paths, with references resolved.
 class SchemaKeys {
  public:
     explicit SchemaKeys(const json& schema) : root_(schema) { add(schema, ""); }
     std::map<std::string, json> keys;
 
  private:
-    /// The schema of a value; where it refers to another, that one with this one's own words on top.
+    /// The schema of a value. A reference is replaced by its target, which the value's own keys override.
     json resolved(json schema) const {
         if (!schema.contains("$ref")) return schema;
         json target = root_.at(json::json_pointer(schema["$ref"].get<std::string>().substr(1)));
@@ -40,7 +40,7 @@ class SchemaKeys {
     const json& root_;
 };
 
-/// What a schema should say of a field: type, range, choices, default.
+/// What a schema should state about a field: type, range, choices, default.
 json expected(const JsonField& field) {
     json schema;
     if (field.choices.empty())

@@ -9,8 +9,8 @@
 
 namespace nbd::test {
 
-/// How a JSON schema and the keys that a reader asked for differ: keys that one of them lacks, types, ranges,
-/// choices and defaults. One line each; empty: they agree.
+/// Differences between a JSON schema and the fields that a reader accepts: missing keys, types, ranges,
+/// choices and defaults. One line each; empty if they agree.
 std::vector<std::string> schema_differences(const std::filesystem::path& schema,
                                             std::span<const JsonField> fields);
 

@@ -4,10 +4,10 @@
 
 namespace nbd::test {
 
-/// Displacements of a body at rest under loads, [N, 3], metres, with nodes held at given displacements (none
-/// given: at their rest positions): backward Euler steps so long that inertia is nothing. One step with one
-/// solve is linear elasticity; more, each with its share of the load and several solves, follow the body
-/// into large displacements.
+/// Static displacements of a body under loads, [N, 3], metres. The `held` nodes have the displacements
+/// `held_at` (empty: zero). Takes backward Euler steps long enough for inertia to vanish. One step with one
+/// solve is linear elasticity; several steps apply the load gradually and, with several solves each, reach
+/// large displacements.
 inline Nodes static_displacements(const ElasticBody& body, const std::vector<int>& held, const Loads& loads,
                                   const Nodes& held_at = {}, int load_steps = 1, int newton_iterations = 1) {
     const double dt = 1e5;

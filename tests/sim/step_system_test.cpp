@@ -28,7 +28,7 @@ class StepSystemOfABar : public ::testing::Test {
     const double dt = 0.01;
 };
 
-TEST_F(StepSystemOfABar, EliminationGivesTheReducedSystemsSolution) {
+TEST_F(StepSystemOfABar, EliminationSolvesTheReducedSystem) {
     system.assemble(state, dt, {.gravity = {0, -9.81, 0}, .forces = {}});
     const Eigen::MatrixXd A = system.matrix();
     const Eigen::VectorXd b = system.rhs();
@@ -55,7 +55,7 @@ TEST_F(StepSystemOfABar, EliminationGivesTheReducedSystemsSolution) {
     EXPECT_LT((Av - system.rhs()).norm(), 1e-12 * system.rhs().norm());
 }
 
-TEST_F(StepSystemOfABar, AssembleForgetsWhatWasPrescribed) {
+TEST_F(StepSystemOfABar, AssembleClearsPrescribedNodes) {
     system.assemble(state, dt, {});
     const Eigen::MatrixXd A = system.matrix();
     const Eigen::VectorXd b = system.rhs();
@@ -67,7 +67,7 @@ TEST_F(StepSystemOfABar, AssembleForgetsWhatWasPrescribed) {
     EXPECT_FALSE(system.is_prescribed(3));
 }
 
-TEST_F(StepSystemOfABar, RefusesBadArguments) {
+TEST_F(StepSystemOfABar, RejectsInvalidArguments) {
     const BodyState bad{state.x.topRows(7), state.v};
     EXPECT_EQ(test::refusal([&] { system.assemble(bad, dt, {}); }),
               "step: x has 7 rows, the body has 45 nodes");

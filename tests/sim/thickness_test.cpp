@@ -22,7 +22,7 @@ TEST(LocalThickness, IsTheDiameterOfARodAndTwiceTheThicknessOfAPlate) {
     EXPECT_TRUE(std::isinf(LocalThickness(test::box_body({1, 1, 1}, {8, 8, 8}).tets).at({0, 0, 0}, 0.2)));
 }
 
-TEST(Sturdiness, FallsWithTheThicknessOfLimbsAndOfNothingElse) {
+TEST(Sturdiness, DependsOnlyOnTheRelativeThicknessOfLimbs) {
     EXPECT_EQ(sturdiness({1, 1, 1}, {4, 4, 4}), 1);
     EXPECT_EQ(sturdiness({1, 0.3, 0.25}, {6, 2, 2}), 1);
     const double thin = sturdiness({1, 0.05, 0.05}, {40, 2, 2});

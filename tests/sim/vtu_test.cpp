@@ -22,7 +22,7 @@ std::string read(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// An appended array by name, checked against its stored length.
+/// An appended array by name; checks its stored length.
 template <class T>
 std::vector<T> array(const std::string& text, const std::string& name) {
     std::smatch match;
@@ -49,7 +49,7 @@ class Vtu : public ::testing::Test {
     VtuBody still() const { return {&mesh_.T, &mesh_.X, &mesh_.X, &zero_, &zero_, &no_stress_}; }
 };
 
-TEST_F(Vtu, HoldsPositionsFieldsAndBodiesOfEveryMesh) {
+TEST_F(Vtu, ContainsPositionsFieldsAndBodyIndicesOfEveryMesh) {
     const Nodes x = mesh_.X.array() + 0.25, v = Nodes::Constant(8, 3, -1.5), force = Nodes::Constant(8, 3, 7);
     const Eigen::VectorXd stress = Eigen::VectorXd::LinSpaced(6, 10, 15);
     const VtuBody bodies[] = {{&mesh_.T, &mesh_.X, &x, &v, &force, &stress},
@@ -87,7 +87,7 @@ TEST_F(Vtu, HoldsPositionsFieldsAndBodiesOfEveryMesh) {
     EXPECT_EQ(array<std::uint8_t>(text, "types"), std::vector<std::uint8_t>(12, 10));
 }
 
-TEST_F(Vtu, TheSeriesListsEveryFrameAfterEachOfThem) {
+TEST_F(Vtu, SeriesListsAllFramesAfterEachFrame) {
     const VtuBody bodies[] = {still()};
     VtuSeries series(folder_, "run");
     for (int f = 0; f < 3; ++f) {
@@ -101,11 +101,12 @@ TEST_F(Vtu, TheSeriesListsEveryFrameAfterEachOfThem) {
     }
     int files = 0;
     for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_)) ++files;
-    EXPECT_EQ(files, 4);  // nothing temporary stays
+    EXPECT_EQ(files, 4);  // no temporary file remains
 }
 
-TEST_F(Vtu, SaysWhatIsWrong) {
-    const std::string misfit = "vtu: body 1 needs fields of one size for nodes and tetrahedra";
+TEST_F(Vtu, ReportsInvalidInput) {
+    const std::string misfit =
+        "vtu: body 1 needs one row per node in every node field, one von_mises per tetrahedron";
     const Nodes seven = Nodes::Zero(7, 3);
     const Eigen::VectorXd one = Eigen::VectorXd::Zero(1);
     for (auto field : {&VtuBody::start, &VtuBody::x, &VtuBody::v, &VtuBody::contact_force}) {

@@ -17,7 +17,7 @@ using test::floor_at;
 using test::Model;
 using test::turned;
 
-TEST(World, AFreeBodyFallsAsItShould) {
+TEST(World, AFreeBodyFallsAtTheExpectedRate) {
     const Model box({0.5, 0.4, 0.3}, {2, 2, 2});
     Material undamped = box.body.material;
     undamped.rayleigh_mass = 0;
@@ -33,7 +33,7 @@ TEST(World, AFreeBodyFallsAsItShould) {
 
 class DroppedBody : public ::testing::TestWithParam<std::tuple<double, double>> {};
 
-TEST_P(DroppedBody, StaysOutOfTheOneItFallsOn) {
+TEST_P(DroppedBody, HardlyPenetratesTheBodyBelow) {
     const auto [height, young] = GetParam();
     const Model box({1, 0.4, 0.3}, {6, 3, 2}, young);
     World world(WorldConfig{});
@@ -49,11 +49,11 @@ TEST_P(DroppedBody, StaysOutOfTheOneItFallsOn) {
         if (report.face_pairs > 0) ++pressing;
         deepest = std::max(deepest, report.deepest_penetration);
         const double now = report.kinetic_energy + report.elastic_energy + report.gravity_energy;
-        EXPECT_LT(now, energy * 1.02 + 1);  // the contact layers store a little that is not counted
+        EXPECT_LT(now, energy * 1.02 + 1);  // the contact layers store a little energy that is not counted
         energy = std::min(energy, now);
     }
     EXPECT_GT(pressing, 10);
-    EXPECT_LT(deepest, 0.01);  // of bodies of 1 m
+    EXPECT_LT(deepest, 0.01);  // for bodies of 1 m
     EXPECT_TRUE(world.intersecting(0, 1).empty());
     EXPECT_GT(world.state(1).x.col(2).mean(), world.state(0).x.col(2).mean());
 }
@@ -61,7 +61,7 @@ TEST_P(DroppedBody, StaysOutOfTheOneItFallsOn) {
 INSTANTIATE_TEST_SUITE_P(HeightsAndStiffness, DroppedBody,
                          ::testing::Combine(::testing::Values(0.3, 1.0), ::testing::Values(5e4, 2e5)));
 
-TEST(World, TwoBodiesThatMeetInSpaceKeepTheirMomentum) {
+TEST(World, CollidingBodiesConserveMomentum) {
     const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
     World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
     Material undamped = box.body.material;
@@ -89,11 +89,11 @@ TEST(World, TwoBodiesThatMeetInSpaceKeepTheirMomentum) {
     EXPECT_LT((momentum() - before).norm(), 1e-4 * speed_before);
 }
 
-TEST(World, ABlockOnASlopeSlidesAboveTheFrictionAngleAndStaysBelowIt) {
+TEST(World, ABlockSlidesOnlyOnSlopesAboveTheFrictionAngle) {
     const Model box({0.4, 0.4, 0.2}, {2, 2, 1}, 1e6);
     const double slope = 0.35, g = 9.81;  // tan 0.35 = 0.365
     const auto travelled = [&](double friction) {
-        // Tilt gravity, keep the floor level.
+        // Tilts gravity and keeps the floor level.
         World world(WorldConfig{.gravity = {g * std::sin(slope), 0, -g * std::cos(slope)}});
         world.add_obstacle(floor_at(0, friction));
         world.add_body(box.at({0, 0, 0.104}));
@@ -105,7 +105,7 @@ TEST(World, ABlockOnASlopeSlidesAboveTheFrictionAngleAndStaysBelowIt) {
     EXPECT_NEAR(travelled(friction), expected, 0.1 * expected);
 }
 
-TEST(World, GripsTakeTheirNodesWhereTheyShouldBeAndLetGo) {
+TEST(World, GripsMoveTheirNodesAndReleaseThem) {
     const Model box({1, 0.2, 0.2}, {6, 2, 2});
     WorldBody entry = box.at({0, 0, 0});
     const auto end = [&](double x) {
@@ -132,10 +132,10 @@ TEST(World, GripsTakeTheirNodesWhereTheyShouldBeAndLetGo) {
         EXPECT_LT((world.state(0).x.row(node) - box.body.tets.X.row(node)).norm(), 1e-9);
     const double held = world.state(0).x(end(0.5).front(), 0);
     for (int i = 0; i < 60; ++i) ASSERT_EQ(world.step(5e-3).failure, "");
-    EXPECT_LT(world.state(0).x(end(0.5).front(), 0), held - 0.01);  // let go, it springs back
+    EXPECT_LT(world.state(0).x(end(0.5).front(), 0), held - 0.01);  // springs back after the release
 }
 
-TEST(World, GivesTheSameBitsTwice) {
+TEST(World, GivesTheSameBitsInTwoRuns) {
     const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
     const auto end = [&] {
         World world(WorldConfig{});
@@ -182,7 +182,7 @@ TEST(World, ContinuesFromASnapshotWithTheSameBits) {
     EXPECT_EQ(test::refusal([&] { resumed->restore(snapshot); }), "world: a snapshot of 1 bodies for 2");
 }
 
-TEST(World, ContactForcesCarryTheWeightAndCancelBetweenBodies) {
+TEST(World, ContactForcesBalanceTheWeightAndCancelBetweenBodies) {
     const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
     World world(WorldConfig{});
     world.add_obstacle(floor_at(0));
@@ -193,7 +193,7 @@ TEST(World, ContactForcesCarryTheWeightAndCancelBetweenBodies) {
     const Eigen::Vector3d below = world.contact_forces(0).colwise().sum(),
                           above = world.contact_forces(1).colwise().sum();
     EXPECT_NEAR(above.z(), weight, 0.01 * weight);
-    EXPECT_NEAR(below.z(), weight, 0.01 * weight);  // carries two, loaded by one
+    EXPECT_NEAR(below.z(), weight, 0.01 * weight);  // two weights from the floor, minus one from above
     EXPECT_LT(above.head(2).norm() + below.head(2).norm(), 0.01 * weight);
 }
 
@@ -205,7 +205,7 @@ TEST(World, ReportsIntersectingPairs) {
     EXPECT_GT(world.intersecting(0, 1).size(), 5u);
 }
 
-TEST(World, ASphereThatMovesPushesABodyAway) {
+TEST(World, AMovingSpherePushesABodyAway) {
     const Model box({0.4, 0.4, 0.4}, {3, 3, 3});
     World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
     world.add_obstacle({.shape = BallShape{.centre = {-0.6, 0, 0}, .radius = 0.3}, .velocity = {1, 0, 0}});
@@ -218,7 +218,7 @@ TEST(World, ASphereThatMovesPushesABodyAway) {
     EXPECT_GT(linear_momentum(*box.elastic, world.state(0).v).x() / box.elastic->mass(), 0.5);
 }
 
-TEST(World, SaysWhatDoesNotFit) {
+TEST(World, RejectsInvalidBodiesAndObstacles) {
     const Model box({0.4, 0.4, 0.4}, {1, 1, 1});
     World world(WorldConfig{});
     EXPECT_EQ(test::refusal([&] { world.step(0); }), "world: dt is 0, but must be > 0");
@@ -231,7 +231,7 @@ TEST(World, SaysWhatDoesNotFit) {
     entry = box.at({0, 0, 0});
     entry.tree = other.tree;
     EXPECT_EQ(test::refusal([&] { world.add_body(entry); }),
-              "world: a collision tree belongs to another surface than the body's");
+              "world: a collision tree belongs to another surface than that of its body");
     EXPECT_EQ(test::refusal([&] { world.add_obstacle({.shape = BallShape{.radius = -1}}); }),
               "obstacle: a sphere needs a finite centre and a radius > 0, not -1");
     EXPECT_EQ(world.body_count(), 0);

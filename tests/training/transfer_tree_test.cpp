@@ -71,7 +71,7 @@ TEST_F(TransferTree, BoundsTheSameNodesOfAFinerSurface) {
     EXPECT_EQ(leaves_outside, 0);
 }
 
-TEST_F(TransferTree, GivesNbdSpheresAsTheyWere) {
+TEST_F(TransferTree, KeepsNbdSpheres) {
     const Bar coarse(12, 4), fine(12, 8);
     coarse.record(folder / "data.h5", 12, 25, 2);
     TrainConfig config;
@@ -100,7 +100,7 @@ TEST_F(TransferTree, GivesNbdSpheresAsTheyWere) {
     EXPECT_GT(moved, 0.1f);
 }
 
-TEST_F(TransferTree, RefusesOtherSurfacesAndTreesWithoutSuchBounds) {
+TEST_F(TransferTree, RejectsOtherSurfacesAndTreesWithoutTransferableBounds) {
     TreeFile before = trained();
     SurfaceBody other = fine.body;
     other.X *= 1.5f;
@@ -110,8 +110,9 @@ TEST_F(TransferTree, RefusesOtherSurfacesAndTreesWithoutSuchBounds) {
               std::string::npos);
     SurfaceBody part = fine.body;
     part.F = fine.body.F.topRows(40).eval();
-    EXPECT_NE(test::refusal([&] { transfer_tree(before, part); }).find("gets no face of the surface"),
-              std::string::npos);
+    EXPECT_NE(
+        test::refusal([&] { transfer_tree(before, part); }).find("gets no face: the surface is too coarse"),
+        std::string::npos);
     before.tree.learned.reset();
     before.tree.calibrations.clear();
     EXPECT_EQ(test::refusal([&] { transfer_tree(before, fine.body); }),
