@@ -14,12 +14,12 @@ struct Calibration {
     double confidence = 0;  // in (0, 1): share of trajectories that stay within the miss rate
     int trajectories = 0;   // number of calibration trajectories
     long poses = 0;         // number of poses in these trajectories
-    std::vector<float>
-        margins{};  // [nodes] finite, >= 0. Radii are multiplied by 1 + margin, for a GatedBound
-                    // by 1 + margin * margin_weight(ood_score, limit); for `learned_boxes` this
-                    // added part is in spreads, and sides move outward by it
-    std::vector<float> limits{};  // [nodes] largest ood_score in range, finite, >= 0; empty for bounds
-                                  // without a score
+    /// [nodes], finite, >= 0. Radii are multiplied by 1 + margin, for a GatedBound by
+    /// 1 + margin * margin_weight(ood_score, limit). Sides of `learned_boxes` move outward by
+    /// margin * margin_weight(ood_score, limit) spreads instead.
+    std::vector<float> margins{};
+    /// [nodes] largest ood_score in range, finite, >= 0; empty for bounds without a score.
+    std::vector<float> limits{};
 };
 
 /// Validates a calibration read from a file. Throws std::invalid_argument, saying what is wrong, unless it

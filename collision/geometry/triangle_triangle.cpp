@@ -101,8 +101,8 @@ bool segment_pierces(const Corners& s, const Corners& t) noexcept {
 /// Rotates the corners of s, without mirroring, until the first is alone: no other corner lies on its side of
 /// t's plane or, if it lies in the plane, both others lie on one side.
 /// side: the sides of t's plane for the corners of s; not all zero, not strictly on one side.
-/// Returns whether t must be mirrored so that s[0] lies above or in its plane and the others do not lie
-/// above.
+/// Returns whether t must be mirrored so that s[0] lies above or in its plane and the others lie below or in
+/// it.
 bool turn_to_lone_corner(Corners& s, Sides side) noexcept {
     const auto is_alone = [](int own, int next, int last) {
         return own == 0 ? next == last && next != 0 : own * next <= 0 && own * last <= 0;

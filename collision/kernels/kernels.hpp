@@ -61,9 +61,9 @@ struct Kernels {
     /// which certain_square() covers.
     void (*near)(const BoxPack* packs, int count, const float* box, float most,
                  std::uint16_t* masks) noexcept;
-    /// The same two tests for some boxes of one node against those of another, in up to two packs each. For
-    /// each bit i set in `which`, bit k of masks[i] is the result for lane i % 16 of boxes[i / 16] and lane k
-    /// % 16 of packs[k / 16].
+    /// The same two tests for some boxes of one node against those of another, in up to two packs each.
+    /// For each bit i set in `which`, bit k of masks[i] is the result for boxes[i / 16], lane i % 16, and
+    /// packs[k / 16], lane k % 16.
     void (*overlapping_each)(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which,
                              unsigned* masks) noexcept;
     void (*near_each)(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which, float most,

@@ -23,14 +23,16 @@ namespace nbd {
 /// with every l_R and l replaced by its maximum over the cell's paths. X_v - X_a = m + B w with |w| <= 1, so
 /// for any centre c, with p = x_a + G m - c and M = G B,
 ///   |x_v - c| <= |p + M w| + e(G) <= sqrt(|p|^2 + 2 |M^T p| + |M|^2) + e(G).
-/// Each cell takes the smaller of this bound for the G of its carrier and for G = 0, where the bound is |x_a
-/// - c| plus stretch times length. The radius is the largest over the cells. The proof holds for any c; c is
-/// chosen for a small radius. Rounding. All lengths here are differences of positions in the node, so at most
-/// 2 r. Each result is off by less than 100 float32 roundings of such lengths; 2^-15 r covers them, and 1e-18
-/// m covers underflow. Positions are off by model.rounding |x|_inf, and |x|_inf <= |c|_inf + r + reach max
-/// |F| for the vertex and all nodes that it depends on; the last term of the radius covers that for v and a.
-/// Gradients are known in double precision: their error, about 2^-50 |x| / h in a tetrahedron of height h, is
-/// also below that unless l > 10^6 h.
+/// Each cell takes the smaller of two such bounds: for the G of its carrier, and for G = 0, where the bound
+/// is |x_a - c| plus stretch times length. The radius is the largest over the cells. The proof holds for any
+/// c, which is chosen for a small radius.
+///
+/// Rounding. All lengths here are differences of positions in the node, so at most 2 r. Each result is off by
+/// less than 100 float32 roundings of such lengths; 2^-15 r covers them, and 1e-18 m covers underflow.
+/// Positions are off by model.rounding |x|_inf, and |x|_inf <= |c|_inf + r + reach max |F| for the vertex and
+/// all nodes that it depends on; the last term of the radius covers that for v and a. Gradients are known in
+/// double precision: their error, about 2^-50 |x| / h in a tetrahedron of height h, is also below that unless
+/// l > 10^6 h.
 class CertifiedBound {
  public:
     /// tree, model: must outlive this object.

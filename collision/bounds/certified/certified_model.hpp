@@ -31,8 +31,7 @@ struct CertifiedModel {
     };
 
     TetRegions regions;
-    std::vector<int>
-        cell_begin;  // [nodes + 1] ranges of `cells`; every vertex of a node is in one of its cells
+    std::vector<int> cell_begin;  // [nodes + 1] ranges of `cells`, which cover all vertices of each node
     std::vector<Cell> cells;
     std::vector<Leg> legs;
     std::vector<RegionPair> pairs;

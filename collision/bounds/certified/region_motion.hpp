@@ -5,9 +5,9 @@
 
 namespace nbd {
 
-/// Bounds on the deformation gradients F of a region's tetrahedra in a pose: |F - G| <= deviation and |F| <=
-/// stretch for each of them (spectral norms, so `stretch` bounds the largest singular value). If only the
-/// stretch is known, use {.deviation = stretch, .stretch = stretch} and leave G zero.
+/// Bounds on the deformation gradients F of a region's tetrahedra in a pose: |F - G| <= deviation and
+/// |F| <= stretch for each of them (spectral norms, so `stretch` bounds the largest singular value).
+/// If only the stretch is known, use {.deviation = stretch, .stretch = stretch} and leave G zero.
 struct RegionMotion {
     Eigen::Matrix3f G = Eigen::Matrix3f::Zero();
     float deviation = 0;

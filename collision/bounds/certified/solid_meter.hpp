@@ -10,8 +10,8 @@
 
 namespace nbd {
 
-/// Measures the motions of a body's regions from its node positions, for poses that do not come from our
-/// simulator, such as recordings. Makes one pass over all tetrahedra per pose.
+/// Measures the motions of a body's regions from its node positions, for poses without a running simulator,
+/// such as recordings. Makes one pass over all tetrahedra per pose.
 class SolidMeter {
  public:
     /// Throws std::invalid_argument on a bad tetrahedron or regions that do not fit.

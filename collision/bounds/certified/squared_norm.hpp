@@ -14,11 +14,13 @@ namespace nbd {
 /// (Frobenius) and cos(3 phi) = h = det(C - m I) / (2 p^3), 0 <= phi <= pi / 3. The largest is m + 2 p c,
 /// c = cos phi in [1/2, 1], the largest root of q(c) = 4 c^3 - 3 c - h. On [1/2, 1] q is convex and does not
 /// decrease, so Newton's steps from c = 1, where q >= 0, go down towards c and never past it. A larger h
-/// gives a larger c. Rounding, with the machine epsilon e and q = p / m <= 1: an entry of C is off by at most
-/// 9 e m, m by 5 e m, q by 25 e and an entry of (C - m I) / p by 80 e / q. That changes h by less than 1024 e
-/// / q while e / q is small; otherwise this allowance makes h = 1 and c = 1, an upper bound for every h. The
-/// last factor covers the errors of m (5 e m), 2 m q (50 e m), the steps (40 e m) and its own; the last term
-/// covers underflow in C.
+/// gives a larger c.
+///
+/// Rounding, with the machine epsilon e and q = p / m <= 1. An entry of C is off by at most 9 e m, m by 5 e
+/// m, q by 25 e and an entry of (C - m I) / p by 80 e / q. While e / q is small, that changes h by less than
+/// 1024 e / q; otherwise this allowance makes h = 1 and c = 1, an upper bound for every h. The last factor
+/// covers the errors of m (5 e m), 2 m q (50 e m), the steps (40 e m) and its own; the last term covers
+/// underflow in C.
 template <class Lanes>
 Lanes squared_norm_bound(const std::array<Lanes, 9>& A) noexcept {
     using Real = typename Lanes::Scalar;

@@ -85,8 +85,8 @@ TetRegions tet_regions(const SphereTree& tree, const TetMesh& solid, const Surfa
                                             config.samples,
                                             " samples, allowed: 0 to 8 splits and 1 or more samples"));
     const std::vector<int> leaf = leaf_of_nodes(tree, solid, W);
-    std::vector<std::vector<int>> of_leaf(tree.nodes.size() +
-                                          1);  // last entry: tetrahedra connected with no vertex
+    // The last entry takes tetrahedra that are connected with no vertex.
+    std::vector<std::vector<int>> of_leaf(tree.nodes.size() + 1);
     for (int t = 0; t < solid.T.rows(); ++t) {
         const int own = common_leaf(solid.T, t, leaf);
         of_leaf[own < 0 ? tree.nodes.size() : static_cast<std::size_t>(own)].push_back(t);
