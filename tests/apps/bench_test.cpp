@@ -77,7 +77,7 @@ TEST_F(BenchPeers, ComparesMethodsOnRecordedPosesWithEqualAnswers) {
 }
 
 TEST_F(BenchPeers, ScalingReportsTimesByDepthAndByNumberOfBodies) {
-    const test::Ran ran = test::run(
+    const test::Ran ran = test::run_bench(
         folder(), {"scaling", "data.h5", "--body", "box.h5", "-o", "scaling", "--scenes", "2", "--rounds",
                    "1", "--depths", "0,0.2", "--bodies", "2,9", "--spacing", "0.6", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
