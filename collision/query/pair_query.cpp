@@ -7,7 +7,7 @@
 #include "collision/geometry/closest_points.hpp"
 #include "collision/geometry/separation.hpp"
 #include "collision/kernels/lane_mask.hpp"
-#include "collision/query/intersecting_faces.hpp"
+#include "collision/query/keep_intersecting.hpp"
 #include "collision/query/near_boxes.hpp"
 #include "collision/tree/posed_tree_state.hpp"
 

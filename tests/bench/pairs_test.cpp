@@ -10,7 +10,7 @@
 #include "apps/bench/pairs/scaling.hpp"
 #include "apps/bench/pairs/touching_scenes.hpp"
 #include "apps/bench/peers/peers.hpp"
-#include "collision/geometry/triangle_triangle.hpp"
+#include "tests/support/brute_force.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/training/bar.hpp"
@@ -19,18 +19,8 @@ namespace nbd {
 namespace {
 
 using test::Bar;
+using test::brute_force_intersecting;
 using test::error_of;
-
-std::vector<FacePair> brute_force(const Faces& F, const Vertices& a, const Vertices& b) {
-    const auto triangle = [&](const Vertices& x, int f) {
-        return Triangle{x.row(F(f, 0)).transpose(), x.row(F(f, 1)).transpose(), x.row(F(f, 2)).transpose()};
-    };
-    std::vector<FacePair> pairs;
-    for (int i = 0; i < F.rows(); ++i)
-        for (int j = 0; j < F.rows(); ++j)
-            if (triangles_intersect(triangle(a, i), triangle(b, j))) pairs.push_back({i, j});
-    return pairs;
-}
 
 /// Bars of two resolutions on the same nodes, with touching scenes.
 class BenchPairs : public ::testing::Test {
@@ -72,7 +62,7 @@ class BenchPairs : public ::testing::Test {
             Vertices a, b;
             apply_embedding(body.surface.W, scene.a, a);
             apply_embedding(body.surface.W, scene.b, b);
-            pairs.push_back(brute_force(body.surface.F, a, b));
+            pairs.push_back(brute_force_intersecting(a, body.surface.F, b, body.surface.F));
         }
         return pairs;
     }
@@ -173,7 +163,8 @@ TEST_F(BenchPairs, CrowdMethodsAgreeWithBruteForce) {
     long expected = 0;
     for (std::size_t i = 0; i < poses.size(); ++i)
         for (std::size_t j = i + 1; j < poses.size(); ++j)
-            expected += static_cast<long>(brute_force(coarse_->surface.F, poses[i], poses[j]).size());
+            expected += static_cast<long>(
+                brute_force_intersecting(poses[i], coarse_->surface.F, poses[j], coarse_->surface.F).size());
     ASSERT_GT(expected, 20);
     for (const auto& crowd :
          {make_tree_crowd(*coarse_, BoundKind::exact, 12), make_tree_crowd(*coarse_, BoundKind::boxes, 12),

@@ -6,34 +6,17 @@
 #include <random>
 
 #include "tests/collision/models.hpp"
+#include "tests/support/brute_force.hpp"
 
 namespace nbd {
 namespace {
 
 using shapes::Surface;
+using test::brute_force_closest;
+using test::face_triangle;
 
 /// Tolerance between two ways of computing the points, metres.
 constexpr double rounding = 1e-12;
-
-Triangle triangle(const Vertices& x, const Faces& F, int f) {
-    return {x.row(F(f, 0)), x.row(F(f, 1)), x.row(F(f, 2))};
-}
-
-struct Closest {
-    FacePair faces;
-    double distance = std::numeric_limits<double>::infinity();
-};
-
-/// Compares every face with every other.
-Closest brute_force(const Surface& s, const Vertices& x, const Surface& t, const Vertices& y) {
-    Closest best;
-    for (int i = 0; i < s.F.rows(); ++i)
-        for (int j = 0; j < t.F.rows(); ++j) {
-            const double distance = triangle_distance(triangle(x, s.F, i), triangle(y, t.F, j));
-            if (distance < best.distance) best = {{i, j}, distance};
-        }
-    return best;
-}
 
 PosedTree posed(const Surface& s, BoundKind kind, int depth = 5) {
     return {shared_exact_tree(s.X, s.F, {.depth = depth}), kind};
@@ -55,7 +38,7 @@ TEST(ClosestQuery, AgreesWithBruteForceForAllExactBounds) {
             shapes::moved(shapes::wobbled(t.X, random, 0.05f), shapes::random_motion(random, 0.1f))
                 .rowwise() +
             (offset + between);
-        const Closest expected = brute_force(s, x, t, y);
+        const auto expected = brute_force_closest(x, s.F, y, t.F);
         ++(expected.distance > 0 ? apart : touching);
         for (const auto& [kind_a, kind_b] :
              {std::pair(BoundKind::exact, BoundKind::exact), std::pair(BoundKind::boxes, BoundKind::boxes),
@@ -87,7 +70,7 @@ TEST(ClosestQuery, LearnedBoundsReportTheDistanceOfARealFacePair) {
     std::mt19937 random(4);
     const Vertices x = shapes::wobbled(s.X, random, 0.02f);
     const Vertices y = shapes::wobbled(s.X, random, 0.02f).rowwise() + Eigen::RowVector3f(0.3f, 0.2f, 0.6f);
-    const double expected = brute_force(s, x, s, y).distance;
+    const double expected = brute_force_closest(x, s.F, y, s.F).distance;
     ASSERT_GT(expected, 0.01);
     ClosestQuery query;
     for (const BoundKind kind : bound_kinds) {
@@ -98,9 +81,10 @@ TEST(ClosestQuery, LearnedBoundsReportTheDistanceOfARealFacePair) {
         const auto found = query.closest(a, b);
         ASSERT_TRUE(found) << name(kind);
         EXPECT_GE(found->points.distance, expected - rounding) << name(kind);
-        EXPECT_NEAR(found->points.distance,
-                    triangle_distance(triangle(x, s.F, found->faces.a), triangle(y, s.F, found->faces.b)),
-                    rounding);
+        EXPECT_NEAR(
+            found->points.distance,
+            triangle_distance(face_triangle(x, s.F, found->faces.a), face_triangle(y, s.F, found->faces.b)),
+            rounding);
         if (is_exact(kind)) {
             EXPECT_NEAR(found->points.distance, expected, rounding) << name(kind);
         }

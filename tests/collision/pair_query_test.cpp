@@ -8,36 +8,16 @@
 #include <memory>
 #include <string>
 
-#include "collision/geometry/closest_points.hpp"
-#include "collision/geometry/triangle_triangle.hpp"
 #include "collision/tree/leaf_boxes.hpp"
+#include "tests/support/brute_force.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nbd {
 namespace {
 
 using shapes::Surface;
-
-Triangle triangle(const Vertices& x, const Faces& F, int f) {
-    return {x.row(F(f, 0)), x.row(F(f, 1)), x.row(F(f, 2))};
-}
-
-/// Tests every face against every other, as the definition says.
-template <class Touch>
-std::vector<FacePair> brute_force(const Faces& A, const Vertices& a, const Faces& B, const Vertices& b,
-                                  const Touch& touch) {
-    std::vector<FacePair> pairs;
-    for (int i = 0; i < A.rows(); ++i)
-        for (int j = 0; j < B.rows(); ++j)
-            if (touch(triangle(a, A, i), triangle(b, B, j))) pairs.push_back({i, j});
-    return pairs;
-}
-
-std::vector<FacePair> brute_force_intersecting(const Faces& A, const Vertices& a, const Faces& B,
-                                               const Vertices& b) {
-    return brute_force(A, a, B, b,
-                       [](const Triangle& s, const Triangle& t) { return triangles_intersect(s, t); });
-}
+using test::brute_force_intersecting;
+using test::brute_force_within;
 
 PosedTree exact_tree(const Surface& s, const SphereTreeConfig& config = {},
                      BoundKind kind = BoundKind::exact) {
@@ -87,7 +67,7 @@ TEST(PairQuery, AgreesWithBruteForceInRandomPoses) {
             const Vertices x = place(c.a), y = place(c.b);
             a.begin_pose(x);
             b.begin_pose(y);
-            const auto expected = brute_force_intersecting(c.a.F, x, c.b.F, y);
+            const auto expected = brute_force_intersecting(x, c.a.F, y, c.b.F);
             EXPECT_EQ(copied(query.intersecting(a, b)), expected) << c.name << ", pose " << pose;
             EXPECT_EQ(query.counters().face_pairs, static_cast<long>(expected.size()));
             boxes_a.begin_pose(x);
@@ -120,9 +100,7 @@ TEST(PairQuery, WithinAgreesWithBruteForce) {
         b.begin_pose(y);
         intersecting += query.intersecting(a, b).size();
         for (const float distance : {0.f, 0.01f, 0.1f}) {
-            const auto expected = brute_force(s.F, x, t.F, y, [&](const Triangle& p, const Triangle& q) {
-                return triangle_distance(p, q) <= double{distance};
-            });
+            const auto expected = brute_force_within(x, s.F, y, t.F, distance);
             EXPECT_EQ(copied(query.within(a, b, distance)), expected)
                 << "pose " << pose << ", " << distance << " m";
             EXPECT_EQ(copied(query.within(boxes_a, b, distance)), expected) << "boxes";
@@ -191,7 +169,7 @@ TEST(PairQuery, QueriesATreeAgainstItself) {
     for (const BoundKind kind : {BoundKind::exact, BoundKind::boxes}) {
         PosedTree tree = exact_tree(s, {.depth = 3}, kind);
         tree.begin_pose(s.X);
-        EXPECT_EQ(copied(query.intersecting(tree, tree)), brute_force_intersecting(s.F, s.X, s.F, s.X));
+        EXPECT_EQ(copied(query.intersecting(tree, tree)), brute_force_intersecting(s.X, s.F, s.X, s.F));
     }
 }
 
@@ -218,7 +196,7 @@ TEST(PairQuery, LeafPairsHaveCollidingSpheresAndHoldAllTouchingFaces) {
         }
         // Inner spheres of a wrapped hierarchy contain the faces below them, so leaves with touching faces
         // are always reached.
-        for (const FacePair& faces : brute_force_intersecting(s.F, x, s.F, y)) {
+        for (const FacePair& faces : brute_force_intersecting(x, s.F, y, s.F)) {
             const auto holds = [&](const LeafPair& pair) {
                 return std::ranges::count(a.tree().spheres.node_faces(pair.a), faces.a) == 1 &&
                        std::ranges::count(b.tree().spheres.node_faces(pair.b), faces.b) == 1;
@@ -277,8 +255,8 @@ TEST(PairQuery, AgreesWithBruteForceAfterPosesThatJump) {
         const Vertices x = shapes::moved(s.X, shapes::random_motion(random, 0.4f)), y = s.X;
         a.begin_pose(x);
         b.begin_pose(y);
-        EXPECT_EQ(copied(query.intersecting(a, b)), brute_force_intersecting(s.F, x, s.F, y));
-        EXPECT_EQ(copied(query.intersecting(b, a)), brute_force_intersecting(s.F, y, s.F, x));
+        EXPECT_EQ(copied(query.intersecting(a, b)), brute_force_intersecting(x, s.F, y, s.F));
+        EXPECT_EQ(copied(query.intersecting(b, a)), brute_force_intersecting(y, s.F, x, s.F));
     }
 }
 
@@ -311,7 +289,7 @@ TEST(PairQuery, AgreesWithBruteForceOnScannedMeshes) {
         shapes::moved(shapes::wobbled(spot.X, random, 0.02f), shapes::random_motion(random, 0.2f));
     a.begin_pose(x);
     b.begin_pose(y);
-    const auto expected = brute_force_intersecting(bob.F, x, spot.F, y);
+    const auto expected = brute_force_intersecting(x, bob.F, y, spot.F);
     EXPECT_GT(expected.size(), 50u);
     EXPECT_EQ(copied(query.intersecting(a, b)), expected);
 }

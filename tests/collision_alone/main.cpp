@@ -3,11 +3,10 @@
 #include <cstdio>
 #include <memory>
 
-#include "collision/geometry/closest_points.hpp"
-#include "collision/geometry/triangle_triangle.hpp"
 #include "collision/query/pair_query.hpp"
 #include "collision/tree/collision_tree.hpp"
 #include "collision/tree/posed_tree.hpp"
+#include "tests/support/brute_force.hpp"
 
 int main() {
     nbd::Vertices X(8, 3);
@@ -24,12 +23,7 @@ int main() {
     b.begin_pose(there);
 
     nbd::PairQuery query;
-    std::size_t expected = 0;
-    for (int i = 0; i < F.rows(); ++i)
-        for (int j = 0; j < F.rows(); ++j)
-            expected +=
-                nbd::triangles_intersect({here.row(F(i, 0)), here.row(F(i, 1)), here.row(F(i, 2))},
-                                         {there.row(F(j, 0)), there.row(F(j, 1)), there.row(F(j, 2))});
+    const std::size_t expected = nbd::test::brute_force_intersecting(here, F, there, F).size();
     const std::size_t found = query.intersecting(a, b).size();
     std::printf("%zu face pairs cross, %zu expected; %ld spheres computed, %ld face pairs tested\n", found,
                 expected, query.counters().nodes_bounded, query.counters().triangle_tests);

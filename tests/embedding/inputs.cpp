@@ -6,15 +6,11 @@
 #include <fstream>
 
 #include "collision/flat/flat_tree.hpp"
-#include "collision/geometry/triangle_triangle.hpp"
+#include "tests/support/brute_force.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nbd {
 namespace {
-
-Triangle triangle(const Vertices& x, const Faces& F, Eigen::Index f) {
-    return {x.row(F(f, 0)), x.row(F(f, 1)), x.row(F(f, 2))};
-}
 
 void write(std::ofstream& out, const Vertices& x) {
     out.write(reinterpret_cast<const char*>(x.data()),
@@ -38,12 +34,10 @@ int make_inputs(const std::filesystem::path& folder) {
         const Vertices x = place(torus.X), y = place(bar.X);
         write(torus_poses, x);
         write(bar_poses, y);
-        for (Eigen::Index i = 0; i < torus.F.rows(); ++i)
-            for (Eigen::Index j = 0; j < bar.F.rows(); ++j)
-                if (triangles_intersect(triangle(x, torus.F, i), triangle(y, bar.F, j))) {
-                    expected << frame << ',' << i << ',' << j << '\n';
-                    ++pairs;
-                }
+        for (const FacePair pair : test::brute_force_intersecting(x, torus.F, y, bar.F)) {
+            expected << frame << ',' << pair.a << ',' << pair.b << '\n';
+            ++pairs;
+        }
     }
     std::printf("%d face pairs cross\n", pairs);
     return pairs > 100 ? 0 : 1;

@@ -6,29 +6,14 @@
 #include <string_view>
 #include <vector>
 
+#include "collision/bounds/learned/mlp_shape.hpp"
+
 namespace nbd {
 
 /// Rows are poses: a batch or a whole data set.
 using PoseRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Shape of one node's network: inputs-hidden-hidden-4 with ReLU between the layers. Its weights lie flat as
-/// ByteNetworks takes them: W1 [hidden, inputs], b1, W2 [hidden, hidden], b2, W3 [4, hidden], b3, every
-/// matrix column-major.
-struct MlpShape {
-    static constexpr int outputs = 4;
-    int inputs = 128;
-    int hidden = 32;  // 16, 32 or 64: the kernels are compiled for these
-
-    int W1() const noexcept { return 0; }
-    int b1() const noexcept { return hidden * inputs; }
-    int W2() const noexcept { return b1() + hidden; }
-    int b2() const noexcept { return W2() + hidden * hidden; }
-    int W3() const noexcept { return b2() + hidden; }
-    int b3() const noexcept { return W3() + outputs * hidden; }
-    int weights() const noexcept { return b3() + outputs; }
-};
-
-/// Throws std::invalid_argument unless the kernels know the shape.
+/// Throws std::invalid_argument unless the shape has inputs and 16, 32 or 64 hidden neurons.
 void check_mlp_shape(const MlpShape& shape);
 
 /// Weights drawn uniformly within sqrt(6 / fan-in) for the ReLU layers and sqrt(3 / fan-in) for the last,

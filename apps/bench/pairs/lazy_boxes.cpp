@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "collision/kernels/lane_mask.hpp"
-#include "collision/query/intersecting_faces.hpp"
+#include "collision/query/keep_intersecting.hpp"
 #include "collision/topology/sphere_tree.hpp"
 
 namespace nbd {

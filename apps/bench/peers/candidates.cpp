@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "collision/query/intersecting_faces.hpp"
+#include "collision/query/keep_intersecting.hpp"
 
 namespace nbd {
 

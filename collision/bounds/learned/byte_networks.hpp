@@ -8,6 +8,7 @@
 
 #include "collision/base/aligned_vector.hpp"
 #include "collision/bounds/learned/fixed_point.hpp"
+#include "collision/bounds/learned/mlp_shape.hpp"
 #include "collision/kernels/packs.hpp"
 
 namespace nbd {
@@ -17,14 +18,13 @@ namespace nbd {
 /// relative to the largest of them: the networks' inputs to 14 bits, hidden values to 8.
 class ByteNetworks {
  public:
-    static constexpr int outputs = 4, max_hidden = Kernels::max_hidden;
+    static constexpr int outputs = MlpShape::outputs, max_hidden = Kernels::max_hidden;
     static constexpr int max_inputs = Kernels::max_inputs;
 
     ByteNetworks() = default;
-    /// weights: network after network, each W1 [hidden, inputs], b1, W2 [hidden, hidden], b2, W3 [4, hidden],
-    /// b3, every matrix column-major. Rounds the weights; rounded weights stay the same.
-    /// Throws std::invalid_argument on a shape that is not allowed, on a number of weights that is not a
-    /// multiple of weight_count(), and on weights that are not finite.
+    /// weights: network after network, each in the order of MlpShape. Rounds the weights; rounded weights
+    /// stay the same. Throws std::invalid_argument on a shape that is not allowed, on a number of weights
+    /// that is not a multiple of weight_count(), and on weights that are not finite.
     ByteNetworks(int inputs, int hidden, std::span<const float> weights);
 
     int inputs() const noexcept { return inputs_; }
@@ -33,7 +33,7 @@ class ByteNetworks {
     /// Number of weights of one network.
     int weight_count() const noexcept { return weight_count(inputs_, hidden_); }
     static constexpr int weight_count(int inputs, int hidden) noexcept {
-        return hidden * (inputs + 1) + hidden * (hidden + 1) + outputs * (hidden + 1);
+        return MlpShape{.inputs = inputs, .hidden = hidden}.weights();
     }
     /// The rounded weights, in the order of the constructor.
     std::vector<float> weights() const;

@@ -1,4 +1,4 @@
-#include "collision/query/intersecting_faces.hpp"
+#include "collision/query/keep_intersecting.hpp"
 
 #include <algorithm>
 #include <span>
