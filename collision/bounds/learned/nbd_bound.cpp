@@ -51,9 +51,9 @@ float NbdBound::ood_score(int node) noexcept {
     float squared = last_.r * last_.r;
     for (const int row : std::span(seen_).subspan(begin, end - begin))
         squared = std::max(squared, (scratch_.x.row(row).transpose() - last_.c).squaredNorm());
-    float outside = 0 * (last_.c.sum() + last_.r);  // not a number where the sphere is none
+    float outside = 0 * (last_.c.sum() + last_.r);  // NaN if the sphere is not finite
     if (squared > last_.r * last_.r) outside = std::sqrt(squared) / last_.r - 1;
-    constexpr float radii = 20;  // what standing outside by a radius weighs, in standard deviations
+    constexpr float radii = 20;  // one radius outside counts as this many standard deviations
     return code_ood_score_ + radii * outside;
 }
 
