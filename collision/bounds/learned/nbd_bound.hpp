@@ -41,7 +41,7 @@ class NbdBound {
     Eigen::VectorXf z_;                      // [m] modal coordinates
     FixedVector zn_;                         // [m] scaled modal coordinates
     Eigen::VectorXf difference_, whitened_;  // [m] scratch
-    float code_ood_score_ = -1;              // first term of ood_score(); negative: not computed yet
+    float pose_ood_score_ = -1;              // first term of ood_score(); negative: not computed yet
     RigidTransform align_;
     int first_ = -1;                 // first node of `spheres_`; negative: none
     std::array<Sphere, 2> spheres_;  // in the aligned frame
