@@ -1,10 +1,10 @@
-# `cmake --install` puts nbd::collision where find_package(nbdtree) finds it.
+# Installs nbd::collision as a package that find_package(nbdtree) finds.
 include(CMakePackageConfigHelpers)
 include(CheckCXXSourceCompiles)
 
-# Eigen aligns arrays by the instruction set that a file is compiled for, and arrays pass between the library and
-# the programs that embed it: one would free what the other allocated otherwise. So programs get the library's own
-# alignment, whatever they are compiled for. Compiled for the same instruction set they would have it anyway.
+# Eigen aligns arrays by the instruction set that a file is compiled for. The library and the programs that embed it
+# exchange arrays, so with different alignments one could not free what the other allocated. The package therefore gives
+# programs the library's alignment, whatever they are compiled for.
 if(NBD_NATIVE)
     set(CMAKE_REQUIRED_FLAGS -march=native)
 endif()
@@ -22,7 +22,7 @@ foreach(bytes 16 32 64)
     endif()
 endforeach()
 if(NOT alignment_is_known)
-    message(FATAL_ERROR "Eigen aligns neither to 16 nor 32 nor 64 bytes: programs could not be given its alignment")
+    message(FATAL_ERROR "Eigen aligns to none of 16, 32 and 64 bytes, so the package cannot pass on its alignment")
 endif()
 
 set(NBD_PACKAGE_FOLDER lib/cmake/nbdtree)
@@ -40,7 +40,7 @@ write_basic_package_version_file(nbdtreeConfigVersion.cmake COMPATIBILITY SameMi
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/nbdtreeConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/nbdtreeConfigVersion.cmake
     DESTINATION ${NBD_PACKAGE_FOLDER})
 
-# What is "collision/..." here is <nbdtree/...> to programs that embed the library.
+# Programs that embed the library include "collision/..." as <nbdtree/...>.
 install(CODE "set(source ${CMAKE_CURRENT_SOURCE_DIR})")
 install(CODE [[
     file(GLOB_RECURSE headers RELATIVE ${source} ${source}/*.hpp)

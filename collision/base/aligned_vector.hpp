@@ -6,7 +6,7 @@
 
 namespace nbd {
 
-/// Memory from the start of a line of the cache, so that kernels load whole lines.
+/// Allocates memory aligned to cache lines, so that kernels load whole lines.
 template <class T>
 struct LineAllocator {
     using value_type = T;

@@ -5,13 +5,13 @@
 #include <cstdint>
 #include <numbers>
 
-// Numbers drawn from counters, for the simulator and for training: nothing of collision draws any. Each is a
-// pure function of (seed, stream, counter), so its bits depend neither on the platform, nor on threads, nor
-// on what other streams drew. Files depend on those bits (recipes of recordings, frames that a tree was not
-// trained on): no formula here may change.
+// Counter-based random numbers for the simulator and for training; the collision library draws none. Each is
+// a pure function of (seed, stream, counter), so its bits do not depend on the platform, the threads or the
+// draws of other streams. Files depend on these bits (recipes of recordings, held-out frames of a tree), so
+// no formula here may change.
 namespace nbd {
 
-/// Finaliser of SplitMix64: a bijection that passes through every bit.
+/// Finaliser of SplitMix64: a bijection in which every input bit affects every output bit.
 constexpr std::uint64_t mix_bits(std::uint64_t z) noexcept {
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
@@ -21,13 +21,13 @@ constexpr std::uint64_t mix_bits(std::uint64_t z) noexcept {
 /// The golden ratio in 64 bits, the step of SplitMix64.
 inline constexpr std::uint64_t golden_step = 0x9e3779b97f4a7c15u;
 
-/// 64 random bits to a number in [0, 1), 53 bits of it.
+/// Maps 64 random bits to a number in [0, 1), using the top 53.
 constexpr double unit_interval(std::uint64_t bits) noexcept {
     return static_cast<double>(bits >> 11) * 0x1p-53;
 }
 
-/// Any draw at any time. seed: of the whole run. stream: who draws (a node, a trajectory). counter: which
-/// draw.
+/// Random access to any draw. seed: the seed of the run. stream: the drawer's number (a node, a trajectory).
+/// counter: the draw's number in the stream.
 constexpr std::uint64_t counter_random(std::uint64_t seed, std::uint64_t stream,
                                        std::uint64_t counter) noexcept {
     const std::uint64_t key = mix_bits(seed + golden_step) ^ mix_bits(stream + 0xd1b54a32d192ed03u);
@@ -44,8 +44,8 @@ constexpr int counter_index(std::uint64_t seed, std::uint64_t stream, std::uint6
     return static_cast<int>(counter_uniform(seed, stream, counter) * n);
 }
 
-/// The draws of one stream in turn, where their number is not known beforehand. They are others than
-/// counter_random's of the same seed and stream.
+/// Successive draws of one stream, when their number is not known beforehand. They differ from the draws of
+/// counter_random() for the same seed and stream.
 class CounterRandom {
  public:
     CounterRandom(std::uint64_t seed, std::uint64_t stream) noexcept
@@ -67,8 +67,8 @@ class CounterRandom {
         return {r * std::cos(angle), r * std::sin(angle), z};
     }
 
-    /// Uniform over all orientations: a random axis frame turned about its own axis, by the subgroup
-    /// method, from three numbers.
+    /// Uniform over all orientations, from three numbers: the subgroup method turns a random frame about its
+    /// own axis.
     Eigen::Quaterniond orientation() noexcept {
         const double u = unit(), a = uniform(0, 2 * std::numbers::pi), b = uniform(0, 2 * std::numbers::pi);
         const double s = std::sqrt(1 - u), t = std::sqrt(u);

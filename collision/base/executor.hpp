@@ -4,13 +4,12 @@
 
 namespace nbd {
 
-/// Runs tasks that do not depend on each other: calls task(0) up to task(count - 1), each once, in any order
-/// and from any threads, and returns when all are done. The library has no threads of its own; with TBB, for
-/// instance,
+/// Runs independent tasks: calls task(0) to task(count - 1) once each, in any order and from any threads, and
+/// returns when all are done. The library has no threads of its own. An executor that uses TBB:
 ///     [](int count, const std::function<void(int)>& task) { tbb::parallel_for(0, count, task); }
 using Executor = std::function<void(int count, const std::function<void(int)>& task)>;
 
-/// The caller's thread does it all.
+/// Runs all tasks in order on the caller's thread.
 inline void run_in_order(int count, const std::function<void(int)>& task) {
     for (int i = 0; i < count; ++i) task(i);
 }

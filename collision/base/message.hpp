@@ -5,7 +5,7 @@
 
 namespace nbd {
 
-/// Joins its arguments as a stream prints them: the text of an error.
+/// Joins the arguments, as a stream prints them, into the text of an error.
 template <class... Parts>
 std::string message(const Parts&... parts) {
     std::ostringstream out;

@@ -5,14 +5,14 @@
 
 namespace nbd {
 
-/// Has the cache bring the line at an address, whatever it is: never a fault, and no more than a hint.
+/// Hints that the cache line at this address will be read soon. Any address is allowed.
 inline void prefetch_line([[maybe_unused]] const void* address) noexcept {
 #ifdef __GNUC__
     __builtin_prefetch(address);
 #endif
 }
 
-/// Likewise all lines of an array.
+/// Prefetches all cache lines of an array.
 template <class T>
 void prefetch_lines(std::span<const T> array) noexcept {
     constexpr std::size_t line = 64 / sizeof(T);

@@ -4,7 +4,7 @@
 
 namespace nbd {
 
-/// Measures from when it was made.
+/// Measures the time since its construction.
 class Stopwatch {
  public:
     double microseconds() const {

@@ -7,31 +7,31 @@
 
 namespace nbd {
 
-/// A way to bound the nodes of a sphere tree in any pose, world space. begin_pose() sees every pose first;
-/// bound() is then asked for nodes in no particular order, at most once each. Neither throws or allocates.
+/// Bounds the nodes of a sphere tree in any pose, in world space. begin_pose() is called first for each pose,
+/// then bound() for nodes in any order, at most once each. Neither throws or allocates.
 template <class B>
 concept Bound = requires(B bounds, VerticesRef x, int node) {
     bounds.begin_pose(x);
     { bounds.bound(node) } -> std::same_as<Sphere>;
 };
 
-/// A bound whose volumes are axis-aligned boxes; bound() is then the sphere around one.
+/// A bound whose volumes are axis-aligned boxes; bound() then gives the sphere around the box.
 template <class B>
 concept BoxBound = Bound<B> && requires(B bounds, int node) {
     { bounds.box(node) } -> std::convertible_to<Box>;
 };
 
-/// A bound that knows what it was trained on. ood_score() of the node that bound() was asked for last: how
-/// far its input lies from the midst of the training's, 0 or more, in any unit, not a number where the input
-/// is none; always 0 for a node that is exact whatever the pose. Calibrated margins grow with it, and above a
-/// limit that calibration sets the node is bounded exactly instead. The better it tells easy poses from hard
-/// ones, the smaller margins are.
+/// A bound with an out-of-distribution score. ood_score() refers to the node of the last call of bound(): how
+/// far its input lies from the centre of the training inputs, >= 0, in any unit; NaN for NaN input; always 0
+/// for a node that is exact in every pose. Calibrated margins grow with the score, and above a calibrated
+/// limit the node is bounded exactly instead. The better the score separates easy poses from hard ones, the
+/// smaller the margins.
 template <class B>
 concept GatedBound = Bound<B> && requires(B bounds, int node) {
     { bounds.ood_score(node) } -> std::same_as<float>;
 };
 
-/// What a calibrated margin is multiplied by: 1 at the limit, little in the midst of what is known.
+/// Factor of a calibrated margin: 0.03 at score 0, rising to 1 at the limit; always 1 if the limit is 0.
 inline float margin_weight(float ood_score, float limit) noexcept {
     return limit > 0 ? 0.03f + 0.97f * ood_score / limit : 1;
 }

@@ -18,17 +18,17 @@ void check_calibration(const Calibration& calibration, std::string_view bounds, 
     require_share("confidence", calibration.confidence);
     require(calibration.trajectories >= 1 && calibration.poses >= calibration.trajectories, "made from ",
             calibration.poses, " poses of ", calibration.trajectories,
-            " trajectories, allowed: at least 1 trajectory, of at least 1 pose each");
+            " trajectories, allowed: at least 1 trajectory, with at least 1 pose each");
     require(calibration.margins.size() == nodes, "has ", calibration.margins.size(), " margins for ", nodes,
             " nodes");
     for (std::size_t i = 0; i < nodes; ++i)
         require(std::isfinite(calibration.margins[i]) && calibration.margins[i] >= 0, "margin of node ", i,
                 " is ", calibration.margins[i], ", allowed: finite and 0 or more");
     require(calibration.limits.empty() || calibration.limits.size() == nodes, "has ",
-            calibration.limits.size(), " limits of its inputs for ", nodes, " nodes");
+            calibration.limits.size(), " score limits for ", nodes, " nodes");
     for (std::size_t i = 0; i < calibration.limits.size(); ++i)
-        require(std::isfinite(calibration.limits[i]) && calibration.limits[i] >= 0, "limit of node ", i,
-                "'s input is ", calibration.limits[i], ", allowed: finite and 0 or more");
+        require(std::isfinite(calibration.limits[i]) && calibration.limits[i] >= 0, "score limit of node ", i,
+                " is ", calibration.limits[i], ", allowed: finite and 0 or more");
 }
 
 }  // namespace nbd

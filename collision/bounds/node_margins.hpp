@@ -4,11 +4,11 @@
 
 namespace nbd {
 
-/// How the volumes of a bound are used, node by node.
+/// Margins and score limits of all nodes for one bound.
 struct NodeMargins {
-    std::vector<float> margins;  // [nodes] what they grow by, see Calibration
-    std::vector<float> limits;   // [nodes] of ood_score, above which a node is bounded exactly, and margins
-                                 // grow with it; none: neither
+    std::vector<float> margins;  // [nodes] growth of the volumes, see Calibration
+    std::vector<float> limits;   // [nodes] ood_score above which a node is bounded exactly; below it, margins
+                                 // grow with the score. Empty: no limits, constant margins
 };
 
 }  // namespace nbd

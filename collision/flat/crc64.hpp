@@ -7,9 +7,9 @@
 
 namespace nbd {
 
-/// CRC-64/XZ: the polynomial of ECMA-182, bits reflected, start and result inverted. Of "123456789" it is
-/// 0x995dc9bbdf1939fa. crc64(b, crc64(a)) is that of a and b one after another. Any change within 64
-/// neighbouring bits changes it.
+/// CRC-64/XZ: the polynomial of ECMA-182, bits reflected, start and result inverted. The CRC of "123456789"
+/// is 0x995dc9bbdf1939fa. crc64(b, crc64(a)) is the CRC of a followed by b. Any change within 64 neighbouring
+/// bits changes the CRC.
 inline std::uint64_t crc64(std::span<const std::byte> bytes, std::uint64_t before = 0) noexcept {
     static constexpr auto table = [] {
         std::array<std::uint64_t, 256> remainders{};

@@ -8,8 +8,8 @@ namespace nbd {
 void FlatFieldReader::finish() const {
     for (const FlatArray& array : file_.arrays())
         if (!read_.contains(array.name))
-            throw std::runtime_error(
-                message("holds ", array.name, "; allowed: what this program's version knows"));
+            throw std::runtime_error(message("has an unknown array ", array.name,
+                                             "; allowed: the arrays that this version of the program knows"));
 }
 
 void FlatFieldReader::check(const FlatArray& array, std::string_view type, Eigen::Index rows,

@@ -14,25 +14,25 @@
 #include "collision/bounds/learned/fixed_point.hpp"
 #include "collision/flat/flat_file.hpp"
 
-// C++ values as arrays of a flat file. FlatFieldWriter and FlatFieldReader have the same calls, so that one
-// list of fields serves both ways.
+// C++ values as arrays of a flat file. FlatFieldWriter and FlatFieldReader have the same functions, so that
+// one list of fields serves for writing and reading.
 namespace nbd {
 
-/// Numbers as they are stored: bool as bytes, integers by their size.
+/// The stored type of a number: bool as a byte, integers by their size.
 template <class T>
 using FlatStored =
     std::conditional_t<!std::is_integral_v<T>, T,
                        std::conditional_t<sizeof(T) == 1, std::uint8_t,
                                           std::conditional_t<sizeof(T) == 8, std::int64_t, std::int32_t>>>;
 
-/// Row-major as in the file.
+/// Matrix in the row-major order of the file.
 template <class T>
 using FlatRows = Eigen::Matrix<FlatStored<T>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 template <class M>
 concept EigenMatrix = std::is_base_of_v<Eigen::PlainObjectBase<M>, M>;
 
-/// A member of the structs of a table: numbers, or matrices of fixed size.
+/// A member of the structs of a table: a number or a matrix of fixed size.
 template <class Struct, class T>
 struct FlatColumn {
     std::string_view name;
@@ -41,7 +41,7 @@ struct FlatColumn {
 template <class Struct, class T>
 FlatColumn(const char*, T Struct::*) -> FlatColumn<Struct, T>;
 
-/// Whether the columns are all that a struct holds.
+/// Whether the columns make up the whole struct, judged by its size.
 template <class Struct, class... T>
 constexpr bool is_whole_struct = ((sizeof(T) + ...) + alignof(Struct) - 1) / alignof(Struct) *
                                      alignof(Struct) ==
@@ -66,19 +66,19 @@ class FlatFieldWriter {
                   rows.data());
     }
     void field(std::string_view name, const FixedMatrix& matrix) { field(name, matrix.numbers()); }
-    /// A vector of structs, an array a member.
+    /// Writes a vector of structs, one array per member.
     template <class Struct, class... T>
     void table(const std::string& name, const std::vector<Struct>& rows, FlatColumn<Struct, T>... columns) {
         static_assert(is_whole_struct<Struct, T...>, "a member of the struct has no column");
         (column(name, rows, columns), ...);
     }
-    /// What stands in `fields`, a function of the writer and the value, where there is a value.
+    /// Calls fields(writer, value) if there is a value.
     template <class T, class Fields>
     void optional(std::string_view, const std::optional<T>& value, const Fields& fields) {
         if (value) fields(*this, *value);
     }
 
-    /// Likewise for the value at a key of a map.
+    /// Calls fields(writer, value) if the map has a value for the key.
     template <class Map, class Fields>
     void entry(std::string_view, const Map& map, const typename Map::key_type& key, const Fields& fields) {
         if (const auto found = map.find(key); found != map.end()) fields(*this, found->second);
@@ -106,10 +106,10 @@ class FlatFieldWriter {
     FlatWriter file_;
 };
 
-/// Throws as FlatReader, also on values that their field does not allow.
+/// Throws like FlatReader, and also on values that a field does not allow.
 class FlatFieldReader {
  public:
-    /// file: referred to.
+    /// file: must outlive this object.
     explicit FlatFieldReader(std::span<const std::byte> file) : file_(file) {}
 
     int version() const noexcept { return file_.version(); }
@@ -151,11 +151,11 @@ class FlatFieldReader {
         if (file_.has(message(group, '/'))) fields(*this, map[key]);
     }
 
-    /// Throws where an array was not asked for: it is of a program that knows more.
+    /// Throws if an array was not read: a program that knows more fields wrote the file.
     void finish() const;
 
  private:
-    /// A copy. rows, columns: what is allowed, or Eigen::Dynamic.
+    /// Copies an array. rows, columns: the allowed shape; Eigen::Dynamic allows any size.
     template <FlatNumber T>
     FlatRows<T> values(std::string_view name, Eigen::Index rows, Eigen::Index columns) {
         read_.insert(std::string(name));

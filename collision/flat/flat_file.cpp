@@ -27,7 +27,7 @@ std::uint64_t checksum(std::span<const std::byte> file) noexcept {
 
 [[noreturn]] void fail(const auto&... parts) { throw std::runtime_error(message(parts...)); }
 
-/// The text in a field that is filled up with zeros; "" where it does not end.
+/// Text of a field that is padded with zeros; empty if there is no final zero.
 template <std::size_t n>
 std::string_view text(const char (&field)[n]) noexcept {
     const char* end = std::find(field, field + n, '\0');
@@ -36,7 +36,7 @@ std::string_view text(const char (&field)[n]) noexcept {
 
 FlatHeader checked_header(std::span<const std::byte> file) {
     FlatHeader header;
-    if (!is_flat_file(file)) fail("is no flat tree; allowed: what `nbdtree export --flat` writes");
+    if (!is_flat_file(file)) fail("is not a flat tree; allowed: files from `nbdtree export --flat`");
     if (file.size() < sizeof header) fail("has ", file.size(), " bytes; allowed: at least ", sizeof header);
     std::memcpy(&header, file.data(), sizeof header);
     if (header.byte_order != FlatHeader::known_byte_order)
@@ -45,11 +45,11 @@ FlatHeader checked_header(std::span<const std::byte> file) {
         fail("is a flat tree of version ", header.version, "; allowed: ", FlatHeader::oldest_version, " to ",
              FlatHeader::known_version);
     if (header.bytes != file.size())
-        fail("has ", file.size(), " bytes; allowed: ", header.bytes, ", as it says itself");
+        fail("has ", file.size(), " bytes; allowed: ", header.bytes, ", according to its header");
     if (const std::uint64_t is = checksum(file); is != header.checksum)
-        fail("is damaged: its checksum is ", is, "; allowed: ", header.checksum, ", as it says itself");
+        fail("is damaged: its checksum is ", is, "; allowed: ", header.checksum, ", according to its header");
     if (header.arrays > (file.size() - sizeof header) / sizeof(FlatEntry))
-        fail("lists ", header.arrays, " arrays; allowed: no more than it has room for");
+        fail("lists ", header.arrays, " arrays; allowed: as many as fit the size of the file");
     return header;
 }
 
@@ -57,14 +57,14 @@ FlatArray checked_array(const FlatEntry& entry, std::span<const std::byte> file)
     const std::string_view name = text(entry.name), type = text(entry.type);
     const auto known = std::ranges::find(number_types, type);
     if (name.empty() || known == std::end(number_types))
-        fail("lists an array without a name or a known type");
+        fail("lists an array without a name or with an unknown type");
     const std::size_t room =
         entry.offset <= file.size() ? (file.size() - entry.offset) / number_bytes(type) : 0;
     constexpr std::uint64_t most = std::numeric_limits<std::int32_t>::max();
     if (entry.offset % alignment != 0 || entry.rows > most || entry.columns > most ||
         entry.rows * entry.columns > room)
         fail(name, " has ", entry.rows, " x ", entry.columns, " numbers from byte ", entry.offset,
-             "; allowed: inside of the file's ", file.size(), " bytes, from a multiple of ", alignment);
+             "; allowed: within the file's ", file.size(), " bytes, starting at a multiple of ", alignment);
     return {std::string(name), *known, entry.rows, entry.columns,
             file.subspan(std::min<std::size_t>(entry.offset, file.size()),
                          entry.rows * entry.columns * number_bytes(type))};
@@ -76,7 +76,7 @@ void FlatWriter::add(std::string_view name, std::string_view type, std::size_t r
                      std::span<const std::byte> values) {
     FlatEntry entry{.offset = values_.size(), .rows = rows, .columns = columns};
     if (name.size() >= sizeof entry.name)
-        throw std::length_error(message("\"", name, "\" is too long a name for an array of a flat tree"));
+        throw std::length_error(message("\"", name, "\" is too long for an array name, allowed: 63 bytes"));
     std::ranges::copy(name, entry.name);
     std::ranges::copy(type, entry.type);
     entries_.push_back(entry);
@@ -126,7 +126,8 @@ bool FlatReader::has(std::string_view prefix) const noexcept {
 
 const FlatArray& FlatReader::array(std::string_view name) const {
     const auto found = std::ranges::find(arrays_, name, &FlatArray::name);
-    if (found == arrays_.end()) fail("holds no ", name, "; allowed: flat trees of this program's version");
+    if (found == arrays_.end())
+        fail("has no array ", name, "; allowed: flat trees with all arrays of their version");
     return *found;
 }
 

@@ -13,8 +13,8 @@
 namespace nbd {
 namespace {
 
-// The fields of a tree: `file` is a FlatFieldWriter or a FlatFieldReader, the other argument const or not.
-// Names in brackets must be all members of a struct, in order, so that a new one cannot be forgotten.
+// The fields of a tree. `file` is a FlatFieldWriter, with the other argument const, or a FlatFieldReader.
+// Structured bindings must name all members of a struct, in order, so that a new member cannot be forgotten.
 
 constexpr auto sphere_fields = [](auto& file, auto& spheres) {
     using Node = SphereTree::Node;
@@ -56,7 +56,7 @@ constexpr auto nbd_fields = [](auto& file, auto& nbd) {
     if constexpr (!std::is_const_v<std::remove_reference_t<decltype(nbd)>>) {
         networks = ByteNetworks(nbd.mode_count(), hidden, weights);
         if (networks.weights() != weights)
-            throw std::invalid_argument("NBD-Tree: holds weights that are not rounded to bytes");
+            throw std::invalid_argument("NBD-Tree: has weights that are not rounded to bytes");
     }
     file.field("nbd/out_centre", out_centre);
     file.field("nbd/out_scale", out_scale);
@@ -123,7 +123,7 @@ constexpr auto tree_fields = [](auto& file, auto& tree) {
     }
 };
 
-/// Release 0.1 wrote version 2, with other names. Release 0.3 will no longer read it.
+/// Translates the names of version 2, which release 0.1 wrote. Release 0.3 will no longer read it.
 void use_names_of_version_2(FlatFieldReader& file) {
     file.rename("modal/code_mean", "nbd/z_mean");
     file.rename("modal/code_whitening", "nbd/z_whitening");
@@ -134,14 +134,15 @@ void use_names_of_version_2(FlatFieldReader& file) {
     file.rename("calibration/local/", "calibration/learned_spheres/");
     file.rename("calibration/local_boxes/", "calibration/learned_boxes/");
     notice(
-        "a flat tree of release 0.1, which release 0.3 will refuse; `nbdtree export --flat` writes it anew");
+        "this flat tree is from release 0.1 and release 0.3 will refuse it; write it again with `nbdtree "
+        "export --flat`");
 }
 
 [[noreturn]] void fail(const std::filesystem::path& path, const auto&... parts) {
     throw std::runtime_error(message(path.string(), ": ", parts...));
 }
 
-/// The file's bytes; of a foreign one, which may be large, no more than it takes to see that.
+/// The bytes of a file; only the beginning of a foreign file, which may be large.
 std::vector<std::byte> file_content(const std::filesystem::path& path) {
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(path, error);

@@ -7,23 +7,24 @@
 
 #include "collision/tree/collision_tree.hpp"
 
-// A collision tree as a flat file, for programs that embed the library: nothing but the standard library
-// reads it. flat/README.md says what stands where.
+// A collision tree as a flat file, for programs that embed the library. Reading it needs only the standard
+// library. README.md in this folder describes the format.
 namespace nbd {
 
-/// The tree in a flat file. Throws std::runtime_error with path and reason where the file cannot be read, is
-/// truncated, damaged, foreign, of another version or byte order, or its parts do not fit each other.
+/// Loads the tree in a flat file. Throws std::runtime_error with path and reason if the file cannot be read,
+/// is truncated, damaged, foreign, of an unknown version or another byte order, or its parts do not fit each
+/// other.
 CollisionTree load_flat_tree(const std::filesystem::path& path);
 
-/// The same from a file that is in memory already, or mapped into it; not referred to afterwards. The text of
-/// an error then goes without a path.
+/// Reads the tree from a file that is in memory already, or mapped into it; copies what it needs. Error texts
+/// have no path.
 CollisionTree read_flat_tree(std::span<const std::byte> file);
 
-/// What load_flat_tree() reads. Written under another name, `path` with ".partial", and renamed when it is
-/// whole. Throws std::runtime_error with path and reason, std::invalid_argument as check_collision_tree().
+/// Writes a file for load_flat_tree(), first as `path` with ".partial" appended, and renames it when it is
+/// complete. Throws std::runtime_error with path and reason, std::invalid_argument as check_collision_tree().
 void save_flat_tree(const std::filesystem::path& path, const CollisionTree& tree);
 
-/// The same as bytes.
+/// The content of that file.
 std::vector<std::byte> write_flat_tree(const CollisionTree& tree);
 
 }  // namespace nbd

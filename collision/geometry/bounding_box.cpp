@@ -6,7 +6,7 @@
 namespace nbd {
 
 Box bounding_box(const Positions& x, std::span<const int> vertices) noexcept {
-    // Four boxes at a time, since each minimum waits for the one before.
+    // Four independent chains, since each minimum waits for the previous one.
     constexpr int chains = 4;
     Box part[chains] = {empty_box(), empty_box(), empty_box(), empty_box()};
     const auto add = [&](Box& box, int vertex) {
@@ -24,8 +24,8 @@ Box bounding_box(const Positions& x, std::span<const int> vertices) noexcept {
 }
 
 Sphere sphere_around(const Box& box) noexcept {
-    // Middle and half diagonal round by a few ulp, the middle of coordinates that may be large beside the
-    // box.
+    // The centre and the half diagonal round by a few ulp; for the centre these are ulp of coordinates, which
+    // may be large compared with the box.
     constexpr float ulp = std::numeric_limits<float>::epsilon();
     const Eigen::Array4f centre = (box.lo + box.hi) / 2, half = (box.hi - centre).max(centre - box.lo);
     const float far = std::max(box.lo.abs().maxCoeff(), box.hi.abs().maxCoeff());

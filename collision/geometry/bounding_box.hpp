@@ -7,10 +7,10 @@
 
 namespace nbd {
 
-/// The smallest box around some vertices of a pose, all of them required before; at least one.
+/// Smallest box around the listed vertices, at least one. Call x.require(vertices) first.
 Box bounding_box(const Positions& x, std::span<const int> vertices) noexcept;
 
-/// The sphere around a box. Contains it, rounding included.
+/// The sphere around a box; contains the box despite rounding.
 Sphere sphere_around(const Box& box) noexcept;
 
 }  // namespace nbd

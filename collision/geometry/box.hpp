@@ -6,12 +6,12 @@
 
 namespace nbd {
 
-/// Axis-aligned box, metres. Four lanes, the last one 0, so that a box fits two vector registers.
+/// Axis-aligned box, metres. Four lanes, the last one 0, so that a box fills two vector registers.
 struct Box {
     Eigen::Array4f lo, hi;
 };
 
-/// Contains nothing: far from every box, and gives way to whatever is added.
+/// The empty box: infinitely far from every box; joined with a box it gives that box.
 inline Box empty_box() noexcept {
     constexpr float inf = std::numeric_limits<float>::infinity();
     return {{inf, inf, inf, 0}, {-inf, -inf, -inf, 0}};
@@ -19,12 +19,12 @@ inline Box empty_box() noexcept {
 
 inline Box joined(const Box& s, const Box& t) noexcept { return {s.lo.min(t.lo), s.hi.max(t.hi)}; }
 
-/// How far `inner` stands out of `outer` on the worst side; below 0 where there is room on all of them.
+/// How far `inner` protrudes from `outer` on the worst side, metres; negative if all sides leave room.
 inline float outside(const Box& outer, const Box& inner) noexcept {
     return (outer.lo - inner.lo).max(inner.hi - outer.hi).head<3>().maxCoeff();
 }
 
-/// The smallest box: its sides are coordinates of the triangle, so nothing is rounded.
+/// Smallest box around a triangle. Exact: its sides are coordinates of the triangle.
 inline Box bounding_box(const Triangle& t) noexcept {
     const Eigen::Array3f lo = t.a.cwiseMin(t.b).cwiseMin(t.c), hi = t.a.cwiseMax(t.b).cwiseMax(t.c);
     return {{lo[0], lo[1], lo[2], 0}, {hi[0], hi[1], hi[2], 0}};

@@ -15,10 +15,10 @@ using Eigen::Vector3d;
 
 using Corners = std::array<Vector3d, 3>;
 
-/// 0 where there is nothing to divide by.
+/// 1 / x, or 0 unless x > 0.
 double inverse(double x) noexcept { return x > 0 ? 1 / x : 0; }
 
-/// A triangle with what all tests against it need.
+/// A triangle and the values that all tests against it share.
 struct Face {
     explicit Face(const Corners& x) noexcept
         : corner(x), edge{x[1] - x[0], x[2] - x[1], x[0] - x[2]}, normal(edge[0].cross(edge[1])) {
@@ -30,19 +30,19 @@ struct Face {
     }
 
     Corners corner, edge;                // edge i leads from corner i to the next one
-    Vector3d normal;                     // not unit
+    Vector3d normal;                     // not normalised
     std::array<double, 3> edge_inverse;  // 1 / squared length
     bool has_area;
-    Vector3d slope_1, slope_2;  // slope_i.dot(x - corner[0]): the weight of corner i at the foot of x
+    Vector3d slope_1, slope_2;  // slope_i.dot(x - corner[0]) = weight of corner i at the projection of x
 };
 
-/// The closest points so far, as a point of an edge or of the face on either side.
+/// The closest features found so far: points on two edges, or a point in a face and a corner.
 struct Nearest {
-    enum On { edges, face_b, face_a };  // the other side of a face is a corner
+    enum On { edges, face_b, face_a };  // a face is paired with a corner of the other triangle
     On on = edges;
-    int i = 0, j = 0;     // edges or corners of a and b
-    double s = 0, t = 0;  // edges: how far along i and j; a face: weights of its corners 1 and 2
-    double squared = std::numeric_limits<double>::infinity();  // of the distance
+    int i = 0, j = 0;     // edge or corner of a and of b
+    double s = 0, t = 0;  // edges: parameters along i and j; face: weights of its corners 1 and 2
+    double squared = std::numeric_limits<double>::infinity();  // squared distance
 };
 
 void keep_closer(Nearest& best, const Vector3d& gap, Nearest other) noexcept {
@@ -69,9 +69,9 @@ WeightPair weights(const Nearest& n) noexcept {
 
 double unit_interval(double x) noexcept { return std::min(std::max(x, 0.), 1.); }
 
-/// Every corner against every edge, every corner against the other face, every edge against every edge.
-/// Each candidate is a point of either triangle, so rounding in a sliver costs no more than its width.
-/// count_a, count_b: how many of their corners differ. A point is a triangle of one, an edge one of two.
+/// Tests all pairs of corner and edge, corner and face, edge and edge. Each candidate is a point of either
+/// triangle, so rounding in a sliver costs at most the sliver's width.
+/// count_a, count_b: number of distinct corners; 1 for a point, 2 for a segment, 3 for a triangle.
 Nearest nearest_features(const Face& a, const Face& b, int count_a = 3, int count_b = 3) noexcept {
     Nearest best;
     for (int i = 0; i < count_a; ++i)
@@ -81,8 +81,8 @@ Nearest nearest_features(const Face& a, const Face& b, int count_a = 3, int coun
             double t = unit_interval(w_v), s = unit_interval(w_u);
             keep_closer(best, w - t * v, {Nearest::edges, i, j, 0, t});
             keep_closer(best, w + s * u, {Nearest::edges, i, j, s, 0});
-            // Inside both edges. Nearly parallel ones get s with a large error, which is why t is then
-            // taken as the best one for that s, and s for that t.
+            // Points inside both edges. For nearly parallel edges s has a large error, so t is then optimised
+            // for that s, and s for that t.
             const Vector3d normal = u.cross(v);
             const double u_v = u.dot(v);
             s = unit_interval(v.cross(w).dot(normal) * inverse(normal.squaredNorm()));
@@ -109,14 +109,15 @@ Vector3d point(const Corners& x, const Vector3d& w) noexcept {
     return w[0] * x[0] + w[1] * x[1] + w[2] * x[2];
 }
 
-/// The ends of the segment that two triangles share, as far as they were found.
+/// Ends of the segment that two triangles share, as found so far.
 struct CommonSegment {
     WeightPair first, last;
     double first_along = std::numeric_limits<double>::infinity(), last_along = -first_along;
 };
 
-/// Widens the common segment, which runs along `line`, by the points where edges of s pass through t.
-/// s_is_a: whether s is the pair's a. tolerance: how far off t rounding may put such a point, metres.
+/// Extends the common segment, which runs along `line`, to the points where edges of s pierce t.
+/// s_is_a: whether s is triangle a of the pair. tolerance: largest distance from t that rounding may give
+/// such a point, metres.
 void add_piercings(CommonSegment& common, const Face& s, const Face& t, const Vector3d& line, bool s_is_a,
                    double tolerance) noexcept {
     std::array<double, 3> height;
@@ -141,7 +142,7 @@ void add_piercings(CommonSegment& common, const Face& s, const Face& t, const Ve
     }
 }
 
-/// For triangles that intersect: a point of both.
+/// A common point of two triangles that intersect.
 WeightPair common_point(const Face& a, const Face& b) noexcept {
     const Vector3d line = a.normal.cross(b.normal);
     double size = 0;
@@ -149,7 +150,7 @@ WeightPair common_point(const Face& a, const Face& b) noexcept {
     CommonSegment common;
     add_piercings(common, a, b, line, true, 1e-10 * size);
     add_piercings(common, b, a, line, false, 1e-10 * size);
-    if (common.first_along > common.last_along) return weights(nearest_features(a, b));  // they touch flat
+    if (common.first_along > common.last_along) return weights(nearest_features(a, b));  // coplanar
     return {(common.first.a + common.last.a) / 2, (common.first.b + common.last.b) / 2};
 }
 
@@ -157,7 +158,8 @@ Corners corners(const Triangle& t, const Vector3d& origin) noexcept {
     return {t.a.cast<double>() - origin, t.b.cast<double>() - origin, t.c.cast<double>() - origin};
 }
 
-/// a, b: in a frame with its origin near both, so that nothing is lost far from the world's `origin`.
+/// a, b: corners relative to `origin`, a point near both, so that no digits are lost far from the world's
+/// origin.
 ClosestPoints closest_points(const Corners& a, const Corners& b, const WeightPair& w,
                              const Vector3d& origin) noexcept {
     const Vector3d p = point(a, w.a), q = point(b, w.b), gap = p - q;

@@ -16,12 +16,14 @@ EmbeddedPositions::EmbeddedPositions(std::span<const int> row_begin, std::span<c
       weights_(weights.begin(), weights.end()) {
     if (row_begin.empty() || row_begin.front() != 0 || !std::ranges::is_sorted(row_begin) ||
         static_cast<std::size_t>(row_begin.back()) != columns.size() || columns.size() != weights.size())
-        throw std::invalid_argument(message("an embedding's rows must begin at 0 and end, ascending, at its ",
-                                            columns.size(), " columns and ", weights.size(), " weights"));
+        throw std::invalid_argument(
+            message("the row offsets of an embedding must start at 0, ascend and end at its number of "
+                    "columns and weights; there are ",
+                    columns.size(), " columns and ", weights.size(), " weights"));
     for (const int column : columns)
         if (column < 0 || column >= node_count)
             throw std::invalid_argument(
-                message("an embedding refers to node ", column, ", but there are ", node_count));
+                message("an embedding refers to node ", column, ", but the node count is ", node_count));
     x_.setZero(4, vertex_count());
     poses_.assign(static_cast<std::size_t>(vertex_count()), 0);
 }
@@ -31,7 +33,7 @@ void EmbeddedPositions::begin_pose(VerticesRef nodes) noexcept {
     nodes_ = nodes.data();
     stride_ = nodes.outerStride();
     computed_ = 0;
-    if (++pose_ == 0) {  // the count has come round: no row belongs to a pose any more
+    if (++pose_ == 0) {  // the pose counter wrapped around: mark all rows as stale
         std::ranges::fill(poses_, 0);
         pose_ = 1;
     }

@@ -7,19 +7,19 @@
 #ifdef __FAST_MATH__
 #error "Exact arithmetic needs IEEE rounding: compile without -ffast-math"
 #endif
-static_assert(FLT_EVAL_METHOD == 0, "exact arithmetic needs doubles that are rounded to double");
+static_assert(FLT_EVAL_METHOD == 0, "exact arithmetic needs every operation on doubles to round to double");
 
 namespace nbd {
 
-/// A real number as the exact sum of doubles: nonzero, nonadjacent, in increasing order of magnitude, so
-/// the last one has the sign of the sum. N is the most terms it can have; zeros are dropped on the way.
+/// A real number as the exact sum of doubles: nonzero, nonadjacent, in increasing order of magnitude, so the
+/// last one has the sign of the sum. N: maximum number of terms; zeros are dropped.
 /// Sums and products are exact as long as nothing over- or underflows and rounding is to nearest even.
-/// For sources compiled with -ffp-contract=off alone: a multiply and an add that the compiler fuses break
-/// the error terms. Source: [Shewchuk97], theorems 10 (sum) and 19 (scaling).
+/// Include this only in sources compiled with -ffp-contract=off: a multiply and an add fused by the compiler
+/// break the error terms. Source: [Shewchuk97], theorems 10 (sum) and 19 (scaling).
 template <int N>
 class Expansion {
  public:
-    /// Puts a term on top. It must be zero, or larger than the terms so far and not adjacent to them.
+    /// Appends a term: zero, or larger in magnitude than the terms so far and nonadjacent to them.
     void append(double term) noexcept {
         if (term != 0) terms_[size_++] = term;
     }
@@ -36,7 +36,7 @@ class Expansion {
     int size_ = 0;
 };
 
-/// high + low is exact; high is the rounded result, low its rounding error.
+/// An exact result high + low: high is the rounded result, low its rounding error.
 struct RoundedAndError {
     double high, low;
 };
@@ -71,7 +71,7 @@ template <int N>
 void Expansion<N>::add(double carry) noexcept {
     const int before = size_;
     size_ = 0;
-    for (int i = 0; i < before; ++i) {  // writes at or below i
+    for (int i = 0; i < before; ++i) {  // append() writes at or below i
         const auto [high, low] = two_sum(carry, terms_[i]);
         append(low);
         carry = high;

@@ -5,11 +5,11 @@
 
 namespace nbd {
 
-/// Vertex positions, one row a vertex, metres. [n, 3], row-major, so a flat x y z array maps onto it.
+/// Vertex positions, one row per vertex, metres. [n, 3], row-major, so a flat x y z array maps onto it.
 using Vertices = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using VerticesRef = Eigen::Ref<const Vertices>;
 
-/// Triangles, one row a face: three rows of the vertex array, counter-clockwise from outside. [m, 3].
+/// Triangles, one row per face: three vertex indices, counter-clockwise seen from outside. [m, 3].
 using Faces = Eigen::Matrix<int, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using FacesRef = Eigen::Ref<const Faces>;
 

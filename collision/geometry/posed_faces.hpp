@@ -6,14 +6,14 @@
 
 namespace nbd {
 
-/// Faces in a pose, as triangle tests read them.
+/// Faces in a pose, in the form that triangle tests read.
 struct PosedFaces {
     const Faces* F = nullptr;
-    Positions x;  // whose vertices of the faces have been required
+    Positions x;  // require() was called for the vertices of the faces to be read
 
-    /// See Positions::operator[] for what the fourth number is.
+    /// Lane 3 is unspecified, see Positions::operator[].
     Eigen::Array4f corner(int face, int k) const noexcept { return x[(*F)(face, k)]; }
-    /// The fourth numbers of its corners are of no meaning.
+    /// Lane 3 of both corners is unspecified.
     Box box(int face) const noexcept {
         const Eigen::Array4f a = corner(face, 0), b = corner(face, 1), c = corner(face, 2);
         return {a.min(b).min(c), a.max(b).max(c)};

@@ -8,8 +8,8 @@
 
 namespace nbd {
 
-/// All positions of a pose, referred to; perhaps computed on demand. Who reads vertices asks for them with
-/// require() first.
+/// A view of all positions of a pose, stored or computed on demand. Call require() for vertices before
+/// reading them.
 class Positions {
  public:
     using Rows = Eigen::Map<const Vertices, 0, Eigen::OuterStride<>>;
@@ -24,7 +24,7 @@ class Positions {
         : x_(source.rows().data()),
           rows_(source.vertex_count()),
           stride_(source.rows().outerStride()),
-          last_(-1),  // its rows have four numbers each
+          last_(-1),  // every row has four numbers
           source_(&source) {}
 
     void require(std::span<const int> vertices) const noexcept {
@@ -36,17 +36,17 @@ class Positions {
     }
     bool on_demand() const noexcept { return source_ != nullptr; }
 
-    /// Has the cache bring them; nothing where they are computed on demand.
+    /// Prefetches the positions of these vertices; no effect if positions are computed on demand.
     void prefetch(std::span<const int> vertices) const noexcept {
         if (source_) return;
         for (const int v : vertices) prefetch_line(data(v));
     }
 
-    /// Vertex `v` as four floats, so that it fits a vector register: x, y, z and something, finite or not,
-    /// that must not be looked at.
+    /// Vertex `v` as four floats, to fill a vector register: x, y, z. Lane 3 is unspecified and may not be
+    /// finite.
     Eigen::Array4f operator[](int v) const noexcept {
         const float* p = data(v);
-        if (v == last_) return {p[0], p[1], p[2], 0};  // nothing need come after
+        if (v == last_) return {p[0], p[1], p[2], 0};  // the array may end here
         return Eigen::Map<const Eigen::Array4f>(p);
     }
     Eigen::Map<const Eigen::Vector3f> point(int v) const noexcept {

@@ -18,7 +18,8 @@ int orient2d_exact(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eig
 int orient2d(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) noexcept {
     const Eigen::Vector2d u = b - a, v = c - a;
     const double left = u.x() * v.y(), right = u.y() * v.x(), determinant = left - right;
-    // Two roundings of differences, one of the product and one of the sum: as in PlaneSide, 4 and a bit.
+    // Two roundings of differences, one of a product and one of the sum make a little over 4 half ulps, as in
+    // PlaneSide.
     const double error = 2.5 * std::numeric_limits<double>::epsilon() * (std::abs(left) + std::abs(right));
     if (determinant > error) return 1;
     if (determinant < -error) return -1;

@@ -4,7 +4,7 @@
 
 namespace nbd {
 
-/// Node positions in double precision, one row a node, metres. [N, 3], row-major.
+/// Node positions in double precision, one row per node, metres. [N, 3], row-major.
 using Nodes = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using NodesRef = Eigen::Ref<const Nodes>;
 

@@ -26,7 +26,7 @@ bool boxes_overlap(const Triangle& s, const Triangle& t) noexcept {
     return (lower(s).array() <= upper(t).array()).all() && (lower(t).array() <= upper(s).array()).all();
 }
 
-/// The sides of t's plane on which the corners of s lie.
+/// For each corner of s, the side of t's plane on which it lies.
 Sides sides(const Corners& s, const Corners& t) noexcept {
     const PlaneSide side(t[0], t[1], t[2]);
     return {side(s[0]), side(s[1]), side(s[2])};
@@ -37,14 +37,14 @@ bool all_zero(const Sides& x) noexcept { return x[0] == 0 && x[1] == 0 && x[2] =
 
 Vector2d drop(const Vector3d& x, int axis) noexcept { return {x[(axis + 1) % 3], x[(axis + 2) % 3]}; }
 
-/// An axis along which a, b and c project onto a proper triangle; nothing if they are collinear.
+/// An axis along which a, b and c project onto a proper triangle; empty if they are collinear.
 std::optional<int> projection_axis(const Vector3d& a, const Vector3d& b, const Vector3d& c) noexcept {
     for (int axis = 0; axis < 3; ++axis)
         if (orient2d(drop(a, axis), drop(b, axis), drop(c, axis)) != 0) return axis;
     return std::nullopt;
 }
 
-/// Whether the line of an edge of s has all of t strictly on one side, and s on the other or on the line.
+/// Whether the line through some edge of s has all of t strictly on one side and no corner of s on that side.
 bool edge_separates(const std::array<Vector2d, 3>& s, const std::array<Vector2d, 3>& t) noexcept {
     for (int i = 0; i < 3; ++i) {
         const Vector2d &p = s[i], &q = s[(i + 1) % 3], &opposite = s[(i + 2) % 3];
@@ -56,8 +56,8 @@ bool edge_separates(const std::array<Vector2d, 3>& s, const std::array<Vector2d,
     return false;
 }
 
-/// For s and t in one plane that projects one-to-one along `axis`, and not all on one line. Then the edges
-/// of their Minkowski difference are edges of s or t, so that disjoint ones are separated along an edge.
+/// Requires s and t in one plane that projects one-to-one along `axis`, and not all on one line. The edges of
+/// their Minkowski difference are then edges of s or t, so disjoint triangles are separated along an edge.
 bool planar_triangles_intersect(const Corners& s, const Corners& t, int axis) noexcept {
     const std::array<Vector2d, 3> s2{drop(s[0], axis), drop(s[1], axis), drop(s[2], axis)};
     const std::array<Vector2d, 3> t2{drop(t[0], axis), drop(t[1], axis), drop(t[2], axis)};
@@ -68,13 +68,13 @@ bool lexicographically_less(const Vector3d& a, const Vector3d& b) noexcept {
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
 }
 
-/// The end points, in lexicographic order, of a triangle whose corners are collinear.
+/// End points, in lexicographic order, of a triangle with collinear corners.
 std::pair<Vector3d, Vector3d> segment_of(const Corners& t) noexcept {
     const auto [first, last] = std::minmax_element(t.begin(), t.end(), lexicographically_less);
     return {*first, *last};
 }
 
-/// For triangles that are both a segment or a point, and whose boxes overlap.
+/// Requires that each triangle is a segment or a point and that their boxes overlap.
 bool segments_intersect(const Corners& s, const Corners& t) noexcept {
     const auto [p, q] = segment_of(s);
     const auto [u, v] = segment_of(t);
@@ -82,11 +82,11 @@ bool segments_intersect(const Corners& s, const Corners& t) noexcept {
     std::optional<int> axis = projection_axis(p, q, u);
     if (!axis) axis = projection_axis(u, v, p);
     if (axis) return planar_triangles_intersect(s, t, *axis);
-    return true;  // p is u, or all lie on one line, where overlapping boxes mean overlapping segments
+    return true;  // p equals u, or all lie on one line: overlapping boxes mean overlapping segments
 }
 
-/// For a segment or point s that does not lie in the plane of the proper triangle t, nor strictly on one
-/// side of it: whether the point where it meets the plane is in t.
+/// Whether the point where s meets the plane of t is in t. Requires a segment or point s that neither lies in
+/// the plane of the proper triangle t nor strictly on one side of it.
 bool segment_pierces(const Corners& s, const Corners& t) noexcept {
     const auto [p, q] = segment_of(s);
     int least = 1, most = -1;
@@ -98,10 +98,11 @@ bool segment_pierces(const Corners& s, const Corners& t) noexcept {
     return least >= 0 || most <= 0;
 }
 
-/// Turns s, without mirroring it, so that its first corner is alone: the other two lie weakly across t's
-/// plane from it, and neither on the same side as it (nor in the plane with it).
-/// side: the corners' sides of t's plane, not all zero, not strictly on one side.
-/// Returns whether t must be mirrored to have s[0] above its plane or in it and the others not above.
+/// Rotates the corners of s, without mirroring, until the first is alone: no other corner lies on its side of
+/// t's plane or, if it lies in the plane, both others lie on one side.
+/// side: the sides of t's plane for the corners of s; not all zero, not strictly on one side.
+/// Returns whether t must be mirrored so that s[0] lies above or in its plane and the others lie below or in
+/// it.
 bool turn_to_lone_corner(Corners& s, Sides side) noexcept {
     const auto is_alone = [](int own, int next, int last) {
         return own == 0 ? next == last && next != 0 : own * next <= 0 && own * last <= 0;
@@ -113,8 +114,8 @@ bool turn_to_lone_corner(Corners& s, Sides side) noexcept {
     return side[0] < 0 || side[1] > 0;
 }
 
-/// For proper triangles in different planes, each meeting the other's plane: both cut the planes' common
-/// line in an interval, and four of the six corners at a time tell the order of two interval ends.
+/// Requires proper triangles in different planes, each meeting the other's plane. Both cut the common line of
+/// the planes in an interval; an orientation test of four corners gives the order of two interval ends.
 /// Source: [GuigueDevillers03].
 bool crossing_triangles_intersect(Corners s, const Sides& side_s, Corners t, const Sides& side_t) noexcept {
     const bool mirror_t = turn_to_lone_corner(s, side_s), mirror_s = turn_to_lone_corner(t, side_t);
@@ -135,7 +136,7 @@ bool triangles_intersect(const Triangle& a, const Triangle& b) noexcept {
     const bool s_in_plane = all_zero(side_s), t_in_plane = all_zero(side_t);
     if (!s_in_plane && !t_in_plane) return crossing_triangles_intersect(s, side_s, t, side_t);
 
-    // A common plane, or a degenerate triangle, whose "plane" has every point in it.
+    // The triangles share a plane, or one is degenerate: its "plane" contains every point.
     const std::optional<int> axis_s = projection_axis(s[0], s[1], s[2]);
     const std::optional<int> axis_t = projection_axis(t[0], t[1], t[2]);
     if (!axis_s && !axis_t) return segments_intersect(s, t);

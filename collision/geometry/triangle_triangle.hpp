@@ -6,8 +6,8 @@ namespace nbd {
 
 /// Whether two closed triangles have a point in common: crossing, coplanar overlap, and touching in a
 /// face, an edge or a vertex all count. Exact for every finite input, degenerate triangles (segments,
-/// points) included: orientation tests run in filtered double and fall back to exact expansions where
-/// rounding could decide. Source: [GuigueDevillers03], [Shewchuk97].
+/// points) included: orientation tests run in filtered double and fall back to exact expansions if rounding
+/// could change the sign. Source: [GuigueDevillers03], [Shewchuk97].
 bool triangles_intersect(const Triangle& s, const Triangle& t) noexcept;
 
 }  // namespace nbd

@@ -1,4 +1,4 @@
-// The kernels, written in the lanes of whatever form they are compiled for.
+// The kernels, written in terms of lanes. Each kernels_*.cpp compiles them for its instruction set.
 
 constexpr float infinity = __builtin_inff();
 
@@ -17,7 +17,7 @@ inline BoxLanes same_box(const BoxPack* boxes, int i) noexcept {
             {all(pack.hi[0][k]), all(pack.hi[1][k]), all(pack.hi[2][k])}};
 }
 
-/// The larger one of the gaps on the two sides of an axis; negative where they overlap.
+/// The larger of the gaps on the two sides of an axis; negative if the boxes overlap on it.
 inline Lanes gap(const BoxPack& boxes, const BoxLanes& box, int axis) noexcept {
     return max(load(boxes.lo[axis]) - box.hi[axis], box.lo[axis] - load(boxes.hi[axis]));
 }
@@ -91,13 +91,14 @@ struct Corners {
     }
 };
 
-/// Certainty of a sign: where one of them is above 0 the sign is certainly this one. What overflows is not
-/// known: `doubt` is not a number there, and 0 elsewhere; minima and maxima may lose it.
+/// Certainty of a sign: it is certainly positive where `positive` > 0, and certainly negative where
+/// `negative` > 0. `doubt` is NaN where something overflowed and 0 elsewhere; minima and maxima of the other
+/// two may lose NaN.
 struct Sign {
     Lanes positive, negative, doubt;
 };
 
-/// det[u, v, .] for float32 differences u and v.
+/// Signs of det[u, v, w] for float32 differences u and v and any w.
 class Determinant {
  public:
     Determinant(const Corner& u, const Corner& v) noexcept {
@@ -106,8 +107,8 @@ class Determinant {
         size_ = {p.y * q.z + p.z * q.y, p.z * q.x + p.x * q.z, p.x * q.y + p.y * q.x};
     }
 
-    /// The error bound is that of PlaneSide, in float32: 9 half ulps of the permanent. Products may underflow
-    /// here: those of the normal by at most 3 * 2^-126, the last ones by as much, so 2^-120 (|w|_1 + 1)
+    /// The error bound is that of PlaneSide, in float32: 9 half ulps of the permanent. Products may
+    /// underflow: those of the normal by at most 3 * 2^-126, the last ones by as much, so 2^-120 (|w|_1 + 1)
     /// covers both.
     Sign sign(const Corner& w) const noexcept {
         constexpr float bound = 4.5f * 0x1p-23f, underflow = 0x1p-120f;
@@ -121,7 +122,7 @@ class Determinant {
     Corner normal_, size_;
 };
 
-/// The sides of t's plane on which the corners of s lie.
+/// For each corner of s, the side of t's plane on which it lies.
 struct Sides {
     Sign of[3];
     Sides(const Corners& s, const Corners& t) noexcept {
@@ -131,13 +132,14 @@ struct Sides {
     Lanes doubt() const noexcept { return of[0].doubt + of[1].doubt + of[2].doubt; }
 };
 
-/// The certainty that all signs, or any, are alike.
+/// The certainty that all signs are equal.
 inline Lanes all_alike(const Sign& p, const Sign& q) noexcept {
     return max(min(p.positive, q.positive), min(p.negative, q.negative));
 }
 inline Lanes all_alike(const Sign& p, const Sign& q, const Sign& r) noexcept {
     return max(min(min(p.positive, q.positive), r.positive), min(min(p.negative, q.negative), r.negative));
 }
+/// The certainty that both signs occur.
 inline Lanes both_occur(const Sign& p, const Sign& q) noexcept {
     return max(min(p.positive, q.negative), min(p.negative, q.positive));
 }
@@ -145,14 +147,15 @@ inline Lanes both_occur(const Sign& p, const Sign& q, const Sign& r) noexcept {
     return min(max(max(p.positive, q.positive), r.positive), max(max(p.negative, q.negative), r.negative));
 }
 
-/// The certainty that an edge of a triangle meets another triangle in one point inside of it, and that none
-/// meets it at all.
+/// For two triangles, the certainty that an edge of one meets the other in one interior point (`meeting`),
+/// and the certainty that no edge of one meets the other (`apart`).
 struct Certainty {
     Lanes meeting = all(-infinity), apart = all(infinity);
 
-    /// An edge from p to q, and on which side of its line those of the other triangle pass. The edge crosses
-    /// the plane where its ends lie on two sides; its line passes the triangle's inside where all three lines
-    /// pass on one side, and not even its border where they pass on both.
+    /// Adds an edge. p, q: sides of the other triangle's plane on which its ends lie. line0 to line2: sides
+    /// of the edge's line on which the lines of the other triangle's edges pass. The edge crosses the plane
+    /// if p and q differ. Its line passes through the triangle's interior if all three lines pass on one
+    /// side, and misses even its border if they pass on both.
     void add(const Sign& p, const Sign& q, const Sign& line0, const Sign& line1, const Sign& line2) noexcept {
         meeting = max(meeting, min(both_occur(p, q), all_alike(line0, line1, line2)));
         apart = min(apart, max(all_alike(p, q), both_occur(line0, line1, line2)));
@@ -171,7 +174,7 @@ PackVerdict edges_meet_faces(const TrianglePack& first, const TrianglePack& seco
     const Corners s(first), t(second);
     const Sides of_s(s, t), of_t(t, s);
     Lanes doubt = of_s.doubt() + of_t.doubt();
-    Sign passing[3][3];  // on which side of edge i of s edge j of t passes
+    Sign passing[3][3];  // [i][j]: the side of edge i of s on which edge j of t passes
     for (int i = 0; i < 3; ++i) {
         const Corner& start = s.at[i];
         const Corner along = s.at[(i + 1) % 3] - start;
@@ -191,13 +194,13 @@ PackVerdict edges_meet_faces(const TrianglePack& first, const TrianglePack& seco
 
 // Fixed point
 
-/// Exponent of the largest magnitude, biased by 127; 255 where one is not finite.
+/// Exponent of the largest magnitude, biased by 127; 255 if a number is not finite.
 inline std::int32_t largest_exponent(const float* x, int count) noexcept {
     Ints most = zeros();
     for (int i = 0; i < count; i += 16) most = max(most, magnitude_bits(x + i));
     return largest(most) >> 23;
 }
-constexpr std::int32_t not_finite = 255, next_to_nothing = 27;  // 2^-100
+constexpr std::int32_t not_finite = 255, next_to_nothing = 27;  // exponent of 2^-100
 inline float power_of_two(std::int32_t biased_exponent) noexcept {
     return __builtin_bit_cast(float, biased_exponent << 23);
 }
@@ -214,7 +217,7 @@ float fix(const float* x, int count, std::int16_t* fixed) noexcept {
     return power_of_two(exponent - 13);
 }
 
-/// Likewise of 8 bits, for what ReLU has left: from 0 to 255.
+/// Like fix() with 8 bits, 0 to 255, for values after ReLU.
 inline float fix_hidden(const float* x, int count, Hidden* fixed) noexcept {
     const std::int32_t exponent = largest_exponent(x, count);
     const bool known = exponent != not_finite && exponent >= next_to_nothing;
@@ -230,7 +233,7 @@ inline void column_products(const FixedColumns& columns, int first, const std::i
     for (Lanes& sum : sums) sum = all(0);
     const int rows = columns.rows;
     const std::int16_t* values = columns.values + std::ptrdiff_t{first} * rows;
-    constexpr int step = 32, steps = 4;  // of so many products each lane's sum cannot overflow
+    constexpr int step = 32, steps = 4;  // 8 products per lane cannot overflow its sum
     for (int begin = 0; begin < rows; begin += steps * step) {
         const int end = rows - begin < steps * step ? rows : begin + steps * step;
         Ints whole[count];
@@ -263,8 +266,7 @@ void products(const FixedColumns& columns, const std::int16_t* x, float scale, f
     all_products(columns, x, scale, products);
 }
 
-/// What layer l of some networks makes of their inputs. Networks take turns, so that no sum waits for the one
-/// before.
+/// Outputs of layer l of some networks. The networks alternate, so that no sum waits for the previous one.
 template <int count, int groups, class Inputs>
 inline void layer_groups(const ByteLayer (*layers)[3], int l, int first, const Inputs* const (&inputs)[count],
                          const float (&scales)[count], float* const (&outputs)[count]) noexcept {

@@ -31,13 +31,13 @@ inline void BoxPack::grow(float by) noexcept {
         for (float& side : axis) side += by;
 }
 
-/// The eight numbers of a box, as kernels take them.
+/// The eight numbers of a box, in the layout that kernels read.
 inline const float* numbers(const Box& box) noexcept {
     static_assert(sizeof(Box) == 8 * sizeof(float));
     return reinterpret_cast<const float*>(&box);
 }
 
-/// Bit k is set unless box k of s and t have no point in common.
+/// Sets bit k unless box k of s and t have no point in common.
 inline unsigned overlapping(const BoxPack& s, const Box& t) noexcept {
     std::uint16_t mask;
     kernels().overlapping(&s, 1, numbers(t), &mask);

@@ -4,7 +4,7 @@
 
 namespace nbd {
 
-// Not all of them are in every build of the library; kernels_for() knows which ones the machine can run.
+// Not every build of the library has all of these. kernels_for() returns those that the CPU supports.
 extern const Kernels kernels_plain, kernels_avx2, kernels_avx512;
 
 }  // namespace nbd

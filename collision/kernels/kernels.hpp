@@ -7,62 +7,62 @@ namespace nbd {
 struct BoxPack;
 struct TrianglePack;
 
-/// Instruction sets that the kernels have a form for: what the library is compiled for, AVX2, and AVX-512
-/// with its extensions F, BW, DQ, VL and VNNI.
+/// Instruction sets with their own form of the kernels: the library's own (`plain`), AVX2, and AVX-512 with
+/// its extensions F, BW, DQ, VL and VNNI.
 enum class InstructionSet { plain, avx2, avx512 };
 
-/// What is certain, in exact arithmetic, of the triangles in each lane of two packs. A lane that is in
-/// neither is too close to call in float32.
+/// What is certain, in exact arithmetic, about the triangles in each lane of two packs. A lane that is set in
+/// neither mask is too close to call in float32.
 struct PackVerdict {
-    unsigned meeting = 0, apart = 0;  // bit k: s[k] and t[k] have a point in common, or none
+    unsigned meeting = 0, apart = 0;  // bit k: s[k] and t[k] have a point in common; have none
     bool operator==(const PackVerdict&) const = default;
 };
 
-/// One layer of a small network: 4 * quads inputs, its outputs in groups of 16. Output o is
-/// scales[o] * sum over i of weights[at(o, i)] * x(i) + biases[o], with ReLU no less than 0.
+/// One layer of a small network with 4 * quads inputs; the number of outputs is a multiple of 16. Output o is
+/// scales[o] * sum over i of weights[at(o, i)] * x(i) + biases[o], and at least 0 with ReLU.
 struct ByteLayer {
     const std::int8_t* weights;  // -127 to 127
-    const std::int32_t* sums;    // [outputs] of their weights
+    const std::int32_t* sums;    // [outputs] sum of each output's weights
     const float *scales, *biases;
     int quads, outputs;
     bool relu;
 
-    /// Four inputs of an output lie together, the second pair in between the first.
+    /// Index of a weight. Four inputs of an output lie together, in the order 0, 2, 1, 3.
     int at(int output, int input) const noexcept {
         return (input / 4 * outputs + output) * 4 + input % 2 * 2 + input / 2 % 2;
     }
 };
 
-/// Columns of a matrix in fixed point: number r of column c is values[c * rows + r] * scales[c].
+/// Columns of a matrix in fixed point: entry r of column c is values[c * rows + r] * scales[c].
 struct FixedColumns {
     const std::int16_t* values;  // -16383 to 16383
     const float* scales;
     int rows, count;  // rows: a multiple of 32
 };
 
-/// The inner loops of a query, each in one form for an instruction set. All forms give the same bits, but for
-/// which number that is none: sums of integers are exact, and those of floats run in one order, without fused
-/// products. Nothing here allocates.
+/// The inner loops of queries for one instruction set. All forms give identical bits, except NaN payloads:
+/// integer sums are exact, and float sums run in a fixed order without fused products. Nothing here
+/// allocates.
 struct Kernels {
-    /// Largest magnitude of a vector in fixed point.
+    /// Largest magnitude of a number in fixed point.
     static constexpr int max_fixed = 16384;
-    /// Networks at a time: one waits while another one computes.
+    /// Networks evaluated at a time: one computes while the other waits.
     static constexpr int max_networks = 2;
-    /// Inputs of a network, of more of which sums might overflow, outputs of a layer in between, and of a
-    /// network, zeros added.
+    /// Maximum number of inputs of a network (more could overflow the sums), maximum number of outputs of a
+    /// hidden layer, and number of outputs of a network, padding included.
     static constexpr int max_inputs = 1024, max_hidden = 128, outputs = 16;
 
     InstructionSet instructions;
 
-    /// masks[p], bit k: unless box k of packs[p] and `box`, 4 numbers each of its low and high corner, have
-    /// no point in common.
+    /// Sets bit k of masks[p] unless box k of packs[p] and `box` have no point in common. box: 4 numbers of
+    /// the low corner, then 4 of the high corner.
     void (*overlapping)(const BoxPack* packs, int count, const float* box, std::uint16_t* masks) noexcept;
-    /// Likewise unless their squared gap is more than `most`; but for a few ulp, which certain_square()
-    /// covers.
+    /// Sets bit k of masks[p] unless the squared gap between the boxes exceeds `most`; exact up to a few ulp,
+    /// which certain_square() covers.
     void (*near)(const BoxPack* packs, int count, const float* box, float most,
                  std::uint16_t* masks) noexcept;
-    /// Both for some boxes of a node with those of another one, which lie in up to two packs each: bit k of
-    /// masks[i], for each bit i that is set in `which`, is that of boxes[i / 16], lane i % 16, and
+    /// The same two tests for some boxes of one node against those of another, in up to two packs each.
+    /// For each bit i set in `which`, bit k of masks[i] is the result for boxes[i / 16], lane i % 16, and
     /// packs[k / 16], lane k % 16.
     void (*overlapping_each)(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which,
                              unsigned* masks) noexcept;
@@ -72,28 +72,27 @@ struct Kernels {
     unsigned (*separated_by_plane)(const TrianglePack& s, const TrianglePack& t) noexcept;
     PackVerdict (*edges_meet_faces)(const TrianglePack& s, const TrianglePack& t) noexcept;
 
-    /// x, `count` numbers, a multiple of 16, as fixed[i] * scale, rounded to the nearest. Returns the scale,
-    /// a power of 2 that takes the largest one to at least max_fixed / 2, or 0 where all are below 2^-100;
-    /// not a number, and all of fixed 0, where any of x is not finite.
+    /// Rounds `count` numbers x, a multiple of 16, to the nearest fixed[i] * scale. Returns the scale: a
+    /// power of 2 for which the largest magnitude in `fixed` is at least max_fixed / 2; 0 if all numbers are
+    /// below 2^-100; NaN if any number is not finite. In the last two cases all of `fixed` is 0.
     float (*fix)(const float* x, int count, std::int16_t* fixed) noexcept;
-    /// products[c] = the sum of column c's numbers times those of x * scale, x as fix() gives it. Not a
-    /// number where the scale is none.
+    /// products[c] = dot product of column c and x * scale, with x from fix(). NaN if the scale is NaN.
     void (*products)(const FixedColumns& columns, const std::int16_t* x, float scale,
                      float* products) noexcept;
-    /// What some networks of one shape, of three layers each, the first two with ReLU, make of the same
-    /// x * scale. What these two give goes on rounded to 8 bits. count: networks, at most max_networks.
-    /// Besides the products of some columns, for which there is time while networks wait.
+    /// Evaluates `count` networks of one shape, at most max_networks, on the same input x * scale. Each has
+    /// three layers, the first two with ReLU and with outputs rounded to 8 bits. Also computes the products
+    /// of some columns, in the time that the networks would wait.
     void (*networks)(const ByteLayer (*layers)[3], int count, const FixedColumns& columns,
                      const std::int16_t* x, float scale, float (*results)[outputs], float* products) noexcept;
 };
 
-/// The form for an instruction set; null where this machine or this build of the library has it not.
+/// The form for an instruction set; null if the CPU or this build of the library does not support it.
 const Kernels* kernels_for(InstructionSet instructions) noexcept;
 
-/// What all queries use: the form that suits this machine best, or the one that use_kernels() was given last.
+/// The form that all queries use: the best for this CPU, or the last one passed to use_kernels().
 const Kernels& kernels() noexcept;
 
-/// For comparisons, before any query runs: answers are the same.
+/// Selects a form, for comparisons. Call it before any query runs. All forms give the same answers.
 void use_kernels(const Kernels& form) noexcept;
 
 /// "plain", "avx2" or "avx512".

@@ -1,5 +1,5 @@
-// The kernels for AVX2, which this file is compiled for. Functions of other headers must not be compiled
-// here: the linker might pick them for machines that have not these instructions.
+// The kernels for AVX2; this file is compiled for AVX2. Functions of other headers must not be compiled here:
+// the linker might choose their AVX2 code for a CPU without AVX2.
 #include <immintrin.h>
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace nbd {
 namespace {
 
 #include "collision/kernels/lanes_avx2.inl"
-// What follows is written in lanes.
+// The bodies use the lanes above, so they come second.
 #include "collision/kernels/bodies.inl"
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The kernels for AVX-512 (F, BW, DQ, VL, VNNI), which this file is compiled for. Functions of other headers
-// must not be compiled here: the linker might pick them for machines that have not these instructions.
+// The kernels for AVX-512 (F, BW, DQ, VL, VNNI); this file is compiled for it. Functions of other headers
+// must not be compiled here: the linker might choose their AVX-512 code for a CPU without it.
 #include <immintrin.h>
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace nbd {
 namespace {
 
 #include "collision/kernels/lanes_avx512.inl"
-// What follows is written in lanes.
+// The bodies use the lanes above, so they come second.
 #include "collision/kernels/bodies.inl"
 
 }  // namespace

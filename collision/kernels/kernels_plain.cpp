@@ -1,4 +1,4 @@
-// The kernels for what the library is compiled for.
+// The kernels for the instruction set that the library is compiled for.
 #include <cstddef>
 #include <cstdint>
 
@@ -9,7 +9,7 @@ namespace nbd {
 namespace {
 
 #include "collision/kernels/lanes_plain.inl"
-// What follows is written in lanes.
+// The bodies use the lanes above, so they come second.
 #include "collision/kernels/bodies.inl"
 
 }  // namespace

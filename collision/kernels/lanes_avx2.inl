@@ -1,4 +1,4 @@
-// Sixteen lanes in two registers of AVX2. What the functions mean stands in lanes_plain.inl.
+// Sixteen lanes in two AVX2 registers. lanes_plain.inl documents the functions.
 
 struct Lanes {
     __m256 v[2];

@@ -1,4 +1,4 @@
-// Sixteen lanes in a register of AVX-512. What the functions mean stands in lanes_plain.inl.
+// Sixteen lanes in one AVX-512 register. lanes_plain.inl documents the functions.
 
 struct Lanes {
     __m512 v;
@@ -42,25 +42,25 @@ inline Ints add_products(const Ints& a, const Pairs& p, const Pairs& q) noexcept
     return {_mm512_dpwssd_epi32(a.v, p.v, q.v)};
 }
 
-// VNNI multiplies bytes without a sign by bytes with one, four at a time.
+// VNNI multiplies unsigned bytes by signed bytes, four at a time.
 
 inline __m512i same_quad(const std::uint8_t* bytes) noexcept {
     std::int32_t bits;
     __builtin_memcpy(&bits, bytes, sizeof bits);
     return _mm512_set1_epi32(bits);
 }
-/// sum += the four products in each lane. In assembly since compilers copy the sum of the intrinsic from one
-/// register to another, and load bytes anew for each of two products.
+/// sum += the four products in each lane. Written in assembly because with the intrinsic, compilers copy the
+/// sum between registers and load the bytes again for each of two products.
 inline void add_byte_products(__m512i& sum, __m512i unsigned_bytes, __m512i bytes) noexcept {
     asm("vpdpbusd {%2, %1, %0|%0, %1, %2}" : "+v"(sum) : "v"(unsigned_bytes), "v"(bytes));
 }
-/// In the order of ByteLayer::at().
+/// Stores sixteen bytes in the order of ByteLayer::at().
 inline void store_quads(__m128i bytes, std::uint8_t* p) noexcept {
     const __m128i order = _mm_setr_epi8(0, 2, 1, 3, 4, 6, 5, 7, 8, 10, 9, 11, 12, 14, 13, 15);
     _mm_storeu_si128(reinterpret_cast<__m128i*>(p), _mm_shuffle_epi8(bytes, order));
 }
 
-/// x + max_fixed = 256 * high + low.
+/// Inputs of the first layer in unsigned bytes: x + max_fixed = 256 * high + low.
 struct LayerInputs {
     std::uint8_t high[Kernels::max_inputs], low[Kernels::max_inputs];
     LayerInputs(const std::int16_t* x, int count) noexcept {

@@ -1,5 +1,5 @@
-// Sixteen lanes in plain C++: what the other forms must give, and the one for machines that have none of
-// them.
+// Sixteen lanes in plain C++: the definition that the other forms must match, and the form for all other
+// CPUs.
 
 struct Lanes {
     float v[16];
@@ -7,7 +7,7 @@ struct Lanes {
 struct Ints {
     std::int32_t v[16];
 };
-/// Two neighbours a lane.
+/// Two neighbouring numbers per lane.
 struct Pairs {
     std::int16_t first[16], second[16];
 };
@@ -37,7 +37,7 @@ inline Lanes operator-(const Lanes& a, const Lanes& b) noexcept {
 inline Lanes operator*(const Lanes& a, const Lanes& b) noexcept {
     return each([&](int k) { return a.v[k] * b.v[k]; });
 }
-/// b where either is not a number, or both are alike.
+/// Maximum and, below, minimum: b if either is NaN or both are equal.
 inline Lanes max(const Lanes& a, const Lanes& b) noexcept {
     return each([&](int k) { return a.v[k] > b.v[k] ? a.v[k] : b.v[k]; });
 }
@@ -47,17 +47,17 @@ inline Lanes min(const Lanes& a, const Lanes& b) noexcept {
 inline Lanes abs(const Lanes& a) noexcept {
     return each([&](int k) { return __builtin_fabsf(a.v[k]); });
 }
-/// Bit k: a > limit; not for NaN.
+/// Sets bit k if a > limit in lane k; never for NaN.
 inline unsigned above(const Lanes& a, float limit) noexcept {
     unsigned mask = 0;
     for (int k = 0; k < 16; ++k) mask |= static_cast<unsigned>(a.v[k] > limit) << k;
     return mask;
 }
-/// Bit k: unless a > limit.
+/// Sets bit k unless a > limit in lane k; always for NaN.
 inline unsigned not_above(const Lanes& a, float limit) noexcept { return ~above(a, limit) & 0xffffu; }
 
 inline Ints zeros() noexcept { return {}; }
-/// Bits without the sign: in the order of magnitudes, infinity and then what is no number last.
+/// Bits without the sign. As integers they are in the order of magnitudes, then infinity, then NaN.
 inline Ints magnitude_bits(const float* p) noexcept {
     Ints result;
     for (int k = 0; k < 16; ++k)
@@ -77,7 +77,7 @@ inline std::int32_t largest(const Ints& a) noexcept {
 inline Lanes to_float(const Ints& a) noexcept {
     return each([&](int k) { return static_cast<float>(a.v[k]); });
 }
-/// Sixteen numbers rounded to the nearest, the even one of two.
+/// Stores sixteen numbers rounded to nearest, ties to even.
 inline void store_rounded(const Lanes& a, std::int16_t* p) noexcept {
     for (int k = 0; k < 16; ++k) p[k] = static_cast<std::int16_t>(__builtin_rintf(a.v[k]));
 }
@@ -91,17 +91,17 @@ inline Pairs load_pairs(const T* p) noexcept {
     }
     return result;
 }
-/// a + the sum of the two products in each lane.
+/// Returns a plus the sum of the two products in each lane.
 inline Ints add_products(const Ints& a, const Pairs& p, const Pairs& q) noexcept {
     Ints result;
     for (int k = 0; k < 16; ++k) result.v[k] = a.v[k] + p.first[k] * q.first[k] + p.second[k] * q.second[k];
     return result;
 }
 
-/// A sum over a layer's inputs for sixteen outputs.
+/// Sums over a layer's inputs for sixteen outputs.
 struct LayerSums {
     Ints sums{};
-    /// Four inputs, from 4 * quad on. See ByteLayer::at().
+    /// Adds four inputs, starting at 4 * quad, in the order of ByteLayer::at().
     template <class Inputs>
     void add(const std::int8_t* weights, const Inputs& inputs, int quad) noexcept {
         const std::int16_t* x = inputs.x + 4 * quad;
@@ -109,16 +109,16 @@ struct LayerSums {
             sums.v[k] += weights[4 * k] * x[0] + weights[4 * k + 2] * x[1] + weights[4 * k + 1] * x[2] +
                          weights[4 * k + 3] * x[3];
     }
-    /// weight_sums: of these outputs.
+    /// The sums. weight_sums: sum of the weights of each output, for forms that need it.
     Ints total(const std::int32_t*) const noexcept { return sums; }
 };
-/// Inputs of the first layer, as fix() gives them.
+/// Inputs of the first layer, from fix().
 struct LayerInputs {
     using Sums = LayerSums;
     const std::int16_t* x;
     LayerInputs(const std::int16_t* fixed, int) noexcept : x(fixed) {}
 };
-/// Inputs of the others: whole numbers from 0 to 255.
+/// Inputs of the other layers: integers from 0 to 255.
 using Hidden = std::int16_t;
 struct HiddenInputs {
     using Sums = LayerSums;
@@ -126,7 +126,7 @@ struct HiddenInputs {
 };
 inline void store_hidden(const Lanes& a, Hidden* p) noexcept { store_rounded(a, p); }
 
-/// In one order: lanes 8 apart, then 4, 2, 1.
+/// Sum of all lanes in a fixed order: lanes 8 apart first, then 4, 2, 1.
 inline float sum(const Lanes& a) noexcept {
     float s[8];
     for (int k = 0; k < 8; ++k) s[k] = a.v[k] + a.v[k + 8];

@@ -4,11 +4,11 @@ namespace nbd {
 
 struct Box;
 
-/// Numbers that the kernels take at a time.
+/// Number of values that the kernels process at a time.
 inline constexpr int kernel_lanes = 16;
 
-/// Up to sixteen boxes, a lane each, so that one box is compared with all of them at once. Lanes without a
-/// box hold an empty one: far from every box. Functions: box_pack.hpp.
+/// Up to sixteen boxes, one per lane, to compare one box with all of them at once. Unused lanes hold the
+/// empty box, which is far from every box. box_pack.hpp defines the functions.
 struct alignas(64) BoxPack {
     static constexpr int lanes = kernel_lanes;
     float lo[3][lanes], hi[3][lanes];  // [axis][box]
@@ -16,11 +16,11 @@ struct alignas(64) BoxPack {
     inline BoxPack() noexcept;
     inline void set(int lane, const Box& box) noexcept;
     inline Box box(int lane) const noexcept;
-    /// Moves every side outward, metres.
+    /// Moves every side outward by `by` metres.
     inline void grow(float by) noexcept;
 };
 
-/// Sixteen triangles, a lane each.
+/// Sixteen triangles, one per lane.
 struct alignas(64) TrianglePack {
     static constexpr int lanes = kernel_lanes;
     float corners[3][3][lanes];  // [corner][axis][triangle]

@@ -12,7 +12,7 @@
 namespace nbd {
 namespace {
 
-/// Covers the roundings in double precision of the distances below, relative to the lengths they come from.
+/// Covers the rounding of the distances below in double precision, relative to the lengths they come from.
 constexpr double slack = 1e-14;
 
 double least_distance(const Box& s, const Box& t) noexcept {
@@ -34,7 +34,7 @@ double least_distance(PosedTree& a, int i, PosedTree& b, int j) noexcept {
     return boxes ? least_distance(*a.box(i), *b.box(j)) : least_distance(a.sphere(i), b.sphere(j));
 }
 
-/// The one of a node's boxes that is the least apart from t, the first of several.
+/// Index of the box of a node that is nearest to t; the first of equally near ones.
 int nearest_box(const LeafBoxes::Opened& boxes, const Box& t) noexcept {
     int nearest = 0;
     double least = std::numeric_limits<double>::infinity();
@@ -51,7 +51,7 @@ int nearest_box(const LeafBoxes::Opened& boxes, const Box& t) noexcept {
 }  // namespace
 
 void ClosestQuery::push(const Candidate& candidate) noexcept {
-    // Infinitely far is what has no pose yet.
+    // A body without a pose is infinitely far away.
     if (!(candidate.distance <= most_ && std::isfinite(candidate.distance))) return;
     queue_.push_back(candidate);
     std::ranges::push_heap(queue_, std::greater());
@@ -108,7 +108,7 @@ void ClosestQuery::open_boxes(LeafBoxes& a, int i, LeafBoxes& b, int j) noexcept
 void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) noexcept {
     const LeafBoxes::Node &node_a = a.node(i), &node_b = b.node(j);
     const LeafBoxes::Opened &boxes_a = a.open(i), &boxes_b = b.open(j);
-    // Two faces are measured at once, so that most pairs need not wait in the queue.
+    // Measuring one near pair right away keeps most other pairs out of the queue.
     const Box whole = b.whole(j);
     const int k = nearest_box(boxes_a, whole), l = nearest_box(boxes_b, boxes_a.box(k));
     test_faces(a, node_a.first_slot + k, b, node_b.first_slot + l);

@@ -10,7 +10,7 @@
 namespace nbd {
 namespace {
 
-/// Up to 16 of the faces, the last one in the lanes left over.
+/// Packs up to 16 faces; the lanes left over repeat the last one.
 template <int FacePair::*face>
 TrianglePack pack(const PosedFaces& faces, std::span<const FacePair> pairs) noexcept {
     constexpr int lanes = TrianglePack::lanes;
@@ -29,7 +29,7 @@ TrianglePack pack(const PosedFaces& faces, std::span<const FacePair> pairs) noex
     return packed;
 }
 
-/// Keeps what `keep` says of up to 16 pairs: a bit for each, others are ignored.
+/// Filters pairs, up to 16 at a time: `keep` returns a bit for each of them; further bits are ignored.
 template <class Keep>
 void filter(std::vector<FacePair>& pairs, const PosedFaces& a, const PosedFaces& b, const Keep& keep) {
     std::size_t kept = 0;

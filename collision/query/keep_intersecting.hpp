@@ -7,8 +7,8 @@
 
 namespace nbd {
 
-/// Keeps those of the pairs of faces whose triangles have a point in common, in their order: exactly
-/// triangles_intersect(), sixteen pairs at a time wherever float32 arithmetic is certain.
+/// Keeps the pairs of faces whose triangles have a point in common, in their order. Gives the same answers as
+/// triangles_intersect(), but decides sixteen pairs at a time where float32 arithmetic is certain.
 void keep_intersecting(std::vector<FacePair>& pairs, const PosedFaces& a, const PosedFaces& b) noexcept;
 
 }  // namespace nbd

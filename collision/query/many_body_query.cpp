@@ -7,7 +7,8 @@
 namespace nbd {
 namespace {
 
-/// Holds all points within `distance` of the body, as far as the bound of its root holds the body.
+/// Box around all points within distance / 2 of the body, if the bound of its root contains the body. The
+/// boxes of two bodies within `distance` of each other touch.
 Box root_box(PosedTree& body, float distance) noexcept {
     Box box;
     if (const auto root = body.box(0)) {
@@ -21,7 +22,8 @@ Box root_box(PosedTree& body, float distance) noexcept {
     const Eigen::Array4f ulps =
         4 * std::numeric_limits<float>::epsilon() * (box.lo.abs().max(box.hi.abs()) + distance);
     const Box grown{box.lo - distance / 2 - ulps, box.hi + distance / 2 + ulps};
-    if (grown.lo.hasNaN() || grown.hi.hasNaN()) return {-empty_box().lo, -empty_box().hi};  // near everything
+    if (grown.lo.hasNaN() || grown.hi.hasNaN())
+        return {-empty_box().lo, -empty_box().hi};                              // NaN: near everything
     return grown.lo.allFinite() && grown.hi.allFinite() ? grown : empty_box();  // before the first pose
 }
 
@@ -60,7 +62,7 @@ std::span<const TouchingBodies> ManyBodyQuery::run(std::span<PosedTree* const> b
         const auto body = static_cast<std::size_t>(i);
         roots_[body] = root_box(*bodies[body], distance);
     };
-    executor_(static_cast<int>(bodies.size()), std::ref(bound_root));  // a reference needs no memory
+    executor_(static_cast<int>(bodies.size()), std::ref(bound_root));  // a reference allocates nothing
     pairs_ = sweep_.touching(roots_);
     deal_out(bodies.size());
     if (queries_.size() < pairs_.size()) queries_.resize(pairs_.size());

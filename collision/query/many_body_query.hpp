@@ -10,32 +10,32 @@
 
 namespace nbd {
 
-/// Two bodies of a list that touch, and where.
+/// Two bodies of a list that touch, and their face pairs.
 struct TouchingBodies {
     BodyIndices bodies;
     std::span<const FacePair> faces;  // not empty
 };
 
 /// Queries between all bodies of a list: a sweep over the roots' bounds finds pairs of bodies, a PairQuery
-/// their faces. A body is bounded once a pose for all its pairs, since what a PosedTree computes it keeps.
+/// finds their face pairs. A PosedTree caches its nodes, so each is bounded once per pose for all pairs.
 ///
-/// That a tree is written when it is read is also what limits pairs that run at once: they are dealt out in
-/// rounds in which no body has two of them. So answers do not depend on threads, and one body that touches n
-/// others takes n rounds.
+/// Reading a tree writes its caches, so pairs that share a body must not run at the same time. They run in
+/// rounds in which no body has two pairs: answers do not depend on threads, and a body that touches n others
+/// takes n rounds.
 ///
-/// Owns the scratch, so that a warm query allocates nothing. Results stay valid until the next call on the
+/// Owns its scratch memory, so a warm query allocates nothing. Results stay valid until the next call on the
 /// same object.
 class ManyBodyQuery {
  public:
     explicit ManyBodyQuery(Executor executor = run_in_order) : executor_(std::move(executor)) {}
 
-    /// As PairQuery of the same names, for every two of the bodies, a < b, in ascending order. bodies: no
-    /// tree twice, and with an executor that has threads no two that share EmbeddedPositions. Throws what the
+    /// Like the functions of PairQuery, for all pairs of bodies a < b, in ascending order. bodies: no tree
+    /// twice, and with a multi-threaded executor no two trees that share EmbeddedPositions. Throws what the
     /// executor throws.
     std::span<const TouchingBodies> intersecting(std::span<PosedTree* const> bodies);
     std::span<const TouchingBodies> within(std::span<PosedTree* const> bodies, float distance);
 
-    /// Pairs of bodies that the last query asked for their faces, and the rounds that it took.
+    /// Number of body pairs that the last query tested for face pairs, and its number of rounds.
     int pairs_asked() const noexcept { return static_cast<int>(pairs_.size()); }
     int rounds() const noexcept { return static_cast<int>(round_ends_.size()); }
 
@@ -47,11 +47,11 @@ class ManyBodyQuery {
     Executor executor_;
     Sweep sweep_;
     std::vector<Box> roots_;                 // [bodies]
-    std::span<const BodyIndices> pairs_;     // that the sweep found
-    std::vector<int> order_, round_ends_;    // pairs, those of a round together; where in it the rounds end
-    std::vector<int> waiting_, last_round_;  // pairs without a round; [bodies]
-    std::vector<PairQuery> queries_;         // one a pair
-    std::vector<TouchingBodies> answers_;    // [pairs], then those that touch
+    std::span<const BodyIndices> pairs_;     // pairs found by the sweep
+    std::vector<int> order_, round_ends_;    // pairs grouped by round; end of each round in `order_`
+    std::vector<int> waiting_, last_round_;  // pairs without a round; [bodies] last round of each body
+    std::vector<PairQuery> queries_;         // one per pair
+    std::vector<TouchingBodies> answers_;    // [pairs], finally only pairs that touch
 };
 
 }  // namespace nbd

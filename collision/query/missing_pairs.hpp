@@ -9,7 +9,7 @@
 
 namespace nbd {
 
-/// How many of the exact face pairs are not among the found ones. Both sorted, without repeats.
+/// Number of exact face pairs that are not among the found ones. Both lists are sorted, without repeats.
 inline long missing_pairs(std::span<const FacePair> exact, std::span<const FacePair> found) {
     std::vector<FacePair> missing;
     std::ranges::set_difference(exact, found, std::back_inserter(missing));

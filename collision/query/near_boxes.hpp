@@ -8,8 +8,8 @@
 
 namespace nbd {
 
-/// Which boxes are near other boxes: those that overlap them, or come within a distance, metres. Never leaves
-/// one out in error. See Kernels.
+/// Tests which boxes are near other boxes: those that overlap them, or those within a distance, metres.
+/// Neither test ever leaves out a near box. See Kernels.
 class Overlapping {
  public:
     void all(const BoxPack* packs, int count, const Box& t, std::uint16_t* masks) const noexcept {
@@ -36,17 +36,17 @@ class Within {
 
  private:
     const Kernels* kernels_ = &kernels();
-    float most_;  // squared
+    float most_;  // largest squared distance
 };
 
-/// A bit for each box of a node. Lanes without a box are left out below: they are far from every box, but not
-/// from a position that is no number, nor over a distance whose square overflows.
+/// A bit for each box of a node. The tests below mask out unused lanes: these are far from every box, but not
+/// from a NaN position, nor for a distance whose square overflows.
 inline unsigned all_boxes(const LeafBoxes::Opened& node) noexcept {
     return node.count == 0 ? 0 : ~0u >> (LeafBoxes::max_boxes - node.count);
 }
 inline int pack_count(const LeafBoxes::Opened& node) noexcept { return node.count > BoxPack::lanes ? 2 : 1; }
 
-/// Bit k is set where box k of a node is near t.
+/// Sets bit k if box k of a node is near t.
 template <class Near>
 unsigned near_boxes(const LeafBoxes::Opened& s, const Box& t, const Near& near) noexcept {
     std::uint16_t masks[2] = {0, 0};
@@ -54,7 +54,7 @@ unsigned near_boxes(const LeafBoxes::Opened& s, const Box& t, const Near& near) 
     return (masks[0] | static_cast<unsigned>(masks[1]) << BoxPack::lanes) & all_boxes(s);
 }
 
-/// masks[i], for each bit i that is set in `which`: where the boxes of s are near box i of t.
+/// For each bit i set in `which`, sets bit k of masks[i] if box k of s is near box i of t.
 template <class Near>
 void near_boxes(const LeafBoxes::Opened& s, const LeafBoxes::Opened& t, unsigned which, const Near& near,
                 unsigned (&masks)[LeafBoxes::max_boxes]) noexcept {

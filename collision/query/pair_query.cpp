@@ -16,8 +16,8 @@ namespace {
 
 int face_count(const SphereTree::Node& node) noexcept { return node.face_end - node.face_begin; }
 
-/// Fetches what bounds of the nodes some pairs ahead will read, in three stages, each of which needs the one
-/// before to have come.
+/// Prefetches what the bounds of nodes some pairs ahead will read, in three stages. Each stage reads what the
+/// previous one prefetched.
 template <class A, class B>
 void prefetch_ahead(const A& bounds_a, const B& bounds_b, const std::vector<NodePair>& level,
                     std::size_t i) noexcept {
@@ -33,8 +33,8 @@ void prefetch_ahead(const A& bounds_a, const B& bounds_b, const std::vector<Node
     prefetch(bounds_b, &NodePair::b);
 }
 
-/// The walk of PairQuery over the sphere trees, for one pair of kinds of bounds. Level by level, so that
-/// what the next nodes read can be fetched meanwhile. level: scratch.
+/// PairQuery's walk over the sphere trees, for one pair of bound types. It goes level by level, so that data
+/// of later nodes can be prefetched. level, next: scratch.
 template <Bound A, Bound B>
 void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, float distance,
                 std::vector<NodePair>& level, std::vector<NodePair>& next, std::vector<LeafPair>& leaf_pairs,
@@ -69,12 +69,12 @@ void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, 
             }
         }
     }
-    // They have swapped places: the next walk may need either to be as large as the larger one.
+    // The two were swapped, so the next walk may need either with the larger capacity.
     level.reserve(next.capacity());
     next.reserve(level.capacity());
 }
 
-/// The walk over the boxes under a pair of leaves: all pairs of faces whose boxes are near.
+/// Walks over the boxes under a pair of leaves and finds all pairs of faces with near boxes.
 template <class Near>
 void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, const Near& near,
                 std::vector<NodePair>& stack, std::vector<FacePair>& near_faces,
@@ -91,7 +91,7 @@ void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, const Near& 
         counters.box_tests += node_a.count;
         if (near_b == 0) continue;
         const LeafBoxes::Opened& boxes_b = b.open(pair.b);
-        unsigned any = 0;  // of b's boxes
+        unsigned any = 0;  // boxes of b that are near any box of a
         unsigned masks[LeafBoxes::max_boxes];
         near_boxes(boxes_b, boxes_a, near_b, near, masks);
         for_each_bit(near_b, [&](int i) {
@@ -170,7 +170,7 @@ std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b,
     counters_.triangle_tests = static_cast<long>(pairs_.size());
     narrow(pairs_, boxes_a.faces(), boxes_b.faces());
     for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
-    // Every face belongs to one leaf, so no pair comes twice.
+    // Every face belongs to one leaf, so no pair occurs twice.
     std::ranges::sort(pairs_);
     counters_.face_pairs = static_cast<long>(pairs_.size());
     return pairs_;

@@ -7,51 +7,50 @@
 
 namespace nbd {
 
-/// What a query did.
+/// Counters of one query.
 struct QueryCounters {
-    long nodes_bounded = 0;       // spheres computed by this query, both trees
-    long nodes_out_of_range = 0;  // of them exactly: their input was out of the calibrated range
+    long nodes_bounded = 0;       // nodes bounded by this query, in both trees
+    long nodes_out_of_range = 0;  // those bounded exactly because their input was out of the calibrated range
     long node_tests = 0;          // pairs of tree nodes compared
     long leaf_pairs = 0;          // leaf pairs whose bounds overlap
-    long boxes_refitted = 0;      // nodes of the trees under leaves, of up to 32 boxes each
+    long boxes_refitted = 0;      // nodes of the box trees under leaves, up to 32 boxes each
     long box_tests = 0;
     long triangle_tests = 0;  // face pairs whose boxes are near
     long face_pairs = 0;      // reported
 };
 
-/// A node of each of two trees.
+/// Two nodes, one of each tree.
 struct NodePair {
     int a = 0, b = 0;
     auto operator<=>(const NodePair&) const = default;
 };
 using LeafPair = NodePair;
 
-/// Queries between two posed trees, by one walk down both sphere trees at once: it starts with the roots
-/// and replaces the larger node of a pair that collides (or the one that is no leaf) by its children, so a
-/// node is bounded only after its parent was found in collision, and at most once a pose. Where both are
-/// `boxes`, nodes collide by these, else by their spheres. Leaves that collide go on with the boxes below
-/// them, down to triangles. No step loses a pair to rounding.
+/// Queries between two posed trees by one walk down both sphere trees. The walk starts with the roots and
+/// replaces the larger node of a colliding pair (or the one that is not a leaf) by its children. So a node is
+/// bounded only after its parent was found in collision, and at most once per pose. Nodes are compared by
+/// their boxes if both trees have bounds that are boxes, else by their spheres. Below colliding leaves the
+/// walk continues with the boxes under them, down to triangles. No step loses a pair to rounding.
 ///
-/// Owns the scratch, so that a warm query allocates nothing. One object a thread. Results stay valid until
-/// the next call on the same object.
+/// Owns its scratch memory, so a warm query allocates nothing. Use one object per thread. Results stay valid
+/// until the next call on the same object.
 class PairQuery {
  public:
-    /// Face pairs that have a point in common, sorted by (a, b), without repeats. With `exact` bounds or
-    /// `boxes` on both: the exact set. With learned bounds a subset of it: a pair is missed where a sphere
-    /// misses it.
+    /// Face pairs that have a point in common, sorted by (a, b), without repeats. This is the exact set if
+    /// both trees have `exact` or `boxes` bounds. Learned bounds give a subset: a pair is missed if a node's
+    /// bound misses it.
     std::span<const FacePair> intersecting(PosedTree& a, PosedTree& b) noexcept;
 
-    /// Face pairs whose distance is at most `distance` (metres, finite, >= 0), likewise.
+    /// Face pairs at most `distance` apart (metres, finite, >= 0); order and exactness as in intersecting().
     std::span<const FacePair> within(PosedTree& a, PosedTree& b, float distance) noexcept;
 
-    /// Face pairs whose boxes come within `distance`, likewise: all of within(), found much faster, and some
-    /// more.
+    /// Face pairs whose boxes come within `distance`: all pairs of within() and some more, found much faster.
     std::span<const FacePair> boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept;
 
-    /// The broad phase alone: leaf pairs whose spheres come within `distance`, sorted.
+    /// The broad phase alone: leaf pairs whose bounds come within `distance`, sorted.
     std::span<const LeafPair> leaf_pairs(PosedTree& a, PosedTree& b, float distance = 0) noexcept;
 
-    /// What the last query did.
+    /// Counters of the last query.
     const QueryCounters& counters() const noexcept { return counters_; }
 
  private:
@@ -63,7 +62,7 @@ class PairQuery {
     QueryCounters counters_;
     std::vector<LeafPair> leaf_pairs_;
     std::vector<NodePair> stack_, next_;
-    std::vector<FacePair> pairs_;  // on the way: positions in the trees' `faces`
+    std::vector<FacePair> pairs_;  // during a query: positions in the trees' `faces`
 };
 
 }  // namespace nbd

@@ -14,12 +14,12 @@ struct BodyIndices {
     auto operator<=>(const BodyIndices&) const = default;
 };
 
-/// Finds the boxes of a list that touch. Owns the scratch, so that a warm one allocates nothing.
+/// Finds the boxes of a list that touch. Owns its scratch memory, so a warm call allocates nothing.
 class Sweep {
  public:
-    /// Pairs of boxes that touch, in ascending order; until the next call. Sorts the boxes along the axis on
-    /// which their centres spread furthest and compares those whose intervals overlap: sweep and prune. Empty
-    /// boxes touch nothing.
+    /// Pairs of boxes that touch, in ascending order; valid until the next call. Sweep and prune: sorts the
+    /// boxes along the axis on which their centres spread furthest and compares those with overlapping
+    /// intervals. Empty boxes touch nothing.
     std::span<const BodyIndices> touching(std::span<const Box> boxes);
 
  private:

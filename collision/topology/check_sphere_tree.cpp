@@ -39,7 +39,7 @@ void check_root(const SphereTree& tree) {
             tree.vertices.size());
 }
 
-/// Breadth-first order, and children that share their parent's ranges out between them.
+/// Nodes must be in breadth-first order, and the ranges of two children must partition their parent's.
 void check_nodes(const SphereTree& tree) {
     check_root(tree);
     std::size_t next = 1;
@@ -49,7 +49,7 @@ void check_nodes(const SphereTree& tree) {
         require(node.vertex_begin < node.vertex_end, "node ", i, " owns no vertex");
         if (node.first_child == -1) continue;
         require(std::cmp_equal(node.first_child, next), "node ", i, " has its first child at ",
-                node.first_child, ", breadth-first order asks for ", next, " or -1");
+                node.first_child, ", allowed in breadth-first order: ", next, " or -1");
         require(next + 1 < tree.nodes.size(), "node ", i, " has children at ", next, " and ", next + 1,
                 ", but there are ", tree.nodes.size(), " nodes");
         const SphereTree::Node &left = tree.nodes[next], &right = tree.nodes[next + 1];
@@ -57,18 +57,18 @@ void check_nodes(const SphereTree& tree) {
                 " have depths ", left.depth, " and ", right.depth, " instead of ", node.depth + 1);
         require(left.face_begin == node.face_begin && left.face_end == right.face_begin &&
                     right.face_end == node.face_end,
-                "the children of node ", i, " do not share out its faces ", node.face_begin, " to ",
+                "the children of node ", i, " do not partition its faces ", node.face_begin, " to ",
                 node.face_end);
         require(left.vertex_begin == node.vertex_begin && left.vertex_end == right.vertex_begin &&
                     right.vertex_end == node.vertex_end,
-                "the children of node ", i, " do not share out its vertices ", node.vertex_begin, " to ",
+                "the children of node ", i, " do not partition its vertices ", node.vertex_begin, " to ",
                 node.vertex_end);
         next += 2;
     }
-    require(next == tree.nodes.size(), "has ", tree.nodes.size(), " nodes, but the root leads to ", next);
+    require(next == tree.nodes.size(), "has ", tree.nodes.size(), " nodes, but the root reaches ", next);
 }
 
-/// Each leaf lists its faces' vertices, all of them, once each, and no others.
+/// Each leaf must list exactly the vertices of its faces, once each.
 void check_vertices(const SphereTree& tree, int vertex_count, FacesRef F) {
     for (const int v : tree.vertices)
         require(v >= 0 && v < vertex_count, "lists vertex ", v, ", but the surface has ", vertex_count,
@@ -87,7 +87,7 @@ void check_vertices(const SphereTree& tree, int vertex_count, FacesRef F) {
             }
         for (const int v : tree.node_vertices(i))
             require(used_by[static_cast<std::size_t>(v)] == i, "leaf ", i, " lists vertex ", v,
-                    ", which none of its faces has");
+                    ", but none of its faces uses it");
     }
 }
 
@@ -104,7 +104,7 @@ void check_rest_spheres(const SphereTree& tree) {
 }  // namespace
 
 void check_sphere_tree(const SphereTree& tree, int vertex_count, FacesRef F) {
-    require(vertex_count >= 0, "a surface of ", vertex_count, " vertices");
+    require(vertex_count >= 0, "the surface has ", vertex_count, " vertices, allowed: 0 or more");
     check_faces(tree, vertex_count, F);
     check_nodes(tree);
     check_vertices(tree, vertex_count, F);

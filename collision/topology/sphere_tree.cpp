@@ -13,7 +13,7 @@ namespace nbd {
 namespace {
 
 constexpr int max_depth = 20;
-constexpr std::size_t ordered_faces = 4;  // inside a leaf, splits go down to so many
+constexpr std::size_t ordered_faces = 4;  // splits inside a leaf stop at this many faces
 
 void check_input(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
     if (config.depth < 0 || config.depth > max_depth)
@@ -42,7 +42,7 @@ Eigen::MatrixX3d face_centroids(VerticesRef X, FacesRef F) {
     return centroids;
 }
 
-/// Puts the lower half of the faces along the longest side of their centroids' box first.
+/// Moves the lower half of the faces, along the longest side of their centroids' box, to the front.
 void split_at_median(std::span<int> faces, const Eigen::MatrixX3d& centroids) {
     Eigen::RowVector3d lo = centroids.row(faces[0]), hi = lo;
     for (const int f : faces) {
@@ -55,8 +55,8 @@ void split_at_median(std::span<int> faces, const Eigen::MatrixX3d& centroids) {
                              [&](int f) { return std::pair(centroids(f, axis), f); });
 }
 
-/// Orders faces by further splits. What the splits leave open goes by index, since the order that
-/// nth_element leaves inside the halves is the standard library's own.
+/// Orders the faces of a leaf by further splits, and the last few by index: the order inside the halves that
+/// nth_element leaves depends on the standard library.
 void order_leaf(std::span<int> faces, const Eigen::MatrixX3d& centroids) {
     if (faces.size() <= ordered_faces) {
         std::ranges::sort(faces);
@@ -90,7 +90,7 @@ void split_nodes(SphereTree& tree, const Eigen::MatrixX3d& centroids, const Sphe
     }
 }
 
-/// Fills the vertex lists: of the leaves in the order of their faces, then of the nodes above.
+/// Fills the vertex lists of the leaves, in the order of their faces, then those of the inner nodes.
 void list_vertices(SphereTree& tree, FacesRef F, Eigen::Index vertex_count) {
     std::vector<int> leaves;
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i)
@@ -116,7 +116,7 @@ void list_vertices(SphereTree& tree, FacesRef F, Eigen::Index vertex_count) {
     }
 }
 
-/// Orders the faces inside the leaves, and fills in vertices and rest spheres.
+/// Orders the faces inside the leaves, then fills the vertex lists and rest spheres.
 void fill_leaves(SphereTree& tree, VerticesRef X, FacesRef F, const Eigen::MatrixX3d& centroids) {
     for (const SphereTree::Node& node : tree.nodes)
         if (node.is_leaf()) order_leaf(node_face_slots(tree, node), centroids);
@@ -130,7 +130,7 @@ void fill_leaves(SphereTree& tree, VerticesRef X, FacesRef F, const Eigen::Matri
     }
 }
 
-/// Each face's leaf is one, and each leaf has a face. Returns how many it has, node by node.
+/// Number of faces per node. Throws unless every face is assigned to a leaf and every leaf has a face.
 std::vector<int> count_faces(const SphereTree& tree, std::span<const int> leaf_of_face) {
     std::vector<int> counts(tree.nodes.size(), 0);
     for (std::size_t f = 0; f < leaf_of_face.size(); ++f) {
@@ -138,14 +138,14 @@ std::vector<int> count_faces(const SphereTree& tree, std::span<const int> leaf_o
         if (leaf < 0 || leaf >= static_cast<int>(tree.nodes.size()) ||
             !tree.nodes[static_cast<std::size_t>(leaf)].is_leaf())
             throw std::invalid_argument(
-                message("face ", f, " is given to node ", leaf, ", which is no leaf"));
+                message("face ", f, " is assigned to node ", leaf, ", which is not a leaf"));
         ++counts[static_cast<std::size_t>(leaf)];
     }
     for (std::size_t i = 0; i < tree.nodes.size(); ++i)
         if (tree.nodes[i].is_leaf() && counts[i] == 0)
             throw std::invalid_argument(message("leaf ", i,
-                                                " gets no face of the surface; it is too coarse for "
-                                                "the tree, or another surface"));
+                                                " gets no face: the surface is too coarse for "
+                                                "the tree, or a different one"));
     return counts;
 }
 
@@ -167,11 +167,11 @@ SphereTree sphere_tree_like(const SphereTree& like, std::span<const int> leaf_of
     check_input(X, F, {});
     if (std::cmp_not_equal(leaf_of_face.size(), F.rows()))
         throw std::invalid_argument(
-            message("leaves for ", leaf_of_face.size(), " faces, but the surface has ", F.rows()));
+            message("leaf_of_face has ", leaf_of_face.size(), " entries, but the face count is ", F.rows()));
     const std::vector<int> counts = count_faces(like, leaf_of_face);
     SphereTree tree;
     tree.nodes = like.nodes;
-    // Leaves keep their order, which is that of their faces.
+    // Sorting by the old face ranges keeps the leaves in order.
     tree.faces.resize(leaf_of_face.size());
     std::iota(tree.faces.begin(), tree.faces.end(), 0);
     const auto begin_of = [&](int f) {

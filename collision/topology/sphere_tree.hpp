@@ -12,23 +12,23 @@ struct SphereTreeConfig {
     int min_leaf_faces = 4;  // a node with fewer than twice this many faces is not split
 };
 
-/// A binary tree over a surface's faces with a sphere per node at rest. Wrapped hierarchy: a node's
-/// sphere encloses its own vertices, not its children's spheres [JamesPai04].
-/// A vertex list is enough for a sphere: a ball that holds three vertices holds their triangle.
+/// A binary tree over the faces of a surface, with a rest sphere per node. Wrapped hierarchy: a node's
+/// sphere encloses the node's vertices, not its children's spheres [JamesPai04]. Enclosing the vertices
+/// suffices: a ball that contains three points contains their triangle.
 struct SphereTree {
     struct Node {
         int first_child = -1;                  // children are first_child and first_child + 1; -1: a leaf
-        int depth = 0;                         // the root has 0
+        int depth = 0;                         // 0 at the root
         int face_begin = 0, face_end = 0;      // range of `faces`
         int vertex_begin = 0, vertex_end = 0;  // range of `vertices`
         bool is_leaf() const noexcept { return first_child < 0; }
     };
-    std::vector<Node> nodes;    // breadth first, so a parent stands before its children
-    std::vector<int> faces;     // every face once; a node owns a contiguous range
-    std::vector<int> vertices;  // the leaves' vertex lists, each without repeats, one after another; a
-                                // vertex on the border of two leaves stands in both. A node owns the
-                                // contiguous range of its leaves
-    std::vector<Sphere> rest;   // one sphere per node, by bounding_sphere()
+    std::vector<Node> nodes;    // breadth first: a parent precedes its children
+    std::vector<int> faces;     // every face once; each node owns a contiguous range
+    std::vector<int> vertices;  // vertex lists of the leaves, each without repeats; a vertex on the border of
+                                // two leaves is in both lists. Each node owns the contiguous range of its
+                                // leaves
+    std::vector<Sphere> rest;   // one sphere per node, from bounding_sphere()
 
     std::span<const int> node_faces(int node) const noexcept {
         const Node& n = nodes[static_cast<std::size_t>(node)];
@@ -43,21 +43,21 @@ struct SphereTree {
     int depth() const noexcept { return nodes.empty() ? 0 : nodes.back().depth; }
 };
 
-/// Splits the faces at the median of their centroids along the longest side of the centroids' box,
-/// ties by face index, until `depth` or too few faces; then goes on in the same way to order the faces
-/// inside each leaf, so that halves of a leaf's range are compact down to a few faces. Deterministic.
+/// Builds a tree. Splits the faces at the median of their centroids along the longest side of the centroids'
+/// box, ties by face index, until `depth` is reached or too few faces are left. Further splits order the
+/// faces inside each leaf, so that halves of a leaf's range are compact down to a few faces. Deterministic.
 /// X: rest positions [n, 3]; F: faces [m, 3], m >= 1. Throws std::invalid_argument on an empty surface,
 /// an index out of range, a non-finite vertex, or a config out of range (depth 0 to 20).
 SphereTree build_sphere_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config = {});
 
-/// A tree of the same topology over another surface. leaf_of_face: the leaf of `tree` that owns each face of
-/// F. X, F: as in build_sphere_tree(). Throws std::invalid_argument on what that refuses of a surface, a
-/// number that is no leaf, or a leaf that would own no face.
+/// A tree of the same topology over another surface. leaf_of_face: for each face of F, the leaf of `tree`
+/// that owns it. X, F: as in build_sphere_tree(). Throws std::invalid_argument on a surface that
+/// build_sphere_tree() rejects, a number that is not a leaf, or a leaf without faces.
 SphereTree sphere_tree_like(const SphereTree& tree, std::span<const int> leaf_of_face, VerticesRef X,
                             FacesRef F);
 
-/// Throws std::invalid_argument with what is wrong unless `tree` is a valid tree over a surface of
-/// `vertex_count` vertices and faces F: for trees that come from a file.
+/// Validates a tree read from a file. Throws std::invalid_argument, saying what is wrong, unless `tree` is a
+/// valid tree over a surface of `vertex_count` vertices and faces F.
 void check_sphere_tree(const SphereTree& tree, int vertex_count, FacesRef F);
 
 }  // namespace nbd

@@ -39,7 +39,8 @@ std::string_view name(BoundKind kind) noexcept {
 std::string_view current_bound_name(std::string_view name) {
     for (const auto& [old, now] : old_names)
         if (name == old) {
-            notice(message("bounds \"", old, "\" are called \"", now, "\" now; release 0.3 will refuse the old name"));
+            notice(message("bounds \"", old, "\" are now called \"", now,
+                           "\"; release 0.3 will refuse the old name"));
             return now;
         }
     return name;

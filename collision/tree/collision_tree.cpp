@@ -28,7 +28,7 @@ void check_collision_tree(const CollisionTree& tree) {
     for (const auto& [kind, calibration] : tree.calibrations) {
         if (!has_bounds(tree, kind))
             throw std::invalid_argument(
-                message("calibration of ", name(kind), " bounds, which the tree has not"));
+                message("calibration of ", name(kind), " bounds, but the tree has no model for them"));
         check_calibration(calibration, name(kind), tree.spheres.nodes.size());
     }
 }

@@ -14,8 +14,8 @@
 
 namespace nbd {
 
-/// Everything a body needs for collision queries, at rest and for every pose: the same for all copies of
-/// the body. A tree file holds one.
+/// Everything that collision queries need to know about a body, independent of its pose. All copies of the
+/// body share one; a tree file holds one.
 struct CollisionTree {
     int vertex_count = 0;
     Faces faces;
@@ -24,21 +24,21 @@ struct CollisionTree {
     std::optional<NbdModel> nbd;                    // likewise
     std::optional<LearnedModel> learned;            // likewise
     std::optional<CertifiedModel> certified;        // likewise
-    std::map<BoundKind, Calibration> calibrations;  // absent: the bound keeps no stated miss rate
+    std::map<BoundKind, Calibration> calibrations;  // absent: the bound has no stated miss rate
 };
 
-/// A tree with `exact` bounds alone, from rest positions X and faces F. Throws as build_sphere_tree().
+/// A tree with exact bounds only, from rest positions X and faces F. Throws as build_sphere_tree().
 CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config = {});
 
-/// The same, shared, as PosedTree takes it.
+/// The same tree as a shared pointer, as PosedTree takes it.
 std::shared_ptr<const CollisionTree> shared_exact_tree(VerticesRef X, FacesRef F,
                                                        const SphereTreeConfig& config = {});
 
-/// Throws std::invalid_argument with what is wrong unless all parts of the tree fit each other: for trees
-/// that come from a file.
+/// Validates a tree read from a file. Throws std::invalid_argument, saying what is wrong, unless all parts of
+/// the tree fit each other.
 void check_collision_tree(const CollisionTree& tree);
 
-/// Whether the tree has what bounds of this kind need.
+/// Whether the tree has the model that bounds of this kind need.
 bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept;
 
 }  // namespace nbd

@@ -8,7 +8,7 @@
 namespace nbd {
 namespace {
 
-/// How often `count` faces are halved until a node can hold them.
+/// Number of halvings after which `count` faces fit a node.
 int halvings(int count) noexcept {
     int n = 0;
     for (; count > LeafBoxes::max_boxes; count = (count + 1) / 2) ++n;
@@ -39,14 +39,14 @@ void LeafBoxes::add_nodes(int face_begin, int face_end) {
         if (left == 0) continue;
         constexpr int most = std::bit_width(static_cast<unsigned>(LeafBoxes::max_boxes)) - 1;
         const int levels = (left + most - 1) / most;
-        const int parts = 1 << (left + levels - 1) / levels;  // alike on all levels
+        const int parts = 1 << (left + levels - 1) / levels;  // the same on all levels
         nodes_[next].first_child = static_cast<int>(nodes_.size());
         nodes_[next].count = parts;
         add_parts(static_cast<int>(next), whole.first_slot, whole.first_slot + whole.count, parts);
     }
 }
 
-/// A node under `parent` for each of `parts` parts, a power of 2, that halvings make.
+/// Halves a range of faces into `parts` parts, a power of 2, and adds a node under `parent` for each.
 void LeafBoxes::add_parts(int parent, int face_begin, int face_end, int parts) {
     if (parts == 1) {
         nodes_.push_back({.parent = parent, .first_slot = face_begin, .count = face_end - face_begin});
@@ -58,7 +58,8 @@ void LeafBoxes::add_parts(int parent, int face_begin, int face_end, int parts) {
 }
 
 void LeafBoxes::list_vertices() {
-    // Children come after their parent, and their faces one after another: last slots are known from the end.
+    // Children come after their parent and their faces are contiguous, so a backward pass finds the last
+    // slots.
     std::vector<int> ends(nodes_.size());
     for (std::size_t i = nodes_.size(); i-- > 0;) {
         const Node& n = nodes_[i];

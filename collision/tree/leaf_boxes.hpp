@@ -12,63 +12,63 @@
 
 namespace nbd {
 
-/// A small tree of boxes under every leaf of a sphere tree, up to 32 to a node, made where a query looks in a
-/// pose and nowhere else. Its nodes cut the leaf's range of faces in halves again and again, up to five times
-/// each: build_sphere_tree() orders the faces so that such parts are compact.
+/// A small tree of boxes under every leaf of a sphere tree, with up to 32 boxes per node. In each pose, boxes
+/// are fitted only where a query looks. Each node divides its range of faces by up to five halvings;
+/// build_sphere_tree() orders the faces so that these parts are compact.
 class LeafBoxes {
  public:
-    static constexpr int max_boxes = 2 * BoxPack::lanes;  // of a node
+    static constexpr int max_boxes = 2 * BoxPack::lanes;  // per node
 
     struct Node {
-        int first_child = -1;  // the children are first_child up to first_child + count - 1; -1: faces
+        int first_child = -1;  // children are first_child to first_child + count - 1; -1: it holds faces
         int parent = -1;       // -1: a root
-        int first_slot = 0;    // of the faces: their slots in the sphere tree's `faces`
-        int count = 0;         // children or faces, 1 to max_boxes
-        int vertex_begin = 0, vertex_end = 0;  // of all its faces, without repeats
+        int first_slot = 0;    // position of its first face in the sphere tree's `faces`
+        int count = 0;         // number of children or faces, 1 to max_boxes
+        int vertex_begin = 0, vertex_end = 0;  // vertices of its faces, without repeats
         bool has_faces() const noexcept { return first_child < 0; }
     };
 
-    /// The boxes of a node's children, or faces, in this pose.
+    /// The boxes of a node's children or faces in this pose.
     struct Opened {
-        std::array<BoxPack, 2> packs;  // the second one only where the first is full
-        Box whole;                     // around all of them
-        int node = 0, count = 0;       // how many boxes: none before the first pose
+        std::array<BoxPack, 2> packs;  // the second is used only if the first is full
+        Box whole;                     // box around all of them
+        int node = 0, count = 0;       // count: number of boxes; 0 before the first pose
         Box box(int k) const noexcept {
             return packs[static_cast<std::size_t>(k / BoxPack::lanes)].box(k % BoxPack::lanes);
         }
     };
 
-    /// tree: referred to.
+    /// tree: must outlive this object.
     explicit LeafBoxes(const CollisionTree& tree);
-    LeafBoxes(LeafBoxes&&) = default;  // what queries refer to must not move: no copies
+    LeafBoxes(LeafBoxes&&) = default;  // no copies: they would lose the reserved capacity
 
-    /// x: referred to until the next pose.
+    /// x: must stay valid until the next pose.
     void begin_pose(const Positions& x) noexcept;
 
     /// The node that spans all faces of a leaf of the sphere tree.
     int root(int leaf) const noexcept { return roots_[static_cast<std::size_t>(leaf)]; }
     const Node& node(int i) const noexcept { return nodes_[static_cast<std::size_t>(i)]; }
 
-    /// The box around all faces of a node that was opened, or whose parent was.
+    /// Box around all faces of a node. The node or its parent must be open.
     Box whole(int i) const noexcept;
 
-    /// Makes the boxes of a node's children or faces fit the pose, and returns them in their order. A node
-    /// other than a root: after its parent.
+    /// Fits the boxes of a node's children or faces to the pose and returns them in order. Open the parent of
+    /// a node first.
     const Opened& open(int i) noexcept {
         return opened_[static_cast<std::size_t>(is_open(i) ? at(i) : fit(i))];
     }
-    /// Nodes opened in this pose.
+    /// Number of nodes opened in this pose.
     long opened() const noexcept { return static_cast<long>(opened_.size()); }
 
-    /// Have the cache bring what opening a root will read, where that reads anything: first which vertices,
-    /// then where they are.
+    /// Prefetch what opening a root will read, unless it is open: first its vertex list, then their
+    /// positions.
     void prefetch_vertices(int root) const noexcept {
         if (!is_open(root)) prefetch_lines(vertices_of(node(root)));
     }
     void prefetch_positions(int root) const noexcept {
         if (!is_open(root) && x_.rows().rows() > 0) x_.prefetch(vertices_of(node(root)));
     }
-    /// Likewise for a node below an open one.
+    /// Prefetches what opening a node below an open one will read.
     void prefetch_node(int i) const noexcept {
         prefetch_line(&at_[static_cast<std::size_t>(i)]);
         const Node& n = node(i);
@@ -76,9 +76,9 @@ class LeafBoxes {
             prefetch_lines(std::span(corners(n.first_slot), 3 * static_cast<std::size_t>(n.count)));
     }
 
-    /// Row of the face array at position `slot` of the sphere tree's `faces`.
+    /// Index of the face at position `slot` of the sphere tree's `faces`.
     int face(int slot) const noexcept { return tree_->spheres.faces[static_cast<std::size_t>(slot)]; }
-    /// The faces in this pose, slot by slot.
+    /// The faces in this pose, numbered by slot.
     PosedFaces faces() const noexcept { return {&corners_, x_}; }
     Triangle triangle(int slot) const noexcept { return faces().triangle(slot); }
 
@@ -100,14 +100,14 @@ class LeafBoxes {
 
     const CollisionTree* tree_;
     Positions x_;
-    std::vector<int> roots_;   // [sphere tree nodes], -1 but for leaves
+    std::vector<int> roots_;   // [sphere tree nodes] root of each leaf; -1 for other nodes
     std::vector<Node> nodes_;  // per leaf, breadth first
     std::vector<int> vertices_;
-    Faces corners_;  // of the face in each slot
-    // What a pose opens lies together, so that little memory is touched. A node is open if its place in
-    // `opened_` is taken by itself.
-    std::vector<Opened> opened_;  // never more than there are nodes: room for all is reserved
-    std::vector<int> at_;         // [nodes] a place in `opened_`
+    Faces corners_;  // corners of the face in each slot
+    // Open nodes lie together, to touch little memory. A node is open if the entry of `opened_` that `at_`
+    // gives for it names that node.
+    std::vector<Opened> opened_;  // at most one per node; the capacity is reserved
+    std::vector<int> at_;         // [nodes] index into `opened_`
 };
 
 }  // namespace nbd

@@ -17,8 +17,8 @@
 
 namespace nbd {
 
-/// What a PosedTree holds; for the queries, which take the type of the bounds out of the variant once and
-/// then run without a dispatch per node.
+/// The data of a PosedTree, visible to the queries: they take the type of the bounds out of the variant once
+/// and then run without a dispatch per node.
 struct PosedTreeState {
     std::shared_ptr<const CollisionTree> tree;
     BoundKind kind;

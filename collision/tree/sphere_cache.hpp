@@ -12,14 +12,14 @@
 
 namespace nbd {
 
-/// The spheres of one pose, each computed when first asked for.
+/// The spheres of one pose, each computed on first use.
 class SphereCache {
  public:
-    /// tree: referred to; its rest spheres are what the nodes have until the first pose.
+    /// tree: must outlive this object. Until the first pose the nodes have its rest spheres.
     SphereCache(const SphereTree& tree, NodeMargins margins)
         : tree_(&tree), node_margins_(std::move(margins)), spheres_(tree.rest), poses_(tree.rest.size(), 0) {}
 
-    /// x: referred to until the next pose.
+    /// x: must stay valid until the next pose.
     void begin_pose(const Positions& x) noexcept {
         x_ = x;
         ++pose_;
@@ -38,7 +38,8 @@ class SphereCache {
         return spheres_[i];
     }
 
-    /// Nodes computed in this pose, and how many of them exactly, their inputs being out of range.
+    /// Number of nodes computed in this pose, and how many of them exactly because their input was out of
+    /// range.
     int bounded() const noexcept { return bounded_; }
     int out_of_range() const noexcept { return out_of_range_; }
 
@@ -67,7 +68,7 @@ class SphereCache {
     const SphereTree* tree_;
     NodeMargins node_margins_;
     std::vector<Sphere> spheres_;
-    std::vector<std::uint64_t> poses_;  // the pose each sphere belongs to
+    std::vector<std::uint64_t> poses_;  // [nodes] pose for which each sphere was computed
     Positions x_;
     std::uint64_t pose_ = 0;
     int bounded_ = 0, out_of_range_ = 0;

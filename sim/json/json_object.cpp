@@ -86,7 +86,7 @@ const nlohmann::json* JsonObject::find(const std::string& key) {
     if (entry != value_->end()) return &*entry;
     for (const auto& [now, old] : renamed_)
         if (now == key && value_->contains(old)) {
-            notice(fmt::format("{}: is called \"{}\" now; release 0.3 will refuse the old name", path(old),
+            notice(fmt::format("{}: is now called \"{}\"; release 0.3 will refuse the old name", path(old),
                                now));
             return find(old);
         }

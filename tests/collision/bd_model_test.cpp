@@ -33,7 +33,7 @@ TEST_F(BdModelTest, RejectsModesOfTheWrongShapeOrNotFinite) {
     Eigen::MatrixXf U = modes.U;
     U.conservativeResize(151, 4);
     EXPECT_EQ(test::refusal([&] { build_bd_model(tree, U, modes.clustered); }),
-              "BD-Tree: U has 151 rows, not 3 a vertex");
+              "BD-Tree: U has 151 rows, allowed: 3 per vertex");
     U = modes.U;
     U(7, 1) = NAN;
     EXPECT_EQ(test::refusal([&] { build_bd_model(tree, U, modes.clustered); }),

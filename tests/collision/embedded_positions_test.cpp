@@ -49,12 +49,15 @@ TEST(EmbeddedPositions, RejectInvalidRows) {
         spoil(bad);
         return test::refusal([&] { bad.make(); });
     };
-    const std::string rows = "an embedding's rows must begin at 0 and end, ascending, at its ";
+    const std::string rows =
+        "the row offsets of an embedding must start at 0, ascend and end at its number of columns and "
+        "weights; there are ";
     EXPECT_EQ(error([](Embedded& b) { b.row_begin[1] = 5; }), rows + "6 columns and 6 weights");
     EXPECT_EQ(error([](Embedded& b) { b.weights.pop_back(); }), rows + "6 columns and 5 weights");
-    EXPECT_EQ(error([](Embedded& b) { b.columns[2] = 4; }), "an embedding refers to node 4, but there are 4");
+    EXPECT_EQ(error([](Embedded& b) { b.columns[2] = 4; }),
+              "an embedding refers to node 4, but the node count is 4");
     EXPECT_EQ(error([](Embedded& b) { b.columns[2] = -1; }),
-              "an embedding refers to node -1, but there are 4");
+              "an embedding refers to node -1, but the node count is 4");
 }
 
 /// Queries see the same positions, no matter when they are computed.

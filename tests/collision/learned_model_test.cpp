@@ -168,9 +168,10 @@ TEST_F(LearnedModelTest, CheckReportsEachKindOfInvalidModel) {
     EXPECT_EQ(error([](M& m) { m.values[0] += 1; }).substr(0, 54),
               "learned bounds: the weights of the centre of node 0 sum to");
     EXPECT_EQ(error([](M& m) { m.values[70] = -1; }),
-              "learned bounds: the range of a sample of node 0 is negative");
-    EXPECT_EQ(error([&](M& m) { reach(m, 4)[1] = 0.3f; }),
-              "learned bounds: the reach of node 4 is 0.3 to 0.2, allowed: an ascending range, 0 or more");
+              "learned bounds: an inverse deviation of node 0 is negative");
+    EXPECT_EQ(
+        error([&](M& m) { reach(m, 4)[1] = 0.3f; }),
+        "learned bounds: the reach of node 4 is 0.3 to 0.2, allowed: an ascending range from 0 or more");
     EXPECT_EQ(error([](M& m) { m.boxes[4].growth = -1; }),
               "learned bounds: the box of node 4 has a number -1, allowed: finite, 0 or more");
     EXPECT_EQ(error([](M& m) { m.boxes.pop_back(); }),

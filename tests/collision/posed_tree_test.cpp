@@ -119,22 +119,22 @@ TEST_F(PosedTreeTest, RejectsInvalidCalibrations) {
         change(bad);
         return refused(BoundKind::nbd, bad);
     };
-    EXPECT_EQ(refused(BoundKind::bd, good), "calibration of bd bounds, which the tree has not");
+    EXPECT_EQ(refused(BoundKind::bd, good), "calibration of bd bounds, but the tree has no model for them");
     EXPECT_EQ(with([](Calibration& c) { c.miss_rate = 0; }),
               "calibration of nbd bounds: miss rate is 0, allowed: above 0 and below 1");
     EXPECT_EQ(with([](Calibration& c) { c.confidence = NAN; }),
               "calibration of nbd bounds: confidence is nan, allowed: above 0 and below 1");
     EXPECT_EQ(with([](Calibration& c) { c.poses = 19; }),
               "calibration of nbd bounds: made from 19 poses of 20 trajectories, allowed: at least 1 "
-              "trajectory, of at least 1 pose each");
+              "trajectory, with at least 1 pose each");
     EXPECT_EQ(with([](Calibration& c) { c.margins.pop_back(); }),
               "calibration of nbd bounds: has 14 margins for 15 nodes");
     EXPECT_EQ(with([](Calibration& c) { c.margins[3] = -0.1f; }),
               "calibration of nbd bounds: margin of node 3 is -0.1, allowed: finite and 0 or more");
     EXPECT_EQ(with([](Calibration& c) { c.limits = {1}; }),
-              "calibration of nbd bounds: has 1 limits of its inputs for 15 nodes");
+              "calibration of nbd bounds: has 1 score limits for 15 nodes");
     EXPECT_EQ(with([&](Calibration& c) { (c.limits = fifteen)[7] = INFINITY; }),
-              "calibration of nbd bounds: limit of node 7's input is inf, allowed: finite and 0 or more");
+              "calibration of nbd bounds: score limit of node 7 is inf, allowed: finite and 0 or more");
 }
 
 /// Spheres of half the exact radius; the out-of-distribution score grows with the node's index and is NaN for

@@ -109,7 +109,7 @@ struct Tampering {
 const Tampering tamperings[] = {
     {"has no nodes", [](SphereTree& t) { t.nodes.clear(); }},
     {"node 14 has children at 29 and 30, but there are 30 nodes", [](SphereTree& t) { t.nodes.pop_back(); }},
-    {"has 32 nodes, but the root leads to 31", [](SphereTree& t) { t.nodes.push_back(t.nodes.back()); }},
+    {"has 32 nodes, but the root reaches 31", [](SphereTree& t) { t.nodes.push_back(t.nodes.back()); }},
     {"lists 69 faces, but the surface has 70", [](SphereTree& t) { t.faces.pop_back(); }},
     {"lists face 70, but the surface has 70 faces", [](SphereTree& t) { t.faces[3] = 70; }},
     {"lists face -1, but", [](SphereTree& t) { t.faces[3] = -1; }},
@@ -120,7 +120,7 @@ const Tampering tamperings[] = {
     {"leaf 15 lists vertex", [](SphereTree& t) { t.vertices[3] = t.vertices[4]; }},
     {"does not list vertex", [](SphereTree& t) { std::swap(t.vertices.front(), t.vertices.back()); }},
     {"does not list vertex", [](SphereTree& t) { std::swap(t.faces.front(), t.faces.back()); }},
-    {"which none of its faces has",
+    {"but none of its faces uses it",
      [](SphereTree& t) {
          for (auto& n : t.nodes) {
              n.vertex_begin += n.vertex_begin > 0;
@@ -132,11 +132,11 @@ const Tampering tamperings[] = {
     {"the children of node 2 have depths 5 and 2 instead of 2", [](SphereTree& t) { t.nodes[5].depth = 5; }},
     {"the root owns faces 1 to 70 of 70", [](SphereTree& t) { t.nodes[0].face_begin = 1; }},
     {"the root owns faces 0 to 71 of 70", [](SphereTree& t) { t.nodes[0].face_end = 71; }},
-    {"do not share out its faces", [](SphereTree& t) { ++t.nodes[4].face_end; }},
-    {"do not share out its vertices", [](SphereTree& t) { --t.nodes[4].vertex_begin; }},
+    {"do not partition its faces", [](SphereTree& t) { ++t.nodes[4].face_end; }},
+    {"do not partition its vertices", [](SphereTree& t) { --t.nodes[4].vertex_begin; }},
     {"node 15 owns no face", [](SphereTree& t) { t.nodes[16].face_begin = t.nodes[15].face_end = 0; }},
     {"node 15 owns no vertex", [](SphereTree& t) { t.nodes[16].vertex_begin = t.nodes[15].vertex_end = 0; }},
-    {"node 3 has its first child at 9, breadth-first order asks for 7 or -1",
+    {"node 3 has its first child at 9, allowed in breadth-first order: 7 or -1",
      [](SphereTree& t) { std::swap(t.nodes[3].first_child, t.nodes[4].first_child); }},
     {"node 3 has its first child at 0", [](SphereTree& t) { t.nodes[3].first_child = 0; }},
     {"node 20 has its first child at -7", [](SphereTree& t) { t.nodes[20].first_child = -7; }},

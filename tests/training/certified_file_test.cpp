@@ -76,7 +76,7 @@ TEST_F(CertifiedFileTest, ReportsInvalidDatasetsByName) {
     };
     refused("cell 0 has its anchor at vertex 99999",
             [](test::EditFile& f) { f.set<int>("certified/cells", 0, 99999); });
-    refused("cell 2 has a number that is not finite, or negative",
+    refused("cell 2 has a number that is not finite or out of range",
             [](test::EditFile& f) { f.set<float>("certified/cell_shapes", 28, -1); });
     refused("regions of tetrahedra", [](test::EditFile& f) {
         f.replace("certified/tet_region", {3}, std::vector<int>{0, 0, 0});

@@ -133,7 +133,7 @@ TEST_F(FlatTree, DetectsEveryTruncation) {
     }
     Bytes longer = whole;
     longer.resize(whole.size() + 64);
-    EXPECT_NE(error_of([&] { read_flat_tree(longer); }).find("as it says itself"), std::string::npos);
+    EXPECT_NE(error_of([&] { read_flat_tree(longer); }).find("according to its header"), std::string::npos);
 }
 
 TEST_F(FlatTree, ChecksTheTableBehindAValidChecksum) {
@@ -168,11 +168,11 @@ TEST_F(FlatTree, RejectsForeignFiles) {
     put(order, offsetof(FlatHeader, byte_order), std::uint32_t{0x04030201});
     EXPECT_EQ(refused(order), "has its numbers in another byte order; allowed: little-endian");
     put(other, 0, 'N');
-    EXPECT_EQ(refused(other), "is no flat tree; allowed: what `nbdtree export --flat` writes");
+    EXPECT_EQ(refused(other), "is not a flat tree; allowed: files from `nbdtree export --flat`");
 
     save_tree(path, test::example_tree({}));
     EXPECT_EQ(error_of([&] { load_flat_tree(path); }),
-              path.string() + ": is no flat tree; allowed: what `nbdtree export --flat` writes");
+              path.string() + ": is not a flat tree; allowed: files from `nbdtree export --flat`");
     EXPECT_EQ(error_of([&] { load_flat_tree(folder / "none.nbd"); }),
               (folder / "none.nbd").string() + ": cannot be read: No such file or directory");
     EXPECT_EQ(error_of([&] { load_flat_tree(folder); }),
@@ -191,7 +191,7 @@ TEST_F(FlatTree, RejectsUnknownAndMissingArrays) {
     }
     renew_checksum(file);
     EXPECT_EQ(error_of([&] { read_flat_tree(file); }),
-              "holds no learned/samples; allowed: flat trees of this program's version");
+              "has no array learned/samples; allowed: flat trees with all arrays of their version");
 
     CollisionTree tree = random_tree();
     tree.calibrations.erase(BoundKind::bd);
@@ -203,7 +203,8 @@ TEST_F(FlatTree, RejectsUnknownAndMissingArrays) {
     }
     renew_checksum(file);
     EXPECT_EQ(error_of([&] { read_flat_tree(file); }),
-              "holds Bd/modes/representatives; allowed: what this program's version knows");
+              "has an unknown array Bd/modes/representatives; allowed: the arrays that this version of the "
+              "program knows");
 }
 
 TEST_F(FlatTree, ReportsWriteErrors) {

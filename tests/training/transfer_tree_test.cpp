@@ -111,8 +111,9 @@ TEST_F(TransferTree, RejectsOtherSurfacesAndTreesWithoutTransferableBounds) {
         std::string::npos);
     SurfaceBody part = fine.body;
     part.F = fine.body.F.topRows(40).eval();
-    EXPECT_NE(test::refusal([&] { transfer_tree(before, part); }).find("gets no face of the surface"),
-              std::string::npos);
+    EXPECT_NE(
+        test::refusal([&] { transfer_tree(before, part); }).find("gets no face: the surface is too coarse"),
+        std::string::npos);
     before.tree.learned.reset();
     before.tree.calibrations.clear();
     EXPECT_EQ(test::refusal([&] { transfer_tree(before, fine.body); }),

@@ -298,7 +298,7 @@ const BrokenTree broken_trees[] = {
     {"learned bounds: sample vertex 64", [](EditFile& f) { f.set("learned/samples", 5, 64); }},
     {"learned bounds: a number of node 0 is not finite",
      [](EditFile& f) { f.set("learned/values", 40, nan); }},
-    {"calibration of bd bounds, which the tree has not", [](EditFile& f) { f.remove("bd"); }},
+    {"calibration of bd bounds, but the tree has no model for them", [](EditFile& f) { f.remove("bd"); }},
     {"dataset 'calibration/nbd/margins' is 14; allowed: 15",
      [](EditFile& f) { f.replace("calibration/nbd/margins", {14}, std::vector<float>(14)); }},
     {"calibration of bd bounds: margin of node 2 is nan",

@@ -21,19 +21,20 @@ void check_input(const SphereTree& tree, const TetMesh& solid, const SurfaceWeig
                  const CertifiedConfig& config) {
     if (config.anchors < 1 || config.anchors > 4096 || !(config.spread >= 0 && std::isfinite(config.spread)))
         throw std::invalid_argument(message("certified bounds: ", config.anchors, " anchors and a spread of ",
-                                            config.spread, ", allowed: 1 to 4096, and 0 or more"));
+                                            config.spread,
+                                            ", allowed: 1 to 4096 anchors and a spread of 0 or more"));
     check_solid(solid);
     if (W.cols() != solid.X.rows())
-        throw std::invalid_argument(
-            message("certified bounds: weights of ", W.cols(), " nodes, but the solid has ", solid.X.rows()));
+        throw std::invalid_argument(message("certified bounds: weights for ", W.cols(),
+                                            " nodes, but the solid has ", solid.X.rows()));
     for (const int v : tree.vertices)
         if (v >= W.rows())
-            throw std::invalid_argument(message("certified bounds: weights of ", W.rows(),
+            throw std::invalid_argument(message("certified bounds: weights for ", W.rows(),
                                                 " vertices, but the tree lists vertex ", v));
 }
 
-/// How far a vertex may be from where exact arithmetic and weights put it and an anchor together, per
-/// coordinate size: k weights rounded to float32, k products and sums, and weights that miss 1.
+/// Bound on the position errors of a vertex and an anchor together, relative to coordinate size: k weights
+/// rounded to float32, k products and sums, and weights whose sum is not exactly 1.
 float position_rounding(const SurfaceWeights& W) {
     constexpr double u = std::numeric_limits<float>::epsilon() / 2;
     double most = 0;
@@ -49,7 +50,7 @@ float position_rounding(const SurfaceWeights& W) {
     return static_cast<float>(2 * std::sqrt(3.0) * most);
 }
 
-/// A little more than all the gaps and roundings of a path.
+/// Rounds a length up by more than all gaps and rounding errors of a path.
 float rounded_up(double length) { return static_cast<float>(length * (1 + 1e-6)); }
 
 /// Builds the cells of one tree node after another.
@@ -72,8 +73,8 @@ class CellBuilder {
         const auto [first, last] = std::ranges::unique(vertices_);
         vertices_.erase(first, last);
         choose_anchors();
-        // Points that several vertices share, or paths of equal length, may leave an anchor nothing: the
-        // walk to the root decides.
+        // Points that several vertices share, or paths of equal length, may leave an anchor without vertices,
+        // so the walk to the root decides.
         std::map<int, std::vector<int>> cells;
         for (const int v : vertices_) cells[forest_.walk(point(v), [](const auto&) {})].push_back(v);
         for (const auto& [root, vertices] : cells) add_cell(anchor_at_.at(root), vertices);
@@ -92,7 +93,7 @@ class CellBuilder {
         forest_.clear();
         anchor_at_.clear();
         double limit = PathForest::unreached;
-        // One anchor at least in every part that hangs together.
+        // At least one anchor in every connected part.
         for (int k = 0; k < config_.anchors || limit == PathForest::unreached; ++k) {
             int next = -1;
             double farthest = -1;
@@ -113,7 +114,8 @@ class CellBuilder {
         for (const int p : points) wanted_[static_cast<std::size_t>(p)] = 0;
     }
 
-    /// A path from the anchor to a vertex: a straight one if it stays inside, else along the links.
+    /// Adds a path from the anchor to a vertex: straight if that stays inside the solid, else along the
+    /// links. Returns its length and adds its lengths in each region to `by_region`.
     double add_path(int anchor, int vertex, std::map<int, double>& by_region) {
         const SolidGraph::Place &from = graph_.place(anchor), &to = graph_.place(vertex);
         const Eigen::Vector3d p = graph_.X().row(anchor), q = graph_.X().row(vertex);
@@ -175,9 +177,9 @@ class CellBuilder {
     const CertifiedConfig& config_;
     CertifiedModel& model_;
     PathForest forest_;
-    std::vector<char> wanted_;      // [points]
-    std::vector<int> vertices_;     // of the node
-    std::map<int, int> anchor_at_;  // by point
+    std::vector<char> wanted_;      // [points] 1 for the points of the node's vertices
+    std::vector<int> vertices_;     // vertices of the node
+    std::map<int, int> anchor_at_;  // anchor vertex by point
     std::vector<SegmentWalk::Piece> pieces_;
     std::map<std::pair<int, int>, int> pair_numbers_;
 };

@@ -31,7 +31,7 @@ Eigen::Vector3f CertifiedBound::position(int vertex) const noexcept {
     return x_.point(vertex);
 }
 
-/// The largest |F - G| in a region, G being another region's.
+/// Bound on |F - G| in the second region of a pair, for the G of the pair's carrier.
 float CertifiedBound::pair_deviation(int pair) noexcept {
     PairDeviation& known = pairs_[static_cast<std::size_t>(pair)];
     if (known.pose == pose_) return known.value;
@@ -51,7 +51,8 @@ void CertifiedBound::place(const CertifiedModel::Cell& cell, const Eigen::Vector
     const Eigen::Matrix3f& G = motion_[static_cast<std::size_t>(cell.carrier)].G;
     const Eigen::Vector3f anchor = position(cell.anchor) - origin, centre = anchor + G * cell.m;
     const Eigen::Matrix3f M = G * cell.B;
-    // The worst region all the way, or each region for its own part of it, whichever is less.
+    // Two bounds, of which the smaller counts: the worst region for the whole path, or each region for its
+    // part.
     float worst_stretch = 0, worst_deviation = 0, stretch = 0, deviation = 0;
     for (int k = cell.leg_begin; k < cell.leg_end; ++k) {
         const auto [pair, length] = model_->legs[static_cast<std::size_t>(k)];
@@ -72,8 +73,8 @@ void CertifiedBound::place(const CertifiedModel::Cell& cell, const Eigen::Vector
     for (std::size_t k = 0; k < 9; ++k) block.M[k][lane] = M.data()[k];
 }
 
-// The weighted mean, then steps towards the cell that reaches out farthest, which near the centre of the
-// smallest ball around them [BadoiuClarkson03]; the best is kept.
+// Starts at the weighted mean and steps towards the cell that reaches out farthest. The steps approach the
+// centre of the smallest ball around the cells [BadoiuClarkson03]; the best centre is returned.
 Eigen::Vector3f CertifiedBound::centre(std::span<const Block> blocks) const noexcept {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
     float weight = 0;
@@ -114,7 +115,7 @@ float CertifiedBound::radius(std::span<const Block> blocks, const Eigen::Vector3
         const Lanes ax = block.anchor[0] - c.x(), ay = block.anchor[1] - c.y(), az = block.anchor[2] - c.z();
         const Lanes px = block.centre[0] - c.x(), py = block.centre[1] - c.y(), pz = block.centre[2] - c.z();
         const Lanes straight = (ax.square() + ay.square() + az.square()).sqrt() + block.straight;
-        // |M^T p| by way of p's direction, lest squares of squares underflow.
+        // |M^T p| from the direction of p, so that squares of squares do not underflow.
         const Lanes squared = px.square() + py.square() + pz.square(), p = squared.sqrt(),
                     per_p = (p + std::numeric_limits<float>::min()).inverse();
         const Lanes nx = px * per_p, ny = py * per_p, nz = pz * per_p;

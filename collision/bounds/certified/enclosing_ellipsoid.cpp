@@ -8,8 +8,8 @@
 namespace nbd {
 namespace {
 
-/// Weights of the points whose weighted covariance shapes the smallest ellipsoid: the point farthest out in
-/// the present shape gains weight until none is far out.
+/// Weights of the points such that their weighted covariance has the shape of the smallest ellipsoid. The
+/// point farthest out in the current shape gains weight until none is far out.
 Eigen::VectorXd khachiyan_weights(const std::vector<Eigen::Vector3d>& points, double thickness) {
     constexpr int max_steps = 200;
     constexpr double tolerance = 0.02;
@@ -31,7 +31,7 @@ Eigen::VectorXd khachiyan_weights(const std::vector<Eigen::Vector3d>& points, do
     return weights;
 }
 
-/// How far out the points are in units of the ellipsoid: 1 on it.
+/// How far out the farthest point is in units of the ellipsoid; 1 on its surface.
 double reach_of(const Ellipsoid& ellipsoid, const std::vector<Eigen::Vector3d>& points) {
     const Eigen::Matrix3d inverse = ellipsoid.B.cast<double>().inverse();
     double reach = 0;
@@ -56,7 +56,7 @@ Ellipsoid enclosing_ellipsoid(const std::vector<Eigen::Vector3d>& points) {
             weights[static_cast<Eigen::Index>(i)] * (points[i] - mean) * (points[i] - mean).transpose();
     const Eigen::Matrix3d shape = covariance.llt().matrixL();
     Ellipsoid result{mean.cast<float>(), shape.cast<float>()};
-    // Measured with the very numbers that float32 holds, so that their rounding is covered.
+    // Measured with the rounded float32 numbers, so that their rounding is covered.
     for (double reach = reach_of(result, points); reach > 1; reach = reach_of(result, points))
         result.B *= static_cast<float>(reach * (1 + 1e-6));
     return result;

@@ -7,20 +7,21 @@
 
 namespace nbd {
 
-/// Shortest paths from a growing set of roots to the points near them [Dijkstra59]: each point belongs to
-/// the root from which it is reached by the shortest path so far.
+/// Shortest paths from a growing set of roots to the points near them [Dijkstra59]. Each point belongs to the
+/// root with the shortest path to it so far.
 class PathForest {
  public:
     static constexpr double unreached = std::numeric_limits<double>::infinity();
 
-    /// graph: referred to.
+    /// graph: must outlive this object.
     explicit PathForest(const SolidGraph& graph);
 
-    /// Forgets all roots.
+    /// Removes all roots.
     void clear();
 
-    /// Adds a root and takes over the points that it is nearer to, as far as `limit` metres. wanted: the
-    /// search may end once it has settled so many of the points that `is_wanted` marks; 0: it does not.
+    /// Adds a root and assigns to it all points within `limit` metres that no other root is nearer to.
+    /// wanted: the search may end after settling this many of the points marked in `is_wanted`; 0: it does
+    /// not end early.
     void grow(int root, double limit, const std::vector<char>& is_wanted, int wanted);
 
     double distance(int point) const noexcept { return points_[static_cast<std::size_t>(point)].distance; }

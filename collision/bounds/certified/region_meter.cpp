@@ -11,13 +11,13 @@
 namespace nbd {
 namespace {
 
-/// A norm in float32, never below it; infinite where it is no number.
+/// The norm rounded up to float32; infinite for NaN.
 float rounded_up(double squared) noexcept {
     const auto norm = static_cast<float>(std::sqrt(squared) * (1 + 1e-6));
     return std::isnan(norm) ? std::numeric_limits<float>::infinity() : norm;
 }
 
-/// The maximum of what was there and x, whatever other threads do meanwhile.
+/// Raises `slot` to at least x; safe when other threads do the same.
 void raise(float& slot, float x) noexcept {
     const std::atomic_ref<float> shared(slot);
     float there = shared.load(std::memory_order_relaxed);
@@ -69,17 +69,19 @@ void RegionMeter::add(int first, int count, const LaneMatrix& F) noexcept {
 void check_tet_regions(const TetRegions& regions, int tet_count) {
     require(regions.sample_begin.size() >= 2 && regions.sample_begin.front() == 0 &&
                 std::cmp_equal(regions.sample_begin.back(), regions.samples.size()),
-            "the samples of ", regions.count(), " regions do not share out ", regions.samples.size());
+            "the ranges of ", regions.count(), " regions do not fit the number of samples, ",
+            regions.samples.size());
     for (int r = 0; r < regions.count(); ++r)
         require(regions.sample_begin[static_cast<std::size_t>(r)] <
                     regions.sample_begin[static_cast<std::size_t>(r) + 1],
-                "region ", r, " samples no tetrahedron");
+                "region ", r, " has no sample");
     for (const int t : regions.samples)
-        require(t >= 0 && t < tet_count, "tetrahedron ", t, " is sampled, but there are ", tet_count);
+        require(t >= 0 && t < tet_count, "tetrahedron ", t, " is a sample, but the tetrahedron count is ",
+                tet_count);
     require(std::cmp_equal(regions.of_tet.size(), tet_count), regions.of_tet.size(),
             " tetrahedra instead of ", tet_count);
     for (const int r : regions.of_tet)
-        require(r >= 0 && r < regions.count(), "region ", r, " of ", regions.count());
+        require(r >= 0 && r < regions.count(), "a tetrahedron refers to region ", r, " of ", regions.count());
 }
 
 }  // namespace nbd

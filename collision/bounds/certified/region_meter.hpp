@@ -10,14 +10,15 @@
 
 namespace nbd {
 
-/// Measures the motions of a body's regions while somebody walks over its tetrahedra: reset() with a few of
-/// the gradients, then add() for every tetrahedron, in any order and from any number of threads; same bits
-/// whatever they are. A simulator that has the gradients anyway calls both; others see measure().
+/// Measures the motions of a body's regions during a pass over its tetrahedra: call reset() with the
+/// gradients of the samples, then add() for every tetrahedron, in any order and from any threads; the result
+/// has the same bits. A simulator that computes the gradients anyway calls both; other programs use
+/// SolidMeter.
 class RegionMeter {
  public:
     static constexpr int lanes = 8;
     using Lanes = Eigen::Array<double, lanes, 1>;
-    using LaneMatrix = std::array<Lanes, 9>;  // entries column by column, a tetrahedron a lane
+    using LaneMatrix = std::array<Lanes, 9>;  // entries column by column, one tetrahedron per lane
 
     /// Throws std::invalid_argument unless the regions fit `tet_count` tetrahedra.
     RegionMeter(std::shared_ptr<const TetRegions> regions, int tet_count);
@@ -33,10 +34,10 @@ class RegionMeter {
         }
     }
 
-    /// F: gradients of tetrahedra first .. first + count - 1; the other lanes are not looked at.
+    /// F: gradients of tetrahedra first to first + count - 1; the other lanes are ignored.
     void add(int first, int count, const LaneMatrix& F) noexcept;
 
-    /// One a region: bounds on all that was added since reset(). Infinite where a gradient is not finite.
+    /// One per region: bounds on all gradients added since reset(). Infinite if a gradient is not finite.
     std::span<const RegionMotion> motions() const noexcept { return motions_; }
 
  private:
@@ -47,8 +48,8 @@ class RegionMeter {
     std::vector<RegionMotion> motions_;  // [regions]
 };
 
-/// Throws std::invalid_argument unless every tetrahedron has a region, every region samples, and all indices
-/// are in range.
+/// Throws std::invalid_argument unless every tetrahedron has a region, every region has samples, and all
+/// indices are in range.
 void check_tet_regions(const TetRegions& regions, int tet_count);
 
 }  // namespace nbd

@@ -62,7 +62,7 @@ bool SegmentWalk::walk(int tet, const Eigen::Vector3d& p, const Eigen::Vector3d&
         if (here.in > s + gap) return false;
         pieces.push_back({tet, here.out - s});
         if (here.exit < 0) return true;
-        if (!(here.out > s + gap)) return false;  // through an edge or a corner: which way is open
+        if (!(here.out > s + gap)) return false;  // an edge or a corner: the next one is ambiguous
         s = here.out;
         tet = neighbour_[static_cast<std::size_t>(tet)][static_cast<std::size_t>(here.exit)];
         if (tet < 0) return false;

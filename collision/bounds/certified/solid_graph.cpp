@@ -19,7 +19,7 @@ SolidGraph::SolidGraph(const TetMesh& solid, const SurfaceWeights& W, FacesRef F
         for (const int node : solid.T.row(t)) tets_of_[static_cast<std::size_t>(node)].push_back(t);
     link_nodes(solid, of_tet);
     const auto nodes = static_cast<int>(solid.X.rows());
-    pack(nodes);  // which is enough for the tails of what hangs on several tetrahedra
+    pack(nodes);  // these links suffice for the tails of vertices on several tetrahedra
     int points = nodes;
     PathForest forest(*this);
     std::vector<char> wanted(static_cast<std::size_t>(nodes), 0);
@@ -47,7 +47,7 @@ void SolidGraph::join(int a, int b, double length, int region) {
     pairs_.push_back({b, a, {a, region, length}});
 }
 
-/// The edges of the tetrahedra.
+/// Links the nodes along the edges of the tetrahedra.
 void SolidGraph::link_nodes(const TetMesh& solid, std::span<const int> of_tet) {
     const auto length = [&](int a, int b) { return (solid.X.row(a) - solid.X.row(b)).norm(); };
     std::set<std::pair<int, int>> edges;
@@ -70,7 +70,7 @@ void SolidGraph::place_vertex(int v, const TetMesh& solid, const SurfaceWeights&
             weights.push_back(static_cast<double>(w.value()));
         }
     if (nodes.empty())
-        throw std::invalid_argument(message("surface vertex ", v, " hangs on no node of the solid"));
+        throw std::invalid_argument(message("surface vertex ", v, " depends on no node of the solid"));
     Place& place = places_[static_cast<std::size_t>(v)];
     const auto holds_all = [&](int t) {
         return std::ranges::all_of(nodes, [&](int n) { return (solid.T.row(t).array() == n).any(); });
@@ -90,10 +90,11 @@ void SolidGraph::place_vertex(int v, const TetMesh& solid, const SurfaceWeights&
                 join(place.point, n, length, of_tet[static_cast<std::size_t>(t)]);
                 if (std::ranges::find(nodes, n) != nodes.end()) reach_ = std::max(reach_, length);
             }
-    if (std::ranges::any_of(weights, [](double w) { return w < -1e-6; })) place.homes.clear();  // outside
+    if (std::ranges::any_of(weights, [](double w) { return w < -1e-6; }))
+        place.homes.clear();  // v is outside
 }
 
-/// Shortest paths from the node with most weight to the others.
+/// Attaches a vertex to its node with most weight, by shortest paths from there to its other nodes.
 void SolidGraph::hang(Place& place, std::span<const int> nodes, std::span<const double> weights,
                       PathForest& forest, std::vector<char>& wanted) {
     const auto heaviest = std::ranges::max_element(weights, {}, [](double w) { return std::abs(w); });
@@ -107,7 +108,7 @@ void SolidGraph::hang(Place& place, std::span<const int> nodes, std::span<const 
         wanted[static_cast<std::size_t>(nodes[i])] = 0;
         const double length = forest.distance(nodes[i]);
         if (length == PathForest::unreached)
-            throw std::invalid_argument(message("a surface vertex hangs on nodes ", place.point, " and ",
+            throw std::invalid_argument(message("a surface vertex depends on nodes ", place.point, " and ",
                                                 nodes[i], " of the solid, which no tetrahedra connect"));
         place.tail += std::abs(weights[i]) * length;
         farthest = std::max(farthest, length);
@@ -117,7 +118,7 @@ void SolidGraph::hang(Place& place, std::span<const int> nodes, std::span<const 
     place.regions.assign(regions.begin(), regions.end());
 }
 
-/// Gathers the links of each point.
+/// Groups the links by point.
 void SolidGraph::pack(int points) {
     begin_.assign(static_cast<std::size_t>(points) + 1, 0);
     for (const Pair& pair : pairs_) ++begin_[static_cast<std::size_t>(pair.a) + 1];

@@ -54,9 +54,10 @@ void check_solid(const TetMesh& rest) {
         for (const int node : rest.T.row(t))
             if (node < 0 || node >= rest.X.rows())
                 throw std::invalid_argument(message("solid: tetrahedron ", t, " refers to node ", node,
-                                                    ", but there are ", rest.X.rows()));
+                                                    ", but the node count is ", rest.X.rows()));
         if (const double det = edges(rest.X, rest.T, t).determinant(); !(det > 0))
-            throw std::invalid_argument(message("solid: tetrahedron ", t, " has volume ", det / 6));
+            throw std::invalid_argument(
+                message("solid: tetrahedron ", t, " must have a volume above 0, but has ", det / 6));
     }
 }
 

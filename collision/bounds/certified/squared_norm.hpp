@@ -6,19 +6,21 @@
 
 namespace nbd {
 
-/// An upper bound on the largest squared singular value of 3x3 matrices side by side, a lane each, entries
-/// column by column: at most 3 % above that value, mostly below 0.1 %, and never below it. NaN in the lanes
-/// where an entry is NaN. Lanes: an Eigen array of floating-point numbers.
+/// Upper bound on the squared largest singular value of 3x3 matrices, one per lane, entries column by column:
+/// never below the exact value, at most 3 % above it, and mostly less than 0.1 %. NaN in lanes with a NaN
+/// entry. Lanes: an Eigen array of floating-point numbers.
 ///
 /// Proof. C = A^T A has the eigenvalues m + 2 p cos(phi + 2 pi k / 3) with m = tr C / 3, 6 p^2 = |C - m I|^2
 /// (Frobenius) and cos(3 phi) = h = det(C - m I) / (2 p^3), 0 <= phi <= pi / 3. The largest is m + 2 p c,
 /// c = cos phi in [1/2, 1], the largest root of q(c) = 4 c^3 - 3 c - h. On [1/2, 1] q is convex and does not
-/// fall, so Newton's steps from c = 1, where q >= 0, go down towards c and never past it. A larger h gives a
-/// larger c.
-/// Rounding, e the machine epsilon, q = p / m <= 1: an entry of C is off by 9 e m at most, m by 5 e m, q by
-/// 25 e and an entry of (C - m I) / p by 80 e / q; that changes h by less than 1024 e / q while e / q is
-/// small, and where it is not, this allowance makes h 1 and c 1, which needs no h. The last factor covers the
-/// errors of m (5 e m), 2 m q (50 e m), the steps (40 e m) and its own; the last term what underflows in C.
+/// decrease, so Newton's steps from c = 1, where q >= 0, go down towards c and never past it. A larger h
+/// gives a larger c.
+///
+/// Rounding, with the machine epsilon e and q = p / m <= 1. An entry of C is off by at most 9 e m, m by 5 e
+/// m, q by 25 e and an entry of (C - m I) / p by 80 e / q. While e / q is small, that changes h by less than
+/// 1024 e / q; otherwise this allowance makes h = 1 and c = 1, an upper bound for every h. The last factor
+/// covers the errors of m (5 e m), 2 m q (50 e m), the steps (40 e m) and its own; the last term covers
+/// underflow in C.
 template <class Lanes>
 Lanes squared_norm_bound(const std::array<Lanes, 9>& A) noexcept {
     using Real = typename Lanes::Scalar;

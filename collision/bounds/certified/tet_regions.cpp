@@ -11,8 +11,8 @@
 namespace nbd {
 namespace {
 
-/// The leaf that each node belongs to: that of a surface vertex that hangs on it most, else the nearest
-/// such node's, counted in edges.
+/// Leaf of each node: the leaf of a surface vertex that depends on this node most, else the leaf of the
+/// nearest node with such a vertex, counted in edges.
 std::vector<int> leaf_of_nodes(const SphereTree& tree, const TetMesh& solid, const SurfaceWeights& W) {
     std::vector<int> leaf(static_cast<std::size_t>(solid.X.rows()), -1), front;
     for (int i = 0; std::cmp_less(i, tree.nodes.size()); ++i) {
@@ -41,7 +41,7 @@ std::vector<int> leaf_of_nodes(const SphereTree& tree, const TetMesh& solid, con
     return leaf;
 }
 
-/// The leaf of most of a tetrahedron's corners; of the first one where they differ.
+/// The leaf of most corners of a tetrahedron; the first of equally frequent ones.
 int common_leaf(const Tets& T, int t, const std::vector<int>& leaf) {
     int best = -1;
     std::ptrdiff_t most = 0;
@@ -82,9 +82,11 @@ TetRegions tet_regions(const SphereTree& tree, const TetMesh& solid, const Surfa
                        const TetRegionConfig& config) {
     if (config.splits < 0 || config.splits > 8 || config.samples < 1)
         throw std::invalid_argument(message("regions of tetrahedra: ", config.splits, " splits and ",
-                                            config.samples, " samples, allowed: 0 to 8, and 1 or more"));
+                                            config.samples,
+                                            " samples, allowed: 0 to 8 splits and 1 or more samples"));
     const std::vector<int> leaf = leaf_of_nodes(tree, solid, W);
-    std::vector<std::vector<int>> of_leaf(tree.nodes.size() + 1);  // the last one: connected with no vertex
+    // The last entry takes tetrahedra that are connected with no vertex.
+    std::vector<std::vector<int>> of_leaf(tree.nodes.size() + 1);
     for (int t = 0; t < solid.T.rows(); ++t) {
         const int own = common_leaf(solid.T, t, leaf);
         of_leaf[own < 0 ? tree.nodes.size() : static_cast<std::size_t>(own)].push_back(t);

@@ -51,9 +51,9 @@ void ExactBound::gather(VerticesRef x) noexcept {
                 block.z[lane] = position[2];
             }
         }
-        // A second loop, since whole lanes cannot be read at once right after they were written one by one.
-        // Sums of offsets from the first vertex keep their digits far from the origin, and the repeated
-        // first vertices of the last block add nothing.
+        // A second loop, since reading whole lanes right after writing them one by one would stall. Sums of
+        // offsets from the first vertex keep their digits far from the origin, and the repeated first
+        // vertices of the last block add nothing.
         Lanes sum_x = Lanes::Zero(), sum_y = sum_x, sum_z = sum_x;
         for (std::size_t b = leaf.block_begin; b < leaf.block_end; ++b) {
             sum_x += blocks_[b].x - first[0];
@@ -80,7 +80,7 @@ void ExactBound::add_up_centres() noexcept {
 
 void ExactBound::measure_radii() noexcept {
     std::ranges::fill(squared_, Lanes::Zero());
-    // Leaf by leaf, all levels at once, so that a leaf's positions are read from memory a single time.
+    // Leaf by leaf, all levels at once, so that a leaf's positions are read from memory only once.
     for (const Leaf& leaf : leaves_)
         for (int node = leaf.node; node >= 0; node = parents_[static_cast<std::size_t>(node)]) {
             const Eigen::Vector3f c = spheres_[static_cast<std::size_t>(node)].c;

@@ -7,12 +7,12 @@
 
 namespace nbd {
 
-/// Every node's bounding sphere from the vertices themselves, bottom-up, at each pose: the rule of
-/// bounding_sphere() to within rounding, for the whole tree. Each sphere contains its node's vertices.
-/// Work: one gather of the vertices, then one distance a vertex and level.
+/// Bounding spheres of all nodes, computed bottom-up from the vertices in each pose; equal to
+/// bounding_sphere() up to rounding. Each sphere contains its node's vertices. Cost: one gather of the
+/// vertices, then one distance per vertex and level.
 class ExactBound {
  public:
-    /// tree: referred to.
+    /// tree: must outlive this object.
     explicit ExactBound(const SphereTree& tree);
     void begin_pose(VerticesRef x) noexcept;
     Sphere bound(int node) const noexcept { return spheres_[static_cast<std::size_t>(node)]; }
@@ -36,9 +36,9 @@ class ExactBound {
     const SphereTree* tree_;
     std::vector<int> parents_;  // [nodes], -1 at the root
     std::vector<Leaf> leaves_;
-    std::vector<int> rows_;  // [blocks * lanes] vertex in each lane
+    std::vector<int> rows_;  // [blocks * lanes] vertex of each lane
     std::vector<Block> blocks_;
-    std::vector<Eigen::Vector3d> sums_;  // [nodes] of the positions of the node's vertex list
+    std::vector<Eigen::Vector3d> sums_;  // [nodes] sum of the positions in the node's vertex list
     std::vector<Lanes> squared_;         // [nodes] largest squared distance from the centre, lane by lane
     std::vector<Sphere> spheres_;        // [nodes]
 };

@@ -9,13 +9,13 @@
 
 namespace nbd {
 
-/// Every node's axis-aligned box from the vertices themselves at each pose: exact, and as cheap as anything
-/// that reads every vertex. One pass over the leaves' vertices, then the boxes are joined upwards.
+/// Axis-aligned boxes of all nodes, computed from the vertices in each pose: exact, and as cheap as any
+/// method that reads every vertex. Makes one pass over the leaves' vertices, then joins the boxes upwards.
 class ExactBoxes {
  public:
-    /// tree: referred to.
+    /// tree: must outlive this object.
     explicit ExactBoxes(const SphereTree& tree);
-    /// x: all of them required before.
+    /// Call x.require_all() first.
     void begin_pose(const Positions& x) noexcept;
 
     /// The smallest box around the node's vertices.
@@ -27,12 +27,12 @@ class ExactBoxes {
  private:
     struct Leaf {
         int node;
-        std::size_t begin, end;  // of rows_
+        std::size_t begin, end;  // range of `rows_`
     };
 
     const SphereTree* tree_;
     std::vector<Leaf> leaves_;
-    std::vector<int> rows_;  // vertices of the leaves, ascending in each of them
+    std::vector<int> rows_;  // vertices of the leaves, ascending within each leaf
     std::vector<Box> boxes_;
 };
 

@@ -13,10 +13,11 @@ AutoBoxes::AutoBoxes(const SphereTree& tree, const LearnedModel* model, const No
 
 bool AutoBoxes::learned_is_cheaper(bool on_demand) const noexcept {
     if (!learned_boxes_) return false;
-    // What a vertex costs among all of them, in a node's samples, and a learned node beside its samples, in
-    // ns; a position that is computed on demand costs its weights. A learned node costs as much as some 90
-    // vertices with two bodies in the cache (`nbdtree bench peers`), as 170 in a crowd that is not in it
-    // (`nbdtree bench scaling`): these are 145, with which `auto` is near the better choice in both.
+    // Costs in ns: a vertex in a pass over all of them, a vertex as a sample, a learned node without its
+    // samples, and the weights of a position that is computed on demand. A learned node costs as much as
+    // about 90 vertices with two bodies in the cache (`nbdtree-bench peers`), and as 170 in a crowd that
+    // exceeds the cache (`nbdtree-bench scaling`). These values make it 145, which keeps `auto` near the
+    // better choice in both.
     constexpr double vertex = 2.3, sample = 17, node = 60, weights = 15;
     const double own = on_demand ? weights : 0.;
     const double exact = static_cast<double>(tree_->vertices.size()) * (vertex + own);

@@ -9,15 +9,16 @@
 
 namespace nbd {
 
-/// Boxes of a body that are exact or learned, pose by pose, whichever was cheaper for the pose before: exact
-/// ones cost the same for every pose, a look at every vertex, learned ones by the node that a query asks for.
-/// Decided by counts and not by a clock, so that the same poses give the same results.
+/// Boxes that are exact or learned, chosen for each pose by which was cheaper in the previous pose. Exact
+/// boxes read every vertex in each pose; the cost of learned boxes is proportional to the nodes that a query
+/// asks for. The choice uses counts, not a clock, so the same poses give the same results.
 class AutoBoxes {
  public:
-    /// tree and model: referred to. model: none, or one without boxes: always exact. trust: see LearnedBoxes.
+    /// tree, model: must outlive this object. If the model is null or has no boxes, boxes are always exact.
+    /// margins: see LearnedBoxes.
     AutoBoxes(const SphereTree& tree, const LearnedModel* model, const NodeMargins& margins);
 
-    /// x: referred to until the next pose.
+    /// x: must stay valid until the next pose.
     void begin_pose(const Positions& x) noexcept;
 
     const Box& box(int node) noexcept {
@@ -38,10 +39,10 @@ class AutoBoxes {
         if (learned_) learned_boxes_->prefetch_positions(node);
     }
 
-    /// Nodes that were asked for in this pose, and how many of learned ones' were out of range.
+    /// Number of nodes asked for in this pose, and how many learned ones of them were out of range.
     int bounded() const noexcept { return learned_ ? learned_boxes_->bounded() : bounded_; }
     int out_of_range() const noexcept { return learned_ ? learned_boxes_->out_of_range() : 0; }
-    /// Whether this pose's boxes are learned ones.
+    /// Whether the boxes of this pose are learned.
     bool learned() const noexcept { return learned_; }
 
  private:
@@ -50,8 +51,8 @@ class AutoBoxes {
     const SphereTree* tree_;
     ExactBoxes exact_;
     std::optional<LearnedBoxes> learned_boxes_;
-    double samples_ = 0;                // of a node, mean
-    std::vector<std::uint64_t> asked_;  // [nodes] the last pose in which an exact box was asked for
+    double samples_ = 0;                // mean number of samples per node
+    std::vector<std::uint64_t> asked_;  // [nodes] last pose in which the exact box was asked for
     std::uint64_t pose_ = 0;
     int bounded_ = 0;
     bool learned_ = false;

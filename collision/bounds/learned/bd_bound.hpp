@@ -5,11 +5,11 @@
 
 namespace nbd {
 
-/// BD-Tree: c' = c + Ubar q, r' = r + dr^T |q|, carried to the world by the pose's alignment [JamesPai04].
-/// Reads the representatives of a pose alone.
+/// BD-Tree: c' = c + Ubar q, r' = r + dr^T |q|, transformed to world space by the pose's alignment
+/// [JamesPai04]. Reads only the representatives in a pose.
 class BdBound {
  public:
-    /// tree and model: referred to.
+    /// tree, model: must outlive this object.
     BdBound(const SphereTree& tree, const BdModel& model);
     void begin_pose(VerticesRef x) noexcept;
     Sphere bound(int node) const noexcept;

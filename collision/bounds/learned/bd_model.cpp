@@ -12,8 +12,8 @@
 namespace nbd {
 namespace {
 
-/// (Uhat^T what Uhat)^-1. The modes are scaled to unit length first, so that their units do not decide
-/// what counts as dependent.
+/// Returns (Uhat^T what Uhat)^-1. The modes are first scaled to unit length, so that the test for linear
+/// dependence does not depend on their units.
 Eigen::MatrixXf fit_matrix(const ClusteredModes& modes) {
     Eigen::MatrixXd U = modes.U.numbers().cast<double>();
     for (Eigen::Index i = 0; i < modes.w.size(); ++i) U.middleRows<3>(3 * i) *= std::sqrt(modes.w[i]);
@@ -43,7 +43,7 @@ BdModel build_bd_model(const SphereTree& tree, Eigen::Ref<const Eigen::MatrixXf>
             throw std::invalid_argument(message("BD-Tree: U has ", U.rows(), " rows, the tree's vertex ", v,
                                                 " needs ", 3 * (Eigen::Index{v} + 1)));
     if (U.rows() % 3 != 0)
-        throw std::invalid_argument(message("BD-Tree: U has ", U.rows(), " rows, not 3 a vertex"));
+        throw std::invalid_argument(message("BD-Tree: U has ", U.rows(), " rows, allowed: 3 per vertex"));
     check_clustered_modes(modes, static_cast<int>(U.rows() / 3));
     if (modes.U.cols() != U.cols())
         throw std::invalid_argument(

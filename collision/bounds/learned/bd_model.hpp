@@ -13,18 +13,18 @@ namespace nbd {
 struct BdModel {
     ClusteredModes modes;
     Eigen::MatrixXf z_to_q;  // [m, m]: (Uhat^T what Uhat)^-1, so that q = z_to_q zhat is the weighted
-                             // least-squares fit and a pose in the span of U gives its own q
+                             // least-squares fit, exact for a pose in the span of U
     Eigen::MatrixXf Ubar;    // [m, 3 * nodes]: mean of U over the node's vertices; x y z of node 0 first
     Eigen::MatrixXf dr;      // [m, nodes]: largest |U_v - Ubar| over the node's vertices, per mode
 };
 
 /// U: modes at the surface's vertices, [3 n, m], vertex-major (x y z of vertex 0 first).
-/// Throws std::invalid_argument where U's rows do not fit the tree's vertices, or where the modes at the
-/// representatives are linearly dependent.
+/// Throws std::invalid_argument if U's rows do not fit the tree's vertices, or if the modes are linearly
+/// dependent at the representatives.
 BdModel build_bd_model(const SphereTree& tree, Eigen::Ref<const Eigen::MatrixXf> U, ClusteredModes modes);
 
-/// Throws std::invalid_argument with what is wrong unless the model fits a tree over a surface of
-/// `vertex_count` vertices: for models that come from a file.
+/// Validates a model read from a file. Throws std::invalid_argument, saying what is wrong, unless it fits a
+/// tree over a surface of `vertex_count` vertices.
 void check_bd_model(const BdModel& model, const SphereTree& tree, int vertex_count);
 
 }  // namespace nbd

@@ -17,8 +17,8 @@ void require(bool ok, const Parts&... parts) {
     if (!ok) throw std::invalid_argument(message("NBD-Tree: ", parts...));
 }
 
-/// The scale of numbers up to `largest`. Its digits are few enough for most * scale to be exact, so that the
-/// scale of rounded numbers is the same again.
+/// The scale for numbers up to `largest`. It has few enough digits for most * scale to be exact, so rounded
+/// numbers get the same scale again.
 float scale_for(float largest) noexcept {
     const auto bits = std::bit_cast<std::uint32_t>(largest / most);
     return std::bit_cast<float>((bits + 0xffu) & ~0xffu);

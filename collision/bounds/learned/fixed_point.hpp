@@ -6,31 +6,31 @@
 #include "collision/base/aligned_vector.hpp"
 #include "collision/kernels/kernels.hpp"
 
-// Numbers as small integers times a power of two: a quarter to half of the memory, and sums that come out the
-// same on every machine.
+// Numbers as small integers times a power of two. They take a quarter to half of the memory, and their sums
+// are the same on every machine.
 namespace nbd {
 
-/// A vector that is written in float and read in fixed point, of 14 bits and a sign.
+/// A vector that is written in float and read in fixed point with 14 bits and a sign.
 class FixedVector {
  public:
     FixedVector() = default;
-    /// All zero.
+    /// Makes a vector of zeros.
     explicit FixedVector(Eigen::Index size)
         : size_(size), numbers_(static_cast<std::size_t>(padded(size))), fixed_(numbers_.size()) {}
 
     Eigen::Index size() const noexcept { return size_; }
     Eigen::Map<Eigen::VectorXf> numbers() noexcept { return {numbers_.data(), size_}; }
     Eigen::Map<const Eigen::VectorXf> numbers() const noexcept { return {numbers_.data(), size_}; }
-    /// Call when the numbers have changed.
+    /// Updates fixed() and scale(). Call it after changing the numbers.
     void fix() noexcept {
         if (size_ > 0)
             scale_ = kernels().fix(numbers_.data(), static_cast<int>(numbers_.size()), fixed_.data());
     }
 
     const std::int16_t* fixed() const noexcept { return fixed_.data(); }
-    /// Not a number where one of the vector's is not finite.
+    /// NaN if any number of the vector is not finite.
     float scale() const noexcept { return scale_; }
-    /// Length with zeros at the end.
+    /// Length including the zeros at the end.
     static Eigen::Index padded(Eigen::Index size) noexcept { return (size + 31) / 32 * 32; }
 
  private:
@@ -40,12 +40,12 @@ class FixedVector {
     float scale_ = 0;
 };
 
-/// A matrix in fixed point, of 14 bits and a sign beside the largest number of a column.
+/// A matrix in fixed point with 14 bits and a sign, relative to the largest number of each column.
 class FixedMatrix {
  public:
     FixedMatrix() = default;
-    /// Rounds; what has been rounded before stays what it is. A column with a number that is not finite
-    /// becomes one of none that are.
+    /// Rounds the numbers; rounded numbers stay the same. A column with a number that is not finite becomes
+    /// all NaN.
     explicit FixedMatrix(const Eigen::Ref<const Eigen::MatrixXf>& numbers);
 
     Eigen::Index rows() const noexcept { return rows_; }
@@ -55,7 +55,7 @@ class FixedMatrix {
     Eigen::MatrixXf numbers() const;
     bool operator==(const FixedMatrix& other) const noexcept;
 
-    /// y = M^T x. x: [rows], fixed.
+    /// y = M^T x. x: [rows], after fix().
     void transposed_times(const FixedVector& x, Eigen::Ref<Eigen::VectorXf> y) const noexcept;
     /// Columns first to first + count - 1.
     FixedColumns columns(Eigen::Index first, Eigen::Index count) const noexcept {
@@ -66,7 +66,7 @@ class FixedMatrix {
 
  private:
     Eigen::Index rows_ = 0;
-    AlignedVector<std::int16_t> fixed_;  // column after column, each with zeros at its end
+    AlignedVector<std::int16_t> fixed_;  // column by column, each padded with zeros
     Eigen::VectorXf scales_;             // [cols]
 };
 

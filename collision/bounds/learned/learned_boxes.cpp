@@ -12,8 +12,8 @@ namespace {
 SampleBox sample_box(std::span<const int> samples, const LearnedModel::BoxFit& fit, bool exact,
                      const Positions& x) noexcept {
     const int *rows = samples.data(), *end = rows + samples.size();
-    // Offsets from the first sample keep their digits far from the origin. Two chains of each, since every
-    // step waits for the one before.
+    // Offsets from the first sample keep their digits far from the origin. Two independent chains of each,
+    // since every step waits for the previous one.
     const Eigen::Array4f first = x[*rows];
     Eigen::Array4f lo[2] = {first, first}, hi[2] = {first, first};
     Eigen::Array4f sum[2] = {Eigen::Array4f::Zero(), Eigen::Array4f::Zero()}, squares[2] = {sum[0], sum[0]};
@@ -61,7 +61,7 @@ void LearnedBoxes::begin_pose(const Positions& x) noexcept {
     bounded_ = 0;
     out_of_range_ = 0;
     if (++pose_ != 0) return;
-    for (Node& n : nodes_) n.pose = 0;  // all numbers are used up
+    for (Node& n : nodes_) n.pose = 0;  // the pose counter wrapped around
     pose_ = 1;
 }
 
@@ -71,7 +71,7 @@ Box LearnedBoxes::compute(int node, const Node& n) noexcept {
     if (n.exact) return samples.box;
     float margin = n.margin;
     if (n.limit >= 0) {
-        // Not a number is out of range too.
+        // A NaN score is out of range too.
         if (!(samples.ood_score <= n.limit)) {
             ++out_of_range_;
             x_.require(tree_->node_vertices(node));

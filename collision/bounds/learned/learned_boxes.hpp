@@ -14,26 +14,27 @@
 
 namespace nbd {
 
-/// What the samples of a node say of its box in a pose.
+/// Box and statistics of a node's samples in a pose.
 struct SampleBox {
-    Box box;              // of the samples
-    float spread = 0;     // of the samples, see LearnedModel::BoxFit
-    float ood_score = 0;  // see GatedBound: how far spread^2 lies from its mean in training, in standard
+    Box box;              // box of the samples
+    float spread = 0;     // spread of the samples, see LearnedModel::BoxFit
+    float ood_score = 0;  // see GatedBound: distance of spread^2 from its mean in training, in standard
                           // deviations
 };
 
-/// positions: whose samples of the node have been required. Exact nodes: their very box.
+/// Box of a node's samples; for exact nodes it is the node's exact box. Call positions.require() for the
+/// samples first.
 SampleBox sample_box(const LearnedModel& model, int node, const Positions& positions) noexcept;
 
-/// Axis-aligned boxes from the samples of local bounds, grown by what training and calibration say. A node
-/// reads its own samples when it is first asked for in a pose; where these are out of the calibrated range,
-/// all its vertices.
+/// Learned boxes: the axis-aligned boxes of nodes' samples, grown by amounts from training and calibration. A
+/// node reads its samples on first use in a pose and, if these are out of the calibrated range, all its
+/// vertices.
 class LearnedBoxes {
  public:
-    /// tree and model: referred to. trust: margins in spreads.
+    /// tree, model: must outlive this object. margins: in units of the samples' spread.
     LearnedBoxes(const SphereTree& tree, const LearnedModel& model, const NodeMargins& margins);
 
-    /// x: referred to until the next pose.
+    /// x: must stay valid until the next pose.
     void begin_pose(const Positions& x) noexcept;
 
     const Box& box(int node) noexcept {
@@ -45,8 +46,8 @@ class LearnedBoxes {
         }
         return n.box;
     }
-    /// Have the cache bring what box(node) will read, where that reads anything: first the node, then which
-    /// samples it has, then where these are.
+    /// Prefetch what box(node) will read, if it reads anything: first the node, then its list of samples,
+    /// then their positions.
     void prefetch_node(int node) const noexcept { prefetch_line(&nodes_[static_cast<std::size_t>(node)]); }
     void prefetch_samples(int node) const noexcept {
         const Node& n = nodes_[static_cast<std::size_t>(node)];
@@ -59,20 +60,21 @@ class LearnedBoxes {
     /// The sphere around that box.
     Sphere bound(int node) noexcept { return sphere_around(box(node)); }
 
-    /// Nodes computed in this pose, and how many of them exactly, their inputs being out of range.
+    /// Number of nodes computed in this pose, and how many of them exactly because their input was out of
+    /// range.
     int bounded() const noexcept { return bounded_; }
     int out_of_range() const noexcept { return out_of_range_; }
 
  private:
-    /// All that a node's box takes but for its samples, on one line of the cache.
+    /// All data of a node except its samples, on one cache line.
     struct alignas(64) Node {
         Box box = empty_box();
         LearnedModel::BoxFit fit;
-        float margin = 0, limit = 0;  // below 0: none
+        float margin = 0, limit = 0;  // a limit below 0 means no limit
         int sample_begin = 0;
         std::int16_t sample_count = 0;
         bool exact = false;
-        std::uint32_t pose = 0;  // that the box belongs to
+        std::uint32_t pose = 0;  // pose for which the box was computed
     };
     static_assert(sizeof(Node) == 64 && LearnedModel::max_samples <= INT16_MAX);
 

@@ -15,7 +15,7 @@ using Lanes = Eigen::Array<float, lanes, 1>;
 using LanesMap = Eigen::Map<const Lanes>;
 static_assert(LearnedModel::hidden == lanes);
 
-/// Positions of a node's samples, four at a time: as many as fit the registers of all machines.
+/// Positions of a node's samples in groups of four, which fit the registers of every CPU.
 struct Samples {
     struct Four {
         Eigen::Array4f x, y, z;
@@ -50,11 +50,11 @@ Eigen::Vector3f centre(const Samples& samples, const float* weights) noexcept {
     return {x0 + x.sum(), y0 + y.sum(), z0 + z.sum()};
 }
 
-/// b + W x, W [16, in], and moves `values` past both.
+/// Returns b + W x, with W [16, in], and moves `values` past both.
 Lanes dense_layer(const float*& values, const float* x, int in) noexcept {
     const float* W = values;
     values += lanes * (in + 1);
-    // Several sums run side by side, or each addition would wait for the one before.
+    // Four independent sums, since each addition waits for the previous one.
     Lanes sums[4] = {LanesMap(W + lanes * in), Lanes::Zero(), Lanes::Zero(), Lanes::Zero()};
     for (int i = 0; i < in; i += 4)
         for (int j = 0; j < 4; ++j) sums[j] += LanesMap(W + (i + j) * lanes) * x[i + j];
@@ -95,10 +95,10 @@ void check_numbers(const LearnedModel& model, int i) {
     const float* inverse_deviation = block + 2 * node.sample_count;
     require(
         std::all_of(inverse_deviation, inverse_deviation + node.sample_count, [](float v) { return v >= 0; }),
-        "the range of a sample of node ", i, " is negative");
+        "an inverse deviation of node ", i, " is negative");
     const LearnedModel::Reach reach = model.reach(i);
     require(reach.low >= 0 && reach.low <= reach.high, "the reach of node ", i, " is ", reach.low, " to ",
-            reach.high, ", allowed: an ascending range, 0 or more");
+            reach.high, ", allowed: an ascending range from 0 or more");
     if (model.boxes.empty()) return;
     const LearnedModel::BoxFit& fit = model.boxes[static_cast<std::size_t>(i)];
     for (const float number : {fit.growth, fit.mean, fit.inverse_deviation})
@@ -126,7 +126,7 @@ LearnedSphere learned_sphere(const LearnedModel& model, int node, const Position
     // Each difference, square and sum rounds by half an ulp: 4 ulp cover them all.
     constexpr float slack = 1 + 4 * std::numeric_limits<float>::epsilon();
     const float distance = std::sqrt(most.maxCoeff()) * slack;
-    // Vector maxima may let NaN pass unseen; a sum does not.
+    // Vector maxima may lose NaN; a sum does not.
     const float known = n.exact ? 0 : ood_score.maxCoeff();
     const float score = c.allFinite() ? known : std::numeric_limits<float>::quiet_NaN();
     const LearnedModel::Reach reach = model.reach(node);

@@ -5,13 +5,13 @@
 
 namespace nbd {
 
-/// Learned bounds of a pose. begin_pose() costs nothing: a node reads its own samples when it is asked for.
+/// Learned spheres. begin_pose() reads nothing; bound() reads the samples of its node.
 class LearnedSpheres {
  public:
-    /// model: referred to.
+    /// model: must outlive this object.
     explicit LearnedSpheres(const LearnedModel& model) : model_(&model) {}
 
-    /// x: referred to until the next pose.
+    /// x: must stay valid until the next pose.
     void begin_pose(const Positions& x) noexcept { x_ = x; }
     Sphere bound(int node) noexcept {
         x_.require(model_->node_samples(node));
@@ -24,7 +24,7 @@ class LearnedSpheres {
  private:
     const LearnedModel* model_;
     Positions x_;
-    float ood_score_ = 0;  // of the last sphere
+    float ood_score_ = 0;  // score of the last sphere
 };
 static_assert(GatedBound<LearnedSpheres>);
 

@@ -10,7 +10,7 @@
 namespace nbd {
 namespace {
 
-/// Sum of w (x, 1) (X, 1)^T about the first points: no digits are lost far from the origin.
+/// Sum of w (x, 1) (X, 1)^T relative to the first points, so that no digits are lost far from the origin.
 Eigen::Matrix4d weighted_moments(VerticesRef X, VerticesRef x, Eigen::Ref<const Eigen::VectorXf> w) noexcept {
     const double X0 = X(0, 0), X1 = X(0, 1), X2 = X(0, 2), x0 = x(0, 0), x1 = x(0, 1), x2 = x(0, 2);
     double sums[4][4] = {};  // plain arrays, which the compiler keeps in registers
@@ -33,8 +33,8 @@ RigidTransform match_shape(VerticesRef X, VerticesRef x, Eigen::Ref<const Eigen:
     const Eigen::Vector3d mean_X = moments.row(3).head<3>().transpose() / total,
                           mean_x = moments.col(3).head<3>() / total;
     Eigen::Matrix3d A = moments.topLeftCorner<3, 3>() - total * mean_x * mean_X.transpose();
-    // Points on a line or all in one place leave R open; this picks the R nearest to the identity, and is
-    // far below float precision for all others.
+    // Points on a line or in one place do not determine R; this term picks the R nearest to the identity. For
+    // all other points it is far below float precision.
     A.diagonal().array() += 1e-10 * A.norm();
 
     RigidTransform align;

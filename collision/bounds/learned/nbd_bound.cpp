@@ -32,17 +32,17 @@ void NbdBound::begin_pose(VerticesRef x) noexcept {
     align_ = modal_coordinates(model_->modes, x, scratch_, z_);
     zn_.numbers() = (z_ - model_->z_centre).cwiseProduct(model_->z_scale);
     zn_.fix();
-    code_ood_score_ = -1;
+    pose_ood_score_ = -1;
     first_ = -1;
 }
 
 float NbdBound::ood_score(int node) noexcept {
-    if (!(code_ood_score_ >= 0)) {
-        code_ood_score_ = 0;
+    if (!(pose_ood_score_ >= 0)) {
+        pose_ood_score_ = 0;
         if (const auto m = static_cast<float>(model_->z_mean.size()); m > 0) {
             difference_ = zn_.numbers() - model_->z_mean;
             whitened_.noalias() = model_->z_whitening * difference_;
-            code_ood_score_ = std::sqrt(whitened_.squaredNorm() / m);
+            pose_ood_score_ = std::sqrt(whitened_.squaredNorm() / m);
         }
     }
     const SphereTree::Node& n = tree_->nodes[static_cast<std::size_t>(node)];
@@ -51,10 +51,10 @@ float NbdBound::ood_score(int node) noexcept {
     float squared = last_.r * last_.r;
     for (const int row : std::span(seen_).subspan(begin, end - begin))
         squared = std::max(squared, (scratch_.x.row(row).transpose() - last_.c).squaredNorm());
-    float outside = 0 * (last_.c.sum() + last_.r);  // not a number where the sphere is none
+    float outside = 0 * (last_.c.sum() + last_.r);  // NaN if the sphere is not finite
     if (squared > last_.r * last_.r) outside = std::sqrt(squared) / last_.r - 1;
-    constexpr float radii = 20;  // what standing outside by a radius weighs, in standard deviations
-    return code_ood_score_ + radii * outside;
+    constexpr float radii = 20;  // one radius outside counts as this many standard deviations
+    return pose_ood_score_ + radii * outside;
 }
 
 }  // namespace nbd

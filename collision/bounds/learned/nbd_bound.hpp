@@ -8,15 +8,14 @@
 
 namespace nbd {
 
-/// The paper's NBD-Tree: one code a pose, one small network a node. Reads the representatives of a pose
-/// alone.
+/// The paper's NBD-Tree: modal coordinates once per pose, one small network per node. Reads only the
+/// representatives in a pose.
 class NbdBound {
  public:
-    /// tree and model: referred to.
+    /// tree, model: must outlive this object.
     NbdBound(const SphereTree& tree, const NbdModel& model);
     void begin_pose(VerticesRef x) noexcept;
-    /// Both children of a node are bounded when the first of them is asked for, since who asks for one asks
-    /// for the other next.
+    /// Bounds both children of a node when either is asked for, since a query asks for the other next.
     Sphere bound(int node) noexcept {
         const int first = node == 0 ? 0 : (node - 1) / 2 * 2 + 1;  // children come in pairs after the root
         if (first != first_) {
@@ -26,26 +25,27 @@ class NbdBound {
         last_ = to_world(align_, spheres_[static_cast<std::size_t>(node - first)]);
         return last_;
     }
-    /// How far the pose's code lies from those that are known, in standard deviations (the root mean square
-    /// over uncorrelated directions; 0 where the model does not say), and how far the node's representatives
-    /// stand outside its sphere, 5 % of the radius weighing as much as one standard deviation. The first sees
-    /// poses that the networks never saw, the second nodes that they get wrong.
+    /// The sum of two terms: the distance of the pose's modal coordinates from known ones, in standard
+    /// deviations (root mean square over uncorrelated directions; 0 if the model does not hold their
+    /// distribution), and how far the node's representatives stand outside its sphere, 5 % of the radius
+    /// counting as one standard deviation. The first detects unfamiliar poses, the second nodes that the
+    /// networks get wrong.
     float ood_score(int node) noexcept;
 
  private:
     const SphereTree* tree_;
     const NbdModel* model_;
     std::vector<int> seen_;        // rows of the representatives among the tree's vertices, in their order
-    std::vector<int> seen_begin_;  // [vertices of the tree + 1] where those from a vertex on begin
+    std::vector<int> seen_begin_;  // [vertices of the tree + 1] start in `seen_` for each vertex
     ModalCoordinatesScratch scratch_;
-    Eigen::VectorXf z_;                      // [m] the code
-    FixedVector zn_;                         // scaled
+    Eigen::VectorXf z_;                      // [m] modal coordinates
+    FixedVector zn_;                         // [m] scaled modal coordinates
     Eigen::VectorXf difference_, whitened_;  // [m] scratch
-    float code_ood_score_ = -1;              // of this pose; negative: not computed yet
+    float pose_ood_score_ = -1;              // first term of ood_score(); negative: not computed yet
     RigidTransform align_;
-    int first_ = -1;                 // of the nodes that spheres_ belong to; negative: none
+    int first_ = -1;                 // first node of `spheres_`; negative: none
     std::array<Sphere, 2> spheres_;  // in the aligned frame
-    Sphere last_;                    // that bound() gave
+    Sphere last_;                    // last result of bound()
 };
 
 }  // namespace nbd

@@ -9,33 +9,33 @@
 
 namespace nbd {
 
-/// The paper's NBD-Tree, trained: one code for the body, one small ReLU network a node.
-/// A node's network reads zn = (z - z_centre) * z_scale, in [-1, 1] on the training poses, and gives
-/// four numbers o; (dc, dr) = o * out_scale + out_centre is added to the rest sphere (equation 6). A linear
-/// part of the centre, dc += centre_map^T zn, may be added, which the paper does not have: a node's centre is
-/// nearly linear in the code, and the network is left with the rest.
+/// The trained model of the paper's NBD-Tree: modal coordinates z of the body, one small ReLU network per
+/// node. A node's network reads zn = (z - z_centre) * z_scale, in [-1, 1] on the training poses, and gives
+/// four numbers o; (dc, dr) = o * out_scale + out_centre is added to the rest sphere (equation 6). Beyond the
+/// paper, a linear part of the centre, dc += centre_map^T zn, may be added: a node's centre is nearly linear
+/// in z, and the network learns only the remainder.
 struct NbdModel {
     static constexpr int outputs = ByteNetworks::outputs;  // dc x y z, dr
     ClusteredModes modes;
     Eigen::VectorXf z_centre, z_scale;      // [m]
-    ByteNetworks networks;                  // of all nodes
+    ByteNetworks networks;                  // one per node
     Eigen::MatrixXf out_centre, out_scale;  // [4, nodes]
-    FixedMatrix centre_map;                 // [m, 3 * nodes], x y z of node 0 first; empty: none
-    /// Where the scaled codes of known poses lie: their mean [m], and a matrix [m, m] that takes the
-    /// difference from it to coordinates that are uncorrelated and have variance 1. Both empty: not measured.
+    FixedMatrix centre_map;                 // [m, 3 * nodes], x y z of node 0 first; empty: no linear part
+    /// Distribution of zn over known poses: its mean [m], and a matrix [m, m] that maps differences from the
+    /// mean to uncorrelated coordinates of variance 1. Both empty: not measured.
     Eigen::VectorXf z_mean;
     Eigen::MatrixXf z_whitening;
 
     int mode_count() const noexcept { return static_cast<int>(modes.U.cols()); }
 };
 
-/// Spheres in the aligned frame of nodes first to first + spheres.size() - 1, at most
-/// ByteNetworks::max_at_once. zn: the scaled code, [m], fixed. Never a negative radius.
+/// Computes the spheres of nodes first to first + spheres.size() - 1, at most ByteNetworks::max_at_once, in
+/// the aligned frame. zn: scaled modal coordinates [m], after fix(). Radii are never negative.
 void nbd_spheres(const NbdModel& model, const SphereTree& tree, int first, const FixedVector& zn,
                  std::span<Sphere> spheres) noexcept;
 
-/// Throws std::invalid_argument with what is wrong unless the model fits a tree over a surface of
-/// `vertex_count` vertices: for models that come from a file.
+/// Validates a model read from a file. Throws std::invalid_argument, saying what is wrong, unless it fits a
+/// tree over a surface of `vertex_count` vertices.
 void check_nbd_model(const NbdModel& model, const SphereTree& tree, int vertex_count);
 
 }  // namespace nbd
