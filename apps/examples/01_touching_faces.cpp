@@ -28,14 +28,14 @@ int main() try {
     const auto near = nbd::face_pairs_within(a.x, a.F, b.x, b.F, 0.05f);
     std::printf("%zu face pairs are within 5 cm\n", near.size());
 
-    // Out of reach of each other: the answer is empty.
+    // The bodies are too far apart: the answer is empty.
     b.x.col(0).array() += 1;
     const auto apart = nbd::intersecting_faces(a.x, a.F, b.x, b.F);
     std::printf("%zu face pairs touch after b has moved by 1 m\n", apart.size());
 
     return !pairs.empty() && near.size() > pairs.size() && apart.empty() ? 0 : 1;
 } catch (const std::exception& error) {
-    // Bad input (a face that names a vertex that is not there, a NaN) arrives here as one line.
+    // Bad input, such as a face with an unknown vertex or a NaN, ends up here with a message of one line.
     std::fprintf(stderr, "%s\n", error.what());
     return 1;
 }

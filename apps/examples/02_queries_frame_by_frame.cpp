@@ -2,9 +2,9 @@
 //
 //     build/release/apps/examples/02_queries_frame_by_frame
 //
-// A body that moves has one tree, built once, and a PosedTree that is told of every new pose. A PairQuery is
-// kept as well: it owns the scratch memory, so that a query allocates nothing once it is warm. This program
-// counts the calls of operator new to show it.
+// A moving body has one tree, built once, and a PosedTree that gets every new pose. Keep the PairQuery too:
+// it owns the scratch memory, so that queries allocate nothing after a warm-up. This program counts the calls
+// of operator new to show it.
 
 #include <cmath>
 #include <cstdio>
@@ -47,7 +47,7 @@ int main() {
     tree_a.begin_pose(a.x);
     bool right = true;
     long touching = 0, when_warm = 0;
-    for (int round = 0; round < 2; ++round)  // the first round warms the query up
+    for (int round = 0; round < 2; ++round)  // the first round is the warm-up
         for (int frame = 0; frame < 30; ++frame) {
             simulate(b.x, frame, x);
             const long before = allocations;

@@ -3,7 +3,7 @@
 //     build/release/apps/examples/04_many_bodies
 //
 // ManyBodyQuery sweeps over the bodies' boxes and asks a PairQuery for each pair of bodies whose boxes
-// overlap. It runs pairs side by side where it is given an executor, and gives the same answer with any.
+// overlap. With an executor, it tests pairs in parallel, with the same answer.
 
 #include <algorithm>
 #include <cstdio>
@@ -35,7 +35,7 @@ int main() {
         poses.push_back(s.x.rowwise() + place.cwiseProduct(Eigen::RowVector3f(0.97f, 1.1f, 1.1f)));
     }
 
-    // Each body has a PosedTree of its own. All share what is known of the ball at rest.
+    // Each body has its own PosedTree. All share the tree of the ball at rest.
     std::vector<nbd::PosedTree> trees;
     std::vector<nbd::PosedTree*> bodies;
     trees.reserve(poses.size());

@@ -45,7 +45,7 @@ int main(int argc, char** argv) try {
     record(body, 24, argv[2]);
     const nbd::RecordingReader recording(argv[2]);
 
-    // Learned bounds need no vibration modes, so the body brings none.
+    // Learned bounds need no vibration modes, so the body has none.
     const Eigen::MatrixXf no_modes(3 * body.tets.X.rows(), 0);
     const nbd::SurfaceBody surface = nbd::make_surface_body(
         body.surface.X.cast<float>(), body.surface.F, body.W.cast<float>(), no_modes, nbd::body_hash(body));

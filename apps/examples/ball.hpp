@@ -5,7 +5,7 @@
 
 #include "collision/geometry/geometry.hpp"
 
-/// The surface of the examples: arrays as a simulator or a file reader hands them over.
+/// Surface of the examples: plain arrays, as from a simulator or a file reader.
 struct Surface {
     nbd::Vertices x;  // [n, 3] metres
     nbd::Faces F;     // [m, 3]
