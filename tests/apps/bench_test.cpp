@@ -38,8 +38,8 @@ TEST_F(BenchLearned, ComparesEveryVariantAtEveryDepth) {
     make({"dataset", "box.h5", "-o", "more.h5", "--trajectories", "10", "--frames", "12", "--steps-per-frame",
           "1", "-q"});
     const test::Ran ran =
-        test::run_bench(folder(), {"learned", "box.h5", "more.h5", "--depth", "2", "--samples",
-                                   "16,0", "--max-frames", "40", "-o", "learned.csv", "--json"});
+        test::run_bench(folder(), {"learned", "box.h5", "more.h5", "--depth", "2", "--samples", "16,0",
+                                   "--max-frames", "40", "-o", "learned.csv", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto rows = nlohmann::json::parse(ran.out);
     ASSERT_EQ(rows.size(), 84U);  // two rules, two sample counts, seven fits, three depths

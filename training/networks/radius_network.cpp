@@ -14,6 +14,7 @@
 #include "collision/bounds/learned/learned_model.hpp"
 #include "training/networks/adam.hpp"
 #include "training/networks/dense_kernel.hpp"
+#include "training/networks/shuffle.hpp"
 
 namespace nbd {
 
@@ -142,15 +143,6 @@ Eigen::VectorXf initial_network(Shape<H> shape, std::uint64_t seed, std::uint64_
     draw(shape.W2(), shape.b2(), std::sqrt(6.0 / H));
     draw(shape.w3(), shape.b3(), std::sqrt(3.0 / H));
     return w;
-}
-
-/// Fisher-Yates shuffle in place. Initial weights use counters below 2^32, epochs those above.
-void shuffle(std::vector<int>& order, std::uint64_t seed, std::uint64_t stream, int epoch) {
-    const std::uint64_t first = (static_cast<std::uint64_t>(epoch) + 1) << 32;
-    for (std::size_t i = order.size() - 1; i > 0; --i)
-        std::swap(
-            order[i],
-            order[static_cast<std::size_t>(counter_index(seed, stream, first + i, static_cast<int>(i) + 1))]);
 }
 
 /// Folds the scalings of inputs and output into the weights.

@@ -183,6 +183,8 @@ def write(template, output, numbers, hidden, facts):
     try:
         shutil.copyfile(template, temporary)
         with h5py.File(temporary, "a") as file:
+            if file.attrs["format_version"] < 2:
+                sys.exit(f"{template}: is a tree of release 0.1; write it anew with `nbdtree calibrate` first")
             if "nbd" in file:
                 modes = file["bd"].get("modes", getlink=True)
                 if isinstance(modes, h5py.SoftLink):  # the modes are stored with the old networks

@@ -18,7 +18,6 @@ std::vector<PairMethodEntry> tree_methods(const BenchBody& body);
 
 /// LazyBoxes over the surface.
 PairMethodEntry lazy_boxes_method(int cluster_faces);
-PairMethodEntry streamed_boxes_method(int cluster_faces);
 
 /// Exact bounds that need no training: fully refitted boxes (the library's, with small leaves); LazyBoxes;
 /// LazyBoxes including the computation of all positions from nodes; and, if no weight of the embedding is
