@@ -19,7 +19,7 @@ struct BenchBody {
 /// A surface, of which the modes are dropped, with a tree of `exact` bounds.
 BenchBody make_bench_body(SurfaceBody surface);
 
-/// With a trained tree. Throws std::invalid_argument where the tree is of another body.
+/// With a trained tree of the same body, see load_tree_of().
 BenchBody make_bench_body(SurfaceBody surface, TreeFile tree);
 
 /// The same body with its vertices in the order in which the tree's leaves have them: what is close in space
