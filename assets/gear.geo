@@ -1,7 +1,7 @@
 // A gear of 12 straight teeth with a bore, axis z. Free to use: CC0.
 SetFactory("OpenCASCADE");
 teeth = 12;
-root = 0.37;       // radius of the gaps
+root = 0.37;       // radius between the teeth
 tip = 0.50;
 bore = 0.14;
 thickness = 0.20;

@@ -1,15 +1,15 @@
-"""The gecko: an implicit surface of rounded cones, smoothly joined, as a closed triangle mesh.
+"""Builds the gecko, an implicit surface of smoothly joined rounded cones, as a closed triangle mesh.
 
-Surface nets [Gibson98] on a regular grid give the triangles; rounds of edge flips, tangential relaxation and projection
-back onto the surface make them well shaped. Needs numpy alone; the same bits on every run.
+Surface nets [Gibson98] on a regular grid give the triangles. Rounds of edge flips, tangential relaxation and projection
+onto the surface improve their shape. Needs only numpy; every run gives the same bits.
 """
 
 import numpy as np
 
-CELL = 0.0245  # grid spacing; edges come out a little shorter
-BLEND = 0.012  # how far joints are rounded
+CELL = 0.0245  # grid spacing; edges become slightly shorter
+BLEND = 0.012  # rounding distance of the joints
 
-# Rounded cones along polylines, a radius at each point. x towards the head, y up, z to the right.
+# Rounded cones along polylines with one radius per point. x points to the head, y up, z to the right.
 PARTS = {
     "trunk": ([(-0.17, 0.08, -0.03), (-0.06, 0.085, 0.005), (0.06, 0.085, 0.02), (0.17, 0.09, 0.0)],
               [0.060, 0.080, 0.078, 0.058]),
@@ -34,7 +34,7 @@ TOE_LENGTH, TOE_RADII = 0.07, [0.031, 0.027]
 
 
 def cones():
-    """All rounded cones as arrays: starts [n, 3], ends [n, 3], radii at both [n, 2]."""
+    """All rounded cones as arrays: start points [n, 3], end points [n, 3], radii at both ends [n, 2]."""
     lines = list(PARTS.values())
     for leg, directions in TOES.items():
         ankle = np.array(PARTS[leg][0][-1])
@@ -47,7 +47,7 @@ def cones():
 
 
 def field(x, shape):
-    """Implicit function at points [n, 3]: negative inside, near a distance."""
+    """Implicit function at points [n, 3]: negative inside, approximately a signed distance."""
     start, end, radii = shape
     axis = end - start
     along = np.einsum("nkc,kc->nk", x[:, None] - start, axis) / np.maximum((axis**2).sum(1), 1e-30)
@@ -70,7 +70,7 @@ def project(x, shape, steps=3):
 
 
 def surface_nets(shape, h):
-    """Vertices and quads of the zero set: a vertex in each grid cell it crosses, a quad across each grid edge."""
+    """Vertices and quads of the zero set: one vertex per crossed grid cell, one quad per crossed grid edge."""
     low = (np.minimum(shape[0], shape[1]) - shape[2].max(1)[:, None]).min(0) - 3 * h
     high = (np.maximum(shape[0], shape[1]) + shape[2].max(1)[:, None]).max(0) + 3 * h
     size = np.ceil((high - low) / h).astype(int)
@@ -107,7 +107,7 @@ def triangulate(x, quads):
 
 
 def flip_edges(x, faces):
-    """Flips every edge whose opposite angles sum to more than 180 degrees, where the mesh stays a manifold."""
+    """Flips edges with opposite angles of more than 180 degrees in sum, if the mesh stays manifold."""
     faces = [list(map(int, f)) for f in faces]
     side = {(f[i], f[(i + 1) % 3]): n for n, f in enumerate(faces) for i in range(3)}
     queue = sorted({tuple(sorted(e)) for e in side})
@@ -134,7 +134,7 @@ def flip_edges(x, faces):
 
 
 def relax(x, faces, shape, weight=0.6):
-    """Moves every vertex along the surface towards the area-weighted mean of its triangles' centres."""
+    """Moves vertices tangentially towards the area-weighted mean of the centroids of their triangles."""
     centre = x[faces].mean(1)
     area = np.linalg.norm(np.cross(x[faces[:, 1]] - x[faces[:, 0]], x[faces[:, 2]] - x[faces[:, 0]]), axis=1)
     total, mass = np.zeros_like(x), np.zeros(len(x))

@@ -1,12 +1,12 @@
-"""Holds every #include of the project against the links of the rooms.
+"""Checks every #include of the project against the links of the rooms. A room is the library of one folder.
 
     include_graph.py SOURCE ROOMS [--plant FILE INCLUDE]
 
-ROOMS is the file rooms.txt that CMake writes into the build folder: a line `name|folder|public|private|files` for each
-room, program and test program. A file may include its own room, the rooms that its room links, and what these link
-PUBLIC. A header that other rooms include may show PUBLIC links alone. A link that no include needs, a PUBLIC link that
-no such header shows, a cycle, and a room of more than 25 source files are errors too. --plant judges FILE as if it
-included INCLUDE; the test of this test uses it.
+ROOMS is the file rooms.txt that CMake writes into the build folder, with one line `name|folder|public|private|files` per
+room, program and test program. A file may include headers of its own room, of the rooms that its room links, and of
+their PUBLIC links. A header that other rooms include may itself include only PUBLIC links. Unneeded links, PUBLIC links
+that could be PRIVATE, cycles, and rooms of more than 25 source files are errors as well. --plant checks FILE as if it
+included INCLUDE, to test this script.
 """
 
 import argparse
@@ -56,7 +56,7 @@ class Graph:
                 self.includes[name], self.packages[name] = includes_of(path.read_text())
         if planted:
             if planted[0] not in self.includes:
-                self.error(planted[0], "is no source file to plant an include in")
+                self.error(planted[0], "is not a source file, so --plant cannot use it")
             self.includes.setdefault(planted[0], []).append(planted[1])
 
     def error(self, where, what):
@@ -66,7 +66,7 @@ class Graph:
         return self.room_of_folder.get(file.rsplit("/", 1)[0])
 
     def shown_by(self, link):
-        """The link and all that it links PUBLIC."""
+        """The link and its PUBLIC links, transitively."""
         seen, todo = set(), [link]
         while todo:
             name = todo.pop()
@@ -81,7 +81,7 @@ class Graph:
         return set().union(*(self.shown_by(link) for link in links)) if links else set()
 
     def public_headers(self):
-        """Headers that another room includes, and those of their own room that they include."""
+        """Headers that another room includes, and headers that these include, transitively."""
         found = {i for f, names in self.includes.items() for i in names if self.room(f) != self.room(i)}
         todo = list(found)
         while todo:
@@ -92,12 +92,12 @@ class Graph:
         return found
 
     def needs(self, files):
-        """What the files include outside of their room: {room or package: a file that includes it}."""
+        """Includes from outside the room of the files: {room or package: a file that includes it}."""
         result = {}
         for file in files:
             for name in self.includes[file]:
                 if name not in self.includes:
-                    self.error(file, f'includes "{name}", which is not there')
+                    self.error(file, f'includes "{name}", which does not exist')
                 elif not name.startswith("tests/") and self.room(name) != self.room(file):
                     result.setdefault(self.room(name), file)
             for package in self.packages[file]:
@@ -128,7 +128,7 @@ class Graph:
                 self.error(target.folder, f"nbd::{target.name} links {link}, but {why}")
 
     def check_test(self, target):
-        """A test program may include what its links show, also through headers of tests/."""
+        """A test program may include only its links and their PUBLIC links, also indirectly through tests/."""
         linked = self.shown_by_all(target.private)
         todo = [f"{target.folder}/{file}" for file in target.files]
         seen = set(todo)
@@ -162,7 +162,7 @@ class Graph:
         public_headers = self.public_headers()
         for file in self.includes:
             if not file.startswith("tests/") and self.room(file) is None:
-                self.error(file, "lies in a folder that is no room")
+                self.error(file, "is in a folder that is not a room")
         for target in self.targets.values():
             if target.files:
                 self.check_test(target)

@@ -76,14 +76,17 @@ std::vector<std::string> arguments_of(const Program& program, const CLI::App& ap
         return std::ranges::any_of(app.get_subcommands(nullptr),
                                    [&](const CLI::App* command) { return command->get_name() == argument; });
     };
+    bool has_command = false;
     for (std::string& argument : arguments) {
-        if (is_command(argument)) break;
+        const bool is_option = argument.starts_with("--");
+        if (!is_option && has_command) continue;
+        has_command = has_command || is_command(argument);
         const auto old = program.old_names.find(argument);
         if (old == program.old_names.end()) continue;
         notice(fmt::format("`{0} {1}` is called `{0} {2}` now; release 0.3 will not know the old name",
                            program.name, old->first, old->second));
         argument = old->second;
-        break;
+        has_command = has_command || !is_option;
     }
     std::ranges::reverse(arguments);
     return arguments;

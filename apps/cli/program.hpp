@@ -14,7 +14,7 @@ struct Program {
     std::string name, description;
     std::function<void(CLI::App& app, Output& out)> add_commands;
     std::map<std::string, std::string>
-        old_names{};  // commands of the release before, and what they are called now
+        old_names{};  // commands and --options of the release before, to those of today
 };
 
 /// Parses the command line, with the options that all our programs have (--quiet, --json, --threads,

@@ -24,6 +24,9 @@ int main(int argc, char** argv) {
     return nbd::run_program({.name = "nbdtree",
                              .description = "Deformable solids with learned collision culling.",
                              .add_commands = add_commands,
-                             .old_names = {{"trust", "coverage"}, {"carry", "remap"}}},
+                             .old_names = {{"trust", "coverage"},
+                                           {"carry", "remap"},
+                                           {"--local-samples", "--samples"},
+                                           {"--local-network", "--radius-network"}}},
                             argc, argv);
 }

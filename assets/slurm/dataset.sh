@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# A dataset on a Slurm cluster whose nodes share the folder. All arguments go to `nbdtree dataset`.
+# Makes a dataset on a Slurm cluster with a shared file system. All arguments go to `nbdtree dataset`.
 #
-# One job whose tasks deal the trajectories among themselves, and merge:
+# One job, with tasks that share the trajectories and merge them:
 #     sbatch --ntasks=64 assets/slurm/dataset.sh BODY.h5 -o DATA.h5 --trajectories 2000
-# Or a job array, whose tasks start whenever there is room; the last line makes what is missing and merges:
+# Or a job array, with tasks that start as resources become free; the last line adds missing trajectories and merges:
 #     job=$(sbatch --parsable --array=0-31 assets/slurm/dataset.sh BODY.h5 -o DATA.h5 --trajectories 2000)
 #     sbatch --dependency=afterany:$job assets/slurm/dataset.sh BODY.h5 -o DATA.h5 --trajectories 2000
-# After a time limit, a failed node or a cancelled job: the same again. NBDTREE names the program.
+# After a time limit, a failed node or a cancelled job, submit the same again. NBDTREE is the path of the program.
 #SBATCH --job-name=nbdtree-dataset
 #SBATCH --cpus-per-task=2
 #SBATCH --mem-per-cpu=1G

@@ -20,7 +20,7 @@ h5::Shape shape(const M& m) {
     return {static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols())};
 }
 
-/// As check_body(), for a file.
+/// Runs check_body() and adds the file's path to the message.
 void check(const std::filesystem::path& path, const Body& body) {
     try {
         check_body(body);
@@ -96,8 +96,8 @@ Body load_body(const std::filesystem::path& path) {
     check(path, body);
     if (const std::string stored = file.text_attribute("/", "body_sha256"), is = body_hash(body);
         stored != is)
-        file.refuse(fmt::format("its content has SHA-256 {}", is),
-                    fmt::format("{}, as its attribute body_sha256 says", stored));
+        file.refuse(fmt::format("the SHA-256 of the content is {}", is),
+                    fmt::format("{}, the value of attribute body_sha256", stored));
     return body;
 }
 

@@ -8,8 +8,8 @@
 
 namespace nbd {
 
-/// Poisson's ratios that a body may have: at -1 and 0.5 a linear material is infinitely stiff, and close to
-/// them eigensolvers and tetrahedra of four nodes lock.
+/// Allowed range of Poisson's ratio. At -1 and 0.5 a linear material is infinitely stiff; close to them
+/// eigensolvers fail and four-node tetrahedra lock.
 constexpr double least_poisson = -0.999, max_poisson = 0.499;
 
 /// Linear elastic material.
@@ -21,14 +21,14 @@ struct Material {
     double rayleigh_stiffness = 1e-3;  // s, >= 0
 };
 
-/// Linear vibration modes of the free body without its six rigid ones. Empty until computed.
+/// Linear vibration modes of the free body, without the six rigid ones. Empty until computed.
 struct ModeBasis {
     Eigen::MatrixXf U;            // [3 N, m], node-major (x y z of node 0 first), columns M-orthonormal
     Eigen::VectorXd frequencies;  // [m], Hz, ascending
     int count() const noexcept { return static_cast<int>(U.cols()); }
 };
 
-/// A deformable body at rest: what `nbdtree mesh` writes and everything else starts from.
+/// A deformable body at rest. `nbdtree mesh` writes it; every other command starts from it.
 struct Body {
     std::string name;
     TetMesh tets;
@@ -38,15 +38,15 @@ struct Body {
     ModeBasis modes;
 };
 
-/// Hex SHA-256 over tets, surface and embedding (not material or modes): what recordings and trees of this
-/// body carry, so that a file of another body is refused.
+/// Hex SHA-256 over tets, surface and embedding (not material or modes). Recordings and trees store it, so
+/// that a file of another body is rejected.
 std::string body_hash(const Body& body);
 
-/// Writes atomically. Throws std::runtime_error with path and reason.
+/// Writes the file atomically. Throws std::runtime_error with path and reason.
 void save_body(const std::filesystem::path& path, const Body& body);
 
-/// Throws std::runtime_error on a missing, truncated, damaged or foreign file, or one whose content is
-/// inconsistent (index out of range, wrong shapes, non-positive volume, non-finite number).
+/// Throws std::runtime_error for a missing, truncated, damaged or foreign file, or inconsistent content
+/// (index out of range, wrong shapes, non-positive volume, non-finite number).
 Body load_body(const std::filesystem::path& path);
 
 }  // namespace nbd

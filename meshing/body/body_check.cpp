@@ -10,7 +10,7 @@ namespace nbd {
 
 namespace {
 
-/// The first row that is not finite is named as `item`.
+/// Throws naming the first non-finite row of m; `item` says what a row is.
 template <class M>
 void check_finite(const M& m, const char* item) {
     if (m.allFinite()) return;
@@ -63,7 +63,7 @@ void check_embedding(const Body& body) {
                 fmt::format("weights of surface vertex {} sum to {}; allowed: 1 within 1e-6", v, sum));
         if (const double off = (x - body.surface.X.row(v)).norm(); !(off <= 1e-5 * size))
             throw std::invalid_argument(fmt::format(
-                "surface vertex {} lies {:.3g} m from where its weights put it; allowed: {:.3g} m", v, off,
+                "surface vertex {} lies {:.3g} m away from its embedded position; allowed: {:.3g} m", v, off,
                 1e-5 * size));
     }
 }
@@ -72,8 +72,8 @@ void check_modes(const ModeBasis& modes, Eigen::Index nodes) {
     if (modes.U.cols() == 0 && modes.frequencies.size() == 0) return;
     if (modes.U.rows() != 3 * nodes || modes.U.cols() != modes.frequencies.size())
         throw std::invalid_argument(
-            fmt::format("modes are {} x {} with {} frequencies; allowed: {} rows, 3 a node, "
-                        "and a frequency each",
+            fmt::format("modes are {} x {} with {} frequencies; allowed: {} rows, 3 per node, "
+                        "and one frequency per column",
                         modes.U.rows(), modes.U.cols(), modes.frequencies.size(), 3 * nodes));
     check_finite(modes.U, "row of modes");
     for (Eigen::Index i = 0; i < modes.frequencies.size(); ++i) {

@@ -17,7 +17,7 @@
 namespace nbd {
 namespace {
 
-/// The tetrahedra as point location needs them.
+/// Finds the tetrahedron of a point and its barycentric weights there.
 class TetLocator {
  public:
     explicit TetLocator(const TetMesh& tets)
@@ -28,9 +28,9 @@ class TetLocator {
         return {1 - w.sum(), w[0], w[1], w[2]};
     }
 
-    /// The tetrahedron that x is deepest in, -1 if it is in none by more than rounding.
+    /// The tetrahedron in which x lies deepest; -1 if x is outside all of them by more than rounding.
     int holding(const Eigen::Vector3d& x) const {
-        constexpr double rounding = 1e-9;  // of a tetrahedron's height
+        constexpr double rounding = 1e-9;  // relative to a tetrahedron's height
         int best = -1;
         double depth = -rounding;
         tree_.overlapping(BoxTree::Box(x, x), [&](int t) {
@@ -40,7 +40,7 @@ class TetLocator {
         return best;
     }
 
-    /// The nearest tetrahedron to a point outside, and its distance in metres.
+    /// The nearest tetrahedron to an outside point and its distance in metres.
     std::pair<int, double> nearest(const Eigen::Vector3d& x) const {
         const auto [t, squared] = tree_.nearest(x, [&](int i) { return squared_distance(i, x); });
         return {t, std::sqrt(squared)};
@@ -67,8 +67,8 @@ class TetLocator {
                 edges.col(k) = (tets.X.row(tets.T(t, k + 1)) - tets.X.row(tets.T(t, 0))).transpose();
             const double volume = edges.determinant() / 6;
             if (!(volume > 0) || !std::isfinite(volume))
-                throw std::invalid_argument(fmt::format(
-                    "tetrahedron {} has volume {:.6g} m3 where more than 0 is needed", t, volume));
+                throw std::invalid_argument(
+                    fmt::format("tetrahedron {} has volume {:.6g} m3; allowed: more than 0", t, volume));
             inverses[static_cast<std::size_t>(t)] = edges.inverse();
         }
         return inverses;
@@ -91,11 +91,11 @@ class TetLocator {
     }
 
     const TetMesh& tets_;
-    std::vector<Eigen::Matrix3d> to_weights_;  // takes x - corner 0 to the weights of corners 1 to 3
+    std::vector<Eigen::Matrix3d> to_weights_;  // maps x - corner 0 to the weights of corners 1 to 3
     BoxTree tree_;
 };
 
-/// Collects the points that do not fit, to name the first and count the rest.
+/// Counts misfitting points and keeps the message of the first.
 struct Misfits {
     int count = 0;
     std::string first;
@@ -125,8 +125,8 @@ PositionIndex node_index(const TetMesh& tets, std::vector<int>& node_of) {
 Embedding embed(const TetMesh& tets, NodesRef points, const EmbedConfig& config) {
     if (!(config.max_distance >= 0) || !std::isfinite(config.max_distance))
         throw std::invalid_argument(
-            fmt::format("the largest distance from the tetrahedra is {}, but must be finite "
-                        "and not negative",
+            fmt::format("the maximum distance from the tetrahedra is {}; allowed: finite "
+                        "and 0 or more",
                         config.max_distance));
     const TetLocator locator(tets);
     std::vector<int> node_of;

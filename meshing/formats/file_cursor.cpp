@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view white = " \t\r\n\v\f";
 
-/// A word of the file as it may stand in a message: short, printable.
+/// A word of the file for a message: shortened, printable.
 std::string quoted(std::string_view word) {
     std::string text(word.substr(0, 24));
     std::ranges::replace_if(
@@ -92,8 +92,8 @@ T FileCursor::number() {
         if (error != std::errc{} || end != text.data() + text.size())
             fail(fmt::format("expected an integer, found {}", quoted(whole)));
     } else {
-        // Too small for the type is no error: such coordinates are written by programs that hold them in
-        // wider types, and read as zero.
+        // A value too small for the type is no error and reads as zero: programs with wider types write such
+        // coordinates.
         if (error == std::errc::invalid_argument || end != text.data() + text.size())
             fail(fmt::format("expected a number, found {}", quoted(whole)));
         if (error == std::errc::result_out_of_range && text.find("e-") == text.npos &&
@@ -112,7 +112,7 @@ std::size_t FileCursor::check_count(std::int64_t n, std::string_view things, std
     const auto fitting =
         std::min<std::size_t>((bytes_.size() - at_) / least_bytes, std::numeric_limits<int>::max());
     if (n < 0 || static_cast<std::uint64_t>(n) > fitting + 1)
-        fail(fmt::format("claims {} {}, but at most {} fit in what follows", n, things, fitting + 1));
+        fail(fmt::format("claims {} {}, but the rest of the file holds at most {}", n, things, fitting + 1));
     return static_cast<std::size_t>(n);
 }
 

@@ -7,39 +7,38 @@
 
 namespace nbd {
 
-/// Reads words and numbers one after another from a file held in memory, numbers as text or in binary.
-/// Whatever the bytes are, the end is either a value or a std::runtime_error of one line: path, place,
-/// reason.
+/// Reads words and numbers in sequence from a file held in memory; numbers may be text or binary. Every read
+/// ends in a value or in a one-line std::runtime_error with path, place and reason, whatever the bytes are.
 class FileCursor {
  public:
     /// Throws std::runtime_error if the file cannot be read.
     explicit FileCursor(const std::filesystem::path& path);
 
-    /// From now on numbers are raw bytes, their order reversed if `swapped`; or text again.
+    /// Switches numbers to raw bytes (in reversed order if `swapped`) or back to text.
     void read_binary(bool swapped) noexcept { binary_ = true, swapped_ = swapped; }
     void read_text() noexcept { binary_ = false; }
 
-    /// Skips white space; true if nothing follows.
+    /// Skips white space. Returns true at the end of the file.
     bool at_end() noexcept;
-    /// The next word, or the rest of the current line with the cursor moved past it.
+    /// The next word; the rest of the current line, moving past its end.
     std::string_view word();
     std::string_view line();
-    /// True if `text` stands at the cursor, which stays.
+    /// True if the text at the cursor starts with `text`. Does not move the cursor.
     bool is_next(std::string_view text) const noexcept;
     /// Throws unless the next word is `text`.
     void expect(std::string_view text);
     /// Moves past the next occurrence of `text`.
     void skip_past(std::string_view text);
 
-    /// The next number: text, or raw of the width in the name.
+    /// The next number, as text or as raw bytes of the named width.
     int int32();
     std::int64_t int64();
     float real32();
     double real64();
-    /// A number of things from text or raw int64, refused unless it is >= 0 and as many of `least_bytes` each
-    /// still fit in the file, so that a damaged count never allocates.
+    /// Reads a count from text or a raw int64. Fails unless it is >= 0 and the rest of the file can hold that
+    /// many items of `least_bytes` each, so a damaged count never allocates memory.
     std::size_t count(std::string_view things, std::size_t least_bytes);
-    /// The same check for a number that is already read.
+    /// Makes the same check for a count that has been read already.
     std::size_t check_count(std::int64_t n, std::string_view things, std::size_t least_bytes) const;
 
     /// Throws std::runtime_error: "path, line 12: reason".

@@ -12,12 +12,13 @@
 namespace nbd {
 namespace {
 
-/// The lines of a file that hold something, without comments, word after word.
+/// Word by word reader of a file's non-empty lines, without comments.
 class Lines {
  public:
     explicit Lines(const std::filesystem::path& path) : file_(path) {}
 
-    /// Goes to the next such line; `item` says what was wanted where there is none.
+    /// Moves to the next such line. `item` names what was expected, for the error message at the end of the
+    /// file.
     void next(const std::string& item) {
         item_ = item;
         do {
@@ -27,7 +28,7 @@ class Lines {
         } while (is_over());
     }
 
-    /// Whether the current line has no further word.
+    /// Whether the current line has no more words.
     bool is_over() {
         rest_.remove_prefix(std::min(rest_.find_first_not_of(" \t\r\v\f"), rest_.size()));
         return rest_.empty();
@@ -47,8 +48,8 @@ class Lines {
         T value{};
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
         if (error != std::errc() || end != text.data() + text.size())
-            throw std::runtime_error(fmt::format("OFF: {}: \"{}\" is not a number, or too large a one", item_,
-                                                 text.substr(0, 40)));
+            throw std::runtime_error(
+                fmt::format("OFF: {}: \"{}\" is not a number or is too large", item_, text.substr(0, 40)));
         return value;
     }
 
@@ -58,12 +59,12 @@ class Lines {
     std::string_view rest_;
 };
 
-/// Refuses other files, and goes on to the counts.
+/// Checks the OFF keyword and moves on to the counts.
 void check_keyword(Lines& lines) {
     const std::string first_word(lines.word());
     if (!first_word.ends_with("OFF")) throw std::runtime_error("OFF: the file does not start with \"OFF\"");
     if (first_word.find_first_of("4n") != first_word.npos)
-        throw std::runtime_error(fmt::format("OFF: \"{}\" is not of three dimensions", first_word));
+        throw std::runtime_error(fmt::format("OFF: \"{}\" is not three-dimensional", first_word));
     if (lines.is_over()) lines.next("the counts");
 }
 

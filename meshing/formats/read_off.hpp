@@ -6,10 +6,9 @@
 
 namespace nbd {
 
-/// Positions and faces of a text .off file; colours, normals and texture coordinates are passed over. Read
-/// here and not by assimp, whose reader moves an index out of range into it and makes room for whatever
-/// number of faces a damaged header promises.
-/// Throws std::runtime_error that says what is wrong and in which vertex or face.
+/// Reads positions and faces of a text .off file; skips colours, normals and texture coordinates. Replaces
+/// assimp's reader, which moves an out-of-range index into range and allocates any number of faces that a
+/// damaged header claims. Throws std::runtime_error with the problem and its vertex or face.
 PolygonSoup read_off(const std::filesystem::path& path);
 
 }  // namespace nbd

@@ -27,7 +27,7 @@ struct Type {
 
 struct Property {
     std::string name;
-    Type type, count_type;  // count_type.bytes > 0: a list
+    Type type, count_type;  // a list if count_type.bytes > 0
 };
 
 struct Element {
@@ -60,7 +60,7 @@ Encoding parse_encoding(const std::string& name) {
     if (name == "binary_little_endian") return Encoding::little;
     if (name == "binary_big_endian") return Encoding::big;
     fail(
-        fmt::format("PLY header: unknown format \"{}\": known are ascii, binary_little_endian and "
+        fmt::format("PLY header: unknown format \"{}\"; allowed: ascii, binary_little_endian and "
                     "binary_big_endian",
                     name));
 }
@@ -100,10 +100,10 @@ Header parse_header(std::string_view data) {
             has_format = true;
         } else if (word == "element") {
             Element element;
-            if (!(words >> element.name >> element.count)) fail("PLY header: an element without a count");
+            if (!(words >> element.name >> element.count)) fail("PLY header: an element has no count");
             header.elements.push_back(std::move(element));
         } else if (word == "property") {
-            if (header.elements.empty()) fail("PLY header: a property before the first element");
+            if (header.elements.empty()) fail("PLY header: a property comes before the first element");
             header.elements.back().properties.push_back(parse_property(words));
         } else if (word != "comment" && word != "obj_info" && !word.empty()) {
             fail(fmt::format("PLY header: unknown keyword \"{}\"", word));
@@ -113,7 +113,7 @@ Header parse_header(std::string_view data) {
     return header;
 }
 
-/// Takes one number after another from the data. Past the end it gives nothing and says so.
+/// Reads the numbers of the data in sequence. next() returns false at the end of the data.
 class Numbers {
  public:
     Numbers(std::string_view data, Encoding encoding) : data_(data), encoding_(encoding) {}
@@ -179,7 +179,7 @@ void read_element(const Element& element, Numbers& numbers, PolygonSoup& soup) {
             fail(fmt::format("PLY: the file ends early, in {} {} of {}", element.name, item, element.count));
         return value;
     };
-    if (element.properties.empty()) return;  // takes no room, whatever its count says
+    if (element.properties.empty()) return;  // has no data, whatever its count
     for (std::size_t i = 0; i < element.count; ++i) {
         std::array<float, 3> x{};
         for (const Property& property : element.properties) {

@@ -6,9 +6,9 @@
 
 namespace nbd {
 
-/// Positions and faces of a .ply file, ascii or binary of either byte order; other elements and properties
-/// are passed over. Read here and not by assimp, whose reader hangs or aborts on files that end early.
-/// Throws std::runtime_error that says what is wrong and in which element.
+/// Reads positions and faces of a .ply file, ascii or binary in either byte order; skips other elements and
+/// properties. Replaces assimp's reader, which hangs or aborts on truncated files. Throws std::runtime_error
+/// with the problem and its element.
 PolygonSoup read_ply(const std::filesystem::path& path);
 
 }  // namespace nbd

@@ -22,18 +22,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Refuses what is not a readable, non-empty file of a known kind. Returns the extension in lower case.
+/// Checks that the path is a readable, non-empty file of a known kind. Returns the extension in lower case.
 std::string check_file(const fs::path& path) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
     if (!fs::exists(status)) throw std::runtime_error("no such file");
     if (fs::is_directory(status)) throw std::runtime_error("is a directory, not a surface file");
-    if (!fs::is_regular_file(status)) throw std::runtime_error("is a device or the like, not a surface file");
+    if (!fs::is_regular_file(status)) throw std::runtime_error("is a special file, not a surface file");
     std::string extension = path.extension().string();
     std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
     static constexpr std::array<std::string_view, 5> known = {".obj", ".ply", ".stl", ".off", ".glb"};
     if (std::ranges::find(known, extension) == known.end())
-        throw std::runtime_error(fmt::format("unknown kind of surface file \"{}\": known are {}", extension,
+        throw std::runtime_error(fmt::format("unknown kind of surface file \"{}\"; allowed: {}", extension,
                                              fmt::join(known, " ")));
     std::ifstream file(path, std::ios::binary);
     if (!file) throw std::runtime_error("cannot be opened for reading");
@@ -43,7 +43,7 @@ std::string check_file(const fs::path& path) {
 
 void append(const aiMesh& mesh, const aiMatrix4x4& transform, PolygonSoup& soup) {
     const auto base = static_cast<std::int64_t>(soup.X.size());
-    const bool stays = transform.IsIdentity();  // then not a bit of a position changes
+    const bool stays = transform.IsIdentity();  // keeps every bit of the positions
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
         const aiVector3D x = stays ? mesh.mVertices[v] : transform * mesh.mVertices[v];
         soup.X.push_back({x.x, x.y, x.z});
@@ -52,7 +52,7 @@ void append(const aiMesh& mesh, const aiMatrix4x4& transform, PolygonSoup& soup)
         const aiFace& face = mesh.mFaces[f];
         if (face.mNumIndices < 3) continue;
         for (unsigned c = 0; c < face.mNumIndices; ++c) {
-            // An index past its own group must not reach into the next one's vertices.
+            // An index beyond its own group must not refer to a vertex of the next group.
             if (face.mIndices[c] >= mesh.mNumVertices)
                 throw std::runtime_error(fmt::format("face {} refers to vertex {} of a group of {} vertices",
                                                      soup.face_count(), face.mIndices[c], mesh.mNumVertices));
@@ -68,7 +68,7 @@ void append(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
     for (unsigned i = 0; i < node.mNumChildren; ++i) append(scene, *node.mChildren[i], transform, soup);
 }
 
-/// No step of assimp's post-processing runs but its validation: the others abort the process or drop faces
+/// Runs only the validation step of assimp's post-processing: the other steps abort the process or drop faces
 /// on damaged input.
 PolygonSoup read_by_assimp(const fs::path& path) {
     Assimp::Importer importer;

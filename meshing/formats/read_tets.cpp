@@ -30,7 +30,7 @@ TetFileContent read_file(const std::filesystem::path& path) {
     return read(in);
 }
 
-/// Keeps the nodes that tetrahedra use, in their order. Returns how many went.
+/// Keeps only nodes of tetrahedra, in their order. Returns the number of dropped nodes.
 int drop_unused_nodes(TetFileContent& content) {
     std::vector<int> row(content.nodes.size(), -1);
     for (const auto& tet : content.tets)
@@ -48,9 +48,10 @@ int drop_unused_nodes(TetFileContent& content) {
     return dropped;
 }
 
-/// Turns negative tetrahedra. Returns how many; throws std::runtime_error naming a flat or non-finite one.
+/// Flips tetrahedra of negative volume and returns their number. Throws std::runtime_error naming a flat or
+/// non-finite one.
 int orient(TetMesh& tets) {
-    constexpr double flat = 1e-13;  // of the cube of the longest edge at a corner: rounding's share
+    constexpr double flat = 1e-13;  // relative to the cube of the longest edge at corner 0; covers rounding
     int turned = 0;
     for (int t = 0; t < tets.T.rows(); ++t) {
         for (int c = 0; c < 4; ++c)
@@ -71,10 +72,10 @@ int orient(TetMesh& tets) {
     return turned;
 }
 
-/// Throws std::runtime_error naming the tetrahedra where more than two share a face, or two lie on the same
-/// side of it: they overlap.
+/// Throws std::runtime_error naming two tetrahedra that overlap: both lie on the same side of a shared face.
+/// This also catches a face of more than two tetrahedra.
 void check_faces(const TetMesh& tets) {
-    // Sorted corners of the face, parity of the tetrahedron written as face and opposite corner, tetrahedron.
+    // Sorted corners of the face; parity of the tetrahedron as (face, opposite corner); tetrahedron.
     std::vector<std::array<int, 5>> sides;
     sides.reserve(static_cast<std::size_t>(tets.T.size()));
     for (int t = 0; t < tets.T.rows(); ++t)
@@ -91,7 +92,7 @@ void check_faces(const TetMesh& tets) {
     for (std::size_t i = 1; i < sides.size(); ++i)
         if (std::equal(sides[i].begin(), sides[i].begin() + 4, sides[i - 1].begin()))
             throw std::runtime_error(
-                fmt::format("tetrahedra {} and {} lie on the same side of the face they share: they overlap",
+                fmt::format("tetrahedra {} and {} overlap: they lie on the same side of their shared face",
                             sides[i - 1][4], sides[i][4]));
 }
 

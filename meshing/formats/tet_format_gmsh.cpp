@@ -9,7 +9,7 @@
 namespace nbd {
 namespace {
 
-/// Nodes and dimension of gmsh's element types, by number; a zero for numbers without one here.
+/// Node count and dimension of gmsh's element types, by type number; zero for unsupported numbers.
 struct ElementType {
     int nodes = 0, dimension = 0;
 };
@@ -42,7 +42,7 @@ class GmshReader {
                 in_.skip_past("$End" + section.substr(1));
                 continue;
             } else {
-                in_.fail("expected a section, each of $Nodes and $Elements once and in this order");
+                in_.fail("expected a section; $Nodes and $Elements must appear once each, in this order");
             }
             in_.read_text();
             in_.expect("$End" + section.substr(1));
@@ -56,23 +56,23 @@ class GmshReader {
         version_ = in_.real64();
         const int binary = in_.int32(), width = in_.int32();
         if (!(version_ >= 2 && version_ < 3) && version_ != 4.1)
-            in_.fail(fmt::format("version {} is not supported, only 2.x and 4.1", version_));
+            in_.fail(fmt::format("version {} is not supported; allowed: 2.x and 4.1", version_));
         if ((binary != 0 && binary != 1) || width != 8)
-            in_.fail(
-                fmt::format("format {} with {} bytes a number; allowed are 0 or 1, and 8", binary, width));
+            in_.fail(fmt::format("format {} with {} bytes per number; allowed: format 0 or 1, 8 bytes",
+                                 binary, width));
         binary_ = binary == 1;
         if (binary_) {
             in_.line();
             in_.read_binary(false);
             const auto one = static_cast<std::uint32_t>(in_.int32());
             swapped_ = one == 0x01000000u;
-            if (one != 1 && !swapped_) in_.fail("the mark of the byte order is neither order's 1");
+            if (one != 1 && !swapped_) in_.fail("the byte order mark is not 1 in either byte order");
             in_.read_text();
         }
         in_.expect("$EndMeshFormat");
     }
 
-    /// Binary data start on the line after a section's name; where the count is text, after that.
+    /// Binary data start on the line after the section name, or after the count if the count is text (2.x).
     void begin_data(bool at_once) {
         if (binary_ && at_once) {
             in_.line();
@@ -111,8 +111,8 @@ class GmshReader {
 
     void read_nodes_4() {
         const std::size_t blocks = in_.count("blocks of nodes", 8), total = in_.count("nodes", 6);
-        in_.int64();  // least tag
-        in_.int64();  // greatest tag
+        in_.int64();  // smallest tag
+        in_.int64();  // largest tag
         content_.nodes.reserve(total);
         std::vector<std::int64_t> tags;
         for (std::size_t b = 0; b < blocks; ++b) {
@@ -141,7 +141,7 @@ class GmshReader {
         return type;
     }
 
-    /// The nodes of one element. get: reads the next tag.
+    /// Reads the nodes of one element. get: reads the next tag.
     template <class Get>
     void read_corners(int number, const ElementType& type, Get get) {
         if (number != tetrahedron) {
@@ -154,7 +154,7 @@ class GmshReader {
             const std::int64_t tag = get();
             const auto found = row_of_tag_.find(tag);
             if (found == row_of_tag_.end())
-                in_.fail(fmt::format("tetrahedron {} refers to node {}, which the file does not hold",
+                in_.fail(fmt::format("tetrahedron {} refers to node {}, which is not in the file",
                                      content_.tets.size(), tag));
             corner = found->second;
         }
@@ -173,7 +173,7 @@ class GmshReader {
                 tags = in_.int32();
                 if (follow == 0 || follow > n - done) in_.fail("more elements than the section announces");
             } else {
-                next();  // its tag
+                next();  // element tag
                 number = in_.int32();
                 tags = in_.int32();
             }
@@ -190,8 +190,8 @@ class GmshReader {
 
     void read_elements_4() {
         const std::size_t blocks = in_.count("blocks of elements", 8), total = in_.count("elements", 4);
-        in_.int64();  // least tag
-        in_.int64();  // greatest tag
+        in_.int64();  // smallest tag
+        in_.int64();  // largest tag
         const auto next = [&] { return in_.int64(); };
         std::size_t done = 0;
         for (std::size_t b = 0; b < blocks; ++b) {
@@ -201,7 +201,7 @@ class GmshReader {
             const std::size_t n = in_.count("elements", 4);
             const ElementType type = type_of(number);
             for (std::size_t e = 0; e < n; ++e) {
-                next();  // its tag
+                next();  // element tag
                 read_corners(number, type, next);
             }
             done += n;

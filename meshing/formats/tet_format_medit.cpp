@@ -8,7 +8,7 @@
 namespace nbd {
 namespace {
 
-/// The next word that is no comment (from # to the end of the line).
+/// The next word outside comments (# to the end of the line).
 std::string_view next_word(FileCursor& in) {
     std::string_view word = in.word();
     while (word.starts_with('#')) {
@@ -42,7 +42,7 @@ TetFileContent read_medit(FileCursor& in) {
         if (!is_keyword(keyword)) in.fail("expected a keyword");
         if (keyword == "Dimension") {
             if (const int dimension = in.int32(); dimension != 3)
-                in.fail(fmt::format("dimension is {}, allowed is 3", dimension));
+                in.fail(fmt::format("dimension is {}; allowed: 3", dimension));
         } else if (keyword == "Vertices") {
             if (!content.nodes.empty()) in.fail("a second list of vertices");
             content.nodes.resize(in.count("vertices", 8));
@@ -58,14 +58,14 @@ TetFileContent read_medit(FileCursor& in) {
                 for (int& corner : content.tets[t]) {
                     const std::int64_t node = in.int64();
                     if (node < 1 || node > static_cast<std::int64_t>(content.nodes.size()))
-                        in.fail(fmt::format("tetrahedron {} refers to node {}, allowed are 1 to {}", t, node,
+                        in.fail(fmt::format("tetrahedron {} refers to node {}; allowed: 1 to {}", t, node,
                                             content.nodes.size()));
                     corner = static_cast<int>(node - 1);
                 }
                 in.int32();  // reference
             }
         } else {
-            // A list that is not needed: numbers up to the next keyword.
+            // Skips an unused list: numbers up to the next keyword.
             if (is_volume(keyword) && in.count("cells", 2) > 0)
                 in.fail(fmt::format("holds {}; only 4-node tetrahedra are allowed", keyword));
             if (is_surface_or_line(keyword)) content.other_cells += static_cast<int>(in.count("cells", 4));

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int tetrahedron = 10;
 
-/// Corners of a cell type below volumes; 0 where any number will do.
+/// Corner count of a point, line or surface cell type; 0 if any number is allowed.
 int corners_of(int cell_type) {
     switch (cell_type) {
         case 1:
@@ -36,7 +36,8 @@ int corners_of(int cell_type) {
 }
 
 bool is_volume(int cell_type) {
-    // Points, lines, polygons, and the quadratic edge, triangle and quad; all else is a volume or exotic.
+    // Points, lines, polygons, and the quadratic edge, triangle and quad; all other types are volumes or
+    // unusual.
     return !((cell_type >= 1 && cell_type <= 9) || (cell_type >= 21 && cell_type <= 23));
 }
 
@@ -101,7 +102,7 @@ class VtkReader {
 
     std::int64_t integer(bool wide) { return wide ? in_.int64() : in_.int32(); }
 
-    /// One of the two arrays of version 5.1: a name, a type, values.
+    /// Reads one of the two arrays of version 5.1: name, type, values.
     std::vector<std::int64_t> read_array(std::string_view name, std::size_t n) {
         in_.expect(name);
         const std::string type(in_.word());
@@ -150,8 +151,8 @@ class VtkReader {
                     "cell {} is a volume of type {} with {} corners; only 4-node tetrahedra are allowed", c,
                     type, corners));
             if (const int allowed = corners_of(type); allowed != 0 && corners != allowed)
-                in_.fail(fmt::format("cell {} of type {} has {} corners, allowed are {}", c, type, corners,
-                                     allowed));
+                in_.fail(
+                    fmt::format("cell {} of type {} has {} corners; allowed: {}", c, type, corners, allowed));
             if (type != tetrahedron) {
                 ++content_.other_cells;
                 continue;
@@ -160,7 +161,7 @@ class VtkReader {
             for (std::size_t k = 0; k < 4; ++k) {
                 const std::int64_t node = corners_[static_cast<std::size_t>(offsets_[c]) + k];
                 if (node < 0 || node >= std::int64_t(content_.nodes.size()))
-                    in_.fail(fmt::format("cell {} refers to point {}, allowed are 0 to {}", c, node,
+                    in_.fail(fmt::format("cell {} refers to point {}; allowed: 0 to {}", c, node,
                                          std::int64_t(content_.nodes.size()) - 1));
                 tet[k] = static_cast<int>(node);
             }
@@ -171,7 +172,7 @@ class VtkReader {
     FileCursor& in_;
     bool binary_ = false;
     TetFileContent content_;
-    std::vector<std::int64_t> offsets_, corners_;  // cell c has corners offsets_[c] .. offsets_[c + 1]
+    std::vector<std::int64_t> offsets_, corners_;  // cell c has corners offsets_[c] .. offsets_[c + 1] - 1
 };
 
 }  // namespace

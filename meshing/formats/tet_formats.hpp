@@ -8,15 +8,15 @@
 
 namespace nbd {
 
-/// What a file of tetrahedra holds, before anything is checked but its grammar.
+/// Content of a tetrahedron file; only its syntax and indices are checked.
 struct TetFileContent {
     std::vector<std::array<double, 3>> nodes;
-    std::vector<std::array<int, 4>> tets;  // positions in `nodes`, in range
-    int other_cells = 0;                   // points, lines and surface cells: read over
+    std::vector<std::array<int, 4>> tets;  // indices into `nodes`, in range
+    int other_cells = 0;                   // number of skipped points, lines and surface cells
 };
 
-/// The grammars. Each throws std::runtime_error as FileCursor does; a volume cell that is no 4-node
-/// tetrahedron is an error, since leaving it out would leave a hole.
+/// Parsers of the formats. Each throws std::runtime_error as FileCursor does. A volume cell other than a
+/// 4-node tetrahedron is an error, because skipping it would leave a hole.
 /// gmsh .msh, versions 2.x and 4.1, text or binary.
 TetFileContent read_gmsh(FileCursor& in);
 /// Medit .mesh, text, ended by the keyword End.

@@ -8,9 +8,9 @@
 
 namespace nbd {
 
-/// Cuts a polygon into corners.size() - 2 triangles over its own corners, with its orientation, by clipping
-/// ears in the plane of its mean normal. A polygon that is not simple there is cut as well, into triangles
-/// that overlap. corners: three or more rows of X.
+/// Cuts a polygon into corners.size() - 2 triangles on its own corners, with its orientation, by ear clipping
+/// in the plane of its mean normal. A polygon that is not simple in that plane gives overlapping triangles.
+/// corners: three or more rows of X.
 std::vector<std::array<int, 3>> triangulate_polygon(NodesRef X, std::span<const int> corners);
 
 }  // namespace nbd

@@ -12,10 +12,10 @@
 namespace nbd {
 namespace {
 
-/// The appended block of a .vtu: arrays one after another, each behind its length in bytes (UInt64).
+/// The appended data block of a .vtu file: arrays, each after its length in bytes (UInt64).
 class Appended {
  public:
-    /// Returns the array's offset, which its XML element carries.
+    /// Returns the offset of the array, to be stored in its XML element.
     template <class T>
     std::size_t add(const std::vector<T>& values) {
         const std::size_t offset = bytes_.size();
@@ -40,8 +40,8 @@ void check(std::span<const VtuBody> bodies) {
             for (const Nodes* field : {body.start, body.v, body.contact_force})
                 fits = fits && field->rows() == body.x->rows();
         if (!fits)
-            throw std::invalid_argument(
-                fmt::format("vtu: body {} needs fields of one size for nodes and tetrahedra", b));
+            throw std::invalid_argument(fmt::format(
+                "vtu: body {} needs one row per node in every node field, one von_mises per tetrahedron", b));
     }
 }
 

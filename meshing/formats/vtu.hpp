@@ -11,30 +11,30 @@
 
 namespace nbd {
 
-/// One body of a frame. The pointers are read during the call only; all must be there.
+/// One body of a frame. All pointers are required; they are read only during the call.
 struct VtuBody {
     const Tets* T = nullptr;
-    const Nodes* start = nullptr;                // [N, 3] where displacements count from, metres
+    const Nodes* start = nullptr;                // [N, 3] reference positions of the displacements, metres
     const Nodes* x = nullptr;                    // [N, 3] current positions, metres
     const Nodes* v = nullptr;                    // [N, 3] velocities, m/s
-    const Nodes* contact_force = nullptr;        // [N, 3] N
+    const Nodes* contact_force = nullptr;        // [N, 3] newtons
     const Eigen::VectorXd* von_mises = nullptr;  // [T] stress, Pa
 };
 
 /// Writes one frame as a VTK unstructured grid (.vtu, raw appended data, float32) with the cell fields `body`
 /// (number) and `von_mises` (Pa) and the point fields `displacement` (x minus start, metres), `velocity`
-/// (m/s) and `contact_force` (N). Atomic. Throws std::invalid_argument where shapes disagree,
-/// std::runtime_error with path and reason.
+/// (m/s) and `contact_force` (N). Atomic. Throws std::invalid_argument if shapes disagree, std::runtime_error
+/// with path and reason if writing fails.
 void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodies);
 
 /// A directory of frames that ParaView opens as one animation: NAME_000000.vtu, ..., and NAME.pvd, which is
-/// complete after every frame.
+/// up to date after every frame.
 class VtuSeries {
  public:
-    /// Creates the directory where needed. Throws std::runtime_error with path and reason.
+    /// Creates the directory if needed. Throws std::runtime_error with path and reason.
     VtuSeries(std::filesystem::path directory, std::string name);
 
-    /// time: seconds. Frames are numbered from 0 in the order of the calls.
+    /// time: seconds. Frames are numbered from 0 in call order.
     void add_frame(double time, std::span<const VtuBody> bodies);
 
     std::filesystem::path pvd() const { return directory_ / (name_ + ".pvd"); }

@@ -16,8 +16,8 @@
 namespace nbd {
 namespace {
 
-/// Ten digits, one more than float32 needs, and no exponent: readers, assimp's among them, read the whole
-/// part, the decimals and the exponent apart and round in between.
+/// At least ten digits, one more than float32 needs, without exponent: some readers, such as assimp's, read
+/// whole part, decimals and exponent separately and round in between.
 std::string decimal(double value) {
     const auto x = static_cast<float>(value);
     if (x == 0) return "0";
@@ -62,7 +62,8 @@ void write_surface(const std::filesystem::path& path, NodesRef X, FacesRef F) {
     std::string extension = path.extension().string();
     std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
     if (extension != ".obj" && extension != ".ply")
-        throw std::runtime_error(fmt::format("{}: surfaces are written as .obj or .ply", path.string()));
+        throw std::runtime_error(
+            fmt::format("{}: unknown kind of surface file; allowed: .obj .ply", path.string()));
     h5::AtomicFile file(path);
     file.out() << (extension == ".obj" ? obj_text(X, F) : ply_bytes(X, F));
     file.commit();

@@ -17,7 +17,7 @@ namespace nbd::h5 {
 
 namespace {
 
-/// A buffer over a file descriptor that keeps the reason of the first failed write.
+/// Stream buffer over a file descriptor. Keeps the errno of the first failed write.
 class DescriptorBuffer : public std::streambuf {
  public:
     explicit DescriptorBuffer(int descriptor) : descriptor_(descriptor) {

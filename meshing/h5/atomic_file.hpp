@@ -6,23 +6,23 @@
 
 namespace nbd::h5 {
 
-/// A text file (CSV, OBJ, VTU, JSON) that appears under its name whole or not at all; see TemporaryFile.
+/// A text file (CSV, OBJ, VTU, JSON) that appears under its name complete or not at all; see TemporaryFile.
 ///     AtomicFile file("table.csv");
 ///     file.out() << "node,radius\n";
 ///     file.commit();
 class AtomicFile {
  public:
-    /// Throws std::runtime_error with path and reason.
+    /// Throws std::runtime_error with path and reason if the file cannot be created.
     explicit AtomicFile(const std::filesystem::path& path);
     ~AtomicFile();
     AtomicFile(AtomicFile&&) noexcept;
 
-    /// Formats in the "C" locale, doubles with 17 digits: what is read back is what was written. A write
-    /// that fails is reported by commit().
+    /// Stream in the "C" locale; doubles have 17 digits, so they read back exactly. commit() reports a failed
+    /// write.
     std::ostream& out() noexcept;
 
-    /// Flushes and moves the file to its name. Call once. Throws std::runtime_error with path and reason
-    /// where any write failed.
+    /// Flushes the file and moves it to its final name. Call once. Throws std::runtime_error with path and
+    /// reason if any write failed.
     void commit();
 
  private:

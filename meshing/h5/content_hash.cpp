@@ -8,7 +8,7 @@
 
 namespace nbd::h5 {
 
-// The bytes in memory are those of the file.
+// Hashes memory directly: the bytes in memory must equal the bytes in the file.
 static_assert(std::endian::native == std::endian::little);
 
 namespace {

@@ -1,4 +1,5 @@
-# Writes OUTPUT from TEMPLATE with what `git describe` says of SOURCE; without git or a repository, nothing is said.
+# Writes OUTPUT from TEMPLATE with the output of `git describe` in SOURCE; leaves it out without git or a
+# repository.
 execute_process(COMMAND git describe --always --dirty --tags WORKING_DIRECTORY ${SOURCE}
     OUTPUT_VARIABLE description OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
 set(DESCRIPTION "")

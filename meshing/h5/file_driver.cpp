@@ -13,7 +13,7 @@ namespace nbd::h5 {
 
 namespace {
 
-/// HDF5 sees the base alone.
+/// An open file as HDF5 holds it; HDF5 knows only the base class.
 struct OpenFile : H5FD_t {
     DrivenFile* file;
     haddr_t end_of_allocation, end_of_file;
@@ -61,7 +61,7 @@ herr_t set_end_of_allocation(H5FD_t* base, H5FD_mem_t, haddr_t end) {
 
 haddr_t end_of_file(const H5FD_t* base, H5FD_mem_t) { return self(base).end_of_file; }
 
-/// What lies behind the end of the file reads as zeros: space that was allocated and not written yet.
+/// Reads beyond the end of the file give zeros: that space is allocated but not written yet.
 herr_t read(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size, void* buffer) {
     auto* out = static_cast<char*>(buffer);
     while (size > 0) {

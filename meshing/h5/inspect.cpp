@@ -15,7 +15,7 @@ namespace {
 
 class Report {
  public:
-    /// follow: whether it may hold virtual datasets.
+    /// follow: whether the file may hold virtual datasets, whose sources are then checked too.
     Report(const std::filesystem::path& path, bool follow) : file_(path), follow_(follow) {}
 
     std::string text() {
@@ -36,7 +36,7 @@ class Report {
         fmt::format_to(std::back_inserter(text_), format, std::forward<Args>(args)...);
     }
 
-    /// One line, shortened: recipes and options are whole scenes.
+    /// Shortens a text to one line; recipes and options may be whole scenes.
     static std::string excerpt(std::string text) {
         constexpr std::size_t longest = 100;
         const std::size_t size = text.size();
@@ -77,7 +77,9 @@ class Report {
         const Shape shape = file_.shape(path);
         const Type type = file_.type(path);
         if (const auto source = file_.virtual_source(path)) {
-            if (!follow_) file_.refuse(fmt::format("'{}' is virtual", path), "numbers: others refer to them");
+            if (!follow_)
+                file_.refuse(fmt::format("'{}' is a virtual dataset", path),
+                             "stored numbers, since other files refer to this one");
             add("{}: {} {} -> {}:{}\n", label, h5::name(type), h5::text(shape), source->file,
                 source->dataset);
             sources_.insert(source->file);
@@ -95,12 +97,12 @@ class Report {
         const std::vector<std::string> names{std::istream_iterator<std::string>(words), {}};
         const std::string stored = file_.text_attribute("/", "body_sha256"), is = content_hash(file_, names);
         if (stored != is)
-            file_.refuse(fmt::format("its content has SHA-256 {}", is),
-                         fmt::format("{}, as body_sha256 says", stored));
-        add("body_sha256 is that of the content\n");
+            file_.refuse(fmt::format("the SHA-256 of the content is {}", is),
+                         fmt::format("{}, the value of body_sha256", stored));
+        add("body_sha256 matches the content\n");
     }
 
-    /// The files that virtual datasets refer to.
+    /// Inspects the source files of the virtual datasets.
     void check_sources() {
         for (const std::string& name : sources_) {
             Report source(file_.path().parent_path() / name, false);
@@ -108,7 +110,8 @@ class Report {
             datasets_ += source.datasets_;
             bytes_ += source.bytes_;
         }
-        if (!sources_.empty()) add("{} files that virtual datasets refer to are whole\n", sources_.size());
+        if (!sources_.empty())
+            add("the {} source files of the virtual datasets are whole\n", sources_.size());
     }
 
     Reader file_;

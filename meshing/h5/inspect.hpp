@@ -5,11 +5,11 @@
 
 namespace nbd::h5 {
 
-/// What a file of ours holds, for people: format, versions, hash, every group with its attributes, every
-/// dataset with shape and type. Reads all of it, so that every checksum is verified, and computes the body's
-/// SHA-256 anew where the file says over which datasets it goes, and does the same with the files that
-/// virtual datasets refer to: a text that is returned is that of a whole file. Throws std::runtime_error with
-/// path and item where something is damaged or the file is not ours.
+/// Describes an nbdtree file for a person: format, versions, hash, every group with its attributes, every
+/// dataset with shape and type. Reads everything, so every checksum is verified, and recomputes body_sha256
+/// if the file lists the hashed datasets. Source files of virtual datasets are checked the same way. If it
+/// returns, the file is whole. Throws std::runtime_error with path and item if something is damaged or the
+/// file is not an nbdtree file.
 std::string inspect(const std::filesystem::path& path);
 
 }  // namespace nbd::h5

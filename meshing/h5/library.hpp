@@ -8,11 +8,11 @@
 
 #include "meshing/h5/types.hpp"
 
-// For the .cpp files of this folder: what they need of the HDF5 library.
+// HDF5 helpers for the .cpp files of this folder.
 namespace nbd::h5 {
 
-/// Held around every use of HDF5, which is not thread-safe. May be nested. The first one turns HDF5's own
-/// error printing off.
+/// Lock to hold during every use of HDF5, which is not thread-safe. Recursive. The first lock turns off
+/// HDF5's own error printing.
 class LibraryLock {
  public:
     LibraryLock();
@@ -42,15 +42,15 @@ class Handle {
     hid_t id_ = H5I_INVALID_HID;
 };
 
-/// HDF5's innermost reason for its last failure.
+/// The innermost reason that HDF5 gives for its last failure.
 std::string last_error();
 
-/// The type in memory, and on disk: little-endian whatever the machine.
+/// HDF5 types in memory and on disk; on disk always little-endian.
 hid_t memory_type(Type type);
 hid_t file_type(Type type);
 
-/// A fixed-length UTF-8 string type. Strings of variable length would lie in HDF5's global heap, the one
-/// structure that has no checksum.
+/// A fixed-length UTF-8 string type. Variable-length strings would go to HDF5's global heap, the only
+/// structure without a checksum.
 Handle text_type(std::size_t length);
 
 }  // namespace nbd::h5

@@ -17,8 +17,8 @@ namespace nbd::h5 {
 
 namespace {
 
-constexpr const char* ours = "a file that nbdtree wrote";
-constexpr const char* whole = "a whole file, as nbdtree wrote it";
+constexpr const char* ours = "a file written by nbdtree";
+constexpr const char* whole = "a complete file written by nbdtree";
 
 bool has_signature(int descriptor) {
     static constexpr std::array<unsigned char, 8> signature = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
@@ -32,7 +32,7 @@ std::string quoted(const std::string& object, const std::string& name) {
                          : fmt::format("attribute '{}' of '{}'", name, object);
 }
 
-/// The string behind `type` that `read(memory_type, buffer)` reads; false where it cannot.
+/// Reads a string of type `type` by `read(memory_type, buffer)`. Returns false if the read fails.
 template <class Read>
 bool read_string(hid_t type, const Read& read, std::string& text) {
     if (H5Tis_variable_str(type) > 0) {
@@ -65,7 +65,7 @@ OpenedFile::OpenedFile(const std::filesystem::path& path) : path_(path) {
     if (status.st_size == 0) refuse("is empty", ours);
     bytes_ = static_cast<std::size_t>(status.st_size);
     driven_.descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (driven_.descriptor < 0) refuse(std::strerror(errno), "a file that may be read");
+    if (driven_.descriptor < 0) refuse(std::strerror(errno), "a readable file");
     try {
         if (!has_signature(driven_.descriptor)) refuse("is not an HDF5 file", ours);
         const LibraryLock lock;
@@ -119,7 +119,7 @@ std::string OpenedFile::stored_name(const std::string& name) const {
 bool OpenedFile::has(const std::string& item) const {
     if (item == "/") return true;
     const std::string name = stored_name(item);
-    for (std::size_t end = 0; end != std::string::npos;) {  // each group on the way, then the name itself
+    for (std::size_t end = 0; end != std::string::npos;) {  // check each parent group, then the name itself
         end = name.find('/', end + 1);
         const std::string prefix = name.substr(0, end);
         const htri_t there = H5Lexists(file_.get(), prefix.c_str(), H5P_DEFAULT);
@@ -130,7 +130,7 @@ bool OpenedFile::has(const std::string& item) const {
 }
 
 Handle OpenedFile::open_object(const std::string& name) const {
-    if (!has(name)) refuse(fmt::format("has no '{}'", name), "a file that has it");
+    if (!has(name)) refuse(fmt::format("has no '{}'", name), "a file with this item");
     Handle object(H5Oopen(file_.get(), stored_name(name).c_str(), H5P_DEFAULT));
     if (!object) refuse_damaged(fmt::format("'{}'", name));
     return object;
@@ -148,7 +148,7 @@ Handle OpenedFile::open_attribute(const std::string& object, const std::string& 
     const Handle target = open_object(object);
     const htri_t there = H5Aexists(target.get(), name.c_str());
     if (there < 0) refuse_damaged(quoted(object, name));
-    if (there == 0) refuse(fmt::format("has no {}", quoted(object, name)), "a file that has it");
+    if (there == 0) refuse(fmt::format("has no {}", quoted(object, name)), "a file with this item");
     Handle attribute(H5Aopen(target.get(), name.c_str(), H5P_DEFAULT));
     if (!attribute) refuse_damaged(quoted(object, name));
     return attribute;

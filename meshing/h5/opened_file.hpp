@@ -8,12 +8,12 @@
 #include "meshing/h5/file_driver.hpp"
 #include "meshing/h5/library.hpp"
 
-// For the .cpp files of this folder: a file of ours, open for reading.
+// For the .cpp files of this folder: an nbdtree file open for reading.
 namespace nbd::h5 {
 
 class OpenedFile {
  public:
-    /// Throws std::runtime_error with path, what it is and what was allowed, unless it is one of our files.
+    /// Throws std::runtime_error with path, what it is and what was allowed if it is not an nbdtree file.
     explicit OpenedFile(const std::filesystem::path& path);
     ~OpenedFile();
     OpenedFile(const OpenedFile&) = delete;
@@ -26,25 +26,26 @@ class OpenedFile {
 
     /// Throws std::runtime_error "path: what; allowed: allowed".
     [[noreturn]] void refuse(const std::string& what, const std::string& allowed) const;
-    /// The same with the reason of the HDF5 call that has just failed.
+    /// Like refuse(), with the reason of the HDF5 call that has just failed.
     [[noreturn]] void refuse_damaged(const std::string& item) const;
 
-    /// Items whose name begins with `name` lie under `stored` in this file; the longest name that fits
-    /// counts.
+    /// Maps item names that begin with `name` to names that begin with `stored`. The longest matching name
+    /// wins.
     void rename(std::string name, std::string stored);
-    /// Where an item of this name lies in this file.
+    /// The name under which this file stores the item.
     std::string stored_name(const std::string& name) const;
 
     /// Whether a group, dataset or link has this name.
     bool has(const std::string& name) const;
 
-    /// Each throws where the item is missing or of another kind. Text: fixed or variable length.
+    /// Each of these throws if the item is missing or of another kind. Texts may have fixed or variable
+    /// length.
     Handle open_object(const std::string& name) const;
     Handle open_dataset(const std::string& name) const;
     Handle open_attribute(const std::string& object, const std::string& name) const;
     std::string text_attribute(const std::string& object, const std::string& name) const;
     std::string text_dataset(const std::string& name) const;
-    /// value: of memory type `type`; the attribute must hold one number of a kind that converts to it.
+    /// value: of memory type `type`. The attribute must hold one number that converts to it.
     void number_attribute(const std::string& object, const std::string& name, Type type, void* value) const;
 
  private:

@@ -13,8 +13,8 @@ namespace nbd::h5 {
 
 namespace {
 
-// HDF5 1.10 lists names in another order by way of a table, and frees what it has not filled of it where a
-// damaged block ends the listing early.
+// HDF5 1.10 sorts names through a table; if a damaged block ends the listing early, it frees table entries
+// that it never filled. The native order uses no table.
 constexpr H5_iter_order_t any_order = H5_ITER_NATIVE;
 
 Shape shape_of(hid_t dataset) {
@@ -34,8 +34,8 @@ bool fits(const Shape& shape, const Shape& expected) {
         shape, expected, [](std::size_t has, std::size_t wanted) { return wanted == any || has == wanted; });
 }
 
-/// Deflate packs at most 1032 to 1, so a larger claim is false, and would be allocated before it is found
-/// out.
+/// Whether the file can hold this shape. Deflate packs at most 1032 to 1, so a larger claim is false; without
+/// this check it would be allocated before the error shows.
 bool is_credible(const Shape& shape, std::size_t element_size, std::size_t file_bytes) {
     double bytes = static_cast<double>(element_size);
     for (const std::size_t d : shape) {
@@ -59,8 +59,8 @@ struct Reader::Impl {
 
     void refuse_virtual(const std::string& dataset, const Handle& opened) const {
         if (is_virtual(opened.get()))
-            file.refuse(fmt::format("the numbers of virtual dataset '{}' lie in another file", dataset),
-                        "to read them there");
+            file.refuse(fmt::format("virtual dataset '{}' stores its numbers in another file", dataset),
+                        "reading that file instead");
     }
 };
 
@@ -73,7 +73,7 @@ Reader::Reader(const std::filesystem::path& path, const Format& expected) : Read
     if (has.version > expected.version)
         refuse(fmt::format("is a file of '{}' version {} from nbdtree {}", has.name, has.version,
                            text_attribute("/", "program_version")),
-               fmt::format("versions up to {}, which nbdtree {} reads", expected.version, version()));
+               fmt::format("versions up to {}, read by nbdtree {}", expected.version, version()));
 }
 
 Reader::~Reader() = default;
@@ -120,7 +120,7 @@ std::string Reader::link_target(const std::string& name) const {
 
 std::vector<std::string> Reader::children(const std::string& group) const {
     const LibraryLock lock;
-    if (!has(group)) refuse(fmt::format("has no '{}'", group), "a file that has it");
+    if (!has(group)) refuse(fmt::format("has no '{}'", group), "a file with this item");
     std::vector<std::string> names;
     const auto keep = [](hid_t, const char* name, const H5L_info_t*, void* list) -> herr_t {
         static_cast<std::vector<std::string>*>(list)->emplace_back(name);
@@ -140,7 +140,8 @@ std::optional<VirtualSource> Reader::virtual_source(const std::string& dataset) 
     std::size_t count = 0;
     H5Pget_virtual_count(creation.get(), &count);
     if (count != 1)
-        refuse(fmt::format("virtual dataset '{}' has {} sources", dataset, count), "one, as nbdtree writes");
+        refuse(fmt::format("virtual dataset '{}' has {} sources", dataset, count),
+               "one source, as written by nbdtree");
     const auto text = [&](auto get) {
         const ssize_t length = get(creation.get(), 0, nullptr, 0);
         if (length < 0) impl_->file.refuse_damaged(fmt::format("virtual dataset '{}'", dataset));
@@ -163,7 +164,7 @@ Type Reader::type(const std::string& dataset) const {
     const auto found =
         std::ranges::find_if(types, [&](Type t) { return H5Tequal(stored.get(), file_type(t)) > 0; });
     if (found == std::end(types))
-        refuse(fmt::format("dataset '{}' holds neither of the number types of our files", dataset),
+        refuse(fmt::format("dataset '{}' has a number type that nbdtree files do not use", dataset),
                "float32, float64, int32, int64, uint64, little-endian");
     return *found;
 }
@@ -177,7 +178,7 @@ Shape Reader::check(const std::string& dataset, Type type, const Shape& expected
         refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), text(expected));
     const bool elsewhere = is_virtual(impl_->file.open_dataset(dataset).get());
     if (!elsewhere && !is_credible(shape, size_of(type), impl_->file.bytes()))
-        refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), "no more than the file can hold");
+        refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), "a size that the file can hold");
     return shape;
 }
 

@@ -11,42 +11,44 @@
 
 namespace nbd::h5 {
 
-/// Reads a file of ours. Every call throws std::runtime_error with path, item, what it holds and what was
-/// allowed, where something is missing, damaged, or of another type or shape. May be used from any thread,
-/// one at a time.
+/// Reads an nbdtree file. Every call throws std::runtime_error with path, item, what it holds and what was
+/// allowed if something is missing, damaged, or of another type or shape. May be used from any thread, one at
+/// a time.
 class Reader {
  public:
-    /// Refuses a file of another format or of a newer version of it.
+    /// Refuses files of another format or of a newer version of this format.
     Reader(const std::filesystem::path& path, const Format& expected);
-    /// Any file of ours.
+    /// Opens any nbdtree file.
     explicit Reader(const std::filesystem::path& path);
     ~Reader();
     Reader(Reader&&) noexcept;
 
     const std::filesystem::path& path() const noexcept;
-    /// Items whose name begins with `name` lie under `stored` in this file, which an older release wrote.
+    /// Maps item names that begin with `name` to names that begin with `stored`, for files of an older
+    /// release.
     void rename(std::string name, std::string stored);
     const Format& format() const noexcept;
 
     /// Whether a group, dataset or link has this name.
     bool has(const std::string& name) const;
-    /// Names in a group, sorted.
+    /// Sorted names in a group.
     std::vector<std::string> children(const std::string& group) const;
     bool is_group(const std::string& name) const;
-    /// Whether a dataset is what write_text() writes.
+    /// Whether write_text() wrote this dataset.
     bool is_text(const std::string& dataset) const;
-    /// Where a soft link points; "" where `name` is none.
+    /// Target of a soft link; "" if `name` is not a soft link.
     std::string link_target(const std::string& name) const;
 
-    /// Where the numbers of a virtual dataset lie; none for others. HDF5 reads zeros where a source is
-    /// missing, so the calls below refuse to read virtual datasets: read their sources.
+    /// Location of a virtual dataset's numbers; nullopt for other datasets. HDF5 reads zeros if a source file
+    /// is missing, so the read functions below refuse virtual datasets: read their sources.
     std::optional<VirtualSource> virtual_source(const std::string& dataset) const;
 
     Shape shape(const std::string& dataset) const;
-    /// Throws where the dataset holds anything but one of our number types.
+    /// Throws if the dataset holds none of our number types.
     Type type(const std::string& dataset) const;
 
-    /// All numbers of a dataset of exactly this type and shape (`any` fits every length), row-major.
+    /// Reads all numbers of a dataset, row-major. Its type and shape must match exactly (`any` matches every
+    /// length).
     template <Number T>
     std::vector<T> read(const std::string& dataset, const Shape& expected) const {
         std::vector<T> values(element_count(check(dataset, type_of<T>(), expected)));
@@ -54,7 +56,7 @@ class Reader {
         return values;
     }
 
-    /// A dataset [rows, cols], or [rows] where M is a column vector, which then may leave cols out.
+    /// Reads a dataset [rows, cols]; [rows] if M is a column vector, where cols may be left out.
     template <class M>
     M matrix(const std::string& dataset, std::size_t rows, std::size_t cols = 1) const {
         using T = typename M::Scalar;
@@ -67,14 +69,14 @@ class Reader {
         return values;
     }
 
-    /// Rows begin .. begin + count along the first axis, which must exist. The dataset stays open until
-    /// another one is read, so that chunks are decoded once.
+    /// Reads rows begin .. begin + count - 1 along the first axis, which must exist. The dataset stays open
+    /// until another one is read, so each chunk is decoded once.
     template <Number T>
     void read_rows(const std::string& dataset, std::size_t begin, std::size_t count, T* values) const {
         read_some(dataset, type_of<T>(), begin, count, values);
     }
 
-    /// What Writer::write_text() wrote.
+    /// Reads a text written by Writer::write_text().
     std::string read_text(const std::string& dataset) const;
 
     std::string text_attribute(const std::string& object, const std::string& name) const;
@@ -82,15 +84,16 @@ class Reader {
     std::int64_t int_attribute(const std::string& object, const std::string& name) const;
     std::uint64_t uint_attribute(const std::string& object, const std::string& name) const;
     bool has_attribute(const std::string& object, const std::string& name) const;
-    /// Names, sorted.
+    /// Sorted names.
     std::vector<std::string> attributes(const std::string& object) const;
-    /// The value of a text or number attribute, for people.
+    /// A text or number attribute as text for a person.
     std::string attribute_text(const std::string& object, const std::string& name) const;
 
     /// Throws std::runtime_error "path: what; allowed: allowed".
     [[noreturn]] void refuse(const std::string& what, const std::string& allowed) const;
 
-    /// The shape, after type and shape were found to be as expected and small enough to be true.
+    /// Returns the shape. Throws unless type and shape are as expected and the file can hold that many
+    /// numbers.
     Shape check(const std::string& dataset, Type type, const Shape& expected) const;
 
  private:

@@ -9,8 +9,8 @@
 
 namespace nbd::h5 {
 
-/// A sparse matrix as a file has it: entries of row i stand at rows[i] .. rows[i + 1] of cols and values,
-/// columns ascending.
+/// A sparse matrix in file layout: row i has entries rows[i] .. rows[i + 1] - 1 of cols and values, columns
+/// ascending.
 template <class T>
 struct SparseRows {
     std::vector<int> rows{0}, cols;
@@ -36,7 +36,8 @@ void write_sparse(Writer& file, const std::string& name, const Eigen::SparseMatr
     file.write(name + "/values", s.values, Packing::deflate);
 }
 
-/// Reads what write_sparse() wrote; throws std::runtime_error where it is no matrix of that shape.
+/// Reads a matrix written by write_sparse(). Throws std::runtime_error if the arrays do not form a matrix of
+/// this shape.
 template <class T>
 Eigen::SparseMatrix<T, Eigen::RowMajor> read_sparse(const Reader& file, const std::string& name,
                                                     std::size_t rows, std::size_t cols) {

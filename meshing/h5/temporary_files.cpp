@@ -19,7 +19,7 @@ namespace nbd::h5 {
 
 namespace {
 
-/// Names that a signal handler can read at any moment: fixed memory, published by `state`.
+/// Names that a signal handler may read at any moment: fixed memory, guarded by `state`.
 struct Slot {
     enum State { free, claimed, live };
     std::atomic<int> state = free;
@@ -28,7 +28,7 @@ struct Slot {
 std::array<Slot, 256> slots;
 static_assert(std::atomic<int>::is_always_lock_free);
 
-/// -1 where all slots are taken or the name is too long: such a file is only missed by remove_temporaries().
+/// Returns -1 if all slots are taken or the name is too long; remove_temporaries() then misses this file.
 int publish(const std::string& name) noexcept {
     if (name.size() >= PATH_MAX) return -1;
     for (std::size_t i = 0; i < slots.size(); ++i) {
@@ -49,7 +49,7 @@ void withdraw(int slot) noexcept {
     throw std::runtime_error(fmt::format("{}: {}: {}", path.string(), what, std::strerror(error)));
 }
 
-constexpr std::size_t longest_name = 200;  // of 255 bytes that a file name may have
+constexpr std::size_t longest_name = 200;  // a file name may have 255 bytes
 
 std::filesystem::path temporary_name(const std::filesystem::path& path) {
     static std::atomic<unsigned> counter = 0;
@@ -57,7 +57,7 @@ std::filesystem::path temporary_name(const std::filesystem::path& path) {
                                             getpid(), counter++);
 }
 
-/// Best effort: some file systems refuse to synchronise a folder, and the rename itself has succeeded.
+/// Best effort: some file systems cannot synchronise a folder, and the rename has already succeeded.
 void synchronise_folder(const std::filesystem::path& folder) noexcept {
     const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (descriptor < 0) return;
@@ -72,7 +72,7 @@ TemporaryFile::TemporaryFile(std::filesystem::path path) : path_(std::move(path)
     if (path_.filename().empty() || std::filesystem::is_directory(path_, ignored))
         throw std::runtime_error(
             fmt::format("{}: is a folder; allowed: the name of a file to write", path_.string()));
-    do {  // a name may be taken by what a killed process with our number left
+    do {  // a killed process with our process id may have left a file of this name
         withdraw(slot_);
         temporary_ = temporary_name(std::filesystem::absolute(path_));
         slot_ = publish(temporary_.string());
@@ -93,7 +93,8 @@ TemporaryFile::~TemporaryFile() {
 }
 
 void TemporaryFile::commit() {
-    if (descriptor_ < 0) throw std::logic_error(fmt::format("{}: committed twice", path_.string()));
+    if (descriptor_ < 0)
+        throw std::logic_error(fmt::format("{}: commit() was called twice; allowed: once", path_.string()));
     if (fsync(descriptor_) != 0) fail(path_, "cannot write", errno);
     const std::filesystem::path target = temporary_.parent_path() / path_.filename();
     if (rename(temporary_.c_str(), target.c_str()) != 0) fail(path_, "cannot rename to this name", errno);

@@ -9,8 +9,8 @@
 
 namespace nbd::h5 {
 
-/// What a file of ours holds: root attributes `format` and `format_version`. A program reads its own
-/// version and older ones.
+/// Format of a file: root attributes `format` and `format_version`. A program reads its own version and older
+/// ones.
 struct Format {
     std::string name;
     int version = 1;
@@ -19,7 +19,7 @@ struct Format {
 /// Dimensions, slowest first, as in HDF5 and NumPy.
 using Shape = std::vector<std::size_t>;
 
-/// In an expected shape: whatever the file has.
+/// Matches every length in an expected shape.
 inline constexpr std::size_t any = static_cast<std::size_t>(-1);
 
 /// Number types of datasets.
@@ -41,14 +41,14 @@ constexpr Type type_of() {
 /// Bytes of one number.
 std::size_t size_of(Type type) noexcept;
 
-/// As NumPy names it: "float32".
+/// NumPy's name of the type: "float32".
 std::string_view name(Type type) noexcept;
 
-/// "10 x 3"; `any` as "n"; "scalar" without dimensions.
+/// "10 x 3"; `any` prints as "n", a shape without dimensions as "scalar".
 std::string text(const Shape& shape);
 
-/// Where the numbers of a virtual dataset lie: the whole of a dataset of the same type and shape in another
-/// file, named relative to the folder of the file that refers to it.
+/// Source of a virtual dataset: a whole dataset of the same type and shape in another file. The file name is
+/// relative to the folder of the referring file.
 struct VirtualSource {
     std::string file, dataset;
 };

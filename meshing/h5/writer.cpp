@@ -17,7 +17,7 @@ namespace nbd::h5 {
 namespace {
 
 constexpr std::size_t chunk_bytes = 1 << 20;
-constexpr std::size_t longest_attribute = 32 << 10;  // HDF5 keeps 64 KiB in a checksummed header
+constexpr std::size_t longest_attribute = 32 << 10;  // HDF5 can keep 64 KiB in a checksummed header
 
 Handle without_times(hid_t property_class) {
     Handle list(H5Pcreate(property_class));
@@ -49,7 +49,7 @@ Handle chunked(const Shape& chunk, Packing packing) {
         H5Pset_shuffle(list.get());
         H5Pset_deflate(list.get(), 4);
     }
-    H5Pset_fletcher32(list.get());  // last, so that a reader checks before it unpacks
+    H5Pset_fletcher32(list.get());  // last, so that a reader verifies before it unpacks
     return list;
 }
 
@@ -77,7 +77,7 @@ struct Writer::Impl {
         file = Handle();
     }
 
-    /// Throws where the last call, whose result is `ok`, or the disk behind it failed.
+    /// Throws if the last call failed (`ok` is its result), or the disk write behind it.
     void check(bool ok, const std::string& what) const {
         const std::string path = temporary.path().string();
         if (driven.error != 0)
@@ -221,7 +221,7 @@ int Writer::begin_growing(const std::string& name, Type type, const Shape& row, 
     limit[0] = H5S_UNLIMITED;
     const Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), limit.data()));
     const Handle creation = chunked(chunk, Packing::plain), access(H5Pcreate(H5P_DATASET_ACCESS));
-    // The cache must hold the chunk being filled, or each row would go to the disk and back.
+    // The cache must hold the chunk being filled; otherwise each row goes to disk and back.
     H5Pset_chunk_cache(access.get(), 11, element_count(chunk) * size_of(type), 1.0);
     Handle dataset = impl_->make_dataset(name, file_type(type), space.get(), creation.get(), access.get());
     impl_->growing.emplace(impl_->next_handle, Growing{name, type, row, 0, std::move(dataset)});

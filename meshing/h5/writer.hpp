@@ -12,17 +12,17 @@
 
 namespace nbd::h5 {
 
-/// How a dataset is stored. Both carry a Fletcher32 checksum a chunk.
+/// Storage of a dataset. Both kinds have a Fletcher32 checksum per chunk.
 enum class Packing {
-    plain,   // positions: their low bits are noise, which deflate only slows down
-    deflate  // bytes shuffled, then deflate: index arrays shrink 3 to 10 times
+    plain,   // for positions: their low bits are noise that deflate cannot shrink
+    deflate  // shuffles bytes, then deflates: index arrays shrink 3 to 10 times
 };
 
-/// Writes a file of ours: HDF5 with root attributes format, format_version, program_version and units,
-/// every piece of it checksummed, no time stamps (the same content gives the same bytes). The file stands
-/// under its name after commit(); see TemporaryFile. Names are paths such as "tets/nodes"; groups on the
-/// way are made. May be used from any thread, one at a time.
-/// Every call throws std::runtime_error with path and reason where the disk refuses (full, gone, denied).
+/// Writes an nbdtree file: HDF5 with root attributes format, format_version, program_version and units,
+/// everything checksummed, no time stamps (the same content gives the same bytes). The file appears under its
+/// name at commit(); see TemporaryFile. Names are paths such as "tets/nodes"; missing parent groups are
+/// created. May be used from any thread, one at a time. Every call throws std::runtime_error with path and
+/// reason if the disk fails (full, gone, denied).
 class Writer {
  public:
     Writer(const std::filesystem::path& path, const Format& format);
@@ -31,20 +31,20 @@ class Writer {
 
     void group(const std::string& name);
 
-    /// values: row-major, as many as `shape` says.
+    /// values: row-major, element_count(shape) of them.
     template <Number T>
     void write(const std::string& name, const Shape& shape, std::span<const T> values,
                Packing packing = Packing::plain) {
         write_values(name, type_of<T>(), shape, values.data(), values.size(), packing);
     }
 
-    /// [values.size()].
+    /// Writes shape [values.size()].
     template <Number T>
     void write(const std::string& name, const std::vector<T>& values, Packing packing = Packing::plain) {
         write_values(name, type_of<T>(), {values.size()}, values.data(), values.size(), packing);
     }
 
-    /// [rows, cols], or [rows] where the type of M is a column vector.
+    /// Writes shape [rows, cols], or [rows] if M is a column vector.
     template <class M>
     void write(const std::string& name, const Eigen::MatrixBase<M>& m, Packing packing = Packing::plain) {
         constexpr bool vector = M::ColsAtCompileTime == 1;
@@ -56,16 +56,16 @@ class Writer {
                      values.data(), rows * cols, packing);
     }
 
-    /// A text of any length, as a dataset with one string.
+    /// Writes a text of any length as a dataset of one string.
     void write_text(const std::string& name, std::string_view text);
 
-    /// A virtual dataset: h5py and other programs read it as if the numbers of `source` stood here.
+    /// Writes a virtual dataset: h5py and other programs read the numbers of `source` through it.
     void write_virtual(const std::string& name, Type type, const Shape& shape, const VirtualSource& source);
 
-    /// A soft link: `name` then reads as `target` does.
+    /// Makes a soft link: `name` reads as `target`.
     void link(const std::string& name, const std::string& target);
 
-    /// object: a group or dataset that exists; "/" is the file itself.
+    /// object: an existing group or dataset; "/" is the file itself.
     template <class T>
     requires std::is_arithmetic_v<T>
     void attribute(const std::string& object, const std::string& name, T value) {
@@ -80,20 +80,20 @@ class Writer {
             number_attribute(object, name, Type::uint64, &v);
         }
     }
-    /// At most 32 KiB; longer texts go through write_text().
+    /// At most 32 KiB; use write_text() for longer texts.
     void attribute(const std::string& object, const std::string& name, std::string_view value);
 
-    /// Starts a dataset [0, row...] that grows by append(); at most a chunk of it is held in memory.
-    /// Returns a handle.
+    /// Starts a dataset [0, row...] that grows by append() and holds at most one chunk in memory. Returns a
+    /// handle.
     int begin_growing(const std::string& name, Type type, const Shape& row, std::size_t rows_per_chunk);
-    /// values: whole rows.
+    /// values: complete rows.
     template <Number T>
     void append(int handle, std::span<const T> values) {
         append_values(handle, type_of<T>(), values.data(), values.size());
     }
     void end_growing(int handle);
 
-    /// Closes the file and gives it its name. Call once, last.
+    /// Closes the file and moves it to its final name. Call once, last.
     void commit();
 
     const std::filesystem::path& path() const noexcept;

@@ -5,10 +5,9 @@
 
 namespace nbd {
 
-/// Calls body(i) once for each i in [0, count), in any order, on the threads that the caller's TBB arena has.
-/// Each call must write only its own slots, so that one thread and N give the same bits. Rethrows what a
-/// body throws. grain: calls that make a task together; 1 where each call is long, the default for loops
-/// over nodes or elements.
+/// Calls body(i) once for each i in [0, count), in any order, on the threads of the caller's TBB arena. Each
+/// call must write only its own slots, so that one thread and N give the same bits. Rethrows an exception of
+/// body. grain: calls per task; use 1 if each call is long, the default for loops over nodes or elements.
 template <class Body>
 void parallel_for(int count, Body&& body, int grain = 512) {
     tbb::parallel_for(

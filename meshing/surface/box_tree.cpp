@@ -13,7 +13,7 @@ BoxTree::BoxTree(std::vector<Box> boxes) : boxes_(std::move(boxes)), items_(boxe
     split(0);
 }
 
-/// At the median of the centres along the longest side.
+/// Splits a node at the median of the box centres along their longest extent.
 void BoxTree::split(int n) {
     const auto node = static_cast<std::size_t>(n);
     Box centres;

@@ -7,13 +7,13 @@
 
 namespace nbd {
 
-/// A static tree of axis-aligned boxes over numbered items: what the checks and embeddings of a rest pose
-/// search with. Double precision, built once.
+/// A static tree of axis-aligned boxes over numbered items, for searches in rest poses (checks, embeddings).
+/// Double precision, built once.
 class BoxTree {
  public:
     using Box = Eigen::AlignedBox3d;
 
-    /// boxes: one an item, none empty.
+    /// boxes: one per item, none empty.
     explicit BoxTree(std::vector<Box> boxes);
 
     /// Calls visit(item) for every item whose box overlaps or touches `box`.
@@ -22,9 +22,9 @@ class BoxTree {
         if (!nodes_.empty()) overlapping(0, box, visit);
     }
 
-    /// The item with the least distance(item), and that distance, squared both; ties go to the item found
-    /// first. distance(item) must not be less than the squared distance of `point` from the item's box.
-    /// {-1, infinity} for a tree without items.
+    /// Returns the item with the smallest distance(item) and that value, a squared distance; ties go to the
+    /// item found first. distance(item) must be at least the squared distance of `point` to the item's box.
+    /// Returns {-1, infinity} for an empty tree.
     template <class Distance>
     std::pair<int, double> nearest(const Eigen::Vector3d& point, Distance&& distance) const {
         std::pair<int, double> best = {-1, std::numeric_limits<double>::infinity()};
@@ -36,7 +36,7 @@ class BoxTree {
     static constexpr int leaf_items = 4;
     struct Node {
         Box box;
-        int first_child = -1;    // children are first_child and first_child + 1; -1: a leaf
+        int first_child = -1;    // children are first_child and first_child + 1; -1 marks a leaf
         int begin = 0, end = 0;  // range of items_
     };
 
@@ -81,7 +81,7 @@ class BoxTree {
     }
 
     std::vector<Box> boxes_;
-    std::vector<int> items_;  // a node owns a contiguous range
+    std::vector<int> items_;  // each node owns a contiguous range
     std::vector<Node> nodes_;
 };
 

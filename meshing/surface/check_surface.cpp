@@ -38,7 +38,7 @@ void check_numbers(const TriMesh& mesh) {
 }
 
 bool has_area(const TriMesh& mesh, int f) {
-    constexpr double least_height = 1e-7;  // of the longest side: a few float32 steps
+    constexpr double least_height = 1e-7;  // relative to the longest side: a few float32 steps
     const Eigen::RowVector3d a = mesh.X.row(mesh.F(f, 0)), b = mesh.X.row(mesh.F(f, 1)),
                              c = mesh.X.row(mesh.F(f, 2));
     const double longest = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
@@ -74,7 +74,7 @@ void check_duplicates(const TriMesh& mesh) {
         keyed.emplace_back(key, f);
     }
     std::ranges::sort(keyed);
-    std::vector<std::pair<int, int>> repeats;  // face, the earlier one
+    std::vector<std::pair<int, int>> repeats;  // face, earlier face
     for (std::size_t i = 1; i < keyed.size(); ++i)
         if (keyed[i].first == keyed[i - 1].first) repeats.emplace_back(keyed[i].second, keyed[i - 1].second);
     if (repeats.empty()) return;
@@ -92,18 +92,19 @@ void check_edges(const TriMesh& mesh, const EdgeTable& table) {
     if (!crowded.empty()) {
         const EdgeTable::Edge& edge = *crowded[0];
         const auto halfedges = table.at(edge);
-        fail("edge {}-{} at {} belongs to {} faces ({}, {}, {}{}) where a solid's edge has 2; {}", edge.a,
+        fail("edge {}-{} at {} belongs to {} faces ({}, {}, {}{}), but an edge of a solid has 2; {}", edge.a,
              edge.b, place(mesh, edge.a), halfedges.size(), halfedges[0] / 3, halfedges[1] / 3,
              halfedges[2] / 3, halfedges.size() > 3 ? ", ..." : "",
              counted(crowded.size(), "such edge", "such edges"));
     }
     if (!open.empty())
-        fail("the surface is open: edge {}-{} at {} belongs to face {} alone; {}", open[0]->a, open[0]->b,
+        fail("the surface is open: edge {}-{} at {} belongs only to face {}; {}", open[0]->a, open[0]->b,
              place(mesh, open[0]->a), table.at(*open[0])[0] / 3,
              counted(open.size(), "open edge", "open edges"));
 }
 
-/// Walks around each vertex from one face to the next over their common edge: one walk must meet them all.
+/// Walks around each vertex from face to face across shared edges. One walk must visit all faces of the
+/// vertex.
 void check_vertices(const TriMesh& mesh, const EdgeTable& table) {
     const auto corner_count = static_cast<std::size_t>(mesh.F.rows()) * 3;
     std::vector<char> walked(corner_count, 0);
@@ -119,19 +120,19 @@ void check_vertices(const TriMesh& mesh, const EdgeTable& table) {
         } else if (count++ == 0) {
             vertex = v, face = first, other_face = start / 3;
         }
-        int corner = start, side = start;  // `side`: the half-edge of the corner's face to leave it by
+        int corner = start, side = start;  // `side`: half-edge of the corner's face by which to leave
         do {
             walked[static_cast<std::size_t>(corner)] = 1;
             const int next = table.twin(side), f = next / 3;
             int k = 0;
             while (mesh.F(f, k) != v) ++k;
             corner = 3 * f + k;
-            // Of the two sides at v, the one not come by.
+            // The face has two sides at v; this is the one the walk did not enter by.
             side = next == corner ? 3 * f + (k + 2) % 3 : corner;
         } while (corner != start);
     }
     if (count > 0)
-        fail("vertex {} at {} joins parts of the surface that meet nowhere else there (faces {} and {}); {}",
+        fail("vertex {} at {} is not manifold: the parts around it at faces {} and {} meet only there; {}",
              vertex, place(mesh, vertex), face, other_face, counted(count, "such joint", "such joints"));
 }
 

@@ -8,7 +8,7 @@ namespace nbd {
 
 EdgeTable edge_table(FacesRef F) {
     const auto count = static_cast<std::size_t>(F.rows()) * 3;
-    std::vector<std::pair<std::uint64_t, int>> keyed(count);  // both vertices in one number, half-edge
+    std::vector<std::pair<std::uint64_t, int>> keyed(count);  // both vertices in one number; half-edge
     for (int f = 0; f < F.rows(); ++f)
         for (int k = 0; k < 3; ++k) {
             const auto [a, b] = std::minmax({F(f, k), F(f, (k + 1) % 3)});

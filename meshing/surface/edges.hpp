@@ -7,22 +7,22 @@
 
 namespace nbd {
 
-/// The edges of a surface and the faces at them. Half-edge 3 f + k runs from corner k of face f to the next.
+/// Edges of a surface with their faces. Half-edge 3 f + k runs from corner k of face f to the next corner.
 struct EdgeTable {
     struct Edge {
-        int a = 0, b = 0;        // its vertices, a < b
-        int begin = 0, end = 0;  // range of `halfedges`
+        int a = 0, b = 0;        // vertices, a < b
+        int begin = 0, end = 0;  // range in `halfedges`
     };
     std::vector<Edge> edges;     // sorted by (a, b)
-    std::vector<int> halfedges;  // those of edge 0, ascending, then those of edge 1, ...
-    std::vector<int> edge_of;    // [3 faces] the edge of each half-edge
+    std::vector<int> halfedges;  // half-edges of edge 0, ascending, then of edge 1, ...
+    std::vector<int> edge_of;    // [3 faces] edge of each half-edge
 
     std::span<const int> at(const Edge& edge) const noexcept {
         return std::span(halfedges).subspan(static_cast<std::size_t>(edge.begin),
                                             static_cast<std::size_t>(edge.end - edge.begin));
     }
 
-    /// The other half-edge of a closed, edge-manifold surface's edge.
+    /// The other half-edge of the same edge. The surface must be closed and edge-manifold.
     int twin(int halfedge) const noexcept {
         const Edge& edge = edges[static_cast<std::size_t>(edge_of[static_cast<std::size_t>(halfedge)])];
         const int first = halfedges[static_cast<std::size_t>(edge.begin)];
@@ -30,7 +30,7 @@ struct EdgeTable {
     }
 };
 
-/// F: indices not negative; a face has three different ones.
+/// F: non-negative indices, three different ones per face.
 EdgeTable edge_table(FacesRef F);
 
 }  // namespace nbd

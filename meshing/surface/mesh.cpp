@@ -8,7 +8,7 @@
 namespace nbd {
 
 Faces boundary_faces(const TetMesh& tets) {
-    // The four faces of a positively oriented tetrahedron a b c d, each seen counter-clockwise from outside.
+    // The faces of a positively oriented tetrahedron a b c d, counter-clockwise seen from outside.
     static constexpr int corners[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
     using Key = std::array<int, 3>;
     std::vector<std::pair<Key, int>> sides;  // sorted corners, 4 * tet + local face

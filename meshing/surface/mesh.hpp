@@ -8,7 +8,7 @@
 
 namespace nbd {
 
-/// Weights that carry tet nodes to surface vertices: x_surface = W x_nodes, rows sum to 1. [n, N].
+/// Weights from tet nodes to surface vertices, [n, N]: x_surface = W x_nodes; rows sum to 1.
 using Embedding = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 struct TriMesh {
@@ -16,8 +16,8 @@ struct TriMesh {
     Faces F;  // [m, 3]
 };
 
-/// Faces that belong to one tetrahedron only, oriented outward, indices into tets.X, sorted by (tet, local
-/// face). [b, 3].
+/// Faces of exactly one tetrahedron, oriented outward, sorted by (tet, local face). [b, 3] indices into
+/// tets.X.
 Faces boundary_faces(const TetMesh& tets);
 
 }  // namespace nbd

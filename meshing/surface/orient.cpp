@@ -23,7 +23,7 @@ Components make_orientations_agree(Faces& F, const EdgeTable& table) {
             stack.pop_back();
             for (int h = 3 * f; h < 3 * f + 3; ++h) {
                 const int twin = table.twin(h), g = twin / 3;
-                // As the faces stand in F, which is turned only at the end.
+                // Compares the faces as stored in F; F is changed only at the end.
                 const bool agree = starts_low(h) != starts_low(twin);
                 const char wanted = static_cast<char>(turned[static_cast<std::size_t>(f)] != (agree ? 0 : 1));
                 int& component = components.of_face[static_cast<std::size_t>(g)];
@@ -33,8 +33,8 @@ Components make_orientations_agree(Faces& F, const EdgeTable& table) {
                     stack.push_back(g);
                 } else if (turned[static_cast<std::size_t>(g)] != wanted) {
                     throw std::invalid_argument(fmt::format(
-                        "the surface has one side only (like a Klein bottle): faces {} and {} cannot be "
-                        "oriented alike",
+                        "the surface is one-sided (like a Klein bottle): faces {} and {} cannot be "
+                        "oriented consistently",
                         std::min(f, g), std::max(f, g)));
                 }
             }

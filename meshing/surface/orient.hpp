@@ -7,15 +7,15 @@
 
 namespace nbd {
 
-/// The connected components of a surface.
+/// Connected components of a surface.
 struct Components {
     int count = 0;
-    std::vector<int> of_face;  // [faces], numbered by their first face
+    std::vector<int> of_face;  // [faces] component of each face; components are numbered by their first face
 };
 
-/// Turns faces (swapping their last two corners) until neighbours agree, starting from the first face of each
-/// component, which keeps its own orientation. `table` is F's and stays valid for the edges, not for the
-/// half-edges' numbers. Throws std::invalid_argument naming two faces where the surface has one side only.
+/// Flips faces (swaps their last two corners) until neighbours agree. The first face of each component keeps
+/// its orientation. `table` belongs to F; afterwards its edges stay valid, its half-edge numbers do not.
+/// Throws std::invalid_argument naming two faces if the surface is one-sided.
 Components make_orientations_agree(Faces& F, const EdgeTable& table);
 
 }  // namespace nbd

@@ -4,8 +4,8 @@
 
 namespace nbd {
 
-/// Squared distance from p to the closest point of triangle a b c, degenerate ones included, in double
-/// precision: for rest poses (collision/ has the exact and the fast ones of float32).
+/// Squared distance from p to the closest point of triangle a b c, which may be degenerate. Double precision,
+/// for rest poses; collision/ has the exact and fast float32 versions.
 double squared_distance_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                     const Eigen::Vector3d& b, const Eigen::Vector3d& c) noexcept;
 

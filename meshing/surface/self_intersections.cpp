@@ -21,12 +21,12 @@ bool segments_meet(const Point& a, const Point& b, const Point& c, const Point& 
 
 bool point_on(const Point& p, const Triangle& t) { return triangles_intersect({p, p, p}, t); }
 
-/// Triangles a b c and b a d of one orientation: whether they overlap beyond the edge a b. They can only if
+/// Whether triangles a b c and b a d, consistently oriented, overlap beyond the edge a b. This requires that
 /// they lie in one plane with c and d on the same side.
 bool folded(const Point& a, const Point& b, const Point& c, const Point& d) {
     const Eigen::Vector3d A = a.cast<double>(), B = b.cast<double>();
     const Eigen::Vector3d n = (B - A).cross(c.cast<double>() - A), m = (A - B).cross(d.cast<double>() - B);
-    if (n.dot(m) > -0.9 * n.norm() * m.norm()) return false;  // far from opposite normals
+    if (n.dot(m) > -0.9 * n.norm() * m.norm()) return false;  // normals are far from opposite
     return point_on(d, {a, b, c}) || point_on(c, {a, b, d}) || segments_meet(a, d, b, c) ||
            segments_meet(b, d, a, c);
 }
@@ -37,13 +37,13 @@ class FaceTest {
 
     bool operator()(int f, int g) const {
         int shared = 0, i = 0, j = 0;        // i, j: corners of f and g at a shared vertex
-        int unshared_f = 3, unshared_g = 3;  // sums of the corner numbers that are not shared
+        int unshared_f = 3, unshared_g = 3;  // sums of the unshared corner numbers
         for (int k = 0; k < 3; ++k)
             for (int l = 0; l < 3; ++l)
                 if (F_(f, k) == F_(g, l)) ++shared, i = k, j = l, unshared_f -= k, unshared_g -= l;
         if (shared == 0) return triangles_intersect(triangle(f), triangle(g));
-        // Two faces that meet outside their common vertex do so on a side opposite to it: the ray from the
-        // vertex through a common point leaves one of the two faces there.
+        // If two faces meet outside their common vertex, they meet on a side opposite to it: the ray from the
+        // vertex through a common point leaves one of the faces there.
         if (shared == 1)
             return segment_meets(at(f, i + 1), at(f, i + 2), triangle(g)) ||
                    segment_meets(at(g, j + 1), at(g, j + 2), triangle(f));

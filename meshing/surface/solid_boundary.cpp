@@ -16,7 +16,7 @@
 namespace nbd {
 namespace {
 
-/// Returns how many vertices no face uses. Indices must be in range.
+/// Drops vertices that no face uses and returns their number. Indices must be in range.
 int drop_unreferenced(TriMesh& mesh) {
     std::vector<int> number(static_cast<std::size_t>(mesh.X.rows()), -1);
     for (int f = 0; f < mesh.F.rows(); ++f)
@@ -37,8 +37,8 @@ int drop_unreferenced(TriMesh& mesh) {
 struct Component {
     std::vector<int> faces;
     Eigen::AlignedBox3d box;
-    double volume = 0;  // as oriented
-    int depth = 0;      // how many other components it is inside of
+    double volume = 0;  // signed, by the current orientation
+    int depth = 0;      // number of other components that enclose it
 };
 
 std::vector<Component> gather(const TriMesh& mesh, const Components& components) {
@@ -50,7 +50,7 @@ std::vector<Component> gather(const TriMesh& mesh, const Components& components)
         for (int c = 0; c < 3; ++c) component.box.extend(mesh.X.row(mesh.F(f, c)).transpose());
     }
     for (Component& component : gathered) {
-        const Eigen::RowVector3d origin = component.box.center();  // near by, so that little cancels
+        const Eigen::RowVector3d origin = component.box.center();  // near the faces, to limit cancellation
         for (const int f : component.faces) {
             const Eigen::RowVector3d a = mesh.X.row(mesh.F(f, 0)) - origin,
                                      b = mesh.X.row(mesh.F(f, 1)) - origin,
@@ -65,7 +65,8 @@ std::vector<Component> gather(const TriMesh& mesh, const Components& components)
     return gathered;
 }
 
-/// Whether `point`, not on the component, is inside of it: the solid angle under which it sees the faces.
+/// Whether `point`, not on the component, lies inside it: the solid angles of the faces sum to +-4 pi inside,
+/// 0 outside.
 bool contains(const TriMesh& mesh, const Component& component, const Eigen::RowVector3d& point) {
     if (!component.box.contains(point.transpose())) return false;
     double angle = 0;
@@ -118,7 +119,7 @@ std::string describe(const SurfaceReport& r) {
     if (r.dropped_vertices > 0)
         text += "; dropped " + counted(r.dropped_vertices, "unreferenced vertex", "unreferenced vertices");
     if (r.turned_faces > 0)
-        text += r.turned_faces == r.faces ? "; turned every face, the surface was inside out"
+        text += r.turned_faces == r.faces ? "; turned every face: the surface was inside out"
                                           : "; turned " + counted(r.turned_faces, "face", "faces");
     if (r.first_intersection)
         text += fmt::format("; intersects itself: {}, the first between faces {} and {}",
@@ -156,8 +157,8 @@ SolidBoundary make_solid_boundary(TriMesh mesh, const SolidBoundaryConfig& confi
     }
     if (components.size() > 1 && !config.allow_components)
         throw std::invalid_argument(
-            fmt::format("the surface has {} components ({} and {}; the second starts at face {}) where a "
-                        "body is one shell",
+            fmt::format("the surface has {} components ({} and {}; the second starts at face {}), but a "
+                        "body must be one shell",
                         components.size(), counted(report.shells, "shell", "shells"),
                         counted(report.cavities, "cavity", "cavities"), components[1].faces.front()));
     report.area = area(mesh);

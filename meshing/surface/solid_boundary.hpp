@@ -7,19 +7,19 @@
 
 namespace nbd {
 
-/// What else than one closed shell free of self-intersections is let through.
+/// Deviations to allow from one closed shell free of self-intersections.
 struct SolidBoundaryConfig {
-    bool allow_components = false;  // several shells, and cavities in them
+    bool allow_components = false;  // allow several shells, and cavities in them
     bool allow_self_intersection = false;
 };
 
-/// What a surface is and what was done to it.
+/// Properties of a surface and the repairs made to it.
 struct SurfaceReport {
     int vertices = 0, edges = 0, faces = 0;
-    int dropped_vertices = 0;  // no face used them
-    int turned_faces = 0;      // orientation changed
+    int dropped_vertices = 0;  // vertices that no face uses
+    int turned_faces = 0;      // faces whose orientation was changed
     int shells = 0;            // components that bound material from outside
-    int cavities = 0;          // components inside a shell, bounding a hollow of it
+    int cavities = 0;          // components inside a shell that bound a hollow
     int genus = 0;             // sum over the components
     int intersecting_pairs = 0;
     std::optional<FacePair> first_intersection;
@@ -27,7 +27,7 @@ struct SurfaceReport {
     double volume = 0;  // m3, cavities subtracted
 };
 
-/// One line: the counts, area and volume, then what was repaired and what was let through.
+/// One line: counts, area and volume, then repairs and allowed deviations.
 std::string describe(const SurfaceReport& report);
 
 struct SolidBoundary {
@@ -35,11 +35,11 @@ struct SolidBoundary {
     SurfaceReport report;
 };
 
-/// The surface as the boundary of a solid: unreferenced vertices dropped (the others keep their order),
-/// faces in their order and, where needed, turned so that shells are oriented outward and cavities into
-/// their hollow. A component inside an odd number of others is a cavity.
-/// Throws std::invalid_argument as check_surface() does, and on a one-sided surface, a component without
-/// volume, and, unless allowed, self-intersection (naming the first pair of faces) or several components.
+/// Makes the surface the boundary of a solid. Drops unreferenced vertices (the others keep their order).
+/// Keeps the order of faces and turns them where needed: shells outward, cavities into their hollow. A
+/// component inside an odd number of others is a cavity. Throws std::invalid_argument as check_surface()
+/// does, for a one-sided surface or a component without volume, and, unless allowed, for self-intersection
+/// (naming the first pair of faces) or several components.
 SolidBoundary make_solid_boundary(TriMesh mesh, const SolidBoundaryConfig& config = {});
 
 }  // namespace nbd

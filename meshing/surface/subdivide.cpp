@@ -38,7 +38,7 @@ void average_vertices(int vertex_count, const EdgeTable& table, Weights& weights
     }
 }
 
-/// The corner that an edge's face has away from it.
+/// The corner of the half-edge's face that is not on the edge.
 int opposite(const Faces& F, int halfedge) { return F(halfedge / 3, (halfedge + 2) % 3); }
 
 Embedding step_weights(const Faces& F, int vertex_count, const EdgeTable& table, SubdivisionScheme scheme) {
@@ -78,8 +78,7 @@ Faces split_faces(const Faces& F, int vertex_count, const EdgeTable& table) {
 
 Subdivision subdivide(const TriMesh& coarse, SubdivisionScheme scheme, int levels) {
     if (levels < 0 || levels > 4)
-        throw std::invalid_argument("subdivision by " + std::to_string(levels) +
-                                    " levels: 0 to 4 are allowed");
+        throw std::invalid_argument("subdivision by " + std::to_string(levels) + " levels; allowed: 0 to 4");
     const int coarse_count = static_cast<int>(coarse.X.rows());
     Subdivision result{coarse, Embedding(coarse_count, coarse_count)};
     result.S.setIdentity();

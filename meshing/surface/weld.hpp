@@ -8,14 +8,14 @@
 
 namespace nbd {
 
-/// Numbers distinct positions. Two positions are the same when all coordinates are equal bit for bit, -0
-/// and +0 counting as equal: a tolerance would merge the vertices of a small mesh.
+/// Numbers distinct positions. Two positions are equal if all coordinates are bit-identical; -0 equals +0.
+/// There is no tolerance: it would merge the vertices of a small mesh.
 class PositionIndex {
  public:
-    /// The number of `x`, a new one (the next free) if it was not there.
+    /// Returns the number of `x`; assigns the next free number if `x` is new.
     int insert(const Eigen::RowVector3d& x);
 
-    /// The number of `x`, or -1.
+    /// The number of `x`, or -1 if absent.
     int find(const Eigen::RowVector3d& x) const noexcept;
 
     int size() const noexcept { return static_cast<int>(numbers_.size()); }
@@ -29,8 +29,8 @@ class PositionIndex {
     std::unordered_map<Key, int, Hash> numbers_;
 };
 
-/// The same faces over vertices that stand at distinct positions; of equal ones the first is kept, the rest
-/// keep their order. Faces keep theirs, those that collapse included. Indices must be in range.
+/// Merges vertices at equal positions. The first of each is kept, in the original order. All faces are kept
+/// in order, collapsed ones too. Indices must be in range.
 TriMesh weld(const TriMesh& mesh);
 
 }  // namespace nbd

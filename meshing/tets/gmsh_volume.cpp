@@ -17,11 +17,11 @@
 namespace nbd {
 namespace {
 
-/// gmsh for one caller: alone, silent, and gone without a trace.
+/// A gmsh session: exclusive, silent, and without lasting effects.
 class GmshSession {
  public:
     GmshSession() : lock_(mutex()) {
-        getrlimit(RLIMIT_STACK, &stack_);  // gmsh raises it
+        getrlimit(RLIMIT_STACK, &stack_);  // gmsh raises the limit
         gmsh::initialize(0, nullptr, false);
         gmsh::option::setNumber("General.Terminal", 0);
         gmsh::option::setNumber("General.NumThreads", 1);
@@ -50,8 +50,8 @@ class GmshSession {
     rlimit stack_{};
 };
 
-/// A power of two that brings the longest side of the box near 1: gmsh has absolute tolerances, and scaling
-/// by a power of two is exact.
+/// A power of two that scales the longest side of the box to near 1. gmsh has absolute tolerances, and
+/// scaling by a power of two is exact.
 double unit_scale(const Nodes& X) {
     const double side = (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff();
     return side > 0 && std::isfinite(side) ? std::exp2(-std::ilogb(side)) : 1;
@@ -99,7 +99,7 @@ TetMesh run_gmsh(const TriMesh& surface, const SizeField& size, double scale) {
     return tets;
 }
 
-/// Faces as a set: each rotated to start with its smallest vertex, then sorted.
+/// The faces as a sorted set; each starts with its smallest vertex.
 std::vector<std::array<int, 3>> oriented_set(const Faces& F) {
     std::vector<std::array<int, 3>> set;
     set.reserve(static_cast<std::size_t>(F.rows()));
@@ -112,7 +112,7 @@ std::vector<std::array<int, 3>> oriented_set(const Faces& F) {
     return set;
 }
 
-/// Throws unless `tets` keeps every promise of fill_with_gmsh.
+/// Throws unless `tets` meets every guarantee of fill_with_gmsh().
 void check_filled(const TriMesh& surface, const TetMesh& tets) {
     const Eigen::Index n = surface.X.rows();
     if (tets.T.rows() == 0) throw std::runtime_error("gmsh made no tetrahedra");
@@ -131,8 +131,8 @@ void check_filled(const TriMesh& surface, const TetMesh& tets) {
         throw std::runtime_error(fmt::format("vertex {} belongs to no tetrahedron", lost - used.begin()));
     if (oriented_set(boundary_faces(tets)) != oriented_set(surface.F))
         throw std::runtime_error(
-            "gmsh did not keep the surface's triangles as the boundary (a nested shell, or faces oriented "
-            "inward?)");
+            "gmsh did not keep the surface's triangles as the boundary; check for nested shells and faces "
+            "oriented inward");
 }
 
 }  // namespace
@@ -141,7 +141,7 @@ TetMesh fill_with_gmsh(const TriMesh& surface, const SizeField& size) {
     TetMesh tets;
     try {
         tets = run_gmsh(surface, size, unit_scale(surface.X));
-    } catch (const std::string& reason) {  // what gmsh throws
+    } catch (const std::string& reason) {  // gmsh throws strings
         throw std::runtime_error(fmt::format("gmsh cannot fill the surface: {}", reason));
     } catch (const std::exception&) {
         throw;

@@ -23,7 +23,7 @@ void NearestVertex::sort(int begin, int end) noexcept {
     int axis = 0;
     (high - low).maxCoeff(&axis);
     const int middle = begin + (end - begin) / 2;
-    // The row breaks ties, so the tree does not depend on the library's selection algorithm.
+    // Ties are broken by row, so the tree does not depend on the library's selection algorithm.
     std::nth_element(
         order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](int a, int b) {
             return points_(a, axis) != points_(b, axis) ? points_(a, axis) < points_(b, axis) : a < b;

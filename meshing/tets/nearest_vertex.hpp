@@ -7,7 +7,7 @@
 
 namespace nbd {
 
-/// Nearest of a fixed set of points, by a balanced k-d tree. Queries are const and thread-safe.
+/// Finds the nearest of a fixed set of points by a balanced k-d tree. Queries are const and thread-safe.
 class NearestVertex {
  public:
     struct Hit {
@@ -18,7 +18,7 @@ class NearestVertex {
     /// points: at least one row, finite; copied.
     explicit NearestVertex(NodesRef points);
 
-    /// The nearest point to `p`; of several equally near ones always the same.
+    /// The nearest point to `p`. Ties are resolved in a fixed way.
     Hit find(const Eigen::Vector3d& p) const noexcept;
 
  private:
@@ -26,7 +26,7 @@ class NearestVertex {
     void search(int begin, int end, const Eigen::Vector3d& p, Hit& best) const noexcept;
 
     Nodes points_;
-    std::vector<int> order_;           // a range's median is the node, its halves are the children
+    std::vector<int> order_;           // the median of a range is the node, its halves are the children
     std::vector<unsigned char> axis_;  // splitting axis, per position in order_
 };
 

@@ -25,7 +25,7 @@ double radius_ratio(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Ei
 
 std::array<double, 6> dihedral_angles(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                       const Eigen::Vector3d& c, const Eigen::Vector3d& d) {
-    // Seen along edge pq, the angle between the sides towards r and s.
+    // Dihedral angle at edge pq between the faces through r and s.
     const auto angle = [](const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Eigen::Vector3d& r,
                           const Eigen::Vector3d& s) {
         const Eigen::Vector3d e = q - p, n = e.cross(r - p), m = e.cross(s - p);

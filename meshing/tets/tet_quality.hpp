@@ -7,19 +7,19 @@
 
 namespace nbd {
 
-/// Shape figures of a tetrahedral mesh. Radius ratio: 3 x inradius / circumradius, 1 for the regular
-/// tetrahedron, 0 for a flat one, negative for an inverted one. Angles: dihedral, degrees.
+/// Shape measures of a tetrahedral mesh. Radius ratio: 3 x inradius / circumradius; 1 for the regular
+/// tetrahedron, 0 for a flat one, negative for an inverted one. Angles are dihedral, in degrees.
 struct TetQuality {
     int nodes = 0, tets = 0;
     double volume = 0, volume_min = 0;  // m3, signed
     double radius_ratio_min = 0, radius_ratio_mean = 0;
     double dihedral_min = 0, dihedral_max = 0;
-    int worst_tet = -1;  // the one of radius_ratio_min
+    int worst_tet = -1;  // tetrahedron with radius_ratio_min
     std::array<int, 10>
-        radius_ratio_histogram{};  // tets with a ratio in [k/10, (k+1)/10); below 0 counts in 0
+        radius_ratio_histogram{};  // tets with a ratio in [k/10, (k+1)/10); bin 0 includes ratios below 0
 };
 
-/// Of all tetrahedra; zeros where there are none.
+/// Measures all tetrahedra; all zeros if there are none.
 TetQuality tet_quality(const TetMesh& tets);
 
 /// Signed radius ratio of one tetrahedron.
@@ -30,7 +30,7 @@ double radius_ratio(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Ei
 std::array<double, 6> dihedral_angles(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                       const Eigen::Vector3d& c, const Eigen::Vector3d& d);
 
-/// The figures as a small table of text lines, each ended by a newline.
+/// The measures as a small text table; every line ends in a newline.
 std::string to_text(const TetQuality& quality);
 
 }  // namespace nbd

@@ -15,8 +15,8 @@
 namespace nbd {
 namespace {
 
-constexpr double max_grading = 2;          // coarser still buys few nodes, and slivers with them
-constexpr double min_refinement = 1. / 3;  // 27 times the tetrahedra of grading 0
+constexpr double max_grading = 2;          // more grading saves few nodes and creates slivers
+constexpr double min_refinement = 1. / 3;  // gives 27 times the tetrahedra of grading 0
 
 Eigen::VectorXd mean_edge_lengths(const TriMesh& surface) {
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(surface.X.rows()), count = sum;
@@ -34,7 +34,7 @@ Eigen::VectorXd mean_edge_lengths(const TriMesh& surface) {
     return sum;
 }
 
-/// gmsh aborts the process on numbers that are not finite, and reads past arrays on bad indices.
+/// gmsh aborts the process on non-finite numbers and reads out of bounds on bad indices.
 void check_arrays(const TriMesh& surface) {
     if (surface.F.rows() < 4) throw std::invalid_argument("a closed surface has at least 4 faces");
     for (int v = 0; v < surface.X.rows(); ++v)
@@ -48,8 +48,8 @@ void check_arrays(const TriMesh& surface) {
                                 surface.F(f, c), surface.X.rows()));
 }
 
-/// One knob for both settings, chosen so that ln(inner nodes) falls with slope near -1: from 0 up it is the
-/// grading, below it the refinement.
+/// One parameter s for both settings: grading for s > 0, refinement for s < 0. It is scaled so that ln(inner
+/// nodes) falls with a slope near -1.
 struct Coarseness {
     double s = 0;
     static Coarseness of_grading(double grading) { return {std::log(grading / 0.1 + 1)}; }
@@ -80,7 +80,7 @@ class Filler {
     int runs_ = 0;
 };
 
-/// ln of the nodes inside, what the search interpolates; half a node stands for none.
+/// ln of the number of inner nodes, the quantity that the search interpolates; counts at least half a node.
 double log_inner(Eigen::Index nodes, Eigen::Index surface_nodes) {
     return std::log(std::max(0.5, static_cast<double>(nodes - surface_nodes)));
 }
@@ -96,7 +96,7 @@ TetrahedralizeResult search_nodes(const TriMesh& surface, const TetrahedralizeCo
     const double finest = Coarseness::finest().s, coarsest = Coarseness::coarsest().s;
     const auto out_of_reach = [&](Eigen::Index low, Eigen::Index high) {
         return std::invalid_argument(
-            fmt::format("{} nodes are out of reach: a surface of {} vertices allows about {} to {}",
+            fmt::format("{} nodes are not possible; allowed for a surface of {} vertices: about {} to {}",
                         config.nodes, on_surface, low, high));
     };
     const auto extrapolate = [&](const Sample& from, double s) {
@@ -105,7 +105,7 @@ TetrahedralizeResult search_nodes(const TriMesh& surface, const TetrahedralizeCo
 
     Filler filler(surface);
     TetrahedralizeResult best;
-    std::optional<Sample> many, few;  // nearest known on either side of the target
+    std::optional<Sample> many, few;  // nearest known samples on either side of the target
     double s = Coarseness::of_grading(TetrahedralizeConfig{}.grading).s;
     bool bisect = false;
     while (filler.runs() < max_runs) {
@@ -119,7 +119,7 @@ TetrahedralizeResult search_nodes(const TriMesh& surface, const TetrahedralizeCo
 
         auto& side = nodes > config.nodes ? many : few;
         const auto& other = nodes > config.nodes ? few : many;
-        // Interpolation that keeps moving one end alone converges slowly; every second time, halve instead.
+        // Interpolation that moves only one end converges slowly, so every second step bisects.
         bisect = side.has_value() && other.has_value() && !bisect;
         side = sample;
         if (many && few) {
@@ -127,7 +127,7 @@ TetrahedralizeResult search_nodes(const TriMesh& surface, const TetrahedralizeCo
             s = many->s + (bisect ? 0.5 : std::clamp(t, 0.05, 0.95)) * (few->s - many->s);
             continue;
         }
-        if (s == (few ? finest : coarsest)) break;  // the end of the range, and the target lies beyond
+        if (s == (few ? finest : coarsest)) break;  // end of the range; the target lies beyond
         const double guess = s + sample.log_nodes - target;
         if (guess < finest - std::log(2.))
             throw out_of_reach(extrapolate(sample, coarsest), extrapolate(sample, finest));
@@ -137,21 +137,22 @@ TetrahedralizeResult search_nodes(const TriMesh& surface, const TetrahedralizeCo
     if (std::abs(best.tets.X.rows() - config.nodes) <= config.tolerance * config.nodes) return best;
     if (!few) throw out_of_reach(best.tets.X.rows(), extrapolate(*many, finest));
     if (!many) throw out_of_reach(extrapolate(*few, coarsest), best.tets.X.rows());
-    throw std::invalid_argument(fmt::format("no grading gives {} nodes within {} %: the nearest was {}",
-                                            config.nodes, 100 * config.tolerance, best.tets.X.rows()));
+    throw std::invalid_argument(
+        fmt::format("no grading gives {} nodes within {} %; the nearest result has {} nodes", config.nodes,
+                    100 * config.tolerance, best.tets.X.rows()));
 }
 
 }  // namespace
 
 TetrahedralizeResult tetrahedralize(const TriMesh& surface, const TetrahedralizeConfig& config) {
     if (config.nodes < 0)
-        throw std::invalid_argument(fmt::format("nodes is {}, allowed is 0 or more", config.nodes));
+        throw std::invalid_argument(fmt::format("nodes is {}; allowed: 0 or more", config.nodes));
     if (!(config.tolerance > 0 && config.tolerance < 1))
         throw std::invalid_argument(
-            fmt::format("tolerance is {}, allowed is between 0 and 1", config.tolerance));
+            fmt::format("tolerance is {}; allowed: between 0 and 1", config.tolerance));
     if (!(config.grading >= 0 && config.grading <= max_grading))
         throw std::invalid_argument(
-            fmt::format("grading is {}, allowed is 0 to {}", config.grading, max_grading));
+            fmt::format("grading is {}; allowed: 0 to {}", config.grading, max_grading));
     check_arrays(surface);
     if (config.nodes > 0) return search_nodes(surface, config);
     return {Filler(surface).fill(config.grading, 1), config.grading, 1, 1};

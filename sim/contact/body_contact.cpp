@@ -17,7 +17,7 @@ struct NearestFace {
 };
 
 NearestFace measure(const ContactSurface& surface, int face, const Eigen::Vector3d& p, double reach) {
-    /// Below this share of `reach` the line between two points is too short to give a direction.
+    /// At smaller shares of `reach` the line between two points is too short to give a direction.
     constexpr double direction_share = 1e-3;
     const Faces& F = surface.F();
     const Nodes& x = surface.x();
@@ -48,7 +48,7 @@ NearestFace nearest_of(const ContactSurface& surface, std::span<const int> faces
     return least <= reach ? measure(surface, nearest, p, reach) : NearestFace{};
 }
 
-/// The nearest of the faces whose normal at the nearest point is on the same side as `side`.
+/// The nearest of the faces whose normal at their nearest point has the same side as `side`.
 NearestFace nearest_on_side(const ContactSurface& surface, std::span<const int> faces,
                             const Eigen::Vector3d& p, const Eigen::Vector3d& side, double reach) {
     NearestFace nearest;
@@ -86,7 +86,7 @@ void BodyContactFinder::find(const ContactSurface& a, const ContactSurface& b,
     find_edge_contacts({body_a_, a}, {body_b_, b}, pairs, reach, contacts);
 }
 
-/// pairs: sorted, faces of `points` first.
+/// pairs: sorted; pair.a is a face of `points`.
 void BodyContactFinder::find_vertices(int body, const ContactSurface& points, int other_body,
                                       const ContactSurface& surface, std::span<const FacePair> pairs,
                                       const ContactReach& reach, double moved, Sides& sides,

@@ -9,7 +9,7 @@
 namespace nbd {
 namespace {
 
-/// Of a contact layer between two materials, or of one against something rigid, Pa.
+/// Young's modulus of a contact layer, Pa: against something rigid, or between two bodies.
 double layer_modulus(const ElasticBody& a) { return a.material().young; }
 double layer_modulus(const ElasticBody& a, const ElasticBody& b) {
     return 2 / (1 / a.material().young + 1 / b.material().young);
@@ -19,12 +19,12 @@ Eigen::Vector3d mean_velocity(const ContactParty& body) {
     return body.state.v.transpose() * body.elastic.node_masses() / body.elastic.mass();
 }
 
-/// Largest speed of a node relative to a frame that moves uniformly.
+/// Largest speed of a node relative to a uniformly moving frame.
 double fastest(const ContactParty& body, const Eigen::Vector3d& frame) {
     return (body.state.v.rowwise() - frame.transpose()).rowwise().norm().maxCoeff();
 }
 
-/// The same, of the nodes inside a region; 0 where there are none.
+/// The same for the nodes inside a region; 0 if there are none.
 double fastest_within(const Box& region, const ContactParty& body, const Eigen::Vector3d& frame) {
     const Eigen::Vector3d lo = region.lo.head<3>().cast<double>(), hi = region.hi.head<3>().cast<double>();
     double squared = 0;
@@ -107,8 +107,8 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     const double speed = fastest_within(region, a, frame) + fastest_within(region, b, frame),
                  approach = dt * speed;
     report.approach = std::max(report.approach, approach);
-    // No further than this, so that a tip which swings somewhere does not fill the list with pairs that never
-    // meet; what is fast enough to pass it calls for a shorter step.
+    // Limits the search, so that one fast tip does not fill the list with pairs that never meet. A faster
+    // approach requires a shorter step.
     const double near = std::min(approach, thickness);
     BodyContactFinder& finder = finders_.try_emplace(pair, pair.a, pair.b).first->second;
     const double overlap =
@@ -121,7 +121,7 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     report.nodes_out_of_range += query_.counters().nodes_out_of_range;
     report.face_pairs += static_cast<long>(face_pairs.size());
     const std::size_t first = contacts_.size();
-    // Backward Euler: the velocities now are those of the whole step that led here.
+    // Backward Euler: the current velocities apply to the whole previous step.
     const double moved = dt_before > 0 ? dt_before * speed : std::numeric_limits<double>::infinity();
     finder.find(a.surface, b.surface, face_pairs, reach, moved, contacts_);
     const double stiffness = config.stiffness_scale * layer_modulus(a.elastic, b.elastic) / thickness;

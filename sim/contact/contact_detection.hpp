@@ -13,41 +13,41 @@
 
 namespace nbd {
 
-/// A body as others may touch it: its surface and tree are those of the state.
+/// A body as seen by contact detection. Surface and tree must be up to date with the state.
 struct ContactParty {
     const ElasticBody& elastic;
     const BodyState& state;
     const ContactSurface& surface;
-    PosedTree* tree = nullptr;  // null: meets obstacles only, never bodies
+    PosedTree* tree = nullptr;  // null: contacts with obstacles only, not with bodies
 };
 
-/// What a search for contacts met and cost.
+/// Counts and costs of a search for contacts.
 struct DetectionReport {
-    long face_pairs = 0;          // of two bodies, close enough to be looked at
-    long nodes_bounded = 0;       // spheres of collision trees computed
-    long nodes_out_of_range = 0;  // of them exactly, their input being out of the calibrated range
-    double update_us = 0;         // microseconds to start the trees' poses
-    double collision_us = 0;      // microseconds of the queries for face pairs
-    double approach = 0;  // metres by which two bodies near each other may come closer within the step
+    long face_pairs = 0;          // close face pairs of two bodies that were examined
+    long nodes_bounded = 0;       // spheres of collision trees that were computed
+    long nodes_out_of_range = 0;  // those bounded exactly: input out of the calibrated range
+    double update_us = 0;         // time to start the poses of the trees, microseconds
+    double collision_us = 0;      // time of the queries for face pairs, microseconds
+    double approach = 0;          // maximum approach of two nearby bodies within the step, metres
 };
 
-/// Finds all contacts of a step: of bodies with obstacles, by signed distance, and of bodies with each other:
-/// a sweep over their boxes, their trees down to face pairs, then vertices with faces and edges with edges.
-/// A body's contact with itself would be one more finder, on the pair (b, b), fed by a query of its tree with
-/// itself that leaves out faces which share a vertex.
+/// Finds all contacts of a step. Obstacles: by signed distance. Bodies: a sweep over their boxes, then their
+/// trees down to face pairs, then vertices with faces and edges with edges. Contact of a body with itself
+/// would need one more finder, for the pair (b, b), and a query of a tree with itself that skips faces with a
+/// common vertex.
 class ContactDetection {
  public:
-    /// Fills contacts(). time: of the bodies' states, seconds; dt: of the step from there; dt_before: of the
-    /// step to there, 0 where there was none. thickness: metres.
+    /// Fills contacts(). time: time of the states, seconds. dt: length of the step that starts there.
+    /// dt_before: length of the previous step, 0 if there was none. thickness: metres.
     void find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
               const ContactConfig& config, double thickness, double time, double dt_before, double dt,
               DetectionReport& report);
 
-    /// Of the last find(), in an order that the bodies and their states determine.
+    /// Contacts of the last find(), in an order determined by the bodies and their states.
     std::span<const Contact> contacts() const noexcept { return contacts_; }
-    double deepest() const noexcept;  // metres of overlap among contacts(), >= 0
+    double deepest() const noexcept;  // largest overlap among contacts(), metres, >= 0
 
-    /// What the next find() depends on besides its arguments.
+    /// The state that the next find() depends on besides its arguments.
     ContactSides sides() const;
     void restore(const ContactSides& sides);
 

@@ -24,7 +24,7 @@ void check_contact_config(const ContactConfig& config) {
 
 namespace {
 
-/// The normal impulse is spring - slope n.u, as long as that is positive.
+/// The normal impulse is spring - slope n.u while that is positive.
 struct NormalLaw {
     double spring, slope;  // N s, kg
 };

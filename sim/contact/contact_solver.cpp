@@ -6,7 +6,7 @@
 namespace nbd {
 namespace {
 
-constexpr double pass_share = 0.1;  // of the residual, left by a pass after which contacts are settled anew
+constexpr double pass_share = 0.1;  // share of the residual left by a pass before contacts are updated
 
 }  // namespace
 
@@ -14,7 +14,7 @@ std::span<const CouplingTerm> ContactSolver::terms(int begin, int end) const {
     return std::span(terms_).subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin));
 }
 
-/// Returns the end of the terms.
+/// Appends the terms of a point. Returns the new number of terms.
 int ContactSolver::add_terms(const SurfacePoint& point, double sign,
                              std::span<const ContactSurface* const> surfaces) {
     const auto begin = static_cast<std::ptrdiff_t>(terms_.size());
@@ -61,7 +61,7 @@ Eigen::Vector3d ContactSolver::velocity(int begin, int end, const Eigen::VectorX
     return u;
 }
 
-/// Of the contact's points, the wall's motion taken off.
+/// Relative velocity of the contact's points, minus the wall's velocity.
 Eigen::Vector3d ContactSolver::relative_velocity(std::size_t contact, const Eigen::VectorXd& v) const {
     const Coupling& range = operators_[contact];
     return velocity(range.begin, range.end, v) - contacts_[contact].wall_velocity;
@@ -91,7 +91,7 @@ Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v) const {
 
 void ContactSolver::linearise(const Eigen::VectorXd& v) { linearise(v, false); }
 
-/// keep_drag: contacts that press already keep their operator, and with it the drag of their friction.
+/// keep_drag: contacts that already press keep their operator, including the drag of friction.
 void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep_drag) {
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const Eigen::Vector3d u = relative_velocity(c, v);
@@ -111,7 +111,8 @@ void ContactSolver::set_rhs(std::span<const StepSystem> systems) {
             if (!t.held) rhs_.segment<3>(t.unknown) += t.weight * push_[c];
 }
 
-/// Norm of the right-hand side of nodes that are not prescribed; that of the others is in other units.
+/// Norm of the right-hand side over nodes that are not prescribed; entries of prescribed nodes have other
+/// units.
 double ContactSolver::free_norm(std::span<const StepSystem> systems) const {
     double squared = 0;
     for (std::size_t b = 0; b < systems.size(); ++b)
@@ -136,8 +137,8 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
         report.converged = report.converged && solved.converged;
         if (!solved.fallback.empty()) report.fallback = solved.fallback;
         if (contacts_.empty()) break;
-        // Friction is guessed from the velocities before the step, taken anew from those after it, and then
-        // left alone: its fixed point is near, but to reach it takes many passes.
+        // Friction first uses the velocities before the step, is updated once with those after it, and is
+        // then kept: it is near its fixed point, but reaching that would take many passes.
         linearise(v, report.passes > 0);
         set_rhs(systems);
         product_.resize(v.size());

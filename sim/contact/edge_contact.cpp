@@ -9,10 +9,11 @@
 namespace nbd {
 namespace {
 
-/// Edges with a smaller sine between them count as parallel: their vertices make the contact.
+/// Edges with a smaller sine of the angle between them count as parallel; their vertices make the contact.
 constexpr double parallel = 1e-3;
 
-/// An edge clears the other's surface where the cosine between their line and its normal is above this.
+/// An edge clears the other's surface if the cosine between the connecting line and the surface normal is
+/// above this.
 constexpr double clear = 1e-3;
 
 struct Segment {
@@ -35,7 +36,7 @@ SurfacePoint edge_point(const BodySurface& from, int edge, double t) {
     return {.body = from.body, .count = 2, .vertices = {ends[0], ends[1]}, .weights = {1 - t, t}};
 }
 
-/// Whether a segment crosses the inside of a face, up to rounding.
+/// Whether a segment crosses the interior of a face, up to rounding.
 bool crosses_face(const ContactSurface& surface, int face, const Segment& s) {
     const auto corners = surface.F().row(face);
     const Eigen::Vector3d a = surface.x().row(corners[0]), b = surface.x().row(corners[1]),

@@ -8,8 +8,8 @@
 
 namespace nbd {
 
-/// Contacts, for a step from `time` on, of a body's vertices that are at most `reach` metres outside an
-/// obstacle, by ascending vertex. Appends; stiffness stays zero.
+/// Appends contacts for a step that starts at `time`, for vertices of a body at most `reach` metres outside
+/// an obstacle, by ascending vertex. Stiffness stays zero.
 void find_obstacle_contacts(int body, const ContactSurface& surface, const Obstacle& obstacle, double time,
                             double dt, double reach, std::vector<Contact>& contacts);
 

@@ -59,7 +59,7 @@ std::optional<SurfaceDistance> StaticSurface::distance(const Eigen::Vector3d& p,
     double best = std::numeric_limits<double>::infinity();  // squared
     int best_face = -1;
     ClosestPoints nearest{};
-    std::array<int, 64> stack;  // the tree is balanced: its height is below 32
+    std::array<int, 64> stack;  // enough: the tree is balanced, with a height below 32
     std::size_t top = 0;
     stack[top++] = 0;
     while (top > 0) {

@@ -8,20 +8,20 @@
 
 namespace nbd {
 
-/// Where a point stands relative to an obstacle.
+/// Signed distance of a point to an obstacle.
 struct SurfaceDistance {
     double distance = 0;     // metres, negative inside
-    Eigen::Vector3d normal;  // unit: the direction in which the distance grows
+    Eigen::Vector3d normal;  // unit; direction in which the distance grows
 };
 
 /// A closed triangle mesh that never deforms, with a box tree for distance queries.
 class StaticSurface {
  public:
-    /// Throws std::invalid_argument on an empty or open surface, an index out of range or a non-finite
+    /// Throws std::invalid_argument for an empty or open surface, an index out of range or a non-finite
     /// vertex.
     explicit StaticSurface(TriMesh mesh);
 
-    /// Exact signed distance; nothing where the point is more than `reach` (metres) outside the mesh's box.
+    /// Exact signed distance; nullopt if the point is more than `reach` metres outside the mesh's box.
     std::optional<SurfaceDistance> distance(const Eigen::Vector3d& p, double reach) const noexcept;
 
     const TriMesh& mesh() const noexcept { return mesh_; }
@@ -30,7 +30,7 @@ class StaticSurface {
     struct BoxNode {
         Eigen::AlignedBox3d box;
         int begin = 0, end = 0;  // range of order_
-        int right = -1;          // the left child follows its parent; -1: a leaf
+        int right = -1;          // the left child follows its parent; -1 marks a leaf
     };
     int build(int begin, int end);
 

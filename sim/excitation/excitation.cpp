@@ -12,7 +12,7 @@
 namespace nbd {
 namespace {
 
-/// A patch force with its shares among the nodes worked out.
+/// A patch force with its shares among the nodes.
 struct SpreadForce {
     PatchForce patch;
     std::vector<std::pair<int, double>> shares;  // (node, share), summing to 1
@@ -50,7 +50,7 @@ World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& 
     WorldConfig config;
     config.gravity = recipe.gravity;
     config.contact.damping = 0.02 * scales.time;
-    config.contact.iterations = 4;  // poses want variety, not friction to the last digit
+    config.contact.iterations = 4;  // training poses need variety, not precise friction
     config.contact.tolerance = 1e-3;
     config.limits.inverted_share = 0.02;
     config.contact.slip_velocity = 1e-3 * scales.speed;

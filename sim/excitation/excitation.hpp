@@ -11,38 +11,38 @@
 
 namespace nbd {
 
-/// How a training trajectory ended.
+/// Result of a training trajectory.
 struct TrajectoryResult {
-    int frames = 0;         // handed out
+    int frames = 0;         // number of frames passed to on_frame
     std::string recipe{};   // JSON text
-    std::string failure{};  // empty: complete; else one line, and the frames end at the last good one
+    std::string failure{};  // empty: complete; otherwise one line, and the frames end at the last good one
 };
 
 /// One frame of a trajectory.
 struct ExcitedFrame {
-    double time;     // seconds since the trajectory began
+    double time;     // seconds since the start of the trajectory
     const Nodes& x;  // tet nodes [N, 3], metres
-    int contacts;    // that pressed during the last step, on whatever moves
+    int contacts;    // pressing contacts of all bodies in the last step
 };
 using OnFrame = std::function<void(const ExcitedFrame&)>;
 
-/// Training trajectories of one body. Const throughout: trajectories may run in any order and on several
+/// Training trajectories of one body. All members are const: trajectories may run in any order and in several
 /// threads at once, and give the same bits.
 class Excitation {
  public:
-    /// Copies what it needs of the body. Throws std::invalid_argument on a body or number it cannot use.
+    /// Throws std::invalid_argument for an unusable body or number.
     Excitation(Body body, const ExcitationConfig& config);
 
-    /// Simulates trajectory `index`, >= 0. steps_per_frame: 0 for the config's; more, for a second attempt at
-    /// what failed. Exceptions of on_frame pass through; trouble of the simulation is reported in the result
-    /// instead.
+    /// Simulates trajectory `index`, >= 0. steps_per_frame: 0 for the config's value; use more to repeat a
+    /// failed trajectory. Exceptions of on_frame pass through; simulation failures are returned in the
+    /// result.
     TrajectoryResult run(int index, const OnFrame& on_frame, int steps_per_frame = 0) const;
 
-    /// Recipe of a trajectory as JSON text, as its result has it.
+    /// Recipe of a trajectory as JSON text, as in its result.
     std::string recipe(int index) const { return recipe_json(recipes_.draw(index)); }
 
     const ExcitationConfig& config() const noexcept { return config_; }
-    double frame_interval() const noexcept;  // seconds, also where the config leaves it open
+    double frame_interval() const noexcept;  // seconds, also if the config leaves it open
 
  private:
     std::shared_ptr<const Body> body_;

@@ -15,10 +15,11 @@
 namespace nbd {
 namespace {
 
-/// The thickness from which on a body counts as stocky, relative to its length, and the least sturdiness.
+/// Relative thickness above which a body counts as stocky, and the minimum sturdiness.
 constexpr double stocky = 0.095, least_sturdiness = 0.02;
 
-/// Kinds of consecutive trajectories: a sequence of lowest discrepancy, so that any run of them has the mix.
+/// Kind of a trajectory, by a low-discrepancy sequence, so that any run of consecutive trajectories follows
+/// the mix.
 RecipeKind kind_of(const std::array<double, 5>& mix, std::uint64_t seed, int index) {
     const double turn = (std::numbers::phi - 1) * index + counter_uniform(seed, 0, 0);
     double u = turn - std::floor(turn);
@@ -30,7 +31,7 @@ RecipeKind kind_of(const std::array<double, 5>& mix, std::uint64_t seed, int ind
         u -= share;
         last = k;
     }
-    return static_cast<RecipeKind>(last);  // rounding
+    return static_cast<RecipeKind>(last);  // reached only by rounding
 }
 
 double draw(CounterRandom& random, const Range& range) { return random.uniform(range.from, range.to); }
@@ -40,7 +41,7 @@ Eigen::Vector3d random_perpendicular(CounterRandom& random, const Eigen::Vector3
     return (d - d.dot(axis) * axis).stableNormalized();
 }
 
-/// Draws one recipe. Members are what every ingredient needs.
+/// Draws one recipe. The members are shared by all ingredients.
 class Draw {
  public:
     Draw(const Body& body, const LocalThickness& thickness, const NaturalScales& scales,
@@ -84,7 +85,7 @@ class Draw {
     }
 
  private:
-    /// Stretching, shear and spin at once.
+    /// Adds stretch, shear and spin at once.
     void add_gradient(const Range& strain) {
         const double rate = draw(random_, strain) * strength_ * std::numbers::pi / scales_.time;
         for (int i = 0; i < 3; ++i)
@@ -98,7 +99,8 @@ class Draw {
         recipe_.gravity.z() = -sag * scales_.speed * scales_.speed / scales_.length;
     }
 
-    /// Pulls and pokes, some of them balanced by the opposite force elsewhere. share: of the usual number.
+    /// Adds pulls and pokes, some of them balanced by the opposite force elsewhere. share: relative number of
+    /// forces.
     void add_forces(double share) {
         const int most =
             static_cast<int>(std::lround(share * std::max(2.0, duration_ / (2.5 * scales_.time))));
@@ -116,8 +118,8 @@ class Draw {
         }
     }
 
-    /// Force = strain times modulus times the cross-section that the patch's volume stands for, so that a
-    /// limb gets less than a trunk; less again where the patch is thin, for there it bends.
+    /// Force = strain * modulus * cross-section of the patch's volume, so that a limb gets less than a trunk.
+    /// It is reduced further where the patch is thin, because thin parts bend.
     PatchForce patch(double start, double duration) {
         PatchForce force{
             .node = random_.index(static_cast<int>(x_.rows())), .start = start, .duration = duration};
@@ -125,14 +127,14 @@ class Draw {
         const Eigen::Vector3d centre = body_.tets.X.row(force.node);
         const double area = thickness_.volume(centre, force.radius) / (2 * force.radius);
         const double slender = std::min(1.0, thickness_.at(centre, force.radius) / (stocky * scales_.length));
-        // What pulls at a body in two hands goes through its limbs.
+        // On a body held by two hands, forces pass through its limbs.
         const double held = recipe_.grips.empty() ? 1 : scales_.sturdiness * scales_.sturdiness;
         const double strain = draw(random_, ranges_.force.strain) * ranges_.strength * slender * held;
         force.force = strain * body_.material.young * area * random_.direction();
         return force;
     }
 
-    /// A random direction along which the body is long: the longest of a few random chords.
+    /// A random direction in which the body is long: the longest of a few random chords.
     Eigen::Vector3d long_axis() {
         Eigen::Vector3d longest = Eigen::Vector3d::Zero();
         for (int i = 0; i < 8; ++i) {
@@ -169,7 +171,8 @@ class Draw {
         }
     }
 
-    /// From beside, or from above where there is a floor; started where the boxes along the way just clear.
+    /// Adds a copy thrown from beside, or from above if there is a floor. It starts where the extents of both
+    /// bodies along its path just clear each other.
     void add_thrown() {
         ThrownCopy copy;
         copy.rotation = random_.orientation().toRotationMatrix();
@@ -181,7 +184,7 @@ class Draw {
             draw(random_, ranges_.thrown.aside) * scales_.length * random_perpendicular(random_, from);
         copy.centre = clearance * from + aside;
         copy.velocity = -draw(random_, ranges_.thrown.speed) * strength_ * scales_.speed * from;
-        if (recipe_.floor)  // never start below it
+        if (recipe_.floor)  // never start below the floor
             copy.centre.z() =
                 std::max(copy.centre.z(), *recipe_.floor - other.col(2).minCoeff() + 0.02 * scales_.length);
         recipe_.thrown = copy;
@@ -191,10 +194,10 @@ class Draw {
     const LocalThickness& thickness_;
     const NaturalScales& scales_;
     const RecipeRanges& ranges_;
-    double strength_;  // of what moves the whole body
+    double strength_;  // strength of motions of the whole body
     CounterRandom random_;
     Recipe recipe_;
-    double duration_ = 0;  // seconds, all frames included
+    double duration_ = 0;  // seconds, including all frames
     Nodes x_;              // nodes at the start
 };
 
@@ -214,10 +217,10 @@ NaturalScales natural_scales(const Body& body, const LocalThickness& thickness) 
     scales.speed = std::sqrt(body.material.young / body.material.density);
     scales.time = scales.length / scales.speed;
 
-    // Around some nodes, in balls that hold several elements and no more than a limb.
+    // Samples the thickness in balls that hold several elements and at most a limb.
     constexpr double everywhere = std::numeric_limits<double>::infinity();
     const double element = std::cbrt(thickness.volume(Eigen::Vector3d::Zero(), everywhere) /
-                                     static_cast<double>(body.tets.T.rows()));  // half an edge
+                                     static_cast<double>(body.tets.T.rows()));  // about half an edge
     const double radius = std::max(0.06 * scales.length, 4 * element);
     const Eigen::Index samples = std::min<Eigen::Index>(X.rows(), 200);
     std::vector<double> thin;

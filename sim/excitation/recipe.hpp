@@ -15,35 +15,34 @@
 
 namespace nbd {
 
-/// What makes training poses.
+/// Settings of training trajectories.
 struct ExcitationConfig {
-    int frames = 50;            // a trajectory, > 0
-    double frame_interval = 0;  // seconds; 0: a fifth of the time in which sound crosses the body
+    int frames = 50;            // frames per trajectory, > 0
+    double frame_interval = 0;  // seconds; 0: a fifth of the time that sound needs to cross the body
     int steps_per_frame = 2;    // > 0
     LinearSolveConfig linear{};
     RecipeRanges ranges{};
     std::uint64_t seed = 1;
 };
 
-/// Length, speed and time in which a body's motion is naturally measured, so that recipes suit any size,
-/// stiffness and density.
+/// Natural length, speed and time of a body's motion, so that recipes suit any size, stiffness and density.
 struct NaturalScales {
     double length = 1;  // diagonal of the rest pose's box, metres
     double speed = 1;   // sqrt(young / density), m/s
     double time = 1;    // length / speed, seconds
-    /// In (0, 1]: how much weaker than a stocky body this one is to be shaken, so that thin limbs neither
-    /// fold nor tear. Proportional to the thickness that a quarter of the body stays below; 1 from a tenth
-    /// of the length on. A limb bends by an angle of about (speed / speed of sound) (length / thickness).
+    /// Strength of excitation relative to a stocky body, in (0, 1], so that thin limbs neither fold nor tear.
+    /// Proportional to the lower quartile of the body's thickness; 1 from about a tenth of the length on. A
+    /// limb bends by an angle of about (speed / speed of sound) (length / thickness).
     double sturdiness = 1;
 };
 NaturalScales natural_scales(const Body& body, const LocalThickness& thickness);
 
-/// A force on the nodes around one, strongest there and zero at `radius` (metres, in the rest pose), that
-/// swells and fades over its duration.
+/// A force on the nodes around a node, strongest there and zero at `radius` (metres, in the rest pose). It
+/// rises and falls over its duration.
 struct PatchForce {
     int node = 0;
     double radius = 0;
-    Eigen::Vector3d force = Eigen::Vector3d::Zero();  // newtons, in all, at its peak
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();  // newtons, total at the peak
     double start = 0, duration = 0;                   // seconds
 };
 
@@ -54,8 +53,8 @@ struct ThrownCopy {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
 };
 
-/// All that happens in one training trajectory. World frame, SI units. The body starts with its centroid at
-/// the origin, turned by `rotation`, at velocity + gradient x.
+/// Everything that happens in one training trajectory. World frame, SI units. The body starts with its
+/// centroid at the origin, rotated by `rotation`, with velocity + gradient x.
 struct Recipe {
     RecipeKind kind = RecipeKind::free;
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
@@ -67,13 +66,13 @@ struct Recipe {
     std::vector<Grip> grips;
     std::optional<ThrownCopy> thrown;
     double frame_interval = 0;  // seconds
-    double first_frame = 0;     // seconds: motion begins before it
+    double first_frame = 0;     // seconds; motion starts before it
 };
 
 /// Draws the recipes of a body's trajectories.
 class RecipeBook {
  public:
-    /// Throws std::invalid_argument naming the first number that is out of range.
+    /// Throws std::invalid_argument naming the first number out of range.
     RecipeBook(std::shared_ptr<const Body> body, const ExcitationConfig& config);
 
     /// Recipe of trajectory `index`, >= 0: a pure function of body, config and index. Any run of trajectories
@@ -90,10 +89,10 @@ class RecipeBook {
     NaturalScales scales_;
 };
 
-/// As JSON text, for the record.
+/// The recipe as JSON text, to be stored with the trajectory.
 std::string recipe_json(const Recipe& recipe);
 
-/// Throws std::invalid_argument naming the first number that is out of range.
+/// Throws std::invalid_argument naming the first number out of range.
 void check_excitation_config(const ExcitationConfig& config);
 
 }  // namespace nbd

@@ -24,8 +24,8 @@ void read_range(JsonObject& from, const std::string& key, Range& range, const Nu
     range.to = entry.number("to", range.to, allowed);
     entry.finish();
     if (range.from > range.to)
-        throw std::invalid_argument(
-            fmt::format("{}: goes from {} to {}, but must not fall", from.path(key), range.from, range.to));
+        throw std::invalid_argument(fmt::format("{}: goes from {} to {}, but must not decrease",
+                                                from.path(key), range.from, range.to));
 }
 
 void read_kinds(JsonObject from, std::array<KindRanges, 5>& kinds) {

@@ -7,16 +7,16 @@
 
 namespace nbd {
 
-/// How thick a body is around a point: 4 V / A of what lies in a ball, the diameter of a rod and twice the
-/// thickness of a plate.
+/// Local thickness of a body: 4 V / A within a ball. It equals the diameter of a rod and twice the thickness
+/// of a plate.
 class LocalThickness {
  public:
     explicit LocalThickness(const TetMesh& tets);
 
-    /// Infinite where no surface is near. radius: metres, > 0.
+    /// Thickness around a point, metres; infinite if no surface is near. radius: metres, > 0.
     double at(const Eigen::Vector3d& point, double radius) const;
 
-    /// Volume, m3, of the tetrahedra whose centroids are in the ball.
+    /// Volume, m3, of the tetrahedra with centroids in the ball.
     double volume(const Eigen::Vector3d& point, double radius) const;
 
  private:

@@ -17,7 +17,7 @@ Function loaded(const char* name) noexcept {
 
 BlasInfo blas_info() {
     BlasInfo info{.name = "unknown", .fast = false, .warning = {}};
-    // An optimised BLAS may be loaded for others while CHOLMOD's calls go elsewhere: ask where they go.
+    // Finds the file that CHOLMOD's calls reach; an optimised BLAS may be loaded for other callers only.
     Dl_info where{};
     if (void* gemm = dlsym(RTLD_DEFAULT, "dgemm_"); gemm && dladdr(gemm, &where) && where.dli_fname) {
         std::error_code ignored;
@@ -27,8 +27,9 @@ BlasInfo blas_info() {
     for (const char* known : {"openblas", "mkl", "blis", "atlas", "flexiblas"})
         info.fast = info.fast || info.name.find(known) != std::string::npos;
     if (!info.fast)
-        info.warning = "warning: factorisations are several times slower than they could be, BLAS is " +
-                       info.name + " and no optimised one; on Debian: apt-get install libopenblas0-pthread";
+        info.warning =
+            "warning: factorisations are several times slower than with an optimised BLAS; BLAS is " +
+            info.name + "; on Debian: apt-get install libopenblas0-pthread";
     return info;
 }
 
@@ -36,7 +37,7 @@ void hold_blas_to_one_thread() noexcept {
     if (const auto set = loaded<void (*)(int)>("openblas_set_num_threads")) set(1);
     if (const auto set = loaded<void (*)(int)>("MKL_Set_Num_Threads")) set(1);
     if (const auto set = loaded<void (*)(int)>("bli_thread_set_num_threads"))
-        set(1);  // dim_t fits a register
+        set(1);  // int: dim_t fits a register
 }
 
 SerialOpenMP::SerialOpenMP() noexcept {

@@ -4,24 +4,24 @@
 
 namespace nbd {
 
-/// The BLAS behind CHOLMOD and ARPACK, as the program was started with it.
+/// The BLAS behind CHOLMOD and ARPACK in the running program.
 struct BlasInfo {
-    std::string name;     // the file that CHOLMOD's calls end in, or "unknown"
-    bool fast = false;    // that file belongs to an optimised implementation
-    std::string warning;  // one line for start-up, empty if fast
+    std::string name;     // file that implements CHOLMOD's calls, or "unknown"
+    bool fast = false;    // whether that file is an optimised implementation
+    std::string warning;  // one line for start-up; empty if fast
 };
 
-/// Asks the dynamic linker. A BLAS that it cannot tell counts as slow.
+/// Asks the dynamic linker. An unrecognised BLAS counts as slow.
 BlasInfo blas_info();
 
-/// Makes a recognised BLAS use one thread from now on, so that sums keep one order on every machine. Does
-/// nothing on others. Cheap to repeat.
+/// Limits a recognised BLAS to one thread from now on, so that sums keep the same order on every machine.
+/// Does nothing for others. Cheap to repeat.
 void hold_blas_to_one_thread() noexcept;
 
-/// While alive, OpenMP regions entered from the thread that made it run on that thread alone: CHOLMOD opens
-/// one per supernode, and its results shall not depend on how many threads share them. Pinned to one core the
-/// same work took 183 to 186 ms with CHOLMOD's OpenMP and 87 to 92 ms with this; on more cores the gain or
-/// loss was not measured. Does nothing where no OpenMP is loaded.
+/// While alive, OpenMP regions entered from the constructing thread run on that thread only. CHOLMOD opens
+/// one region per supernode, and its results must not depend on the number of threads. On one core the same
+/// work took 183 to 186 ms with CHOLMOD's OpenMP and 87 to 92 ms with this class; more cores were not
+/// measured. Does nothing if OpenMP is not loaded.
 class SerialOpenMP {
  public:
     SerialOpenMP() noexcept;
@@ -30,7 +30,7 @@ class SerialOpenMP {
     SerialOpenMP& operator=(const SerialOpenMP&) = delete;
 
  private:
-    int levels_ = 0;  // OpenMP's limit on nested regions before
+    int levels_ = 0;  // OpenMP's previous limit on nested regions
 };
 
 }  // namespace nbd

@@ -62,8 +62,9 @@ void BlockPattern::isolate(SparseMatrix& A, int i) const {
 }
 
 Eigen::Vector3d BlockPattern::multiply_row(const SparseMatrix& A, int i, const double* v) const noexcept {
-    // The three columns of node i, rows by symmetry, meet the same entries of v: these are gathered once.
-    constexpr int most = 64;  // nodes at a time
+    // A is symmetric, so the three columns of node i are its rows. All three use the same entries of v,
+    // gathered once.
+    constexpr int most = 64;  // nodes per pass
     double near[3 * most];
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     const auto row = neighbours(i);

@@ -12,7 +12,7 @@
 namespace nbd {
 namespace {
 
-// CHOLMOD's view of a symmetric matrix, of which it reads the lower triangle.
+// CHOLMOD view of a symmetric matrix; CHOLMOD reads only the lower triangle.
 cholmod_sparse lower_view(int n, const int* column, const int* row, const double* value) {
     cholmod_sparse view{};
     view.nrow = view.ncol = static_cast<std::size_t>(n);
@@ -32,7 +32,7 @@ cholmod_sparse lower_view(const SparseMatrix& A) {
     return lower_view(static_cast<int>(A.cols()), A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr());
 }
 
-/// METIS draws from the C library's one generator: one ordering at a time, for the same bits.
+/// METIS uses the C library's global random generator. One ordering at a time gives the same bits.
 std::mutex metis;
 
 }  // namespace
@@ -40,7 +40,7 @@ std::mutex metis;
 struct Cholesky::State {
     cholmod_common common{};
     cholmod_factor* factor = nullptr;
-    cholmod_dense *x = nullptr, *y = nullptr, *e = nullptr;  // solve's workspace
+    cholmod_dense *x = nullptr, *y = nullptr, *e = nullptr;  // workspace of solve()
     int size = 0;
     Eigen::Index entries = 0;
     bool factorized = false;
@@ -71,8 +71,8 @@ struct Cholesky::State {
             fmt::format("CHOLMOD {}: {} (status {}), {} unknowns", what, why, common.status, size));
     }
 
-    // Orders the nodes rather than the unknowns: a graph of a third of the size, and the three unknowns of a
-    // node stay together.
+    // Orders nodes instead of unknowns: the graph has a third of the size, and the three unknowns of a node
+    // stay together.
     std::vector<int> permutation(const SparseMatrix& A, Ordering ordering) {
         const int nodes = size / 3;
         std::vector<int> column{0}, row;
@@ -84,8 +84,8 @@ struct Cholesky::State {
         cholmod_sparse graph = lower_view(nodes, column.data(), row.data(), nullptr);
         common.nmethods = ordering == Ordering::quick ? 1 : 2;
         common.method[0].ordering = CHOLMOD_AMD;
-        // CHOLMOD's nested dissection by METIS's separators; METIS's own takes SIGTERM and SIGABRT meanwhile
-        // and jumps out of whichever thread they reach.
+        // Uses CHOLMOD's nested dissection with METIS separators. METIS's own nested dissection would catch
+        // SIGTERM and SIGABRT and jump out of whichever thread receives them.
         common.method[1].ordering = CHOLMOD_NESDIS;
         std::unique_lock lock(metis, std::defer_lock);
         if (ordering == Ordering::thorough) lock.lock();
@@ -124,8 +124,8 @@ void Cholesky::factorize(const SparseMatrix& A) {
     s.factorized = false;
     if (!s.factor || A.cols() != s.size || A.nonZeros() != s.entries)
         throw std::invalid_argument(
-            fmt::format("factorize: matrix has {} columns and {} entries, {} and {} were analysed", A.cols(),
-                        A.nonZeros(), s.size, s.entries));
+            fmt::format("factorize: matrix has {} columns and {} entries, but the analysed one has {} and {}",
+                        A.cols(), A.nonZeros(), s.size, s.entries));
     if (!A.coeffs().allFinite()) throw std::runtime_error("factorize: the matrix holds a NaN or an infinity");
     cholmod_sparse view = lower_view(A);
     const SerialOpenMP serial;
@@ -143,10 +143,10 @@ bool Cholesky::factorized() const noexcept { return state_->factorized; }
 
 void Cholesky::solve(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x) const {
     State& s = *state_;
-    if (!s.factorized) throw std::logic_error("solve: no factor");
+    if (!s.factorized) throw std::logic_error("solve: no factor; call factorize() first");
     if (b.size() != s.size || x.size() != s.size)
         throw std::invalid_argument(
-            fmt::format("solve: vectors of {} and {} entries, {} were analysed", b.size(), x.size(), s.size));
+            fmt::format("solve: vectors of {} and {} entries; allowed: {}", b.size(), x.size(), s.size));
     cholmod_dense view{};
     view.nrow = view.nzmax = view.d = static_cast<std::size_t>(s.size);
     view.ncol = 1;
@@ -161,7 +161,7 @@ void Cholesky::solve(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eige
 
 SupernodalFactor Cholesky::factor() const {
     const State& s = *state_;
-    if (!s.factorized) throw std::logic_error("factor: there is none");
+    if (!s.factorized) throw std::logic_error("factor: no factor; call factorize() first");
     const cholmod_factor& L = *s.factor;
     const auto ints = [](const void* data, std::size_t count) {
         return std::span(static_cast<const int*>(data), count);

@@ -12,10 +12,10 @@
 namespace nbd {
 namespace {
 
-constexpr int lanes = 16;    // rows are padded to whole vectors of these many floats
+constexpr int lanes = 16;    // rows are padded to whole vectors of this many floats
 constexpr int together = 4;  // columns that share one pass over the rows
 constexpr float largest = 32767;
-constexpr int shares = 8;  // branches
+constexpr int shares = 8;  // number of branches
 
 using Floats [[gnu::vector_size(lanes * sizeof(float))]] = float;
 using Shorts [[gnu::vector_size(lanes * sizeof(std::int16_t))]] = std::int16_t;
@@ -32,7 +32,7 @@ Floats load(const float* values) noexcept {
     return floats;
 }
 
-/// sum += t[0] column 0 + t[1] column 1 + ..., for `count` columns.
+/// Adds t[0] * column 0 + t[1] * column 1 + ... to sum, for `count` columns.
 template <int count>
 void add_columns(const std::int16_t* column, std::ptrdiff_t stride, const float* t, float* sum) noexcept {
     for (std::ptrdiff_t k = 0; k < stride; k += lanes) {
@@ -42,7 +42,7 @@ void add_columns(const std::int16_t* column, std::ptrdiff_t stride, const float*
     }
 }
 
-/// out[c] = scale[c] column c . z, for `count` columns.
+/// Sets out[c] = scale[c] * dot(column c, z) for `count` columns.
 template <int count>
 void dot_columns(const std::int16_t* column, std::ptrdiff_t stride, const float* z, const float* scale,
                  float* out) noexcept {
@@ -60,13 +60,13 @@ void dot_columns(const std::int16_t* column, std::ptrdiff_t stride, const float*
 
 }  // namespace
 
-/// Branch of each supernode, or -1 for the trunk: the heaviest branch is cut at its root until none holds
-/// more than its share of the work; then branches are put together into as many as there are shares.
+/// Returns the branch of each supernode; -1 for the trunk. The heaviest branch is cut at its root until no
+/// branch exceeds its share of the work; then the branches are combined into `shares` groups.
 std::vector<int> PackedFactor::cut(const SupernodalFactor& factor) {
     const int count = static_cast<int>(factor.first_column.size()) - 1;
     std::vector<int> supernode_of(factor.permutation.size()), first(count);
     std::vector<std::vector<int>> children(count);
-    std::vector<double> work(count);  // of the supernode and all below it in the tree
+    std::vector<double> work(count);  // work of the supernode and its whole subtree
     for (int s = 0; s < count; ++s)
         for (int c = factor.first_column[s]; c < factor.first_column[s + 1]; ++c) supernode_of[c] = s;
     std::vector<int> open;
@@ -111,7 +111,7 @@ std::vector<int> PackedFactor::cut(const SupernodalFactor& factor) {
 PackedFactor::PackedFactor(const SupernodalFactor& factor)
     : size_(static_cast<int>(factor.permutation.size())), scale_(factor.permutation.size()) {
     const std::vector<int> branch = cut(factor);
-    std::vector<int> sequence, place(factor.permutation.size());  // of supernodes; of columns
+    std::vector<int> sequence, place(factor.permutation.size());  // supernodes in order; places of columns
     for (int part = 0; part <= shares; ++part) {
         Branch range{.begin = static_cast<int>(sequence.size())};
         for (int s = 0; s < static_cast<int>(branch.size()); ++s)
@@ -170,7 +170,7 @@ std::size_t PackedFactor::bytes() const noexcept {
            order_.size() * (sizeof(int) + sizeof(float)) + nodes_.size() * sizeof(Supernode);
 }
 
-/// trunk: what the rows of the trunk lose is taken from here.
+/// trunk: accumulates the updates to the trunk's rows.
 void PackedFactor::forward(const Supernode& node, float* y, float* trunk, float* sum) const noexcept {
     float* own = y + node.first;
     const float* scale = scale_.data() + node.first;

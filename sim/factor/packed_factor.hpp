@@ -9,13 +9,13 @@
 
 namespace nbd {
 
-/// A Cholesky factor packed for speed rather than for digits: a symmetric positive definite stand-in for
-/// A^-1 that reads a quarter of the memory of the factor it was made from. Each supernode's diagonal block D
-/// and the rows B below it become one dense matrix [D^-1; B D^-1], each column in 16-bit integers with a
-/// scale of its own, so that both triangular solves are matrix-vector products.
+/// An approximate inverse of A from its Cholesky factor, packed for speed: symmetric positive definite, with
+/// a quarter of the factor's memory. Each supernode's diagonal block D and the rows B below it become one
+/// dense matrix [D^-1; B D^-1] of 16-bit integers with one scale per column, so both triangular solves are
+/// matrix-vector products.
 ///
-/// The elimination tree is cut into branches of like work, which are solved in parallel; what joins them, the
-/// trunk, follows. The same bits on any number of threads.
+/// The elimination tree is cut into branches of similar work, which are solved in parallel, and a trunk that
+/// joins them. The bits do not depend on the number of threads.
 ///
 /// Immutable: any number of threads may solve at once.
 class PackedFactor {
@@ -23,23 +23,24 @@ class PackedFactor {
     explicit PackedFactor(const SupernodalFactor& factor);
 
     int size() const noexcept { return size_; }
-    /// Unknown of A at each place of solve()'s vector. [size()]
+    /// [size()] unknown of A at each place of solve()'s vector.
     const std::vector<int>& order() const noexcept { return order_; }
     std::size_t bytes() const noexcept;
 
-    /// y = about A^-1 y, in the order of order(). work: grown on the first call, scratch of the caller.
+    /// Replaces y by approximately A^-1 y; y is in the order of order(). work: caller-owned scratch, grown on
+    /// the first call.
     void solve(std::span<float> y, std::vector<float>& work) const;
 
  private:
     struct Supernode {
         int first = 0, width = 0;  // its columns
-        int below = 0;             // rows under the diagonal block
-        int inside = 0;            // the first of these, outside the trunk
+        int below = 0;             // number of rows under the diagonal block
+        int inside = 0;            // how many of these come before the trunk; they are first
         int stride = 0;            // width + below, rounded up to whole vectors
-        int rows = 0;              // where the rows below begin in rows_
-        std::size_t values = 0;    // where its matrix begins in values_
+        int rows = 0;              // start of the rows below in rows_
+        std::size_t values = 0;    // start of its matrix in values_
     };
-    /// Supernodes [begin, end), in the order of elimination.
+    /// Supernodes [begin, end) in elimination order.
     struct Branch {
         int begin = 0, end = 0;
     };
@@ -50,15 +51,15 @@ class PackedFactor {
     void backward(const Supernode& node, float* y, float* gathered) const noexcept;
 
     int size_ = 0;
-    int longest_ = 0;  // stride
+    int longest_ = 0;  // largest stride
     std::vector<int> order_;
     std::vector<Supernode> nodes_;
     std::vector<Branch> branches_;
     Branch trunk_;
-    int trunk_first_ = 0;  // column
+    int trunk_first_ = 0;  // first column of the trunk
     std::vector<int> rows_;
-    std::vector<float> scale_;          // [size] of each column
-    std::vector<std::int16_t> values_;  // column by column, `stride` apart
+    std::vector<float> scale_;          // [size] scale of each column
+    std::vector<std::int16_t> values_;  // columns, `stride` apart
 };
 
 }  // namespace nbd

@@ -14,11 +14,10 @@
 namespace nbd {
 namespace {
 
-// Before the pattern is built: a bad index must not get that far.
+// Runs before the pattern is built, which needs valid indices.
 TetMesh checked(TetMesh mesh) {
     const Eigen::Index nodes = mesh.X.rows();
-    if (mesh.T.rows() == 0)
-        throw std::invalid_argument("elastic body: no tetrahedra, at least one is needed");
+    if (mesh.T.rows() == 0) throw std::invalid_argument("elastic body: no tetrahedra; allowed: at least one");
     std::vector<char> used(nodes, 0);
     for (Eigen::Index t = 0; t < mesh.T.rows(); ++t)
         for (int a = 0; a < 4; ++a) {
@@ -30,8 +29,8 @@ TetMesh checked(TetMesh mesh) {
         }
     for (Eigen::Index i = 0; i < nodes; ++i) {
         if (!mesh.X.row(i).allFinite())
-            throw std::invalid_argument(fmt::format("node {} lies at ({} {} {}), positions must be finite", i,
-                                                    mesh.X(i, 0), mesh.X(i, 1), mesh.X(i, 2)));
+            throw std::invalid_argument(fmt::format("node {} lies at ({} {} {}); allowed: finite positions",
+                                                    i, mesh.X(i, 0), mesh.X(i, 1), mesh.X(i, 2)));
         if (!used[i]) throw std::invalid_argument(fmt::format("node {} belongs to no tetrahedron", i));
     }
     return mesh;
@@ -71,7 +70,7 @@ void ElasticBody::measure_elements() {
         volume_[t] = D.determinant() / 6;
         if (!(volume_[t] > 0))
             throw std::invalid_argument(
-                fmt::format("tetrahedron {} has volume {} m3, it must be > 0", t, volume_[t]));
+                fmt::format("tetrahedron {} has volume {} m3; allowed: more than 0", t, volume_[t]));
         const Eigen::Matrix3d gradient = D.inverse().transpose();
         if (!gradient.allFinite())
             throw std::invalid_argument(fmt::format("tetrahedron {} is flat to rounding", t));
@@ -224,8 +223,8 @@ double ElasticBody::energy(const ElementPose& pose) const {
     return sum;
 }
 
-// With s the columns of S, the shape functions' gradients turned by R times the root of the volume, block
-// (a, b) of R K_e R^T is lambda s_a s_b^T + mu s_b s_a^T + mu s_a.s_b I.
+// s_a is column a of S: the gradient of shape function a, rotated by R, times the square root of the volume.
+// Block (a, b) of R K_e R^T is lambda s_a s_b^T + mu s_b s_a^T + mu s_a.s_b I.
 void ElasticBody::combine(double mass_scale, double stiffness_scale, const ElementPose& pose,
                           SparseMatrix& A) const {
     const double lambda = stiffness_scale * lambda_, mu = stiffness_scale * mu_;
@@ -249,7 +248,7 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
                 for (int r = 0; r < 3; ++r)
                     for (int c = 0; c < 3; ++c)
                         value[r][c] = lambda * outer[c][r] + mu * outer[r][c] + (r == c ? diagonal : 0);
-                // Rows of a stored block belong to j, columns to i.
+                // A stored block has the rows of j and the columns of i.
                 auto own = pattern_.block(A, i, k);
                 if (j == i) {
                     for (int r = 0; r < 3; ++r)
@@ -272,14 +271,14 @@ SparseMatrix ElasticBody::stiffness(const ElementPose& pose) const {
 }
 
 void ElasticBody::stiffness_product(const ElementPose& pose, NodesRef u, Eigen::Ref<Nodes> out) const {
-    // Corner by corner rather than through a buffer of element results: nothing to allocate, and the order
-    // of sums is that of gather().
+    // Works corner by corner without a buffer of element results, so nothing is allocated; the order of sums
+    // is that of gather().
     parallel_for(node_count(), [&](int i) {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s) {
             const int t = corner_[s] / 4;
             const Eigen::Matrix<double, 3, 4> S = pose.S[t].topRows<3>();
-            // Gradient of u in the element's turned frame, times the root of the volume.
+            // Gradient of u in the element's rotated frame, times the square root of the volume.
             Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
             for (int b = 0; b < 4; ++b) H += u.row(rest_.T(t, b)).transpose() * S.col(b).transpose();
             Eigen::Matrix3d stress = mu_ * (H + H.transpose());

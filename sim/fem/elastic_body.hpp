@@ -12,43 +12,43 @@
 namespace nbd {
 
 enum class MassKind {
-    lumped,      // a quarter of each tetrahedron's mass on each of its nodes
-    consistent,  // integral of the products of the shape functions
+    lumped,      // a quarter of each tetrahedron's mass at each of its nodes
+    consistent,  // integrals of products of shape functions
 };
 
-/// What is wrong with a pose's elements, if anything.
+/// Inverted and non-finite elements of a pose.
 struct ElementReport {
     int inverted = 0;         // tetrahedra with det F <= 0
-    int first_inverted = -1;  // the lowest of them, or -1
+    int first_inverted = -1;  // lowest index of these; -1 if none
     int non_finite = 0;       // tetrahedra with a NaN or infinity in F
     int first_non_finite = -1;
-    double min_det = 1;  // smallest det F of the finite ones
+    double min_det = 1;  // smallest finite det F
     bool ok() const noexcept { return inverted == 0 && non_finite == 0; }
 };
 
-/// Per-element results for one pose; scratch owned by the caller, filled by ElasticBody::pose().
+/// Element results for one pose. Owned by the caller, filled by ElasticBody::pose().
 struct ElementPose {
     std::vector<Eigen::Matrix3d> F;              // [T] deformation gradients
-    std::vector<Eigen::Matrix3d> R;              // [T] their rotations, det = +1 also where F is inverted
-    std::vector<Eigen::Matrix4d> S;              // [T] see ElasticBody::combine; the fourth row is zero
+    std::vector<Eigen::Matrix3d> R;              // [T] rotations of F, det = +1 even if F is inverted
+    std::vector<Eigen::Matrix4d> S;              // [T] see ElasticBody::combine(); the fourth row is zero
     std::vector<Eigen::Matrix<double, 3, 4>> f;  // [T] elastic forces on the four nodes, N
 };
 
-/// How the elements around each node are turned.
+/// Mean rotation of the elements around each node.
 struct NodeRotations {
-    std::vector<Eigen::Matrix3f> R;  // [N] the rotation nearest to the mean of theirs, weighted by stiffness
-    std::vector<float> spread;       // [N] mean norm of theirs minus R, weighted likewise
+    std::vector<Eigen::Matrix3f> R;  // [N] rotation nearest to the stiffness-weighted mean of the elements' R
+    std::vector<float> spread;       // [N] mean norm of the elements' R minus this R, same weights
 };
 
 /// Corotated linear elasticity on linear tetrahedra [MuellerGross04], in double precision.
 ///
-/// Element energy: E_e = V (mu |F - R|^2 + lambda/2 tr(R^T F - I)^2), R the rotation of F's polar
-/// decomposition. Its force is f_e = -R K_e (R^T x - X), exactly -dE_e/dx: the derivative of R drops out
-/// because R^T F is symmetric. The tangent K = sum of R K_e R^T neglects dR/dx, which makes it positive
-/// semi-definite in every pose; it is the exact Hessian wherever R^T F = I.
+/// Element energy: E_e = V (mu |F - R|^2 + lambda/2 tr(R^T F - I)^2), where R is the rotation of F's polar
+/// decomposition. The force f_e = -R K_e (R^T x - X) is exactly -dE_e/dx: the derivative of R drops out
+/// because R^T F is symmetric. The tangent K = sum of R K_e R^T neglects dR/dx and is therefore positive
+/// semi-definite in every pose; where R^T F = I it is the exact Hessian.
 ///
-/// Immutable once built: several simulated copies may share it, from several threads, each with its own
-/// ElementPose. All loops run in parallel and sum in a fixed order: the same bits on any thread count.
+/// Immutable: several simulated copies and threads may share it, each with its own ElementPose. All loops run
+/// in parallel and sum in a fixed order, so the bits do not depend on the number of threads.
 class ElasticBody {
  public:
     /// Throws std::invalid_argument naming the first bad parameter, node or tetrahedron: parameters outside
@@ -62,15 +62,15 @@ class ElasticBody {
     const TetMesh& rest() const noexcept { return rest_; }
     const Material& material() const noexcept { return material_; }
     const Eigen::VectorXd& rest_volumes() const noexcept { return volume_; }  // [T], m3
-    /// Row sums of the mass matrix: the lumped mass of each node whatever the kind of mass. [N], kg.
+    /// Row sums of the mass matrix: the lumped node masses, for either kind of mass. [N], kg.
     const Eigen::VectorXd& node_masses() const noexcept { return node_mass_; }
     double mass() const noexcept { return node_mass_.sum(); }  // kg
     const BlockPattern& pattern() const noexcept { return pattern_; }
     const SparseMatrix& mass_matrix() const noexcept { return mass_; }  // in pattern(), kg
 
-    /// Fills F, R, S and f for the positions x [N, 3], metres. Allocates on the first use of `pose` only.
-    /// Non-finite elements get R = I and pass their NaN on to f. meter: null, or what measures the motions of
-    /// groups of tetrahedra on the way.
+    /// Fills F, R, S and f for the positions x [N, 3], metres. Allocates only on the first use of `pose`.
+    /// Non-finite elements get R = I and pass their NaN on to f. meter: may be null; otherwise it measures
+    /// the motions of its groups of tetrahedra in the same pass.
     void pose(NodesRef x, ElementPose& pose, RegionMeter* meter = nullptr) const;
 
     /// Elastic forces on the nodes, newtons. out: [N, 3].
@@ -85,13 +85,13 @@ class ElasticBody {
     /// K(pose), in pattern(), N/m.
     SparseMatrix stiffness(const ElementPose& pose) const;
 
-    /// out = K(pose) u without the matrix. u, out: [N, 3]; out must not overlap u.
+    /// out = K(pose) u without assembling K. u, out: [N, 3]; out must not overlap u.
     void stiffness_product(const ElementPose& pose, NodesRef u, Eigen::Ref<Nodes> out) const;
 
     /// out = M u. u, out: [N, 3]; out must not overlap u.
     void mass_product(NodesRef u, Eigen::Ref<Nodes> out) const;
 
-    /// Allocates on the first use of `rotations` only.
+    /// Computes the mean rotation at each node. Allocates only on the first use of `rotations`.
     void node_rotations(const ElementPose& pose, NodeRotations& rotations) const;
 
     ElementReport check(const ElementPose& pose) const;
@@ -110,21 +110,22 @@ class ElasticBody {
     double mu_ = 0, lambda_ = 0;  // Lame parameters, Pa
     BlockPattern pattern_;
     Eigen::VectorXd volume_;  // [T]
-    // Columns of the inverse rest edges' transpose, the gradients of shape functions 1 to 3 at rest, in
-    // batches of `lanes` elements, the last filled up with its last element. 1/m
+    // Rest gradients of shape functions 1 to 3, 1/m: columns of the transposed inverse of the rest edges.
+    // Stored in batches of `lanes` elements; the last batch repeats its last element.
     std::vector<LaneMatrix3> gradient_;
-    std::vector<double> corner_weight_;  // [4 T] volume times squared gradient of the shape function
+    std::vector<double> corner_weight_;  // [4 T] volume times squared norm of the shape function's gradient
     Eigen::VectorXd node_mass_;          // [N]
     SparseMatrix mass_;
-    std::vector<double> block_mass_;  // [blocks] mass_'s blocks are these times the identity
+    std::vector<double> block_mass_;  // [blocks] mass_ has these factors times the identity as blocks
 
-    // Corners 4 t + a of each node, ascending: the fixed order of all sums.
+    // Corners 4 t + a of each node, ascending. This is the fixed order of all sums.
     std::vector<int> corner_offset_;  // [N + 1]
     std::vector<int> corner_;         // [4 T]
-    // Pairs 16 t + 4 a + b of each block (i, j) with j >= i, by block number; mirrored when written.
+    // Pairs 16 t + 4 a + b of each block (i, j) with j >= i, by block number. The other triangle is mirrored
+    // when written.
     std::vector<int> pair_offset_;  // [blocks + 1]
     std::vector<int> pair_;
-    std::vector<int> mirror_;  // [blocks] position of i among the neighbours of j
+    std::vector<int> mirror_;  // [blocks] for block (i, j), the position of i among the neighbours of j
 };
 
 }  // namespace nbd

@@ -19,10 +19,10 @@ namespace nbd {
 namespace {
 
 constexpr int rigid_count = 6;
-constexpr double zero_eigenvalue = 1e-12;  // times the largest one: rounding leaves less, elasticity more
-constexpr double shift_below_zero = 1e-8;  // times the largest one: K - sigma M stays well conditioned
+constexpr double zero_eigenvalue = 1e-12;  // times the largest one; rounding stays below, elastic modes above
+constexpr double shift_below_zero = 1e-8;  // times the largest eigenvalue; keeps K - sigma M well conditioned
 
-// Entry i of a vector with entries in [-1, 1).
+// Entry i of a random vector with entries in [-1, 1).
 double seeded_uniform(std::uint64_t seed, std::uint64_t i) {
     return 2 * unit_interval(mix_bits(seed * golden_step + (i + 1) * 0xbf58476d1ce4e5b9u)) - 1;
 }
@@ -30,7 +30,7 @@ double seeded_uniform(std::uint64_t seed, std::uint64_t i) {
 struct Pencil {
     const ElasticBody& body;
     SparseMatrix K;
-    double largest;  // upper estimate of the largest eigenvalue
+    double largest;  // estimate of the largest eigenvalue
 
     explicit Pencil(const ElasticBody& b) : body(b) {
         ElementPose rest;
@@ -54,7 +54,7 @@ struct EigenPairs {
     int solves = 0;
 };
 
-// The `count` eigenpairs of lowest magnitude.
+// The `count` eigenpairs with the smallest absolute eigenvalues.
 EigenPairs lowest_pairs(const Pencil& pencil, int count, const ModeOptions& options) {
     const int n = pencil.body.unknown_count();
     const double sigma = -shift_below_zero * pencil.largest;
@@ -75,10 +75,10 @@ EigenPairs lowest_pairs(const Pencil& pencil, int count, const ModeOptions& opti
     pairs.vectors.resize(n, basis);
     int iparam[11] = {}, ipntr[14] = {};
     iparam[0] = 1;     // exact shifts
-    iparam[2] = 1000;  // restarts at most
+    iparam[2] = 1000;  // maximum number of restarts
     iparam[3] = 1;
-    iparam[6] = 3;           // shift-invert
-    int task = 0, info = 1;  // info 1: start from `residual`
+    iparam[6] = 3;           // shift-invert mode
+    int task = 0, info = 1;  // info = 1: start from `residual`
     while (true) {
         dsaupd_c(&task, "G", n, "LM", count, options.tolerance, residual.data(), basis, pairs.vectors.data(),
                  n, iparam, ipntr, work_d.data(), work_l.data(), static_cast<int>(work_l.size()), &info);
@@ -116,7 +116,7 @@ EigenPairs lowest_pairs(const Pencil& pencil, int count, const ModeOptions& opti
     return pairs;
 }
 
-// Translations and infinitesimal rotations about the centre, M-normalised columns.
+// Translations and infinitesimal rotations about the centre of mass, as M-normalised columns.
 Eigen::MatrixXd rigid_motions(const Pencil& pencil) {
     const Nodes& X = pencil.body.rest().X;
     const Eigen::VectorXd& m = pencil.body.node_masses();
@@ -137,7 +137,7 @@ Eigen::MatrixXd rigid_motions(const Pencil& pencil) {
     return motions;
 }
 
-// M-norm of the part of each unit rigid motion outside the span of `modes`; the largest.
+// Largest M-norm of the part of a unit rigid motion that lies outside the span of `modes`.
 double rigid_residual(const Pencil& pencil, const Eigen::Ref<const Eigen::MatrixXd>& modes) {
     const Eigen::MatrixXd motions = rigid_motions(pencil);
     Eigen::VectorXd rest(motions.rows()), product(motions.rows());
@@ -151,14 +151,15 @@ double rigid_residual(const Pencil& pencil, const Eigen::Ref<const Eigen::Matrix
     return largest;
 }
 
-// Refuses anything but six rigid modes.
+// Throws unless there are exactly six rigid modes and they span the rigid motions.
 void check_rigid(const Pencil& pencil, const EigenPairs& pairs, ModeReport& report) {
     const double zero = zero_eigenvalue * pencil.largest;
     const auto found = (pairs.values.array() <= zero).count();
     if (found != rigid_count)
-        throw std::runtime_error(fmt::format(
-            "modes: {}{} rigid modes, a free body in one piece has exactly 6 (separate or hinged parts?)",
-            found == pairs.values.size() ? "at least " : "", found));
+        throw std::runtime_error(
+            fmt::format("modes: found {}{} rigid modes, but a free body in one piece has exactly 6; check "
+                        "for separate or hinged parts",
+                        found == pairs.values.size() ? "at least " : "", found));
     const double largest = pairs.values.head<rigid_count>().cwiseAbs().maxCoeff();
     report.max_rigid_hz = std::sqrt(largest) / (2 * std::numbers::pi);
     report.gap = pairs.values[rigid_count] / largest;

@@ -8,19 +8,19 @@
 namespace nbd {
 
 struct ModeOptions {
-    int count = 128;           // modes wanted, the six rigid ones not counted; >= 1
-    std::uint64_t seed = 1;    // of the starting vector
+    int count = 128;           // number of elastic modes, >= 1; the six rigid modes are not counted
+    std::uint64_t seed = 1;    // seed of the starting vector
     double tolerance = 1e-12;  // ARPACK's relative accuracy of eigenvalues; 0 means rounding
 };
 
-/// What was found besides the modes themselves.
+/// Accuracy and cost of the modes.
 struct ModeReport {
     double max_rigid_hz = 0;    // largest |frequency| of the six rigid modes
-    double gap = 0;             // lowest elastic eigenvalue over the largest rigid one in magnitude
-    double rigid_residual = 0;  // largest part of a unit translation or rotation outside the six modes
+    double gap = 0;             // smallest elastic eigenvalue over the largest absolute rigid one
+    double rigid_residual = 0;  // largest part of a unit translation or rotation outside the six rigid modes
     double max_residual = 0;    // largest |K u - lambda M u| / |lambda M u| of the elastic modes
     double orthonormality = 0;  // largest entry of |U^T M U - I|
-    int solves = 0;             // with the factorised K - sigma M
+    int solves = 0;             // number of solves with the factorised K - sigma M
 };
 
 struct Modes {
@@ -28,12 +28,12 @@ struct Modes {
     ModeReport report;
 };
 
-/// The lowest vibration modes K u = lambda M u of the free body at rest: frequencies in Hz, ascending,
-/// columns M-orthonormal, the largest entry of each positive. The six rigid modes are found with them,
-/// checked to be exactly six and to span translations and rotations, and dropped. The same bits for the
-/// same seed. ARPACK in shift-invert mode with a shift just below zero.
-/// Throws std::invalid_argument on a count the body cannot have, std::runtime_error when the iteration does
-/// not converge or when there are not exactly six rigid modes (a body in several pieces, or hinged).
+/// The lowest vibration modes K u = lambda M u of the free body at rest: frequencies in Hz, ascending;
+/// columns M-orthonormal, the largest entry of each positive. The six rigid modes are computed too, checked
+/// (exactly six that span translations and rotations) and dropped. The same seed gives the same bits. Uses
+/// ARPACK in shift-invert mode with a shift just below zero. Throws std::invalid_argument for a count that
+/// the body cannot have, std::runtime_error if the iteration does not converge or there are not exactly six
+/// rigid modes (a body in several pieces, or hinged).
 Modes vibration_modes(const ElasticBody& body, const ModeOptions& options = {});
 
 }  // namespace nbd

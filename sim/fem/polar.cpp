@@ -16,7 +16,7 @@ Eigen::Matrix3d rotation_by_svd(const Eigen::Matrix3d& F) noexcept {
     return U * svd.matrixV().transpose();
 }
 
-/// Cofactors of A; det: its determinant.
+/// Returns the cofactors of A and sets det to its determinant.
 LaneMatrix3 cofactors(const LaneMatrix3& A, Lanes& det) noexcept {
     LaneMatrix3 C;
     for (int j = 0; j < 3; ++j) {
@@ -48,16 +48,15 @@ void LaneMatrix3::set_lane(int l, const Eigen::Matrix3d& A) noexcept {
     for (int k = 0; k < 9; ++k) entries[static_cast<std::size_t>(k)][l] = A(k % 3, k / 3);
 }
 
-// Newton's iteration R <- (s R + (s R)^-T) / 2, whose scaling s [Higham86] brings singular values near one
-// before it doubles the correct digits each time, where F is well away from flat; singular values decide
-// elsewhere.
+// Newton's iteration R <- (s R + (s R)^-T) / 2. The scaling s [Higham86] first brings the singular values
+// near one; then each step doubles the correct digits. Only for F far from flat; otherwise an SVD is used.
 void rotations_of(const LaneMatrix3& F, LaneMatrix3& R) noexcept {
     constexpr int scaled_iterations = 3, max_iterations = 12;
-    constexpr double converged = 1e-9;  // the step after it is below rounding
+    constexpr double converged = 1e-9;  // the following step is below rounding
     Lanes det;
     LaneMatrix3 C = cofactors(F, det);
     const Lanes size = squared_norm(F);
-    const Mask regular = det > 1e-3 * size * size.sqrt();  // false for NaN
+    const Mask regular = det > 1e-3 * size * size.sqrt();  // also false for NaN
     for (int k = 0; k < 9; ++k)
         R.entries[static_cast<std::size_t>(k)] =
             regular.select(F.entries[static_cast<std::size_t>(k)], Lanes::Constant(k % 4 == 0));

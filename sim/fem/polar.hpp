@@ -5,11 +5,11 @@
 
 namespace nbd {
 
-/// Numbers of several matrices side by side, for vector units.
+/// Number of matrices processed side by side, for vector units.
 constexpr int lanes = 8;
 using Lanes = Eigen::Array<double, lanes, 1>;
 
-/// `lanes` 3x3 matrices; entry (i, j) of all of them stands together.
+/// `lanes` 3x3 matrices. The entries (i, j) of all of them are stored together.
 struct LaneMatrix3 {
     std::array<Lanes, 9> entries;
     Lanes& operator()(int i, int j) noexcept { return entries[static_cast<std::size_t>(3 * j + i)]; }
@@ -20,13 +20,13 @@ struct LaneMatrix3 {
     void set_lane(int l, const Eigen::Matrix3d& A) noexcept;
 };
 
-/// The rotation R (det = +1) that maximises tr(R^T F) in each lane: the polar factor of F, also for inverted
-/// and flat F, where the direction of least stretch is the one taken as mirrored. R^T F is symmetric. The
-/// same R is returned for the same F up to rounding, without history. Not unique where the two smallest
-/// signed singular values add up to zero; identity for a non-finite F.
+/// For each lane, the rotation R (det = +1) that maximises tr(R^T F): the polar factor of F. For inverted and
+/// flat F the direction of least stretch is taken as mirrored. R^T F is symmetric. R depends only on F (up to
+/// rounding), not on earlier calls. R is not unique if the two smallest signed singular values add up to
+/// zero. A non-finite F gives the identity.
 void rotations_of(const LaneMatrix3& F, LaneMatrix3& R) noexcept;
 
-/// That of a single matrix.
+/// The same for a single matrix.
 Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& F) noexcept;
 
 }  // namespace nbd

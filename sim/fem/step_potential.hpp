@@ -4,14 +4,14 @@
 
 namespace nbd {
 
-/// A backward Euler step of a lone body as a minimisation over its end velocities v, [N, 3]: the gradient of
+/// One backward Euler step of a body as a minimisation over its end velocities v, [N, 3]. The gradient of
 ///
 ///   P(v) = 1/2 |v - v0|^2_M + E(x0 + dt v) - dt v.(M g + f_outer) + dt/2 (alpha |v|^2_M + beta |v|^2_K)
 ///
-/// is the impulse balance that the step solves. Joules; forces of contacts are not included.
+/// is the impulse balance that the step solves. Joules. Contact forces are not included.
 class StepPotential {
  public:
-    /// What is passed is referred to. damping: the elements whose stiffness K damps.
+    /// Stores references to all arguments. damping: elements that define the stiffness K of the damping term.
     StepPotential(const ElasticBody& body, const BodyState& start, double dt, const Loads& loads,
                   const ElementPose& damping)
         : body_(body), start_(start), dt_(dt), loads_(loads), damping_(damping) {}

@@ -44,7 +44,7 @@ void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads,
     stiffness_scale_ = dt * dt + dt * body_.material().rayleigh_stiffness;
     body_.combine(mass_scale_, stiffness_scale_, elements_, A_);
 
-    // K w = (A w - mass_scale M w) / stiffness_scale, so that M is applied once to all that it acts on.
+    // K w = (A w - mass_scale M w) / stiffness_scale, so one product with M covers all terms with M.
     const double share = dt * dt / stiffness_scale_;
     body_.pattern().multiply(A_, Eigen::Map<const Eigen::VectorXd>(iterate.data(), b_.size()), b_);
     b_ *= share;

@@ -14,13 +14,13 @@ struct BodyState {
     Nodes x, v;
 };
 
-/// Outer loads, constant over a step.
+/// External loads, constant over a step.
 struct Loads {
     Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // m/s2
     Nodes forces;                                       // [N, 3] newtons, or empty for none
 };
 
-/// Nodes whose velocity over the step is given: zero for pinned ones.
+/// Nodes with a given velocity over the step; zero pins a node.
 struct PrescribedNodes {
     std::vector<int> nodes;  // distinct rows of the node array
     Nodes v;                 // [nodes, 3], m/s
@@ -32,12 +32,12 @@ struct PrescribedNodes {
 ///   b = M v0 + dt (f(x) + M g + f_outer) + dt^2 K(x) w
 ///
 /// linearised at the iterate w, where x = x0 + dt w; alpha and beta are the Rayleigh coefficients. The first
-/// w is v0, which takes the body's turning over the step into account: linearised at x0 instead, a spinning
-/// body gains energy. w = v of the last solve is a Newton iteration, whose only approximation is K's (see
+/// w is v0, which accounts for the body's rotation over the step; linearised at x0, a spinning body would
+/// gain energy. Using the last solution as w gives Newton's method, with K as its only approximation (see
 /// ElasticBody).
 ///
-/// The order of calls: assemble, then prescribe, then any number of multiply and, once factorize was called,
-/// of solve; CoupledSolver solves several of these together without it. x1 = x0 + dt v.
+/// Call assemble, then prescribe, then multiply any number of times. solve needs factorize first;
+/// CoupledSolver solves several systems together without it. The new positions are x1 = x0 + dt v.
 class StepSystem {
  public:
     /// The body must outlive the system.
@@ -46,27 +46,27 @@ class StepSystem {
 
     const ElasticBody& body() const noexcept { return body_; }
 
-    /// Sets A and b, forgetting all that was prescribed. dt: seconds, > 0. w: [N, 3] m/s, or empty
-    /// for start.v. Throws std::invalid_argument on wrong shapes or dt.
+    /// Sets A and b and clears all prescribed nodes. dt: seconds, > 0. w: [N, 3] m/s, or empty for start.v.
+    /// Throws std::invalid_argument for wrong shapes or dt.
     void assemble(const BodyState& start, double dt, const Loads& loads, const Nodes& w = {});
 
-    /// A = mass_scale M + stiffness_scale K as of the last assemble, before anything was prescribed.
+    /// A = mass_scale M + stiffness_scale K of the last assemble(), before prescribe().
     double mass_scale() const noexcept { return mass_scale_; }
     double stiffness_scale() const noexcept { return stiffness_scale_; }
 
-    /// Elements at the pose x = x0 + dt w of the last assemble.
+    /// Elements at the pose x = x0 + dt w of the last assemble().
     const ElementPose& elements() const noexcept { return elements_; }
 
-    /// Eliminates nodes exactly: b of the others loses A v of these, their rows and columns become the
-    /// identity's, and their b becomes v. Call once. Throws std::invalid_argument on a
-    /// node out of range or named twice, or v of another shape or not finite.
+    /// Eliminates nodes exactly: subtracts their A v from b of the other nodes, replaces their rows and
+    /// columns by those of the identity, and sets their b to v. Call once. Throws std::invalid_argument for a
+    /// node out of range or named twice, or if v has the wrong shape or is not finite.
     void prescribe(const PrescribedNodes& prescribed);
 
     bool is_prescribed(int node) const noexcept { return prescribed_[node] != 0; }
     const std::vector<char>& prescribed() const noexcept { return prescribed_; }  // [N]
 
-    /// For solve(); the symbolic analysis is made once. Throws std::runtime_error when A is not positive
-    /// definite or not finite.
+    /// Factorises A for solve(); the symbolic analysis is done once. Throws std::runtime_error if A is not
+    /// positive definite or not finite.
     void factorize();
 
     /// v = A^-1 rhs with the last factor. v may be rhs.
@@ -91,8 +91,8 @@ class StepSystem {
     Cholesky cholesky_;
     bool analyzed_ = false;
     std::vector<char> prescribed_;     // [N]
-    Eigen::VectorXd shift_, shifted_;  // [3 N] scratch of prescribe
-    Nodes x_, force_, product_;        // [N, 3] scratch of assemble
+    Eigen::VectorXd shift_, shifted_;  // [3 N] scratch of prescribe()
+    Nodes x_, force_, product_;        // [N, 3] scratch of assemble()
 };
 
 }  // namespace nbd

@@ -16,7 +16,7 @@ namespace {
 
 const nlohmann::json empty_object = nlohmann::json::object();
 
-/// Fewest single-letter insertions, deletions and replacements that turn a into b.
+/// Minimum number of single-letter insertions, deletions and replacements that turn a into b.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
@@ -31,14 +31,14 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row.back();
 }
 
-/// A short, one-line rendering of a value for messages.
+/// A short one-line form of a value for messages.
 std::string shown(const nlohmann::json& value) {
     std::string text = value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
     if (text.size() > 40) text = text.substr(0, 37) + "...";
     return text;
 }
 
-/// A path without the numbers of array elements.
+/// A path without array indices.
 std::string without_indices(std::string_view path) {
     std::string result;
     bool inside = false;

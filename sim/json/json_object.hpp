@@ -10,69 +10,70 @@
 
 namespace nbd {
 
-/// Parses JSON text. Throws std::invalid_argument, one line: "line L, column C: what", for a key that an
-/// object has twice its path, or for a number beyond the range of double what it is.
+/// Parses JSON text. Throws a one-line std::invalid_argument: "line L, column C: what"; for a duplicate key,
+/// its path; for a number beyond the range of double, its value.
 nlohmann::json parse_json(std::string_view text);
 
-/// Range that a number must lie in, ends included; and how an error names it.
+/// Allowed range of a number, ends included, and its name in error messages.
 struct NumberRange {
     double low, high;
     const char* text;
 };
 
-/// A key that a reader of JSON asked for, whether the text has it or not.
+/// A key that a reader asked for, present in the text or not.
 struct JsonField {
     std::string object;  // path of the object without indices, for example `bodies[].material`
     std::string key;
-    std::string type;  // as JSON schemas name it
+    std::string type;  // type name of JSON schemas
     std::optional<NumberRange> range{};
-    nlohmann::json fallback{};           // null: none
-    std::vector<std::string> choices{};  // of a text; empty: any
+    nlohmann::json fallback{};           // null: no fallback
+    std::vector<std::string> choices{};  // allowed texts; empty: any
 };
 
-/// What the reading of one JSON text came upon.
+/// Problems and requested keys of one JSON text.
 struct JsonReading {
     std::vector<std::string> problems;  // one line each
     std::vector<JsonField> fields;
 };
 
-/// A JSON object read key by key. Every problem is one line that starts with the JSON path, for example
-/// `bodies[1].margin`: thrown as std::invalid_argument or, where a reading is given, noted there; the reader
-/// then goes on with the fallback. Call finish() when every known key has been asked for: a key that never
-/// was is a problem that names the nearest known one.
+/// Reads a JSON object key by key. Every problem is one line that starts with the JSON path, for example
+/// `bodies[1].margin`. It is thrown as std::invalid_argument; with a JsonReading it is stored there instead,
+/// and reading continues with the fallback. Call finish() after asking for every known key: it reports each
+/// unknown key with the nearest known one.
 class JsonObject {
  public:
-    /// path: empty for the top. value and reading must outlive the reader.
+    /// path: empty at the top level. value and reading must outlive this object.
     JsonObject(const nlohmann::json& value, std::string path, JsonReading* reading = nullptr);
 
-    /// A key that an older release had under another name, which is read still, with a notice.
+    /// Declares the name that an older release used for key `now`. It is still read, with a notice.
     void renamed(const std::string& old, const std::string& now);
 
     bool has(const std::string& key);
-    /// has(), and a problem where it has not.
+    /// Like has(), but a missing key is a problem.
     bool need(const std::string& key);
-    /// As has() of each, and a problem unless it has exactly one of them. Returns that one, or empty.
+    /// Returns which one of the keys is present. None or several present is a problem and returns an empty
+    /// text.
     std::string need_one(const std::vector<std::string>& keys);
 
     double number(const std::string& key, double fallback, const NumberRange& range);
-    /// As number(); nothing where the key is missing.
+    /// Like number(); nullopt if the key is missing.
     std::optional<double> optional_number(const std::string& key, const NumberRange& range);
-    /// As number(), but a whole one.
+    /// Like number(), for whole numbers.
     long long integer(const std::string& key, long long fallback, const NumberRange& range);
     std::string text(const std::string& key, const std::string& fallback);
-    /// A text out of a few. current: gives today's name of an old one.
+    /// One text out of `choices`. current: maps an old name to its current one.
     std::string choice(const std::string& key, const std::string& fallback,
                        const std::vector<std::string>& choices,
                        std::string_view (*current)(std::string_view) = nullptr);
     /// Three finite numbers.
     Eigen::Vector3d vector(const std::string& key, const Eigen::Vector3d& fallback);
-    /// The object at a key; one without keys where there is none.
+    /// The object at a key; an object without keys if the key is missing.
     JsonObject object(const std::string& key);
-    /// The objects of an array; none where the key is missing.
+    /// The objects of an array; none if the key is missing.
     std::vector<JsonObject> objects(const std::string& key);
 
     void finish();
-    /// A problem with a key; with the object itself where the key is empty.
+    /// Reports a problem with a key, or with the object itself if the key is empty.
     void problem(const std::string& key, const std::string& what) const;
     std::string path(const std::string& key) const;
 
@@ -85,7 +86,7 @@ class JsonObject {
     std::string path_;
     JsonReading* reading_;
     std::vector<std::string> known_;
-    std::vector<std::pair<std::string, std::string>> renamed_;  // today's name, old name
+    std::vector<std::pair<std::string, std::string>> renamed_;  // current name, old name
 };
 
 }  // namespace nbd

@@ -10,8 +10,8 @@
 namespace nbd {
 namespace {
 
-/// Follows a parser through a text and keeps the path of the first key that an object has twice, which JSON
-/// allows and of which parsers silently keep the last.
+/// Follows a parser through a text and keeps the path of the first duplicate key of an object. JSON allows
+/// duplicates, and parsers silently keep the last.
 class DuplicateKeys {
  public:
     using Event = nlohmann::json::parse_event_t;
@@ -70,7 +70,7 @@ nlohmann::json parse_json(std::string_view text) {
             nlohmann::json::parse(text, [&](int, DuplicateKeys::Event event, const nlohmann::json& parsed) {
                 return twice(event, parsed);
             });
-        if (twice.first()) throw std::invalid_argument(*twice.first() + ": this key is there twice");
+        if (twice.first()) throw std::invalid_argument(*twice.first() + ": this key occurs twice");
         return value;
     } catch (const nlohmann::json::parse_error& error) {
         const auto before = text.substr(0, std::min(text.size(), error.byte > 0 ? error.byte - 1 : 0));
@@ -84,7 +84,7 @@ nlohmann::json parse_json(std::string_view text) {
             what = what.substr(what.find("syntax error"));
         std::ranges::replace(what, '\n', ' ');
         throw std::invalid_argument(fmt::format("line {}, column {}: {}", line, column, what));
-    } catch (const nlohmann::json::out_of_range& error) {  // a number beyond double's range; has no position
+    } catch (const nlohmann::json::out_of_range& error) {  // a number beyond double; has no position
         const std::string_view what = error.what();
         throw std::invalid_argument(std::string(what.substr(std::min(what.find("] "), what.size() - 2) + 2)));
     }

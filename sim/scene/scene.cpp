@@ -26,7 +26,7 @@ Eigen::Vector3d direction(JsonObject& from, const std::string& key, const Eigen:
     return fallback;
 }
 
-/// Radians times axis.
+/// Reads a rotation as an axis and an angle in degrees.
 void read_rotation(JsonObject from, Eigen::Vector3d& axis, double& degrees) {
     axis = direction(from, "axis", axis);
     degrees = from.number("degrees", degrees, {-36000, 36000, "between -36000 and 36000"});
@@ -69,7 +69,7 @@ Region read_region(JsonObject from) {
     return region;
 }
 
-/// The last part of an object's path: "pins[1]".
+/// Last part of an object's path: "pins[1]".
 std::string key_of(const JsonObject& object) {
     const std::string path = object.path("");
     return path.substr(path.rfind('.') + 1);
@@ -103,7 +103,7 @@ MaterialOverride read_material(JsonObject from) {
     return material;
 }
 
-/// base joined with a text that must not be empty; empty where the key is missing or wrong.
+/// A path relative to base. Empty if the key is missing or wrong; an empty text is a problem.
 std::filesystem::path read_path(JsonObject& from, const std::string& key, const std::filesystem::path& base) {
     const std::string text = from.text(key, "");
     if (!text.empty()) return (base / text).lexically_normal();
@@ -120,7 +120,8 @@ SceneMeshing read_meshing(JsonObject from, BodySource source) {
         meshing.scheme = SubdivisionScheme::loop;
     if (source == BodySource::tets)
         for (const char* key : {"nodes", "grading"})
-            if (from.has(key)) from.problem(key, "is for surfaces; tetrahedra are taken as they are");
+            if (from.has(key))
+                from.problem(key, "applies to surfaces only; given tetrahedra are not remeshed");
     from.finish();
     return meshing;
 }
@@ -133,7 +134,7 @@ void read_source(JsonObject& from, const std::filesystem::path& base, SceneBody&
     if (!kind.empty()) body.file = read_path(from, kind, base);
     body.meshing = read_meshing(from.object("meshing"), body.source);
     if (kind == "body" && from.has("meshing"))
-        from.problem("meshing", "is for surfaces and tetrahedra; a body file is taken as it is");
+        from.problem("meshing", "applies to surfaces and tetrahedra only; a body file is used unchanged");
 }
 
 void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody& body) {
@@ -303,7 +304,7 @@ std::string scene_text(const std::filesystem::path& path) {
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored)) fail("it is a folder");
     if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
-        fail("it is a device or the like; allowed: a file");
+        fail("it is a special file; allowed: a regular file");
     std::ifstream file(path, std::ios::binary);
     if (!file) fail(std::strerror(errno));
     std::string text{std::istreambuf_iterator<char>(file), {}};

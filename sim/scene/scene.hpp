@@ -19,7 +19,7 @@
 
 namespace nbd {
 
-/// x = rotation by `degrees` about `axis`, of `scale` times the point, plus `translate`.
+/// x = R (scale X) + translate, where R rotates by `degrees` about `axis`.
 struct Placement {
     Eigen::Vector3d translate = Eigen::Vector3d::Zero();
     Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
@@ -29,7 +29,7 @@ struct Placement {
     Eigen::Matrix3d rotation() const;
 };
 
-/// A region of space, in world coordinates at time 0: of a box or a ball.
+/// A box or ball in world coordinates at time 0.
 struct BoxRegion {
     Eigen::Vector3d min, max;
 };
@@ -45,23 +45,23 @@ struct SceneGrip {
     Grip motion;  // without nodes
 };
 
-/// Material constants that a scene sets in place of the body's own.
+/// Material constants of a scene that replace those of the body.
 struct MaterialOverride {
     std::optional<double> young, poisson, density, rayleigh_mass, rayleigh_stiffness;
     void apply(Material& material) const;
 };
 
-/// What a body is made from.
+/// Source of a body.
 enum class BodySource {
     body,     // a body file
-    surface,  // a closed surface, to be filled with tetrahedra
-    tets,     // tetrahedra made elsewhere
+    surface,  // a closed surface to fill with tetrahedra
+    tets,     // tetrahedra made by another program
 };
 
-/// How a surface is filled, and how fine the collision surface is.
+/// Settings for filling a surface and refining the collision surface.
 struct SceneMeshing {
     TetrahedralizeConfig tets;
-    int levels = 0;  // of subdivision
+    int levels = 0;  // subdivision levels
     SubdivisionScheme scheme = SubdivisionScheme::midpoint;
 };
 
@@ -70,9 +70,9 @@ struct SceneBody {
     BodySource source = BodySource::body;
     std::filesystem::path file;
     SceneMeshing meshing;
-    std::filesystem::path tree;  // empty: none, exact bounds need no file
+    std::filesystem::path tree;  // empty: no file; exact bounds need none
     BoundKind bounds = BoundKind::exact;
-    std::optional<double> margin;  // of the spheres, relative; none: as the tree was calibrated
+    std::optional<double> margin;  // relative margin of the spheres; nullopt: as calibrated in the tree
     Placement placement;
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // m/s
     Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s, about the centre of mass
@@ -81,27 +81,26 @@ struct SceneBody {
 };
 
 struct SceneObstacle {
-    Obstacle obstacle;           // a mesh's shape is null until the world is built
-    std::filesystem::path mesh;  // empty: none
-    Placement placement;         // of the mesh
+    Obstacle obstacle;           // a mesh's shape is null until make_obstacle()
+    std::filesystem::path mesh;  // empty: no mesh
+    Placement placement;         // placement of the mesh
 };
 
 struct SceneTime {
-    double dt = 5e-3;  // seconds a step
+    double dt = 5e-3;  // step length, seconds
     int frames = 100;
     int steps_per_frame = 2;
 };
 
-/// What a run writes, as the scene says it; empty: not written. The recording is relative to the working
-/// directory, the others to the recording's folder.
+/// Output files of a run; an empty path is not written. The recording is relative to the working directory,
+/// the others are relative to the recording's folder.
 struct SceneOutput {
     std::filesystem::path recording, csv, vtu, obj, picture;
 };
 
-/// A scene as its JSON text says it, paths made absolute or relative to the working directory; nothing is
-/// loaded yet.
+/// A scene as described by its JSON text, with paths joined to the base folder. Nothing is loaded yet.
 struct SceneSpec {
-    std::string text;  // as it was read
+    std::string text;  // the text as read
     std::vector<SceneBody> bodies;
     std::vector<SceneObstacle> obstacles;
     Eigen::Vector3d gravity{0, 0, -9.81};
@@ -109,44 +108,44 @@ struct SceneSpec {
     StepConfig step;
     SceneTime time;
     SceneOutput output;
-    std::uint64_t seed = 0;  // carried into recordings
+    std::uint64_t seed = 0;  // stored in recordings
 };
 
-/// A scene with everything that is wrong in its text.
+/// A scene and all problems of its text.
 struct SceneReading {
-    SceneSpec spec;  // defaults in place of what is wrong
+    SceneSpec spec;  // defaults replace wrong values
     std::vector<std::string> problems;
-    std::vector<bool> body_is_good, obstacle_is_good;  // nothing in them is wrong; one per spec.bodies, ...
-    std::vector<JsonField> fields;                     // every key that a scene may have, where it was met
+    std::vector<bool> body_is_good, obstacle_is_good;  // one per body and obstacle: nothing in it is wrong
+    std::vector<JsonField> fields;                     // every key that was asked for
 };
 
-/// Reads a scene. All keys but `bodies` may be left out; assets/scenes/README.md explains each of them,
-/// assets/scenes/scene.schema.json lists them for editors, the defaults are those of the structs above.
-/// base: folder that relative paths start from. Throws std::invalid_argument, one line: a syntax error with
-/// line and column; a key that is there twice, a wrong type, a number out of range or an unknown key with its
-/// JSON path, what was allowed, and the nearest known key. The first problem only.
+/// Reads a scene. All keys except `bodies` are optional: assets/scenes/README.md explains them,
+/// assets/scenes/scene.schema.json lists them for editors, and the structs above give the defaults. base:
+/// folder of relative paths. Throws std::invalid_argument, one line, for the first problem: a syntax error
+/// with line and column; a duplicate key, a wrong type, a number out of range or an unknown key with its JSON
+/// path, what was allowed, and the nearest known key.
 SceneSpec parse_scene(std::string_view text, const std::filesystem::path& base);
 
-/// As parse_scene(), but goes on after a problem. Throws only where the text is no JSON or has a key twice.
+/// Like parse_scene(), but continues after a problem. Throws only if the text is not JSON or has a duplicate
+/// key.
 SceneReading read_scene(std::string_view text, const std::filesystem::path& base);
 
-/// The text of the scene file at `path`. Throws std::runtime_error with path and reason where it cannot be
-/// read.
+/// Text of the scene file at `path`. Throws std::runtime_error with path and reason if it cannot be read.
 std::string scene_text(const std::filesystem::path& path);
 
-/// Reads the file at `path`: scene_text() and parse_scene(); messages start with the path.
+/// scene_text() and parse_scene() of the file at `path`; messages start with the path.
 SceneSpec load_scene(const std::filesystem::path& path);
 
-/// What a scene's body stands for.
+/// The loaded data of a scene's body.
 struct LoadedBody {
     Body body;
-    std::shared_ptr<const CollisionTree> tree;  // null: one with exact bounds is built
+    std::shared_ptr<const CollisionTree> tree;  // null: build_world() builds one with exact bounds
 };
 
-/// Puts a scene together. bodies: one per spec.bodies, in that order, as loaded from their files; scene
-/// materials and placements are applied here. Reads the obstacles' meshes. Throws std::invalid_argument or
-/// std::runtime_error, one line, on what does not fit: a count, a tree of another surface, learned bounds
-/// with a scale or without a tree, a region without nodes, a mesh that cannot be used.
+/// Builds the world of a scene. bodies: one per spec.bodies, in that order, as loaded from their files;
+/// materials and placements of the scene are applied here. Reads the meshes of obstacles. Throws a one-line
+/// std::invalid_argument or std::runtime_error for inconsistent data: a wrong count, a tree of another
+/// surface, learned bounds with a scale or without a tree, a region without nodes, an unusable mesh.
 World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies);
 
 }  // namespace nbd

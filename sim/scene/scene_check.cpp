@@ -14,9 +14,9 @@
 namespace nbd {
 namespace {
 
-/// A body's surface where the simulation begins.
+/// A body's surface at the start of the simulation.
 struct StartSurface {
-    std::size_t number;  // of the body
+    std::size_t number;  // number of the body
     TriMesh mesh;
     Vertices x;
     PosedTree tree;
@@ -80,11 +80,11 @@ class SceneCheck {
                 problems_.push_back(fmt::format("bodies[{}].{}: {}", number, grip.key, what));
             };
             if (nodes.empty()) say("the region holds no node of the body");
-            if (other) say("takes nodes that " + other->key + " holds");
+            if (other) say("contains nodes that " + other->key + " also holds");
         }
     }
 
-    /// A vertex of `inner` in `outer`, where their surfaces do not cross: all of it is.
+    /// Whether vertex 0 of `inner` lies in `outer`. If the surfaces do not cross, all of `inner` does.
     static bool is_inside(const StartSurface& inner, const StartSurface& outer) {
         const Eigen::Vector3d p = inner.mesh.X.row(0);
         if (!outer.box.contains(p)) return false;
@@ -100,9 +100,8 @@ class SceneCheck {
                 fmt::format("bodies[{}]: overlaps bodies[{}] at the start: {} pairs of faces cross", b.number,
                             a.number, crossing));
         else if (is_inside(a, b) || is_inside(b, a))
-            problems_.push_back(
-                fmt::format("bodies[{}]: one of it and bodies[{}] lies inside the other at the start",
-                            b.number, a.number));
+            problems_.push_back(fmt::format("bodies[{}]: lies inside bodies[{}] or encloses it at the start",
+                                            b.number, a.number));
     }
 
     void check_obstacle(std::size_t number) {
@@ -115,7 +114,7 @@ class SceneCheck {
         }
     }
 
-    /// What rests on an obstacle may be a hair inside it.
+    /// A body that rests on an obstacle may penetrate it slightly.
     void check_start(std::size_t number, const Obstacle& obstacle, const StartSurface& surface) {
         const double allowed = 1e-3 * surface.box.diagonal().norm();
         double deepest = 0;

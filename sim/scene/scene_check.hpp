@@ -8,11 +8,11 @@
 
 namespace nbd {
 
-/// What is wrong with a scene whose text is right: bodies that cannot be simulated, trees of other surfaces,
-/// regions without nodes or with nodes that another hand holds, obstacles that cannot be used, bodies that
-/// overlap each other or an obstacle at the start. One line each, JSON path first.
-/// bodies: one per reading.spec.bodies; null: not there, nothing is said of it. Obstacles whose text is wrong
-/// are left out.
+/// Problems of a scene beyond its text: bodies that cannot be simulated, trees of other surfaces, regions
+/// without nodes or with nodes held by another grip, unusable obstacles, bodies that overlap each other or an
+/// obstacle at the start. One line each, JSON path first.
+/// bodies: one per reading.spec.bodies; null entries are skipped. Obstacles with problems in their text are
+/// skipped.
 std::vector<std::string> scene_problems(const SceneReading& reading,
                                         std::span<const LoadedBody* const> bodies);
 

@@ -24,7 +24,7 @@ bool contains(const BallRegion& ball, const Eigen::Vector3d& p) {
     return (p - ball.centre).norm() <= ball.radius;
 }
 
-/// Of a body that flies and turns about its centre of mass.
+/// Velocities of a body that moves with the scene's velocity and rotates about its centre of mass.
 Nodes rigid_velocities(const ElasticBody& elastic, const Nodes& x, const SceneBody& spec) {
     const Eigen::Vector3d centre = x.transpose() * elastic.node_masses() / elastic.mass();
     Nodes v(x.rows(), 3);

@@ -4,18 +4,18 @@
 
 #include "sim/scene/scene.hpp"
 
-// What build_world() and scene_problems() are made of.
+// Parts of build_world() and scene_problems().
 namespace nbd {
 
-/// Rows of x that lie in a region, ascending.
+/// Rows of x inside a region, ascending.
 std::vector<int> nodes_in(const Region& region, NodesRef x);
 
-/// A body as it enters a world: placed, moving, in its grips' hands. Throws std::invalid_argument on what
-/// does not fit; a message about a grip starts with its JSON path.
+/// Makes a body for a world: placed, with its velocities and grips. Throws std::invalid_argument for
+/// inconsistent data; a message about a grip starts with its JSON path.
 WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded);
 
-/// Reads the mesh of an obstacle that is one. Throws std::invalid_argument or std::runtime_error where it
-/// cannot be used.
+/// Makes an obstacle; reads its mesh if it has one. Throws std::invalid_argument or std::runtime_error if the
+/// mesh cannot be used.
 Obstacle make_obstacle(const SceneObstacle& spec);
 
 }  // namespace nbd

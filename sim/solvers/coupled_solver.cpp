@@ -8,12 +8,12 @@
 namespace nbd {
 namespace {
 
-constexpr float unlike = 0.2F;        // spread of rotations beyond which a node joins the patch
-constexpr int layers = 2;             // of nodes around
-constexpr int stale_iterations = 20;  // a factorisation costs more than these many
-constexpr double most_of_it = 0.5;    // share of the nodes beyond which a patch is not worth its name
+constexpr float unlike = 0.2F;        // a node with a larger spread of rotations joins the patch
+constexpr int layers = 2;             // layers of nodes added around the patch
+constexpr int stale_iterations = 20;  // a factorisation costs more than this many iterations
+constexpr double most_of_it = 0.5;    // maximum share of nodes in a patch; above it all are factorised
 
-/// Adds the nodes that share a block with those inside.
+/// Adds the nodes that share a block with a node inside.
 void grow(const CoupledSystem& system, std::vector<char>& inside) {
     const std::vector<char> core = inside;
     for (std::size_t b = 0; b < system.systems.size(); ++b) {
@@ -59,8 +59,8 @@ std::vector<char> CoupledSolver::choose_patch(const CoupledSystem& system) const
     return inside;
 }
 
-/// Without the direct factor, z = (I - A_S^-1 A) G r with the turned rest factors G and the patch S, for an r
-/// that is zero on the patch: z then leaves it zero.
+/// Without the direct factor: z = (I - A_S^-1 A) G r, where G are the rotated rest factors and S is the
+/// patch. If r is zero on the patch, so is A z, and the residual there stays zero.
 void CoupledSolver::precondition(const CoupledSystem& system, const Eigen::VectorXd& r, Eigen::VectorXd& z) {
     if (whole_) {
         z.setZero();
@@ -73,7 +73,7 @@ void CoupledSolver::precondition(const CoupledSystem& system, const Eigen::Vecto
     patch_.correct(system, zero_, z);
 }
 
-/// r_ is the residual of v. False where `most` iterations were not enough.
+/// Runs conjugate gradients; r_ must be the residual of v. Returns false if `most` iterations do not suffice.
 bool CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
                             LinearSolveReport& report) {
     if (r_.norm() <= goal) return true;
@@ -95,8 +95,8 @@ bool CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, 
     return false;
 }
 
-/// Solves with the factors as they are. The residual that the iteration carries along may drift from the true
-/// one, hence a second round where that is so.
+/// Solves with the current factors. The residual updated by the iteration may drift from the true one; if so,
+/// there is a second round.
 bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, int most,
                            Eigen::VectorXd& v, LinearSolveReport& report) {
     const auto take_residual = [&] {
@@ -117,7 +117,7 @@ bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b
     return report.converged;
 }
 
-/// Factorises the patch, or finds that the whole system had better be.
+/// Factorises the patch, or sets whole_ if the patch is too large.
 void CoupledSolver::factorize_patch(const CoupledSystem& system, LinearSolveReport& report) {
     const std::vector<char> inside = choose_patch(system);
     report.patch_nodes = static_cast<int>(std::ranges::count(inside, 1));
@@ -125,7 +125,7 @@ void CoupledSolver::factorize_patch(const CoupledSystem& system, LinearSolveRepo
         patch_.factorize(system, inside);
         return;
     }
-    report.fallback = fmt::format("contacts and elements turned unlike their neighbours take {} of {} nodes",
+    report.fallback = fmt::format("the patch of contacts and unevenly rotated elements has {} of {} nodes",
                                   report.patch_nodes, system.node_count());
     whole_ = true;
 }

@@ -13,30 +13,30 @@
 namespace nbd {
 
 struct LinearSolveReport {
-    int iterations = 0;   // of conjugate gradients
-    int patch_nodes = 0;  // solved exactly in each of them
+    int iterations = 0;   // conjugate gradient iterations
+    int patch_nodes = 0;  // nodes solved exactly in each iteration
     double residual = 0;  // |b - A v| over |b|
     bool converged = true;
-    std::string fallback{};  // empty, or one line: why the system was factorised after all
+    std::string fallback{};  // empty, or one line: why the system was factorised
 };
 
-/// Solves coupled systems by conjugate gradients. The preconditioner stands on two legs: each body's rest
-/// factor, turned with its nodes (RestFactor), and an exact solve on the patch of nodes where that is a poor
-/// stand-in: those with a contact, those whose elements are turned in unlike ways, and two layers of nodes
-/// around them. Both are combined so that the residual on the patch stays zero
-/// (multiplicative Schwarz). Where the patch would be most of the system, or the iteration does not converge,
-/// the patch becomes the whole system, which is the direct solve.
+/// Solves coupled systems by conjugate gradients. The preconditioner combines two parts: each body's rest
+/// factor, rotated with its nodes (RestFactor), and an exact solve on a patch of nodes where that
+/// approximation is poor. The patch has the nodes in contact, the nodes whose elements are rotated unevenly,
+/// and two layers around them. The residual on the patch stays zero (multiplicative Schwarz). If the patch
+/// would be most of the system, or the iteration does not converge, the whole system is factorised: a direct
+/// solve.
 class CoupledSolver {
  public:
     explicit CoupledSolver(const LinearSolveConfig& config = {},
                            std::shared_ptr<RestFactors> factors = nullptr);
 
-    /// To be called when the bodies' matrices have changed; solve() may follow any number of times, for any
+    /// Call when the matrices of the bodies have changed. solve() may follow any number of times, for any
     /// couplings.
     void begin_matrices(const CoupledSystem& system);
 
-    /// Solves A v = b until |b - A v| <= goal; the config's tolerance has no say here. v: in, a guess; out,
-    /// the solution. Throws std::runtime_error where a factorisation fails.
+    /// Solves A v = b until |b - A v| <= goal; the config's tolerance is not used here. v: initial guess on
+    /// entry, solution on return. Throws std::runtime_error if a factorisation fails.
     LinearSolveReport solve(const CoupledSystem& system, const Eigen::VectorXd& b, double goal,
                             Eigen::VectorXd& v);
 
@@ -53,8 +53,8 @@ class CoupledSolver {
     std::shared_ptr<RestFactors> factors_;
     std::vector<std::shared_ptr<const RestFactor>> rest_;  // [bodies]
     std::vector<NodeRotations> rotations_;                 // [bodies]
-    bool whole_ = false;                                   // direct_ is the preconditioner
-    bool factorized_ = false;                              // direct_ is of the bodies' present matrices
+    bool whole_ = false;                                   // the preconditioner is direct_
+    bool factorized_ = false;                              // direct_ belongs to the current matrices
     PatchFactor patch_{Ordering::quick}, direct_{Ordering::thorough};
     Eigen::VectorXd r_, z_, p_, Ap_, zero_;
     std::vector<float> y_, work_;

@@ -7,26 +7,26 @@
 
 namespace nbd {
 
-/// A node's share in the relative velocity of two points.
+/// Weight of a node in the relative velocity of two points.
 struct CouplingTerm {
     int body = 0, node = 0;
     int unknown = 0;  // row of the node's x velocity in the stacked vector
     double weight = 0;
-    bool held = false;  // the node's velocity is prescribed: it has no equation
+    bool held = false;  // the node's velocity is prescribed, so it has no equation
 };
 
-/// J^T A J, J v being the sum of weight times velocity over a range of terms. A: symmetric, positive
-/// semi-definite.
+/// The term J^T A J, where J v is the sum of weight times velocity over a range of terms. A is symmetric
+/// positive semi-definite.
 struct Coupling {
     int begin = 0, end = 0;
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
 };
 
-/// The linear system of all bodies' velocities, stacked: their own matrices and what couples them. A view:
-/// what it is made of must outlive it.
+/// The linear system of the stacked velocities of all bodies: the matrix of each body and the couplings. A
+/// view; the data must outlive it.
 struct CoupledSystem {
     std::span<const StepSystem> systems;
-    std::span<const int> first_unknown;  // [bodies + 1] of each body, and the number of all
+    std::span<const int> first_unknown;  // [bodies + 1] first unknown of each body, then the total number
     std::span<const CouplingTerm> terms;
     std::span<const Coupling> couplings;
 
@@ -37,10 +37,10 @@ struct CoupledSystem {
                              static_cast<std::size_t>(coupling.end - coupling.begin));
     }
 
-    /// out = the whole operator times v; out must not overlap v.
+    /// out = (matrices + couplings) v. out must not overlap v.
     void multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out) const;
 
-    /// out += the couplings times v.
+    /// out += couplings times v.
     void add_couplings(const Eigen::VectorXd& v, Eigen::VectorXd& out) const;
 };
 

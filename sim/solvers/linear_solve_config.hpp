@@ -4,14 +4,14 @@ namespace nbd {
 
 enum class LinearSolver {
     iterative,  // conjugate gradients; see CoupledSolver
-    direct,     // a sparse factorisation of the whole system for every solve: the reference
+    direct,     // the reference: a sparse factorisation of the whole system for every solve
 };
 
-/// How the linear systems of a step are solved.
+/// Settings for the linear systems of a step.
 struct LinearSolveConfig {
     LinearSolver solver = LinearSolver::iterative;
-    double tolerance = 1e-6;  // |b - A v| over |b|, of nodes that are not prescribed; > 0 and < 1
-    int max_iterations = 80;  // > 0; the system is factorised after them
+    double tolerance = 1e-6;  // |b - A v| over |b| on nodes that are not prescribed; > 0 and < 1
+    int max_iterations = 80;  // > 0; after these the system is factorised
 };
 
 }  // namespace nbd

@@ -5,7 +5,7 @@
 namespace nbd {
 namespace {
 
-/// The body and node of a node of the whole system, for ascending nodes.
+/// Finds the body and local node of a system node. Nodes must be passed in ascending order.
 class BodyOf {
  public:
     explicit BodyOf(const CoupledSystem& system) : first_(system.first_unknown) {}
@@ -23,8 +23,8 @@ class BodyOf {
     std::size_t body_ = 0;
 };
 
-/// Calls visit(i, j, coupling, s, t) for the terms s and t of each coupling that does something, where both
-/// are of the patch, at its nodes i and j.
+/// Calls visit(i, j, coupling, s, t) for every pair of terms s, t of each non-zero coupling whose nodes are
+/// both in the patch. i, j: their places in the patch.
 template <class Visit>
 void for_each_coupled_pair(const CoupledSystem& system, const std::vector<int>& slot, Visit&& visit) {
     for (const Coupling& coupling : system.couplings) {

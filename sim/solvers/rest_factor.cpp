@@ -5,7 +5,7 @@
 namespace nbd {
 namespace {
 
-constexpr std::size_t max_entries = 32;  // beyond these the oldest goes
+constexpr std::size_t max_entries = 32;  // the oldest entry is dropped beyond this number
 
 PackedFactor factorize_rest(const ElasticBody& body, double mass_scale, double stiffness_scale,
                             const std::vector<char>& prescribed) {
@@ -31,7 +31,7 @@ void RestFactor::apply(const NodeRotations& rotations, const double* r, double* 
                        std::vector<float>& work) const {
     y.resize(static_cast<std::size_t>(factor_.size()));
     const std::vector<int>& order = factor_.order();
-    // Floats hold any residual once it is scaled.
+    // After scaling, floats can hold any residual.
     const double size = Eigen::Map<const Eigen::VectorXd>(r, factor_.size()).cwiseAbs().maxCoeff();
     const double scale = size > 0 ? 1 / size : 1;
     using Point = Eigen::Map<Eigen::Vector3f>;

@@ -11,17 +11,18 @@
 
 namespace nbd {
 
-/// The step's matrix in the rest pose, factorised once: with each node's rotation around it, it stands in for
-/// the matrix of any pose, as warping the stiffness does [MuellerGross04]. What it leaves out: elements that
-/// are turned otherwise than the nodes at their corners.
+/// Factor of the step's matrix in the rest pose. With a rotation at each node it approximates the matrix of
+/// any pose, as stiffness warping does [MuellerGross04]. It neglects that elements may be rotated differently
+/// from the nodes at their corners.
 class RestFactor {
  public:
-    /// Of mass_scale M + stiffness_scale K(rest), rows and columns of prescribed nodes being the identity's.
-    /// prescribed: [N], not 0 for these.
+    /// Factorises mass_scale M + stiffness_scale K(rest), with rows and columns of prescribed nodes replaced
+    /// by the identity. prescribed: [N], non-zero for these nodes.
     RestFactor(const ElasticBody& body, double mass_scale, double stiffness_scale,
                const std::vector<char>& prescribed);
 
-    /// z = T A_rest^-1 T^T r, T the nodes' rotations. r, z: [3 N]; may be the same. work: scratch.
+    /// z = T A_rest^-1 T^T r, where T are the rotations of the nodes. r, z: [3 N], may be the same. y, work:
+    /// scratch.
     void apply(const NodeRotations& rotations, const double* r, double* z, std::vector<float>& y,
                std::vector<float>& work) const;
 
@@ -31,11 +32,10 @@ class RestFactor {
     PackedFactor factor_;
 };
 
-/// The rest factors of all bodies, time steps and sets of prescribed nodes that a program needs, each made
-/// once. Any number of threads may ask at once. Bodies must outlive it.
+/// Cache of rest factors by body, time step and set of prescribed nodes. Thread-safe. Bodies must outlive it.
 class RestFactors {
  public:
-    /// Throws std::runtime_error where the factorisation fails.
+    /// Throws std::runtime_error if the factorisation fails.
     std::shared_ptr<const RestFactor> get(const ElasticBody& body, double mass_scale, double stiffness_scale,
                                           const std::vector<char>& prescribed);
 

@@ -11,7 +11,7 @@
 namespace nbd {
 namespace {
 
-/// Newton's iteration gets no further than the linear solves that it is made of.
+/// Newton's iteration cannot be more accurate than its linear solves.
 LinearSolveConfig linear_config(const WorldConfig& config) {
     LinearSolveConfig linear = config.linear;
     if (config.step.newton_iterations > 1)
@@ -53,13 +53,14 @@ int World::add_body(WorldBody body) {
         all.nodes.insert(all.nodes.end(), grip.nodes.begin(), grip.nodes.end());
         grip_start.push_back(body.state.x(grip.nodes, Eigen::all));
     }
-    check_grip(all, nodes);  // no node in two hands
+    check_grip(all, nodes);  // a node must not be in two grips
     ContactSurface surface(std::move(body.W), std::move(body.F), elastic.rest().X);
     surface.update(body.state.x);
     std::unique_ptr<PosedTree> tree;
     if (body.tree) {
         if (body.tree->vertex_count != surface.vertex_count() || body.tree->faces != surface.F())
-            throw std::invalid_argument("world: a collision tree belongs to another surface than the body's");
+            throw std::invalid_argument(
+                "world: a collision tree belongs to another surface than that of its body");
         tree = std::make_unique<PosedTree>(body.tree, body.bounds, body.margin);
     }
     std::unique_ptr<RegionMeter> meter;
@@ -97,7 +98,7 @@ double World::thickness() const noexcept {
     return 0.01 * smallest;
 }
 
-/// Contacts found ahead for the next step are found anew, from the same memory.
+/// Discards the contacts found for the next step; they are found again from the same remembered sides.
 void World::forget_contacts() {
     if (detected_dt_ > 0) detection_.restore(sides_before_);
     detected_dt_ = 0;
@@ -115,8 +116,8 @@ std::vector<FacePair> World::intersecting(int a, int b) {
     return {pairs.begin(), pairs.end()};
 }
 
-/// Taken from the pass over the elements that ended the last step; there is one here only where no step came
-/// before.
+/// The motions come from the element pass that ended the last step. Only without one, before the first step
+/// or after a restore, is there a pass here.
 std::span<const RegionMotion> World::motion(Body& body) {
     if (!body.meter) return {};
     if (!std::exchange(body.measured, true)) body.elastic->pose(body.state.x, body.pose, body.meter.get());

@@ -7,12 +7,11 @@
 
 namespace nbd {
 
-/// Everything that the next step of a world depends on and that its bodies, obstacles and outer forces do
-/// not say: a world built alike and restored from it continues with the same bits. Arrays only, in double,
-/// so that a file can keep them.
+/// Everything that the next step depends on besides bodies, obstacles and external forces. An identically
+/// built world continues from it with the same bits. Arrays only, in double, so that a file can store them.
 struct WorldSnapshot {
     double time = 0;                // seconds
-    double dt_before = 0;           // of the part of a step that led here, seconds; 0: none
+    double dt_before = 0;           // length of the part of a step that led here, seconds; 0: none
     std::vector<BodyState> bodies;  // positions and velocities, one per body
     ContactSides sides;
 };

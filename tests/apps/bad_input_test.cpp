@@ -9,8 +9,8 @@
 namespace nbd::test {
 namespace {
 
-/// A wrong command line, the exit status and how the line on stderr goes on after "nbdtree: error: "; a text
-/// that ends in "..." is the beginning of it.
+/// An invalid command line, its exit status, and the text on stderr after "nbdtree: error: ". A text that
+/// ends in "..." is only the beginning.
 struct Case {
     std::vector<std::string> arguments;
     int status;
@@ -31,10 +31,10 @@ class BadInputTest : public SmallFiles {
         }
         write("other.obj", obj_file(box(0.3, 0.1, 0.1, 3)));
         make({"mesh", "other.obj", "-o", "other.h5", "-q"});
-        make({"mesh", "box.obj", "-o", "still.h5", "-q"});  // no modes
+        make({"mesh", "box.obj", "-o", "still.h5", "-q"});  // without modes
     }
 
-    /// One line on stderr, nothing on stdout, nothing new in the folder.
+    /// Expects one line on stderr, nothing on stdout and no new file in the folder.
     static void expect_refused(const std::vector<Case>& cases) {
         for (const Case& c : cases) {
             std::string line = "nbdtree";
@@ -62,9 +62,9 @@ class BadInputTest : public SmallFiles {
     static std::string here(const std::string& name) { return (folder() / name).string(); }
 };
 
-const std::string ours = "allowed: a file that nbdtree wrote";
+const std::string ours = "allowed: a file written by nbdtree";
 
-TEST_F(BadInputTest, CommandLine) {
+TEST_F(BadInputTest, RejectsInvalidCommandLines) {
     const std::string known =
         "; known commands: mesh, modes, dataset, remap, train, calibrate, evaluate, figures, transfer, "
         "export, "
@@ -88,7 +88,7 @@ TEST_F(BadInputTest, CommandLine) {
     });
 }
 
-TEST_F(BadInputTest, Numbers) {
+TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
     const auto mesh = [](const char* option, const char* value) {
         return std::vector<std::string>{"mesh", "box.obj", "-q", "-o", "x.h5", option, value};
     };
@@ -101,7 +101,7 @@ TEST_F(BadInputTest, Numbers) {
     expect_refused({
         {mesh("--nodes", "-3"), 2, "--nodes: Value -3 not in range 0 to 100000000"},
         {mesh("--nodes", "3"), 1,
-         "box.obj: 3 nodes are out of reach: a surface of 56 vertices allows about ..."},
+         "box.obj: 3 nodes are not possible; allowed for a surface of 56 vertices: about ..."},
         {mesh("--subdivide", "9"), 2, "--subdivide: Value 9 not in range 0 to 4"},
         {mesh("--subdivision", "butterfly"), 2, "--subdivision: butterfly not in {midpoint,loop}"},
         {mesh("--grading", "-1"), 2, "--grading: is '-1'; allowed: a number >= 0 and <= 2"},
@@ -145,7 +145,7 @@ TEST_F(BadInputTest, Numbers) {
     });
 }
 
-TEST_F(BadInputTest, Files) {
+TEST_F(BadInputTest, RejectsMissingDamagedAndForeignFiles) {
     const std::string cut = ": is truncated or damaged: ...";
     const auto kind = [](const std::string& path, const std::string& is, const std::string& allowed) {
         return path + ": is a file of format 'nbdtree " + is + "'; allowed: 'nbdtree " + allowed + "'";
@@ -157,7 +157,7 @@ TEST_F(BadInputTest, Files) {
         {{"mesh", "sheet.obj", "-o", "x.h5"}, 1, "sheet.obj: ..."},
         {{"mesh", "box.h5", "-o", "x.h5"},
          1,
-         "box.h5: unknown kind of surface file \".h5\": known are .obj .ply .stl .off .glb"},
+         "box.h5: unknown kind of surface file \".h5\"; allowed: .obj .ply .stl .off .glb"},
         {{"modes", "none.h5"}, 1, "none.h5: No such file or directory; " + ours},
         {{"modes", "dir"}, 1, "dir: is a folder; " + ours},
         {{"modes", "text.h5"}, 1, "text.h5: is not an HDF5 file; " + ours},
@@ -178,7 +178,7 @@ TEST_F(BadInputTest, Files) {
     });
 }
 
-TEST_F(BadInputTest, Outputs) {
+TEST_F(BadInputTest, RejectsOutputsThatCannotBeWritten) {
     const std::string nowhere = "none/x: cannot be written: there is no folder " + here("none");
     expect_refused({
         {{"mesh", "box.obj", "-o", "none/x"}, 1, nowhere},
@@ -203,11 +203,11 @@ TEST_F(BadInputTest, Outputs) {
     });
 }
 
-TEST_F(BadInputTest, PosesOfCollide) {
+TEST_F(BadInputTest, RejectsInvalidPosesOfCollide) {
     const auto collide = [](const char* a) { return std::vector<std::string>{"collide", a, "box.obj"}; };
     expect_refused({
         {collide("tree.h5"), 1,
-         "tree.h5: unknown kind of surface file \".h5\": known are .obj .ply .stl .off .glb"},
+         "tree.h5: unknown kind of surface file \".h5\"; allowed: .obj .ply .stl .off .glb"},
         {collide("none.h5@box.obj"), 1, "none.h5: No such file or directory; " + ours},
         {collide("tree.h5@"), 1, "'tree.h5@': a name is empty; allowed: SURFACE or TREE.h5@POSE"},
         {collide("@box.obj"), 1, "'@box.obj': a name is empty; allowed: SURFACE or TREE.h5@POSE"},
@@ -219,7 +219,7 @@ TEST_F(BadInputTest, PosesOfCollide) {
     });
 }
 
-TEST_F(BadInputTest, Scenes) {
+TEST_F(BadInputTest, RejectsInvalidScenes) {
     const auto scene = [](const std::string& body) {
         static int count = 0;
         const std::string name = "scene" + std::to_string(count++) + ".json";
@@ -249,7 +249,7 @@ TEST_F(BadInputTest, Scenes) {
         {{"simulate", "dir", "-o", "x.h5"}, 1, "dir: cannot read the scene: it is a folder"},
         {{"simulate", "/dev/zero", "-o", "x.h5"},
          1,
-         "/dev/zero: cannot read the scene: it is a device or the like; allowed: a file"},
+         "/dev/zero: cannot read the scene: it is a special file; allowed: a regular file"},
     });
     write("good.json", R"({"bodies": [{"body": "box.h5"}]})");
     const auto simulate = [](const char* output, const char* option, const char* value) {

@@ -9,7 +9,7 @@ namespace {
 
 using BenchSimulate = test::BoxFolder;
 
-TEST_F(BenchSimulate, FindsBothSolversInAgreement) {
+TEST_F(BenchSimulate, ShowsThatBothSolversAgree) {
     const test::Ran ran =
         test::run_bench(folder(), {"simulate", "box.h5", "--steps", "4", "-o", "table.csv", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
@@ -23,26 +23,26 @@ TEST_F(BenchSimulate, FindsBothSolversInAgreement) {
     EXPECT_TRUE(test::listing(folder()).contains("table.csv"));
 }
 
-TEST_F(BenchSimulate, RefusesWhatItCannotTime) {
+TEST_F(BenchSimulate, RejectsInvalidInput) {
     const test::Ran none = test::run_bench(folder(), {"simulate", "absent.h5"});
     EXPECT_EQ(none.status, 1);
     EXPECT_NE(none.err.find("absent.h5"), std::string::npos) << none.err;
     EXPECT_EQ(test::run_bench(folder(), {"simulate", "box.h5", "--steps", "1"}).status, 2);
-    EXPECT_EQ(test::run(folder(), {}).status, 2);
+    EXPECT_EQ(test::run_bench(folder(), {}).status, 2);
     EXPECT_EQ(test::run_bench(folder(), {"simulate", "box.h5", "-o", "box.h5"}).status, 1);
 }
 
 using BenchLearned = test::SmallFiles;
 
-TEST_F(BenchLearned, ComparesEveryChoiceAtEveryDepth) {
+TEST_F(BenchLearned, ComparesEveryVariantAtEveryDepth) {
     make({"dataset", "box.h5", "-o", "more.h5", "--trajectories", "10", "--frames", "12", "--steps-per-frame",
           "1", "-q"});
     const test::Ran ran =
-        test::run_bench(folder(), {"learned_spheres", "box.h5", "more.h5", "--depth", "2", "--samples",
+        test::run_bench(folder(), {"learned", "box.h5", "more.h5", "--depth", "2", "--samples",
                                    "16,0", "--max-frames", "40", "-o", "learned.csv", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto rows = nlohmann::json::parse(ran.out);
-    ASSERT_EQ(rows.size(), 84U);  // two rules, two numbers of samples, seven fits, three depths
+    ASSERT_EQ(rows.size(), 84U);  // two rules, two sample counts, seven fits, three depths
     for (const auto& row : rows) {
         EXPECT_LT(row.at("radius_error").get<double>(), 0.5) << row;
         EXPECT_GT(row.at("inflation").get<double>(), -0.01) << row;
@@ -51,14 +51,14 @@ TEST_F(BenchLearned, ComparesEveryChoiceAtEveryDepth) {
         EXPECT_EQ(row.at("nanoseconds").get<double>() > 0, timed) << row;
     }
     EXPECT_TRUE(test::listing(folder()).contains("learned.csv"));
-    const test::Ran few = test::run_bench(folder(), {"learned_spheres", "box.h5", "data.h5"});
+    const test::Ran few = test::run_bench(folder(), {"learned", "box.h5", "data.h5"});
     EXPECT_EQ(few.status, 1);
     EXPECT_NE(few.err.find("1 trajectories held out, at least 2 needed"), std::string::npos) << few.err;
 }
 
 using BenchPeers = test::SmallFiles;
 
-TEST_F(BenchPeers, RacesOnTheBodysOwnPosesWithTheSameAnswers) {
+TEST_F(BenchPeers, ComparesMethodsOnRecordedPosesWithEqualAnswers) {
     const test::Ran ran = test::run_bench(
         folder(), {"peers", "data.h5", "--body", "box.h5", "-o", "peers", "--scenes", "2", "--rounds", "1",
                    "--light", "4", "--heavy", "6", "--clusters", "32", "--json"});
@@ -76,23 +76,23 @@ TEST_F(BenchPeers, RacesOnTheBodysOwnPosesWithTheSameAnswers) {
         EXPECT_TRUE(std::filesystem::exists(folder() / file)) << file;
 }
 
-TEST_F(BenchPeers, ScalingTellsTimesByDepthAndBodies) {
-    const test::Ran ran = test::run(
+TEST_F(BenchPeers, ScalingReportsTimesByDepthAndByNumberOfBodies) {
+    const test::Ran ran = test::run_bench(
         folder(), {"scaling", "data.h5", "--body", "box.h5", "-o", "scaling", "--scenes", "2", "--rounds",
                    "1", "--depths", "0,0.2", "--bodies", "2,9", "--spacing", "0.6", "--json"});
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto result = nlohmann::json::parse(ran.out);
     EXPECT_EQ(result.at("depth").size(), 2 * 4U);  // exact, boxes, auto, lazy boxes
     EXPECT_EQ(result.at("bodies").size(), 2 * 4U);
-    EXPECT_TRUE(result.at("crossover").is_null());  // nothing was learned
+    EXPECT_TRUE(result.at("crossover").is_null());  // the tree has no learned bounds
     EXPECT_GT(result.at("bodies").back().at("pairs"), 0);
     for (const char* file : {"scaling_depth.csv", "scaling_bodies.csv", "scaling_pairs.png"})
         EXPECT_TRUE(std::filesystem::exists(folder() / "scaling" / file)) << file;
 }
 
-TEST_F(BenchPeers, RefuseWhatTheyCannotRace) {
+TEST_F(BenchPeers, RejectInvalidInput) {
     const auto fails = [](const std::vector<std::string>& arguments, int status, const std::string& says) {
-        const test::Ran ran = test::run(folder(), arguments);
+        const test::Ran ran = test::run_bench(folder(), arguments);
         EXPECT_EQ(ran.status, status) << ran.err;
         EXPECT_NE(ran.err.find(says), std::string::npos) << ran.err;
         EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
@@ -116,7 +116,7 @@ TEST_F(BenchPeers, RefuseWhatTheyCannotRace) {
     EXPECT_FALSE(std::filesystem::exists(folder() / "none"));
 }
 
-TEST_F(BenchPeers, Figure5TakesTheFramesInWhichBodiesTouch) {
+TEST_F(BenchPeers, Figure5UsesTheFramesInWhichBodiesTouch) {
     write("scene.json", R"({"bodies": [
         {"body": "box.h5", "velocity": [1, 0, 0]},
         {"body": "box.h5", "transform": {"translate": [0.42, 0.02, 0.01]}, "velocity": [-1, 0, 0]}],

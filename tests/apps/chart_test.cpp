@@ -24,7 +24,7 @@ struct Pixels {
         png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr);
     }
 
-    /// Rows from the top in which a column has a pixel near the colour.
+    /// Rows, counted from the top, where column x has a pixel of about this colour.
     std::vector<int> rows_of(int x, Colour colour) const {
         std::vector<int> rows;
         for (int y = 0; y < height; ++y) {
@@ -40,10 +40,10 @@ struct Pixels {
 
 constexpr Colour red{1, 0, 0};
 
-TEST(Chart, StandsPowersOfTenAtEqualDistances) {
+TEST(Chart, SpacesPowersOfTenEqually) {
     std::vector<double> heights;
     for (const double y : {0.1, 1.0, 10.0}) {
-        // The end points fix the axis from 0.1 to 10; the middle is what is measured.
+        // The end points fix the axis to 0.1 .. 10; the test measures the middle.
         const Chart chart{.title = "t",
                           .x_label = "x",
                           .y_label = "y",
@@ -62,7 +62,7 @@ TEST(Chart, StandsPowersOfTenAtEqualDistances) {
     EXPECT_NEAR(heights[0] - heights[1], heights[1] - heights[2], 2);
 }
 
-TEST(Chart, StandsZeroBelowTheLowestPowerOfTen) {
+TEST(Chart, DrawsZeroBelowTheLowestPowerOfTen) {
     const Chart chart{.title = "t",
                       .x_label = "x",
                       .y_label = "y",
@@ -96,7 +96,7 @@ TEST(Chart, HasRoomForItsTitleAndLegend) {
     EXPECT_GT(to_page(titled).width, narrow.width + 300);
 }
 
-TEST(Chart, KeepsItsLabelApartFromSmallNumbers) {
+TEST(Chart, MakesRoomForLongTickLabels) {
     const auto page = [](double least) {
         return to_page({.title = "t",
                         .x_label = "x",
@@ -108,7 +108,7 @@ TEST(Chart, KeepsItsLabelApartFromSmallNumbers) {
     EXPECT_GT(page(1e-8).width, page(0.01).width + 20);
 }
 
-TEST(Chart, IsSvgWithEveryLabel) {
+TEST(Chart, WritesSvg) {
     const Chart chart{.title = "t",
                       .x_label = "x",
                       .y_label = "y",
@@ -134,7 +134,7 @@ std::vector<EvaluationRow> rows(const std::vector<std::pair<double, double>>& mi
     return result;
 }
 
-TEST(Verdict, NamesTheMarginFromWhichANodeInAThousandIsMissed) {
+TEST(Verdict, NamesTheMarginThatMissesAtMostOneNodeInAThousand) {
     const auto said = verdicts(rows({{0, 0.5}, {0.05, 0.002}, {0.1, 0.001}, {0.2, 0}}));
     ASSERT_EQ(said.size(), 1u);
     EXPECT_EQ(said[0],
@@ -145,14 +145,14 @@ TEST(Verdict, NamesTheMarginFromWhichANodeInAThousandIsMissed) {
               "a thousand on poses like these, at radii 11.0 % off in the mean.");
 }
 
-TEST(Verdict, SaysWhenNoMarginIsEnough) {
+TEST(Verdict, ReportsThatNoMarginSuffices) {
     const auto said = verdicts(rows({{0, 0.5}, {0.25, 0.012}}));
     EXPECT_NE(said[0].find("still of one node in 83 with 25 % added to every radius: do not trust them"),
               std::string::npos)
         << said[0];
 }
 
-TEST(Verdict, SaysWhenNothingWasMissed) {
+TEST(Verdict, ReportsThatNothingWasMissed) {
     EXPECT_NE(verdicts(rows({{0, 0}, {0.25, 0}}))[0].find("held every vertex of all 2000 spheres"),
               std::string::npos);
     EXPECT_NE(verdicts(rows({{0, 0.0004}}))[0].find(

@@ -26,20 +26,21 @@ std::string temporary_file() {
 
 }  // namespace
 
-Running::Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments)
+Running::Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
+                 const char* program)
     : out_(temporary_file()), err_(temporary_file()) {
-    std::vector<char*> argv{const_cast<char*>("nbdtree")};
+    std::vector<char*> argv{const_cast<char*>(program)};
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
     process_ = fork();
     if (process_ < 0) throw std::runtime_error("cannot fork");
     if (process_ > 0) return;
-    // HDF5 1.10 loses memory when it gives up on a damaged file, and gmsh at its end.
+    // HDF5 1.10 leaks memory when it rejects a damaged file, and gmsh leaks at exit.
     setenv("ASAN_OPTIONS", "detect_leaks=0", 1);
     const int out = open(out_.c_str(), O_WRONLY), err = open(err_.c_str(), O_WRONLY);
     if (chdir(folder.c_str()) != 0 || dup2(out, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0)
         _exit(127);
-    execv(NBD_COMMAND, argv.data());
+    execv(program, argv.data());
     _exit(127);
 }
 

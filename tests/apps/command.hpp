@@ -7,13 +7,13 @@
 
 namespace nbd::test {
 
-/// How a run of the built `nbdtree` ended.
+/// Result of a run of `nbdtree`.
 struct Ran {
-    int status = 0;  // exit status; minus the number of the signal that killed it
+    int status = 0;  // exit status; minus the signal number if a signal killed it
     std::string out, err;
 };
 
-/// A run of `nbdtree`, or of another program of ours, in the background, in `folder`.
+/// A run of `nbdtree`, or of the given program, in the background in `folder`.
 class Running {
  public:
     Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
@@ -22,11 +22,11 @@ class Running {
     Running(const Running&) = delete;
     Running& operator=(const Running&) = delete;
 
-    /// Returns once the program catches Ctrl-C; from then on it is at work.
+    /// Waits until the program handles Ctrl-C, the sign that it is working.
     void wait_until_at_work() const;
-    /// Ctrl-C.
+    /// Sends Ctrl-C.
     void interrupt() const;
-    /// At once, with no chance to clean up.
+    /// Kills the program immediately, without clean-up.
     void kill() const;
     bool has_ended() const;
     Ran wait();
@@ -34,7 +34,7 @@ class Running {
  private:
     bool catches_interrupts() const;
 
-    std::string out_, err_;  // files
+    std::string out_, err_;  // file names
     int process_ = -1;
 };
 
@@ -42,12 +42,12 @@ inline Ran run(const std::filesystem::path& folder, const std::vector<std::strin
     return Running(folder, arguments).wait();
 }
 
-/// The same of `nbdtree-bench`.
+/// Runs `nbdtree-bench` in the same way.
 inline Ran run_bench(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {
     return Running(folder, arguments, NBD_BENCH_COMMAND).wait();
 }
 
-/// Names of the files of a folder, hidden ones included.
+/// Names of the files of a folder, including hidden ones.
 std::set<std::string> listing(const std::filesystem::path& folder);
 
 }  // namespace nbd::test

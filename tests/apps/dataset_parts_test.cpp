@@ -1,4 +1,4 @@
-// What datasets are made with, apart from the command.
+// Tests the parts of dataset generation without the command.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,7 +12,7 @@
 #include "apps/dataset/variety.hpp"
 #include "apps/sharing/claims.hpp"
 #include "apps/sharing/rank.hpp"
-#include "tests/sim/box_body.hpp"
+#include "tests/sim/support/box_body.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
@@ -22,8 +22,8 @@ namespace {
 
 using DatasetParts = test::FileTest;
 
-TEST_F(DatasetParts, AClaimIsOneProcessesUntilItEnds) {
-    const Claims claims(folder / "claims"), others(folder / "claims");  // as two processes have them
+TEST_F(DatasetParts, AClaimBelongsToOneProcessUntilItEnds) {
+    const Claims claims(folder / "claims"), others(folder / "claims");  // stand for two processes
     {
         const auto held = claims.try_claim(7);
         EXPECT_TRUE(held);
@@ -67,7 +67,7 @@ TEST_F(DatasetParts, ShardsCoverAllTrajectoriesOnce) {
     EXPECT_EQ(files.count(), 0);
 }
 
-TEST_F(DatasetParts, PlansDifferWhereTheirTrajectoriesWould) {
+TEST_F(DatasetParts, PlansDifferWhenTheirTrajectoriesWould) {
     const Body body = test::box_body({1, 0.3, 0.25}, {4, 1, 1});
     const std::string plan = plan_json({}, body);
     EXPECT_EQ(plan_difference(plan, plan), "");
@@ -90,7 +90,7 @@ TEST_F(DatasetParts, PlansDifferWhereTheirTrajectoriesWould) {
     EXPECT_EQ(difference([](auto&, auto& b) { b.tets.X *= 2; }).rfind("body_sha256 ", 0), 0u);
 }
 
-TEST(Rank, IsWhatTheLauncherSays) {
+TEST(Rank, FollowsTheEnvironmentOfTheLauncher) {
     for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID"}) unsetenv(name);
     EXPECT_EQ(this_rank().count, 1);
     setenv("SLURM_PROCID", "3", 1);
@@ -104,7 +104,7 @@ TEST(Rank, IsWhatTheLauncherSays) {
     EXPECT_EQ(this_rank().count, 4);
     EXPECT_EQ(this_rank().on_this_machine, 2);
     setenv("OMPI_COMM_WORLD_RANK", "many", 1);
-    setenv("SLURM_PROCID", "5", 1);  // of 5
+    setenv("SLURM_PROCID", "5", 1);  // out of range: there are 5
     EXPECT_EQ(this_rank().count, 1);
 }
 
@@ -132,7 +132,7 @@ class VarietyTest : public test::FileTest {
         body_.modes.U.col(1) = (shear / norm).reshaped<Eigen::RowMajor>().cast<float>();
     }
 
-    /// A trajectory of frames that are stretched by the given factors along x, turned and moved.
+    /// Records frames stretched by the given factors along x and moved rigidly.
     std::filesystem::path record(const std::vector<double>& stretches, const std::string& failure = {}) {
         RecordingWriter file(folder / "data.h5");
         const int nodes = static_cast<int>(body_.tets.X.rows());
@@ -153,10 +153,10 @@ class VarietyTest : public test::FileTest {
     }
 
     Body body_;
-    double root_mean_square_;  // of x over the bar's mass
+    double root_mean_square_;  // of x, weighted by the bar's mass
 };
 
-TEST_F(VarietyTest, FindsStretchesAndNbdSpreadWhateverTheRigidMotion) {
+TEST_F(VarietyTest, MeasuresStretchAndModalSpreadUnderRigidMotion) {
     VarietyMeter meter(body_, 4);
     meter.add(RecordingReader(record({0.8, 1.2, 0.8, 1.2})));
     const Variety variety = meter.report();
@@ -167,10 +167,10 @@ TEST_F(VarietyTest, FindsStretchesAndNbdSpreadWhateverTheRigidMotion) {
     EXPECT_NEAR(variety.least_stretch, 0.8, 1e-4);
     EXPECT_NEAR(variety.largest_stretch, 1.2, 1e-4);
     ASSERT_EQ(variety.stretch.size(), 5u);
-    EXPECT_NEAR(variety.stretch[1], 0.8, 1e-3);  // a sixth of them is 0.8, a sixth 1.2
+    EXPECT_NEAR(variety.stretch[1], 0.8, 1e-3);  // a sixth of the stretches are 0.8, a sixth 1.2
     EXPECT_NEAR(variety.stretch[2], 1, 1e-3);
     EXPECT_NEAR(variety.stretch[3], 1.2, 1.5e-3);
-    // The mesh is not quite symmetric, so the best rotation is not quite the one taken.
+    // The mesh is not quite symmetric, so the best rotation differs slightly from the one applied.
     EXPECT_NEAR(variety.displacement, 0.2 * root_mean_square_, 1e-4);
     EXPECT_NEAR(variety.mode_std[0], 0.2 * root_mean_square_, 1e-4);
     EXPECT_LT(variety.mode_std[1], 0.03 * variety.mode_std[0]);
@@ -182,7 +182,7 @@ TEST_F(VarietyTest, FindsStretchesAndNbdSpreadWhateverTheRigidMotion) {
     EXPECT_EQ(test::refusal([] { variety_from_json("[1]"); }).empty(), false);
 }
 
-TEST_F(VarietyTest, CountsFailedTrajectoriesAndMeasuresNoneOfThem) {
+TEST_F(VarietyTest, CountsFailedTrajectoriesWithoutMeasuringThem) {
     VarietyMeter meter(body_, 4);
     meter.add(RecordingReader(record({0.8, 1.2}, "it burst")));
     const Variety variety = meter.report();
@@ -193,7 +193,7 @@ TEST_F(VarietyTest, CountsFailedTrajectoriesAndMeasuresNoneOfThem) {
     EXPECT_FALSE(to_text(variety).empty());
 }
 
-TEST_F(VarietyTest, IsTheSameOnAnyNumberOfThreadsAndSamplesEvenly) {
+TEST_F(VarietyTest, GivesTheSameResultOnAnyNumberOfThreadsAndSamplesEvenly) {
     std::vector<double> stretches;
     for (int i = 0; i < 40; ++i) stretches.push_back(1 + 0.01 * i);
     const auto path = record(stretches);

@@ -1,4 +1,4 @@
-// Datasets as users make them: whatever happens on the way, the files are the same in the end.
+// Datasets as users make them: interruptions and distribution do not change the resulting files.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -28,7 +28,7 @@ class DatasetTest : public BoxFolder {
         make(command("whole"));
     }
 
-    /// Makes the dataset NAME/data.h5.
+    /// Returns the command line that makes the dataset NAME/data.h5.
     static std::vector<std::string> command(const std::string& name, std::vector<std::string> more = {}) {
         fs::create_directory(folder() / name);
         std::vector<std::string> arguments{"dataset",
@@ -46,7 +46,7 @@ class DatasetTest : public BoxFolder {
         return arguments;
     }
 
-    /// Content of a dataset's files by their names, but for that with the claims.
+    /// Content of a dataset's files by name, except the claims.
     static std::map<std::string, std::string> files(const std::string& name) {
         std::map<std::string, std::string> result;
         for (const auto& entry : fs::recursive_directory_iterator(folder() / name))
@@ -63,14 +63,14 @@ class DatasetTest : public BoxFolder {
         for (const auto& [file, bytes] : found) EXPECT_TRUE(expected.contains(file)) << file;
     }
 
-    /// Trajectories of a dataset that are there.
+    /// Number of finished trajectories of a dataset.
     static int there(const std::string& name) {
         const Ran ran = run(folder(), command(name, {"--shard", "0/1000000", "--json"}));
         return nlohmann::json::parse(ran.out, nullptr, false).value("there", -1);
     }
 };
 
-TEST_F(DatasetTest, SaysWhatItHolds) {
+TEST_F(DatasetTest, ReportsItsContent) {
     const Ran ran = run(folder(), command("whole", {"--json", "--csv", "modes.csv"}));
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto result = nlohmann::json::parse(ran.out);
@@ -89,7 +89,7 @@ TEST_F(DatasetTest, SaysWhatItHolds) {
     EXPECT_EQ(std::ranges::count(read_bytes(folder() / "modes.csv"), '\n'), 9);
 }
 
-TEST_F(DatasetTest, RunAgainChangesNothing) {
+TEST_F(DatasetTest, ASecondRunChangesNothing) {
     const auto before = fs::last_write_time(folder() / "whole/data.h5");
     make(command("whole"));
     EXPECT_EQ(fs::last_write_time(folder() / "whole/data.h5"), before);
@@ -111,7 +111,7 @@ TEST_F(DatasetTest, ContinuesAfterBeingKilledAtAnyMoment) {
     expect_like_whole("killed");
 }
 
-TEST_F(DatasetTest, CtrlCKeepsWhatIsThereAndSaysSo) {
+TEST_F(DatasetTest, CtrlCKeepsFinishedTrajectoriesAndReportsThem) {
     Running running(folder(), command("stopped", {"--threads", "1"}));
     running.wait_until_at_work();
     while (!fs::exists(folder() / "stopped/data.shards/000000.part.h5") &&
@@ -133,7 +133,7 @@ TEST_F(DatasetTest, CtrlCKeepsWhatIsThereAndSaysSo) {
     expect_like_whole("stopped");
 }
 
-TEST_F(DatasetTest, DamagedAndMissingFilesAreMadeAnew) {
+TEST_F(DatasetTest, RecreatesDamagedAndMissingShards) {
     make(command("damaged"));
     const fs::path shards = folder() / "damaged/data.shards";
     std::string bytes = read_bytes(shards / "000000-000003.h5");
@@ -149,7 +149,7 @@ TEST_F(DatasetTest, DamagedAndMissingFilesAreMadeAnew) {
     EXPECT_EQ(trained.err,
               "nbdtree: error: damaged/data.h5: a part of it cannot be read: "
               "damaged/data.shards/000004-000007.h5: No such "
-              "file or directory; allowed: a file that nbdtree wrote\n");
+              "file or directory; allowed: a file written by nbdtree\n");
 
     const Ran again = run(folder(), command("damaged"));
     EXPECT_EQ(again.status, 0);
@@ -158,7 +158,7 @@ TEST_F(DatasetTest, DamagedAndMissingFilesAreMadeAnew) {
     expect_like_whole("damaged");
 }
 
-TEST_F(DatasetTest, OtherOptionsAreRefused) {
+TEST_F(DatasetTest, RejectsOtherOptionsForAnExistingDataset) {
     const auto refused = [](std::vector<std::string> more, const std::string& difference) {
         const auto before = files("whole");
         const Ran ran = run(folder(), command("whole", std::move(more)));
@@ -178,7 +178,7 @@ TEST_F(DatasetTest, OtherOptionsAreRefused) {
               "another name\n");
 }
 
-TEST_F(DatasetTest, MayBeMovedWithItsFolder) {
+TEST_F(DatasetTest, CanBeMovedWithItsShards) {
     make(command("moving"));
     fs::create_directory(folder() / "elsewhere");
     fs::rename(folder() / "moving/data.h5", folder() / "elsewhere/renamed.h5");
@@ -186,7 +186,7 @@ TEST_F(DatasetTest, MayBeMovedWithItsFolder) {
     EXPECT_EQ(run(folder(), {"inspect", "elsewhere/renamed.h5"}).status, 0);
 }
 
-TEST_F(DatasetTest, ShardsOfAJobArrayMergeToTheSameDataset) {
+TEST_F(DatasetTest, ShardsOfAJobArrayMergeIntoTheSameDataset) {
     for (const char* shard : {"1/3", "0/3", "2/3"}) make(command("array", {"--shard", shard}));
     EXPECT_FALSE(fs::exists(folder() / "array/data.h5"));
     make(command("array"));
@@ -220,7 +220,7 @@ TEST_F(DatasetTest, TheSlurmScriptRunsAJobArrayAndMerges) {
     expect_like_whole("slurm");
 }
 
-TEST_F(DatasetTest, RecipeFilesDecideWhatHappens) {
+TEST_F(DatasetTest, FollowsRecipeFiles) {
     write("thrown.json",
           R"({"kinds": {"drop": {"weight": 0}, "thrown": {"weight": 1}}, "contact_share": 1})");
     const Ran ran = run(folder(), command("thrown", {"--recipe", "thrown.json", "--json"}));
@@ -238,7 +238,7 @@ TEST_F(DatasetTest, RecipeFilesDecideWhatHappens) {
     EXPECT_TRUE(files("wrong").empty());
 }
 
-TEST_F(DatasetTest, WhatFailsIsTriedAgainWithSmallerStepsAndThenRecorded) {
+TEST_F(DatasetTest, RetriesFailuresWithSmallerStepsAndRecordsThem) {
     const Ran ran = run(folder(), command("wild", {"--strength", "300", "--attempts", "2", "--json"}));
     ASSERT_EQ(ran.status, 1) << ran.err;
     EXPECT_NE(ran.err.find(" is left out: at "), std::string::npos) << ran.err;
@@ -255,7 +255,7 @@ TEST_F(DatasetTest, WhatFailsIsTriedAgainWithSmallerStepsAndThenRecorded) {
 class MpiTest : public DatasetTest {
  protected:
     void SetUp() override {
-        if (!has_mpirun()) GTEST_SKIP() << "there is no mpirun here";
+        if (!has_mpirun()) GTEST_SKIP() << "mpirun is not installed (Debian: openmpi-bin)";
     }
 
     static Ran mpirun(const std::string& options, const std::string& name) {
@@ -272,7 +272,7 @@ TEST_F(MpiTest, AnyNumberOfRanksGivesTheSameFiles) {
     }
 }
 
-/// Kills a rank that is simulating: its temporary file bears its process number.
+/// Kills a rank that is simulating; the name of its temporary file contains its process id.
 bool kill_a_rank(const fs::path& shards) {
     constexpr std::string_view mark = ".part.h5.";
     for (int i = 0; i < 20000; ++i) {
@@ -289,7 +289,7 @@ bool kill_a_rank(const fs::path& shards) {
     return false;
 }
 
-TEST_F(MpiTest, ARankThatDiesIsMadeUpForByTheOthers) {
+TEST_F(MpiTest, OtherRanksTakeOverTheWorkOfAKilledRank) {
     auto killed = std::async(std::launch::async, kill_a_rank, folder() / "dying/data.shards");
     const Ran ran = mpirun("--enable-recovery -n 3", "dying");
     ASSERT_TRUE(killed.get());
@@ -297,9 +297,9 @@ TEST_F(MpiTest, ARankThatDiesIsMadeUpForByTheOthers) {
     expect_like_whole("dying");
 }
 
-TEST_F(MpiTest, ARankThatDiesCostsNoMoreThanWhatIsInFlight) {
+TEST_F(MpiTest, AKilledRankCostsOnlyTheWorkInFlight) {
     auto killed = std::async(std::launch::async, kill_a_rank, folder() / "dead/data.shards");
-    const Ran ran = mpirun("-n 2", "dead");  // mpirun then ends the other rank, too
+    const Ran ran = mpirun("-n 2", "dead");  // mpirun then ends the other rank as well
     ASSERT_TRUE(killed.get());
     EXPECT_NE(ran.status, 0);
     make(command("dead"));

@@ -13,7 +13,7 @@ namespace {
 
 using FiguresTest = SmallFiles;
 
-/// Cells of a line of a table.
+/// Cells of a table row.
 std::vector<std::string> cells(const std::string& line) {
     std::vector<std::string> result{""};
     for (const char c : line)
@@ -44,7 +44,7 @@ TEST_F(FiguresTest, WritesEveryFigureAsTableAndPictures) {
     }
     EXPECT_EQ(listing(folder() / "figures"), expected);
 
-    // The same table as `evaluate` writes for each body.
+    // The table of each body equals the output of `evaluate`.
     std::string margins = "0";
     for (int percent = 1; percent <= 25; ++percent)
         margins += ",0." + std::string(percent < 10 ? "0" : "") + std::to_string(percent);
@@ -57,7 +57,7 @@ TEST_F(FiguresTest, WritesEveryFigureAsTableAndPictures) {
     for (std::size_t i = 1; i < evaluated.size(); ++i) EXPECT_EQ(ours[i], "ONE," + evaluated[i]);
 }
 
-TEST_F(FiguresTest, DrawsSpheresOfBoundsWhoseExactOnesHoldEveryVertex) {
+TEST_F(FiguresTest, DrawsSpheresAndCountsProtrudingVertices) {
     make({"figures", "-o", "pictures", "--body", "BOX", "tree.h5", "data.h5", "-q"});
     const auto table = lines(read_bytes(folder() / "pictures/figure10_BOX.csv"));
     ASSERT_GT(table.size(), 1u);
@@ -75,13 +75,13 @@ TEST_F(FiguresTest, DrawsSpheresOfBoundsWhoseExactOnesHoldEveryVertex) {
     EXPECT_EQ(bounds, (std::set<std::string>{"bd", "exact", "learned_spheres", "nbd"}));
 }
 
-TEST_F(FiguresTest, ReportsOnATreeInOneFileThatNeedsNoOther) {
+TEST_F(FiguresTest, ReportsOnATreeInASelfContainedFile) {
     make({"evaluate", "tree.h5", "data.h5", "--html", "report.html", "-q"});
     const std::string page = read_bytes(folder() / "report.html");
     EXPECT_TRUE(page.starts_with("<!DOCTYPE html>"));
     EXPECT_TRUE(page.ends_with("</html>\n"));
     EXPECT_NE(page.find("nbd bounds"), std::string::npos);
-    EXPECT_EQ(page.find("As calibrated"), std::string::npos);  // it is not
+    EXPECT_EQ(page.find("As calibrated"), std::string::npos);  // the tree is not calibrated
     EXPECT_NE(page.find("nbdtree evaluate tree.h5 data.h5 --html report.html"), std::string::npos);
     std::size_t pictures = 0;
     for (std::size_t at = page.find(" src=\""); at != std::string::npos; at = page.find(" src=\"", at + 1)) {
@@ -93,13 +93,13 @@ TEST_F(FiguresTest, ReportsOnATreeInOneFileThatNeedsNoOther) {
         EXPECT_EQ(page.find(elsewhere), std::string::npos);
 }
 
-TEST_F(FiguresTest, CarriesARecordingToAFinerSurfaceOfTheSameTetrahedra) {
+TEST_F(FiguresTest, RemapsARecordingToAFinerSurfaceOfTheSameTetrahedra) {
     make({"mesh", "box.obj", "-o", "fine.h5", "--subdivide", "1", "-q"});
     make({"modes", "fine.h5", "-m", "8", "-q"});
     make({"remap", "data.h5", "--from", "box.h5", "--to", "fine.h5", "-o", "fine_data.h5", "-q"});
     make({"train", "fine.h5", "fine_data.h5", "-o", "fine_tree.h5", "--depth", "2", "-m", "8", "-k", "16",
           "--epochs", "5", "--held-out", "0", "--calibration", "0", "-q"});
-    // What moves alike has the same exact sphere around it, whatever the surface that is laid over it.
+    // The finer surface moves with the same tetrahedra, so the same pose has more touching face pairs.
     const Ran coarse = run(folder(), {"collide", "tree.h5@data.h5:1:30", "tree.h5@data.h5:1:30", "--json"});
     const Ran fine =
         run(folder(), {"collide", "fine_tree.h5@fine_data.h5:1:30", "tree.h5@data.h5:1:30", "--json"});
@@ -115,7 +115,7 @@ TEST_F(FiguresTest, CarriesARecordingToAFinerSurfaceOfTheSameTetrahedra) {
     EXPECT_EQ(refused.err, "nbdtree: error: other_tets.h5: its tetrahedra are not those of box.h5\n");
 }
 
-TEST_F(FiguresTest, RefusesNamesThatCannotBeFilesAndFilesThatCannotBeRead) {
+TEST_F(FiguresTest, RejectsInvalidNamesAndUnreadableFiles) {
     const auto refused = [](const std::vector<std::string>& body, int status, const std::string& error) {
         const Ran ran = run(folder(), {"figures", "-o", "none", "--body", body[0], body[1], body[2], "-q"});
         EXPECT_EQ(ran.status, status);

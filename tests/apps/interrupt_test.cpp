@@ -12,7 +12,7 @@ namespace {
 
 using InterruptTest = SmallFiles;
 
-/// Presses Ctrl-C when the command has worked for a while.
+/// Sends Ctrl-C after the command has worked for `patience`.
 Ran run_and_interrupt(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
                       std::chrono::milliseconds patience = std::chrono::milliseconds(700)) {
     Running running(folder, arguments);
@@ -22,7 +22,7 @@ Ran run_and_interrupt(const std::filesystem::path& folder, const std::vector<std
     return running.wait();
 }
 
-TEST_F(InterruptTest, EndsACommandThatKeepsNothingHalfDoneAtOnce) {
+TEST_F(InterruptTest, EndsACommandWithoutPartialResultsAtOnce) {
     write("fine.obj", obj_file(box(0.4, 0.1, 0.1, 60)));
     const auto before = listing(folder());
     const Ran ran = run_and_interrupt(folder(), {"mesh", "fine.obj", "-o", "fine.h5", "-q"},
@@ -55,10 +55,10 @@ TEST_F(InterruptTest, TrainingResumesToTheSameTree) {
     make(train("whole.h5"));
     auto expected = listing(folder());
     expected.insert("again.h5.checkpoint");
-    auto on_one_thread = train("again.h5");  // so that it is still at work when Ctrl-C comes
+    auto on_one_thread = train("again.h5");  // slow enough to be still running when Ctrl-C arrives
     on_one_thread.insert(on_one_thread.end(), {"--threads", "1"});
     Ran ran;
-    // Slow builds take longer to begin: until then there is nothing to keep, and the message says so.
+    // Slow builds may have trained nothing when Ctrl-C arrives; the message then says so.
     for (auto wait = std::chrono::milliseconds(200); wait < std::chrono::seconds(10); wait *= 2) {
         ran = run_and_interrupt(folder(), on_one_thread, wait);
         if (ran.err != "nbdtree: error: interrupted: nothing has been trained yet\n") break;

@@ -11,7 +11,8 @@ namespace nbd::test {
 
 inline bool has_mpirun() { return std::system("mpirun --version >/dev/null 2>&1") == 0; }
 
-/// Runs `nbdtree` under mpirun in a folder, one thread a rank. options: of mpirun. Status as of std::system.
+/// Runs `nbdtree` under mpirun in a folder with one thread per rank. options: mpirun's. Returns the status of
+/// std::system.
 inline Ran run_mpi(const std::filesystem::path& folder, const std::string& options,
                    std::vector<std::string> arguments) {
     std::string line =

@@ -23,7 +23,7 @@ struct Pixels {
         png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr);
     }
 
-    /// Share of the pixels of a tile of 3 x 2 that `is` accepts.
+    /// Share of the pixels accepted by `is` in one tile of the 3 x 2 tiles.
     template <class Is>
     double share(int tile, const Is& is) const {
         const int w = width / 3, h = height / 2;
@@ -41,7 +41,7 @@ struct Pixels {
 
 using PictureTest = SmallFiles;
 
-TEST_F(PictureTest, ShowsEveryBodyInAColourOfItsOwnOnTheFloorWithShadows) {
+TEST_F(PictureTest, ShowsBodiesInDifferentColoursWithFloorAndShadows) {
     write("scene.json", R"({
         "bodies": [{"body": "box.h5", "transform": {"translate": [0, 0, 0.1]}},
                    {"body": "box.h5", "transform": {"translate": [0, 0, 0.4]}}],
@@ -60,7 +60,7 @@ TEST_F(PictureTest, ShowsEveryBodyInAColourOfItsOwnOnTheFloorWithShadows) {
         };
         EXPECT_GT(share([&](int r, int g, int b) { return grey(r, g, b, 150, 190); }), 0.01);  // shadow
         EXPECT_GT(share([&](int r, int g, int b) { return grey(r, g, b, 225, 250); }), 0.05);  // floor
-        EXPECT_GT(share([&](int r, int g, int b) { return grey(r, g, b, 255, 255); }), 0.10);  // nothing
+        EXPECT_GT(share([&](int r, int g, int b) { return grey(r, g, b, 255, 255); }), 0.10);  // background
     }
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 class PipelineTest : public ::testing::Test {
  protected:
-    /// The JSON result of a command that must succeed.
+    /// JSON result of a command, which must succeed.
     nlohmann::json json_of(std::vector<std::string> arguments) {
         arguments.push_back("--json");
         const Ran ran = run(folder / "", arguments);
@@ -24,7 +24,7 @@ class PipelineTest : public ::testing::Test {
         return nlohmann::json::parse(ran.out, nullptr, false);
     }
 
-    /// What `collide --pairs` writes.
+    /// Output of `collide --pairs`.
     std::string pairs(const std::string& a, const std::string& b, std::vector<std::string> options = {}) {
         std::vector<std::string> arguments{"collide", a, b, "--pairs", "pairs.csv"};
         arguments.insert(arguments.end(), options.begin(), options.end());
@@ -39,7 +39,7 @@ class PipelineTest : public ::testing::Test {
     TemporaryFolder folder;
 };
 
-TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
+TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     const std::string beam = NBD_ASSETS "/beam.obj";
     const nlohmann::json body = json_of({"mesh", beam, "-o", "beam.h5"});
     EXPECT_EQ(body["faces"], 1504);
@@ -47,7 +47,7 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
     const nlohmann::json modes = json_of({"modes", "beam.h5", "-m", "16", "--csv", "modes.csv"});
     EXPECT_EQ(modes["frequencies_hz"].size(), 16u);
 
-    // Whatever the number of threads, the same files.
+    // The number of threads does not change the files.
     const auto dataset = [](const char* output, const char* threads, const char* trajectories,
                             const char* frames) {
         return std::vector<std::string>{"dataset",           "beam.h5",    "-o",        output,
@@ -89,11 +89,11 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
     EXPECT_EQ(scene["audited_frames"], 4);
     EXPECT_GT(scene["near_pairs"], 0);
     EXPECT_GT(scene["frames_in_contact"], 0);
-    EXPECT_EQ(std::ranges::count(bytes("scene.csv"), '\n'), 9);  // a line a step
+    EXPECT_EQ(std::ranges::count(bytes("scene.csv"), '\n'), 9);  // one line per step
     EXPECT_EQ(bytes("scene.png").substr(1, 3), "PNG");
     EXPECT_EQ(listing(folder / "vtu").size(), 6u);  // the rest pose, four frames, scene.pvd
 
-    // A pose says the same in all three forms, and bounds that hold what they bound change nothing.
+    // The three ways to give a pose are equivalent, and conservative bounds do not change the pairs.
     folder.write("moved.obj", obj_file(moved(read_surface(beam), 0.0137, 0.0171, 0.0113)));
     const std::string exact = pairs(beam, "moved.obj");
     EXPECT_GT(std::ranges::count(exact, '\n'), 100);
@@ -104,7 +104,7 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
     for (const char* bounds : {"nbd", "learned_spheres"})
         EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "moved.obj", {"--bounds", bounds, "--margin", "10"}), exact);
 
-    // Whatever kernels the machine has, the same numbers: all that can be named here.
+    // Every supported instruction set gives the same numbers.
     for (const char* instructions : {"plain", "avx2", "avx512"}) {
         const bool known =
             run(folder / "", {"inspect", "beam.h5", "--instructions", instructions}).status == 0;
@@ -116,7 +116,7 @@ TEST_F(PipelineTest, GoesFromASurfaceToASceneWithLearnedBounds) {
         EXPECT_EQ(pairs(beam, "moved.obj", {"--instructions", instructions}), exact) << instructions;
     }
 
-    const Ran times = run(folder / "", {"bench", "kernels", "tree.h5", "data.h5", "--nodes", "4", "--poses",
+    const Ran times = run_bench(folder / "", {"kernels", "tree.h5", "data.h5", "--nodes", "4", "--poses",
                                         "1", "--instructions", "plain"});
     EXPECT_NE(times.out.find("plain kernels"), std::string::npos) << times.out << times.err;
 

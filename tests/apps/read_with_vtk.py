@@ -1,5 +1,8 @@
-"""Opens what `nbdtree simulate --vtu --obj` wrote with VTK's own readers, as ParaView does, and compares it with the
-recording. Usage: read_with_vtk.py RECORDING FOLDER OBJ_FOLDER FRAMES STEP_SECONDS"""
+"""Opens the output of `nbdtree simulate --vtu --obj` with VTK's own readers, as ParaView does, and compares it with the
+recording.
+
+Usage: read_with_vtk.py RECORDING FOLDER OBJ_FOLDER FRAMES STEP_SECONDS
+"""
 import pathlib
 import sys
 import xml.etree.ElementTree
@@ -16,7 +19,7 @@ complaints = []
 
 
 def read(reader, path):
-    """The reader's output; what VTK complains of is collected."""
+    """Returns the reader's output and collects VTK's errors and warnings."""
     for event in (vtkCommand.ErrorEvent, vtkCommand.WarningEvent):
         reader.AddObserver(event, lambda *_: complaints.append(str(path)))
     reader.SetFileName(str(path))
@@ -56,7 +59,7 @@ for f, entry in enumerate(entries):
     displacement = field(grid.GetPointData(), "displacement", n, 3)
     assert np.allclose(displacement, positions[f] - positions[0], atol=1e-6)
     velocity = field(grid.GetPointData(), "velocity", n, 3)
-    if f > 0:  # one step a frame: backward Euler moves by dt v
+    if f > 0:  # with one step per frame, backward Euler moves nodes by dt v
         assert np.allclose(velocity * dt, positions[f] - positions[f - 1], atol=1e-6)
     force = field(grid.GetPointData(), "contact_force", n, 3)
     body = field(grid.GetCellData(), "body", cells, 1)
@@ -74,6 +77,6 @@ for f, entry in enumerate(entries):
         surface = read(vtkOBJReader(), obj_folder / f"{name}_{f:06}.obj")
         vertices = vtk_to_numpy(surface.GetPoints().GetData())
         assert surface.GetNumberOfPolys() == 108
-        assert np.allclose(vertices, bodies[b][f][: len(vertices)], atol=1e-6)  # nodes begin with the surface
+        assert np.allclose(vertices, bodies[b][f][: len(vertices)], atol=1e-6)  # surface vertices come first
 assert largest_stress > 10 and largest_force > 0.01, (largest_stress, largest_force)
 assert not complaints, complaints

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A table without the columns that measure time.
+/// A table without its columns of times.
 std::string without_times(const std::string& csv) {
     std::string result;
     std::vector<bool> keep;
@@ -55,7 +55,7 @@ class ResumeTest : public SmallFiles {
         make(command(where, more));
     }
 
-    /// The folder holds what the uninterrupted run wrote, to the bit but for the times it took.
+    /// Expects the files of the uninterrupted run, bit for bit except for measured times.
     static void expect_whole(const std::string& where) {
         const fs::path whole = folder() / "whole", other = folder() / where;
         ASSERT_EQ(listing(other), (std::set<std::string>{"run.h5", "run.csv", "frames"}));
@@ -67,8 +67,8 @@ class ResumeTest : public SmallFiles {
             EXPECT_TRUE(read_bytes(other / "frames" / name) == read_bytes(whole / "frames" / name)) << name;
     }
 
-    /// Runs until the journal in `where` has grown by so many bytes and the pause has passed, then stops.
-    /// Returns whether that came before the run's end.
+    /// Runs until the journal in `where` has grown by `bytes` and the pause has passed, then stops the run.
+    /// Returns whether the run was still going.
     static bool run_and_stop(const std::string& where, const std::vector<std::string>& arguments,
                              std::uintmax_t growth, std::chrono::microseconds pause = {},
                              bool politely = false) {
@@ -108,7 +108,7 @@ class ResumeTest : public SmallFiles {
     }
 };
 
-TEST_F(ResumeTest, StoppedAtRandomMomentsARunEndsWithTheSameBits) {
+TEST_F(ResumeTest, ARunStoppedAtRandomMomentsGivesTheSameBits) {
     std::mt19937 random(5);
     const std::string where = "killed";
     fs::create_directories(folder() / where);
@@ -124,7 +124,7 @@ TEST_F(ResumeTest, StoppedAtRandomMomentsARunEndsWithTheSameBits) {
     expect_whole(where);
 }
 
-TEST_F(ResumeTest, AJournalThatWasCutOrDamagedAnywhereCountsUpToThere) {
+TEST_F(ResumeTest, UsesADamagedJournalUpToTheDamage) {
     const std::string where = "damaged";
     leave_journal(where, command(where, {"--resume"}));
     const fs::path journal = folder() / where / "run.h5.journal";
@@ -142,7 +142,7 @@ TEST_F(ResumeTest, AJournalThatWasCutOrDamagedAnywhereCountsUpToThere) {
     }
 }
 
-TEST_F(ResumeTest, AJournalIsRefusedWhereItDoesNotBelong) {
+TEST_F(ResumeTest, RejectsAJournalOfAnotherRun) {
     const std::string where = "foreign", path = where + "/run.h5.journal";
     leave_journal(where, command(where, {"--resume"}));
     const fs::path journal = folder() / path;
@@ -172,7 +172,7 @@ TEST_F(ResumeTest, AJournalIsRefusedWhereItDoesNotBelong) {
     expect_whole(where);
 }
 
-TEST_F(ResumeTest, WhatWasNotWrittenAtFirstIsMadeFromTheJournal) {
+TEST_F(ResumeTest, WritesOutputsRequestedLaterFromTheJournal) {
     const std::string where = "later";
     const std::vector<std::string> bare{"simulate", "bare.json", "-o",      where + "/run.h5",
                                         "-q",       "--resume",  "--audit", "3"};
@@ -188,10 +188,10 @@ TEST_F(ResumeTest, WhatWasNotWrittenAtFirstIsMadeFromTheJournal) {
     make(more);
     fs::copy_file(folder() / "whole/run.h5", folder() / where / "run.h5",
                   fs::copy_options::overwrite_existing);
-    expect_whole(where);  // the recording holds another scene's text
+    expect_whole(where);  // the recording contains the text of the other scene
 }
 
-TEST_F(ResumeTest, TwoRunsAtOnceOnOneOutputAreRefused) {
+TEST_F(ResumeTest, RejectsASecondRunOnTheSameOutput) {
     write("long.json", R"({"bodies": [{"body": "box.h5"}], "time": {"frames": 1000000}})");
     const std::vector<std::string> arguments{"simulate", "long.json", "-o", "long.h5", "-q", "--resume"};
     Running first(folder(), arguments);
@@ -204,7 +204,7 @@ TEST_F(ResumeTest, TwoRunsAtOnceOnOneOutputAreRefused) {
     fs::remove(folder() / "long.h5.journal");
 }
 
-TEST_F(ResumeTest, OutputsThatAreOneFileAreRefusedBeforeTheRun) {
+TEST_F(ResumeTest, RejectsOutputsThatShareAFile) {
     const auto simulate = [](std::vector<std::string> more) {
         more.insert(more.begin(), {"simulate", "scene.json", "-q", "-o", "x.h5"});
         return more;

@@ -1,4 +1,4 @@
-// Every scene in assets/scenes runs.
+// Every scene in assets/scenes must run.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -10,7 +10,7 @@
 namespace nbd::test {
 namespace {
 
-/// Names of the example scenes; demo.json wants files that apps/demo makes first.
+/// Names of the example scenes, except demo.json, which needs files from apps/demo.
 std::vector<std::string> scenes() {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(NBD_ASSETS "/scenes")) {

@@ -1,4 +1,4 @@
-// Training by several processes at once gives the same tree file as by one.
+// Training by several processes gives the same tree file as training by one.
 #include <gtest/gtest.h>
 
 #include "tests/apps/mpi.hpp"
@@ -24,7 +24,7 @@ class SharedTrainingTest : public SmallFiles {
     static std::string bytes(const std::string& name) { return read_bytes(folder() / name); }
 
     void SetUp() override {
-        if (!has_mpirun()) GTEST_SKIP() << "there is no mpirun here";
+        if (!has_mpirun()) GTEST_SKIP() << "mpirun is not installed (Debian: openmpi-bin)";
     }
 };
 
@@ -38,10 +38,10 @@ TEST_F(SharedTrainingTest, AnyNumberOfRanksGivesTheSameTree) {
     }
 }
 
-TEST_F(SharedTrainingTest, GoesOnWithWhatAnEarlierRunLeftAndWithNothingOfAnotherTraining) {
+TEST_F(SharedTrainingTest, ReusesNetworksOfAnEarlierRunOfTheSameTrainingOnly) {
     auto other = train("kept.h5");
     other.insert(other.end(), {"--seed", "9"});
-    // A rank of two leaves the networks where the other would find them.
+    // Rank 1 of 2 leaves its networks in the folder where the next run looks.
     setenv("OMPI_COMM_WORLD_SIZE", "2", 1);
     setenv("OMPI_COMM_WORLD_RANK", "1", 1);
     const Ran first = run(folder(), other);
@@ -55,7 +55,7 @@ TEST_F(SharedTrainingTest, GoesOnWithWhatAnEarlierRunLeftAndWithNothingOfAnother
     unsetenv("OMPI_COMM_WORLD_RANK");
     ASSERT_EQ(second.status, 0) << second.err;
     EXPECT_TRUE(bytes("kept.h5") == bytes("alone.h5"));
-    EXPECT_FALSE(fs::exists(folder() / "kept.h5.networks")) << "the last one removes it";
+    EXPECT_FALSE(fs::exists(folder() / "kept.h5.networks")) << "the last rank removes the folder";
 }
 
 }  // namespace

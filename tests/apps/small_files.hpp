@@ -11,7 +11,7 @@
 
 namespace nbd::test {
 
-/// A folder with box.obj (108 faces) and box.h5 with 8 modes, as the command makes it.
+/// A folder with box.obj (108 faces) and box.h5 with 8 modes, made by the command.
 class BoxFolder : public ::testing::Test {
  protected:
     static void SetUpTestSuite() {
@@ -24,10 +24,10 @@ class BoxFolder : public ::testing::Test {
 
     static std::filesystem::path folder() { return *folder_ / ""; }
 
-    /// Writes a file of the folder.
+    /// Writes a file in the folder.
     static void write(std::string_view name, std::string_view content) { folder_->write(name, content); }
 
-    /// Runs the command, which must succeed in silence.
+    /// Runs a command, which must succeed.
     static void make(const std::vector<std::string>& arguments) {
         const Ran ran = run(folder(), arguments);
         ASSERT_EQ(ran.status, 0) << ran.err;
@@ -37,7 +37,7 @@ class BoxFolder : public ::testing::Test {
     static inline std::unique_ptr<TemporaryFolder> folder_;
 };
 
-/// With data.h5 (3 trajectories of 50 frames) and tree.h5 besides.
+/// Adds data.h5 (3 trajectories of 50 frames) and tree.h5.
 class SmallFiles : public BoxFolder {
  protected:
     static void SetUpTestSuite() {

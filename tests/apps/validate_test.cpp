@@ -22,14 +22,14 @@ class ValidateTest : public SmallFiles {
     }
 };
 
-TEST_F(ValidateTest, SaysEveryProblemOfEveryScene) {
+TEST_F(ValidateTest, ReportsEveryProblemOfEveryScene) {
     const Ran ran = run(folder(), {"validate", "good.json", "bad.json", "none.json", "twice.json"});
     EXPECT_EQ(ran.status, 1);
     EXPECT_EQ(ran.out,
               "good.json: valid\n"
               "bad.json: bodies[4]: unknown key \"velosity\"; the nearest known one is \"velocity\"\n"
               "bad.json: time.dt: must be a number, not \"small\"\n"
-              "bad.json: bodies[2]: none.h5: No such file or directory; allowed: a file that nbdtree wrote\n"
+              "bad.json: bodies[2]: none.h5: No such file or directory; allowed: a file written by nbdtree\n"
               "bad.json: bodies[3]: box.obj: tetrahedra are read from .msh, .mesh and .vtk, not from '.obj'\n"
               "bad.json: bodies[0].pins[0]: the region holds no node of the body\n"
               "bad.json: bodies[1]: overlaps bodies[0] at the start: 60 pairs of faces cross\n"
@@ -37,11 +37,11 @@ TEST_F(ValidateTest, SaysEveryProblemOfEveryScene) {
               "bad.json: bodies[1]: is 0.03 m deep in obstacles[0] at the start\n"
               "bad.json: obstacles[1]: none.obj: no such file\n"
               "none.json: cannot read the scene: No such file or directory\n"
-              "twice.json: bodies[0].body: this key is there twice\n");
+              "twice.json: bodies[0].body: this key occurs twice\n");
     EXPECT_EQ(ran.err, "nbdtree: error: 11 problems in 3 of 4 scenes\n");
 }
 
-TEST_F(ValidateTest, AnswersInJson) {
+TEST_F(ValidateTest, ReportsInJson) {
     const Ran ran = run(folder(), {"validate", "good.json", "twice.json", "--json"});
     EXPECT_EQ(ran.status, 1);
     const nlohmann::json scenes = nlohmann::json::parse(ran.out)["scenes"];
@@ -49,7 +49,7 @@ TEST_F(ValidateTest, AnswersInJson) {
     EXPECT_EQ(scenes[0]["scene"], "good.json");
     EXPECT_TRUE(scenes[0]["problems"].empty());
     EXPECT_EQ(scenes[1]["problems"],
-              (std::vector<std::string>{"twice.json: bodies[0].body: this key is there twice"}));
+              (std::vector<std::string>{"twice.json: bodies[0].body: this key occurs twice"}));
     EXPECT_EQ(run(folder(), {"validate", "good.json", "-q"}).status, 0);
 }
 

@@ -1,4 +1,5 @@
-// ParaView's own readers open the frames that `nbdtree simulate` writes and find what the recording holds.
+// VTK's readers, which ParaView uses, open the frames of `nbdtree simulate` and find the data of the
+// recording.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -10,7 +11,7 @@ namespace {
 
 using VtkTest = SmallFiles;
 
-TEST_F(VtkTest, FramesAndSurfacesAreThoseOfTheRecording) {
+TEST_F(VtkTest, FramesAndSurfacesAgreeWithTheRecording) {
     if (std::system("/usr/bin/python3 -c 'import h5py, vtkmodules.vtkIOXML' 2>/dev/null") != 0)
         GTEST_SKIP() << "/usr/bin/python3 has no vtkmodules (Debian: python3-vtk9) or no h5py";
     write("scene.json", R"({

@@ -22,7 +22,7 @@ using test::Bar;
 using test::brute_force_intersecting;
 using test::error_of;
 
-/// Bars of two resolutions on the same nodes, and scenes of them.
+/// Bars of two resolutions on the same nodes, with touching scenes.
 class BenchPairs : public ::testing::Test {
  protected:
     static void SetUpTestSuite() {
@@ -40,10 +40,10 @@ class BenchPairs : public ::testing::Test {
     }
     static RecordingReader recording() { return RecordingReader(*folder_ / "data.h5"); }
 
-    /// What a method finds in each scene, after another pose.
+    /// Pairs that a method finds in each scene, each time after another pose.
     static std::vector<std::vector<FacePair>> answers(const BenchBody& body, const PairMethodEntry& entry) {
         const auto method = entry.make(body);
-        Vertices a, b, nodes_a, nodes_b;  // as the race has it: poses come and go at the same place
+        Vertices a, b, nodes_a, nodes_b;  // reused for all poses, as in the benchmark
         std::vector<std::vector<FacePair>> found;
         for (const TouchingScene& scene : scenes_) {
             nodes_a = scene.a;
@@ -72,7 +72,7 @@ class BenchPairs : public ::testing::Test {
     static inline std::vector<TouchingScene> scenes_;
 };
 
-TEST_F(BenchPairs, ScenesAreReproducibleAndTouchAsAskedFor) {
+TEST_F(BenchPairs, ScenesAreReproducibleAndTouchAsRequested) {
     const TouchingScenesConfig config{.scenes = 4, .pairs = 8};
     const auto again = make_touching_scenes(*coarse_, recording(), complete_frames(recording()), config);
     ASSERT_EQ(again.size(), 4U);
@@ -82,7 +82,7 @@ TEST_F(BenchPairs, ScenesAreReproducibleAndTouchAsAskedFor) {
         EXPECT_EQ(again[s].b, scenes_[s].b);
         EXPECT_GE(scenes_[s].pairs, 8);
         EXPECT_LE(scenes_[s].pairs, 12);
-        // Nodes were moved, not the surface, which rounds otherwise.
+        // Scenes move nodes rather than the surface, which rounds differently.
         EXPECT_NEAR(static_cast<double>(pairs[s].size()), scenes_[s].pairs, 2);
     }
     EXPECT_NE(again[0].a, again[1].a);
@@ -92,7 +92,7 @@ TEST_F(BenchPairs, ScenesAreReproducibleAndTouchAsAskedFor) {
               scenes_[0].b);
 }
 
-TEST_F(BenchPairs, LazyBoxesFindWhatBruteForceFinds) {
+TEST_F(BenchPairs, LazyBoxesAgreeWithBruteForce) {
     const auto expected = truth(*fine_);
     ASSERT_GT(expected[0].size(), 8U);
     for (const PairMethodEntry& method : box_methods(*fine_, {1, 5, 60, 256, 1024}))
@@ -105,7 +105,7 @@ TEST_F(BenchPairs, LazyBoxesFindWhatBruteForceFinds) {
               std::string::npos);
 }
 
-TEST_F(BenchPairs, ExactBoundsOfTheTreeFindThemTooInAnyOrderOfVertices) {
+TEST_F(BenchPairs, ExactBoundsAgreeWithBruteForceForAnyVertexOrder) {
     const BenchBody moved = in_tree_order(*fine_);
     EXPECT_NO_THROW(check_collision_tree(*moved.tree));
     EXPECT_NE(moved.surface.F, fine_->surface.F);
@@ -116,15 +116,15 @@ TEST_F(BenchPairs, ExactBoundsOfTheTreeFindThemTooInAnyOrderOfVertices) {
             EXPECT_EQ(answers(body, method), method.answers ? expected : no_answers) << method.name;
 }
 
-TEST_F(BenchPairs, EveryPeerFindsWhatWeFind) {
+TEST_F(BenchPairs, EveryPeerAgreesWithBruteForce) {
     for (const std::string& missing : missing_peers()) std::puts(missing.c_str());
     const auto expected = truth(*fine_);
     for (const PairMethodEntry& peer : peer_methods())
         EXPECT_EQ(answers(*fine_, peer), expected) << peer.name;
-    if (peer_methods().empty()) GTEST_SKIP() << "no other collision library was found when this was built";
+    if (peer_methods().empty()) GTEST_SKIP() << "this build found no other collision library";
 }
 
-TEST_F(BenchPairs, ARaceCountsWhatAMethodMisses) {
+TEST_F(BenchPairs, ARaceCountsMissedPairs) {
     struct Half final : PairMethod {
         std::unique_ptr<PairMethod> whole;
         void update(const BenchPose& a, const BenchPose& b) override { whole->update(a, b); }
@@ -157,7 +157,7 @@ TEST_F(BenchPairs, ARaceCountsWhatAMethodMisses) {
     EXPECT_NO_THROW(to_svg(to_page(std::span(&table, 1))));
 }
 
-TEST_F(BenchPairs, CrowdsAgreeAndASweepFindsAllPairsOfBoxes) {
+TEST_F(BenchPairs, CrowdMethodsAgreeWithBruteForce) {
     const auto frames = complete_frames(recording());
     const auto poses = crowd_poses(*coarse_, recording(), frames, 12, 0.7, 1);
     long expected = 0;
@@ -182,7 +182,7 @@ TEST_F(BenchPairs, CrowdsAgreeAndASweepFindsAllPairsOfBoxes) {
     for (const CrowdRow& row : rows) EXPECT_EQ(row.pairs, expected) << row.method;
 }
 
-TEST_F(BenchPairs, DeeperScenesIntersectMoreAndTellTheCrossover) {
+TEST_F(BenchPairs, DeeperScenesIntersectMoreAndShowTheCrossover) {
     const auto frames = complete_frames(recording());
     const auto pairs = [&](double depth) {
         long sum = 0;
@@ -208,7 +208,7 @@ TEST_F(BenchPairs, DeeperScenesIntersectMoreAndTellTheCrossover) {
     EXPECT_EQ(crossover(std::span(rows).first(2)), INFINITY);
 }
 
-TEST_F(BenchPairs, RefusesScenesThatCannotBe) {
+TEST_F(BenchPairs, RejectsImpossibleScenes) {
     EXPECT_NE(error_of([] { make_touching_scenes(*coarse_, recording(), {}, {}); }), "");
     const auto frames = complete_frames(recording());
     EXPECT_NE(error_of([&] {
@@ -228,7 +228,7 @@ TEST_F(BenchPairs, RefusesScenesThatCannotBe) {
     EXPECT_EQ(unseen.front().trajectory, 4);
 }
 
-TEST_F(BenchPairs, RecordedFramesCountWhereBodiesAreNear) {
+TEST_F(BenchPairs, UsesRecordedFramesWithNearbyBodies) {
     {
         RecordingWriter writer(*folder_ / "scene.h5");
         for (int id = 0; id < 2; ++id) {

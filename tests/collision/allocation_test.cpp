@@ -1,4 +1,4 @@
-// A program of its own: it counts every allocation of the process.
+// A separate program because it counts every allocation of the process.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ namespace {
 std::atomic<long> allocations{0};
 }
 
-// Not operator new alone: Eigen's arrays come from malloc.
+// Counts malloc too, because Eigen's arrays bypass operator new.
 extern "C" {
 void* malloc(std::size_t size) {
     ++allocations;
@@ -50,7 +50,7 @@ int posix_memalign(void** out, std::size_t alignment, std::size_t size) {
 namespace nbd {
 namespace {
 
-TEST(AllocationCount, SeesVectorsAndMatrices) {
+TEST(AllocationCount, CountsAllocationsOfVectorsAndMatrices) {
     long before = allocations;
     const std::vector<int> numbers(100);
     EXPECT_GT(allocations, before);

@@ -17,7 +17,7 @@ class AutoBoxesTest : public ::testing::Test {
     NodeMargins margins{std::vector<float>(tree.nodes.size(), 0.f), {}};
 };
 
-TEST_F(AutoBoxesTest, AreLearnedWhileFewNodesAreAskedForAndExactWhenManyWere) {
+TEST_F(AutoBoxesTest, UseLearnedBoxesForFewNodesAndExactBoxesAfterManyWereBounded) {
     AutoBoxes boxes(tree, &model, margins);
     LearnedBoxes learned(tree, model, margins);
     ExactBoxes exact(tree);
@@ -30,7 +30,7 @@ TEST_F(AutoBoxesTest, AreLearnedWhileFewNodesAreAskedForAndExactWhenManyWere) {
         EXPECT_EQ(boxes.bounded(), nodes);
         return boxes.learned();
     };
-    EXPECT_TRUE(ask(3));  // before anything was asked for, nothing is the cheapest
+    EXPECT_TRUE(ask(3));  // no cost is known before the first pose, so learned boxes win
     const int all = static_cast<int>(tree.nodes.size());
     EXPECT_TRUE(ask(all));
     EXPECT_FALSE(ask(all));
@@ -38,7 +38,7 @@ TEST_F(AutoBoxesTest, AreLearnedWhileFewNodesAreAskedForAndExactWhenManyWere) {
     EXPECT_TRUE(ask(3));
 }
 
-TEST_F(AutoBoxesTest, AreExactWhereThereIsNothingLearned) {
+TEST_F(AutoBoxesTest, AreExactWithoutALearnedModel) {
     AutoBoxes boxes(tree, nullptr, margins);
     ExactBoxes exact(tree);
     exact.begin_pose(s.X);

@@ -16,7 +16,7 @@ struct BdModelTest : testing::Test {
     shapes::Modes modes = shapes::make_modes(s, 4, 20, 1);
 };
 
-TEST_F(BdModelTest, FitsTheCoordinatesOfAPoseInTheSpan) {
+TEST_F(BdModelTest, RecoversTheModalCoordinatesOfAPoseInTheSpanOfTheModes) {
     const BdModel model = build_bd_model(tree, modes.U, modes.clustered);
     ModalCoordinatesScratch scratch;
     Eigen::VectorXf z(4);
@@ -25,7 +25,7 @@ TEST_F(BdModelTest, FitsTheCoordinatesOfAPoseInTheSpan) {
     EXPECT_NEAR((model.z_to_q * z - q).norm(), 0, 1e-5);
 }
 
-TEST_F(BdModelTest, RefusesModesThatDoNotFit) {
+TEST_F(BdModelTest, RejectsModesOfTheWrongShapeOrNotFinite) {
     EXPECT_EQ(test::refusal([&] { build_bd_model(tree, modes.U.topRows(147), modes.clustered); }),
               "BD-Tree: U has 147 rows, the tree's vertex 49 needs 150");
     EXPECT_EQ(test::refusal([&] { build_bd_model(tree, modes.U.leftCols(3), modes.clustered); }),
@@ -44,10 +44,10 @@ TEST_F(BdModelTest, RefusesModesThatDoNotFit) {
               "modes: weight 3 is 0, allowed: finite and above 0");
 }
 
-TEST_F(BdModelTest, RefusesDependentModesWhateverTheirUnits) {
+TEST_F(BdModelTest, RejectsLinearlyDependentModesInAnyUnits) {
     ClusteredModes clustered = modes.clustered;
     Eigen::MatrixXf U = clustered.U.numbers();
-    U.col(2) = 0.125f * U.col(0);  // in fixed point exactly so
+    U.col(2) = 0.125f * U.col(0);  // exact in fixed point
     clustered.U = FixedMatrix(U);
     EXPECT_NE(test::refusal([&] {
                   build_bd_model(tree, modes.U, clustered);
@@ -62,7 +62,7 @@ TEST_F(BdModelTest, RefusesDependentModesWhateverTheirUnits) {
     EXPECT_EQ(test::refusal([&] { build_bd_model(tree, modes.U, clustered); }), "");
 }
 
-TEST_F(BdModelTest, CheckNamesWhatIsWrong) {
+TEST_F(BdModelTest, CheckReportsEachKindOfInvalidModel) {
     const BdModel whole = build_bd_model(tree, modes.U, modes.clustered);
     const auto error = [&](auto tamper) {
         BdModel model = whole;

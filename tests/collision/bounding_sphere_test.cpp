@@ -8,7 +8,7 @@
 namespace nbd {
 namespace {
 
-TEST(BoundingSphere, HoldsEveryListedVertexAtAnyScale) {
+TEST(BoundingSphere, ContainsEveryListedVertexAtAnyScale) {
     std::srand(1);
     for (const float scale : {1e-3f, 1.f, 1e4f}) {
         const Vertices x = Vertices::Random(500, 3) * scale;
@@ -20,7 +20,7 @@ TEST(BoundingSphere, HoldsEveryListedVertexAtAnyScale) {
     }
 }
 
-TEST(BoundingSphere, IsCentredAtTheMean) {
+TEST(BoundingSphere, IsCentredAtTheMeanOfTheVertices) {
     Vertices x(3, 3);
     x << 0, 0, 0, 3, 0, 0, 0, 3, 0;
     const Sphere s = bounding_sphere(x, std::vector<int>{0, 1, 2});

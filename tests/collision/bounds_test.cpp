@@ -15,7 +15,7 @@
 namespace nbd {
 namespace {
 
-/// How far the listed vertices stand out of a sphere, metres; 0 or less when it contains them.
+/// Largest distance of a listed vertex beyond the sphere, metres; <= 0 if the sphere contains them all.
 double protrusion(const Sphere& s, const Vertices& x, std::span<const int> vertices) {
     double most = -s.r;
     for (const int v : vertices)
@@ -24,7 +24,7 @@ double protrusion(const Sphere& s, const Vertices& x, std::span<const int> verti
     return most;
 }
 
-TEST(ExactBound, ContainsEveryVertexAndAgreesWithTheRuleAtAnyScaleAndPlace) {
+TEST(ExactBound, ContainsEveryVertexAndMatchesItsDefinitionAtAnyScaleAndOffset) {
     std::mt19937 random(1);
     const shapes::Surface surfaces[] = {shapes::torus(33, 17), shapes::bar(20, 7), shapes::sphere(2, 3)};
     for (const auto& s : surfaces)
@@ -48,7 +48,7 @@ TEST(ExactBound, ContainsEveryVertexAndAgreesWithTheRuleAtAnyScaleAndPlace) {
         }
 }
 
-TEST(ExactBound, ReadsPositionsThatLieApart) {
+TEST(ExactBound, ReadsPositionsWithARowStride) {
     const auto s = shapes::torus(20, 10);
     const SphereTree tree = build_sphere_tree(s.X, s.F);
     Eigen::Matrix<float, Eigen::Dynamic, 5, Eigen::RowMajor> wide(s.X.rows(), 5);
@@ -63,7 +63,7 @@ TEST(ExactBound, ReadsPositionsThatLieApart) {
     }
 }
 
-TEST(ExactBoxes, AreTheSmallestAroundEachNodesVerticesAndHaveSpheresAroundThem) {
+TEST(ExactBoxes, AreTightAndHaveEnclosingSpheres) {
     std::mt19937 random(3);
     for (const auto& s : {shapes::torus(33, 17), shapes::bar(20, 7), shapes::sphere(2, 3)})
         for (const int depth : {0, 3, 9}) {
@@ -88,7 +88,7 @@ TEST(ExactBoxes, AreTheSmallestAroundEachNodesVerticesAndHaveSpheresAroundThem) 
         }
 }
 
-TEST(ExactBoxes, ReadNothingBehindTheLastPosition) {
+TEST(ExactBoxes, DoNotReadPastTheLastPosition) {
     const auto s = shapes::torus(20, 10);
     const SphereTree tree = build_sphere_tree(s.X, s.F);
     Eigen::Matrix<float, Eigen::Dynamic, 5, Eigen::RowMajor> wide(s.X.rows(), 5);
@@ -104,7 +104,7 @@ TEST(ExactBoxes, ReadNothingBehindTheLastPosition) {
     }
 }
 
-/// Vertices of X + U q, moved rigidly: what a BD-Tree is made for.
+/// Positions X + U q, moved rigidly: the poses for which BD-Trees are conservative.
 struct SpanPose {
     Eigen::VectorXf q;
     RigidTransform motion;
@@ -121,7 +121,7 @@ SpanPose random_span_pose(const shapes::Surface& s, const shapes::Modes& modes, 
     return pose;
 }
 
-TEST(BdBound, ContainsEveryVertexOfAPoseInTheSpanOfTheModes) {
+TEST(BdBound, ContainsEveryVertexOfPosesInTheSpanOfTheModes) {
     std::mt19937 random(2);
     float largest_shift = 0;
     for (const auto& s : {shapes::torus(30, 14), shapes::bar(24, 10)})
@@ -145,7 +145,7 @@ TEST(BdBound, ContainsEveryVertexOfAPoseInTheSpanOfTheModes) {
     EXPECT_GT(largest_shift, 0.3f);
 }
 
-TEST(BdBound, IsTheRestTreeAtRest) {
+TEST(BdBound, EqualsTheRestSpheresAtRest) {
     const auto s = shapes::torus(30, 14);
     const shapes::Modes modes = shapes::make_modes(s, 8, 80, 3);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 6});
@@ -189,7 +189,7 @@ TEST(BdBound, FollowsItsEquations) {
     }
 }
 
-TEST(NbdBound, IsTheNetworksSphereInTheWorld) {
+TEST(NbdBound, EqualsTheNetworksSphereInWorldSpace) {
     std::mt19937 random(5);
     const auto s = shapes::torus(20, 12);
     const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
@@ -215,7 +215,7 @@ TEST(NbdBound, IsTheNetworksSphereInTheWorld) {
     }
 }
 
-TEST(NbdBound, GivesNoNumberForAPoseWithOneThatIsNone) {
+TEST(NbdBound, IsNanForPosesWithNonFinitePositions) {
     std::mt19937 random(5);
     const auto s = shapes::torus(20, 12);
     const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
@@ -234,13 +234,14 @@ TEST(NbdBound, GivesNoNumberForAPoseWithOneThatIsNone) {
     }
 }
 
-TEST(NbdBound, IsStrangeByItsCodeAndByRepresentativesOutside) {
+TEST(NbdBound, ScoresModalCoordinatesAndRepresentativesOutsideTheSphere) {
     std::mt19937 random(8);
     const auto s = shapes::torus(20, 12);
     const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
     NbdModel model = shapes::random_model(tree, modes.clustered, 32, 6);
-    for (Eigen::Index i = 0; i < model.out_centre.cols(); i += 2) model.out_centre(3, i) += 1;  // ample
+    for (Eigen::Index i = 0; i < model.out_centre.cols(); i += 2)
+        model.out_centre(3, i) += 1;  // large enough to hold every representative
     model.z_mean = Eigen::VectorXf::LinSpaced(9, -0.2f, 0.1f);
     model.z_whitening = Eigen::MatrixXf::NullaryExpr(
         9, 9, [&](Eigen::Index, Eigen::Index) { return shapes::uniform(random); });
@@ -280,13 +281,13 @@ TEST(NbdBound, IsStrangeByItsCodeAndByRepresentativesOutside) {
     }
 }
 
-TEST(Bounds, MoveWithARigidMotion) {
+TEST(Bounds, AreEquivariantUnderRigidMotion) {
     std::mt19937 random(7);
     const auto s = shapes::torus(30, 14);
     const auto tree =
         std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 12, 90, 3)));
     for (const BoundKind kind : bound_kinds) {
-        // A box, and so the sphere around it, depends on how its body is turned.
+        // Boxes, and the spheres around them, depend on the body's orientation.
         if (is_box(kind) || !has_bounds(*tree, kind)) continue;
         PosedTree here(tree, kind), there(tree, kind);
         for (int i = 0; i < 5; ++i) {
@@ -297,7 +298,7 @@ TEST(Bounds, MoveWithARigidMotion) {
             there.begin_pose(y);
             for (int node = 0; node < static_cast<int>(tree->spheres.nodes.size()); ++node) {
                 const Sphere expected = to_world(motion, here.sphere(node));
-                // Rounding turns with the body, and modal bounds round to few bits.
+                // Rounding errors turn with the body, and NBD bounds round to few bits.
                 const float tolerance = kind == BoundKind::nbd ? 1e-3f : 3e-5f;
                 EXPECT_NEAR((there.sphere(node).c - expected.c).norm(), 0, tolerance) << name(kind);
                 EXPECT_NEAR(there.sphere(node).r, expected.r, tolerance) << name(kind);

@@ -16,7 +16,7 @@ Box random_box(RandomTriangles& random, float side) {
     return {{low.x(), low.y(), low.z(), 0}, {low.x() + size.x(), low.y() + size.y(), low.z() + size.z(), 0}};
 }
 
-TEST(BoxPack, SaysOfEachLaneWhatTheBoxSaysByItself) {
+TEST(BoxPack, AgreesWithSingleBoxesInEveryLane) {
     RandomTriangles random(1);
     for (int count = 0; count <= BoxPack::lanes; ++count) {
         BoxPack pack;
@@ -35,7 +35,7 @@ TEST(BoxPack, SaysOfEachLaneWhatTheBoxSaysByItself) {
                     EXPECT_EQ(close >> lane & 1,
                               lane < count && !apart(boxes[static_cast<std::size_t>(lane)], box, distance));
             }
-            // Coordinates are exact here, so that boxes whose faces touch do overlap.
+            // Coordinates are exact here, so boxes that share a face overlap.
             std::uint16_t meeting;
             kernels().near(&pack, 1, numbers(box), 0, &meeting);
             EXPECT_EQ(overlapping(pack, box), meeting);
@@ -45,7 +45,7 @@ TEST(BoxPack, SaysOfEachLaneWhatTheBoxSaysByItself) {
     }
 }
 
-TEST(BoxPack, GrowsAndGivesItsBoxesBack) {
+TEST(BoxPack, StoresAndReturnsItsBoxes) {
     RandomTriangles random(2);
     BoxPack pack;
     const Box box = random_box(random, 1);

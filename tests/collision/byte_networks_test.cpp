@@ -24,7 +24,7 @@ std::vector<float> random_weights(int count, unsigned seed) {
     return weights;
 }
 
-TEST(ByteNetworks, RoundEachRowToABytesOfItsLargestWeight) {
+TEST(ByteNetworks, RoundEachRowToEightBitsOfItsLargestWeight) {
     const int inputs = 5, hidden = 3;
     const std::vector<float> weights = random_weights(2 * ByteNetworks::weight_count(inputs, hidden), 1);
     const ByteNetworks networks(inputs, hidden, weights);
@@ -38,7 +38,7 @@ TEST(ByteNetworks, RoundEachRowToABytesOfItsLargestWeight) {
     for (int o = 0; o < hidden; ++o) EXPECT_EQ(rounded[15 + o], weights[15 + o]);  // b1
 }
 
-TEST(ByteNetworks, AreRoundedOnce) {
+TEST(ByteNetworks, RoundOnlyOnce) {
     for (const int inputs : {1, 5, 128, 200})
         for (const int hidden : {1, 16, 33}) {
             const ByteNetworks networks(inputs, hidden,
@@ -48,12 +48,12 @@ TEST(ByteNetworks, AreRoundedOnce) {
         }
 }
 
-TEST(ByteNetworks, OfTheLargestNumbersDoNotOverflow) {
+TEST(ByteNetworks, DoNotOverflowForTheLargestWeightsAndInputs) {
     const int inputs = ByteNetworks::max_inputs, hidden = 1;
     std::vector<float> weights(static_cast<std::size_t>(ByteNetworks::weight_count(inputs, hidden)), 0.f);
     weights[static_cast<std::size_t>(inputs) + 1] = 1;  // W2
     weights[static_cast<std::size_t>(inputs) + 3] = 1;  // W3, first output
-    const float most = 1.99999f;                        // rounds to the largest number of all
+    const float most = 1.99999f;                        // rounds to the largest fixed-point number
     EXPECT_EQ(shapes::fixed(Eigen::VectorXf::Constant(inputs, most)).fixed()[0], Kernels::max_fixed);
     for (const float sign : {1.f, -1.f}) {
         std::fill_n(weights.begin(), inputs, sign * 127.f);  // W1
@@ -68,7 +68,7 @@ TEST(ByteNetworks, OfTheLargestNumbersDoNotOverflow) {
     }
 }
 
-TEST(ByteNetworks, GiveTheSameAloneAndTogether) {
+TEST(ByteNetworks, GiveTheSameResultsAloneAndInGroups) {
     for (const int hidden : {1, 16, 33, 128}) {
         const ByteNetworks networks(20, hidden,
                                     random_weights(5 * ByteNetworks::weight_count(20, hidden), 4));
@@ -83,13 +83,13 @@ TEST(ByteNetworks, GiveTheSameAloneAndTogether) {
     }
 }
 
-TEST(ByteNetworks, GiveNoNumberForWhatIsNone) {
+TEST(ByteNetworks, GiveNanForNonFiniteInputs) {
     const ByteNetworks network(3, 2, random_weights(ByteNetworks::weight_count(3, 2), 3));
     for (const float bad : {NAN, INFINITY})
         EXPECT_TRUE(evaluated(network, 0, shapes::fixed(Eigen::Vector3f(0, bad, 1))).isNaN().all());
 }
 
-TEST(ByteNetworks, SayWhatTheyDoNotTake) {
+TEST(ByteNetworks, RejectInvalidSizesAndWeights) {
     const auto error = [](int inputs, int hidden, std::vector<float> weights) {
         return test::refusal([&] { ByteNetworks(inputs, hidden, weights); });
     };

@@ -17,7 +17,7 @@ namespace {
 
 using test::SolidBody;
 
-/// A body with its tree, its model and what measures its poses.
+/// A body with its tree, its model and the meter of its region motions.
 struct Certified {
     SolidBody body;
     SphereTree tree;
@@ -33,7 +33,7 @@ struct Certified {
     }
 };
 
-/// What a bound did in many poses, judged in double precision against the vertices themselves.
+/// Statistics of a bound over many poses, checked in double precision against the vertices.
 struct Count {
     long bounds = 0, misses = 0;
     double inflation = 0;  // sum of r / r_exact - 1
@@ -55,8 +55,8 @@ Count judge(Certified& c, CertifiedBound& bound, const Vertices& nodes) {
     return count;
 }
 
-/// A million bounds of nodes, in poses from gentle to absurd, of surfaces that are the tetrahedra's own, cut
-/// finer, smoothed away from them, and thrown in and out of them at random.
+/// Covers poses from gentle to extreme and surfaces that equal the tetrahedra's boundary, refine it, smooth
+/// it, or lie partly outside it at random.
 TEST(CertifiedBound, NeverMissesInAMillionNodePoses) {
     long bounds = 0, misses = 0, wide = 0;
     for (const auto& body : test::solid_bodies())
@@ -71,11 +71,11 @@ TEST(CertifiedBound, NeverMissesInAMillionNodePoses) {
             }
         }
     EXPECT_GE(bounds, 1'000'000);
-    EXPECT_GT(wide, 100);  // not all of them were trivially exact
+    EXPECT_GT(wide, 100);  // many poses are not trivially exact
     EXPECT_EQ(misses, 0);
 }
 
-TEST(CertifiedBound, IsNearlyExactWhereTheBodyMovesRigidlyOrAffinely) {
+TEST(CertifiedBound, IsNearlyExactUnderRigidAndAffineMotion) {
     Certified c(test::solid_box());
     CertifiedBound bound(c.tree, c.model);
     std::mt19937 random(3);
@@ -91,7 +91,7 @@ TEST(CertifiedBound, IsNearlyExactWhereTheBodyMovesRigidlyOrAffinely) {
     }
 }
 
-TEST(CertifiedBound, CoversPartsThatDoNotHangTogetherWithAnAnchorEach) {
+TEST(CertifiedBound, GivesEachDisconnectedPartAnAnchor) {
     for (const double spread : {0., 4.}) {
         Certified c(test::solid_pair(), {.anchors = 1, .spread = spread});
         EXPECT_EQ(c.model.cell_begin[1], 2);
@@ -101,7 +101,7 @@ TEST(CertifiedBound, CoversPartsThatDoNotHangTogetherWithAnAnchorEach) {
     }
 }
 
-TEST(CertifiedBound, TakesTheStretchAloneFromWhoKnowsNoMore) {
+TEST(CertifiedBound, HoldsWhereOnlyStretchesAreGiven) {
     Certified c(test::solid_box());
     CertifiedBound bound(c.tree, c.model);
     for (int i = 0; i < test::pose_kinds; ++i) {
@@ -118,7 +118,7 @@ TEST(CertifiedBound, TakesTheStretchAloneFromWhoKnowsNoMore) {
     }
 }
 
-TEST(CertifiedBound, MissesWhenAPathIsShorterThanItIs) {
+TEST(CertifiedBound, MissesWhenPathLengthsAreUnderstated) {
     Certified c(test::solid_box(), {.anchors = 3});
     for (CertifiedModel::Cell& cell : c.model.cells) {
         cell.path *= 0.5f;
@@ -129,10 +129,10 @@ TEST(CertifiedBound, MissesWhenAPathIsShorterThanItIs) {
     CertifiedBound bound(c.tree, c.model);
     long misses = 0;
     for (int i = 0; i < test::pose_kinds; ++i) misses += judge(c, bound, test::solid_pose(c.body, i)).misses;
-    EXPECT_GT(misses, 0);  // the tests above can fail
+    EXPECT_GT(misses, 0);  // proves that the tests above can fail
 }
 
-TEST(CertifiedBound, IsTheExactSphereWithoutMotions) {
+TEST(CertifiedBound, IsTheExactSphereWithoutRegionMotions) {
     Certified c(test::solid_box());
     CertifiedBound bound(c.tree, c.model);
     const Vertices x = c.body.surface(test::solid_pose(c.body, 3));
@@ -144,7 +144,7 @@ TEST(CertifiedBound, IsTheExactSphereWithoutMotions) {
     }
 }
 
-TEST(CertifiedBound, TouchesEverythingWhereAGradientIsNotFinite) {
+TEST(CertifiedBound, HasAnInfiniteRadiusWhereAGradientIsNotFinite) {
     Certified c(test::solid_box());
     const Vertices nodes = test::solid_pose(c.body, 1), x = c.body.surface(nodes);
     const std::span<const RegionMotion> measured = c.meter.measure(nodes);
@@ -157,7 +157,7 @@ TEST(CertifiedBound, TouchesEverythingWhereAGradientIsNotFinite) {
     EXPECT_EQ(root.r, std::numeric_limits<float>::infinity());
 }
 
-TEST(CertifiedModel, BuildRefusesWhatDoesNotFit) {
+TEST(CertifiedModel, BuildRejectsInvalidInput) {
     const SolidBody box = test::solid_box();
     const SphereTree tree = build_sphere_tree(box.X, box.F);
     const auto refused = [&](const CertifiedConfig& config, const TetMesh& solid) {
@@ -179,7 +179,7 @@ TEST(CertifiedModel, BuildRefusesWhatDoesNotFit) {
     refused({}, bad);
 }
 
-TEST(CertifiedModel, CheckNamesWhatIsWrong) {
+TEST(CertifiedModel, CheckReportsEachKindOfInvalidModel) {
     const Certified c(test::solid_box());
     const auto refused = [&](const auto& damage) {
         CertifiedModel model = c.model;

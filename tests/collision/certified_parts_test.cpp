@@ -20,7 +20,7 @@ namespace {
 
 double draw(std::mt19937& random) { return static_cast<double>(shapes::uniform(random)); }
 
-/// Matrices of all kinds: general, of rank 1 and 2, rotations, nearly rotations, of any size.
+/// Matrices of many kinds and scales: general, rank 1 and 2, rotations and near-rotations.
 Eigen::Matrix3d some_matrix(int kind, std::mt19937& random) {
     Eigen::Matrix3d A;
     for (double& a : A.reshaped()) a = draw(random);
@@ -68,12 +68,12 @@ void expect_bounds_of_norms(double most_above) {
     EXPECT_LT(sum / (count * width), 0.01);
 }
 
-TEST(SquaredNormBound, IsNeverBelowTheNormAndLittleAboveIt) {
+TEST(SquaredNormBound, IsAtLeastTheNormAndTight) {
     expect_bounds_of_norms<double>(1.015);
     expect_bounds_of_norms<float>(1.03);
 }
 
-TEST(SquaredNormBound, IsZeroForZeroAndNoNumberForNone) {
+TEST(SquaredNormBound, IsZeroForZeroAndNanForNan) {
     using One = Eigen::Array<double, 1, 1>;
     std::array<One, 9> A;
     for (One& entry : A) entry.setZero();
@@ -83,7 +83,7 @@ TEST(SquaredNormBound, IsZeroForZeroAndNoNumberForNone) {
     EXPECT_TRUE(std::isnan(squared_norm_bound(A)[0]));
 }
 
-TEST(EnclosingEllipsoid, HoldsItsPointsAndIsFlatWhereTheyAre) {
+TEST(EnclosingEllipsoid, ContainsItsPointsAndIsFlatForFlatPointSets) {
     std::mt19937 random(2);
     for (int i = 0; i < 300; ++i) {
         const double flat = i % 3 == 0 ? 0 : 1, size = std::pow(10, 3 * draw(random));
@@ -105,7 +105,7 @@ TEST(EnclosingEllipsoid, HoldsItsPointsAndIsFlatWhereTheyAre) {
     }
 }
 
-TEST(SegmentWalk, StaysInsideOfWhatIsConvexAndSeesTheGapOfAFork) {
+TEST(SegmentWalk, StaysInsideAConvexBodyAndStopsAtAGap) {
     const TetMesh box = test::solid_box_mesh();
     const SegmentWalk walk(box);
     std::vector<std::vector<int>> tets_of(static_cast<std::size_t>(box.X.rows()));
@@ -154,13 +154,13 @@ TEST(SegmentWalk, StaysInsideOfWhatIsConvexAndSeesTheGapOfAFork) {
     const SolidGraph graph(fork.solid, fork.W, fork.F, one.of_tet);
     PathForest forest(graph);
     forest.grow(top, PathForest::unreached, {}, 0);
-    EXPECT_GT(forest.distance(bottom), 4);  // around the gap, not across it
+    EXPECT_GT(forest.distance(bottom), 4);  // the path goes around the gap
     double length = 0;
     EXPECT_EQ(forest.walk(bottom, [&](const SolidGraph::Link& link) { length += link.length; }), top);
     EXPECT_NEAR(length, forest.distance(bottom), 1e-9);
 }
 
-TEST(TetRegions, ShareOutTheTetrahedraAndSampleTheirOwn) {
+TEST(TetRegions, PartitionTheTetrahedraAndSampleTheirOwn) {
     for (const test::SolidBody& body : test::solid_bodies())
         for (const int splits : {0, 2}) {
             const SphereTree tree = build_sphere_tree(body.X, body.F, {.depth = 4, .min_leaf_faces = 2});

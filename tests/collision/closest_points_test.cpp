@@ -27,8 +27,8 @@ double size_of(const Corners& a, const Corners& b) {
     return size;
 }
 
-/// Proves that nothing of a and b is closer: the points belong to them, so the distance is not less than
-/// the least one, and a slab of the gap's width has a on one side and b on the other, so it is not more.
+/// Proves that c is optimal. Its points belong to a and b, so the true distance is at most c.distance. A slab
+/// as wide as the gap has a on one side and b on the other, so it is at least c.distance.
 void expect_closest(const ClosestPoints& c, const Corners& a, const Corners& b, double tolerance = 1e-12) {
     const double size = size_of(a, b), offset = a[0].norm();
     const double error = tolerance * size, point_error = error + 1e-15 * offset;
@@ -50,11 +50,11 @@ void expect_closest(const ClosestPoints& c, const Corners& a, const Corners& b, 
     double least_a = HUGE_VAL, most_b = -HUGE_VAL;
     for (const Vector3d& x : a) least_a = std::min(least_a, normal.dot(x - a[0]));
     for (const Vector3d& x : b) most_b = std::max(most_b, normal.dot(x - a[0]));
-    // A gap that is off by `error` tilts the slab by error / distance.
+    // An error `error` of the gap tilts the slab by error / distance.
     ASSERT_GE(least_a - most_b, c.distance - error - size * error / c.distance);
 }
 
-TEST(ClosestPoints, OfAPointAndATriangle) {
+TEST(ClosestPoints, MatchKnownAnswersForAPointAndATriangle) {
     const Vector3d u(0, 0, 0), v(4, 0, 0), w(0, 4, 0);
     const auto expect_nearest = [&](Vector3d p, Vector3d nearest, Vector3d weights) {
         const ClosestPoints c = closest_point_triangle(p, u, v, w);
@@ -74,25 +74,25 @@ TEST(ClosestPoints, OfAPointAndATriangle) {
     expect_nearest({0, 9, 0}, {0, 4, 0}, {0, 0, 1});
 }
 
-TEST(ClosestPoints, OfTwoEdges) {
+TEST(ClosestPoints, MatchKnownAnswersForTwoEdges) {
     const auto distance = [](Vector3d p, Vector3d q, Vector3d u, Vector3d v) {
         const ClosestPoints c = closest_edge_edge(p, q, u, v);
         expect_closest(c, {p, q}, {u, v});
         return c.distance;
     };
     EXPECT_DOUBLE_EQ(distance({-1, 0, 0}, {1, 0, 0}, {0, -1, 2}, {0, 1, 2}), 2);  // crossing
-    EXPECT_DOUBLE_EQ(distance({-1, 0, 0}, {1, 0, 0}, {0, 3, 4}, {0, 9, 4}), 5);   // end over the middle
-    EXPECT_DOUBLE_EQ(distance({-1, 0, 0}, {1, 0, 0}, {4, 4, 0}, {5, 9, 0}), 5);   // end to end
+    EXPECT_DOUBLE_EQ(distance({-1, 0, 0}, {1, 0, 0}, {0, 3, 4}, {0, 9, 4}), 5);   // endpoint over the middle
+    EXPECT_DOUBLE_EQ(distance({-1, 0, 0}, {1, 0, 0}, {4, 4, 0}, {5, 9, 0}), 5);   // endpoint to endpoint
     EXPECT_DOUBLE_EQ(distance({0, 0, 0}, {4, 0, 0}, {1, 3, 0}, {9, 3, 0}), 3);    // parallel, side by side
     EXPECT_DOUBLE_EQ(distance({0, 0, 0}, {4, 0, 0}, {7, 4, 0}, {9, 4, 0}), 5);    // parallel, apart
-    EXPECT_DOUBLE_EQ(distance({0, 0, 0}, {4, 0, 0}, {6, 0, 0}, {9, 0, 0}), 2);    // in line
-    EXPECT_DOUBLE_EQ(distance({0, 0, 0}, {4, 0, 0}, {3, 0, 0}, {9, 0, 0}), 0);    // in line, overlapping
+    EXPECT_DOUBLE_EQ(distance({0, 0, 0}, {4, 0, 0}, {6, 0, 0}, {9, 0, 0}), 2);    // collinear
+    EXPECT_DOUBLE_EQ(distance({0, 0, 0}, {4, 0, 0}, {3, 0, 0}, {9, 0, 0}), 0);    // collinear, overlapping
     EXPECT_DOUBLE_EQ(distance({0, 0, 0}, {0, 0, 0}, {-1, 2, 0}, {1, 2, 0}), 2);   // a point
     EXPECT_DOUBLE_EQ(distance({-1, 2, 0}, {1, 2, 0}, {0, 0, 0}, {0, 0, 0}), 2);
     EXPECT_DOUBLE_EQ(distance({1, 2, 3}, {1, 2, 3}, {1, 2, 5}, {1, 2, 5}), 2);
 }
 
-TEST(ClosestPoints, OfNearlyParallelEdges) {
+TEST(ClosestPoints, AreAccurateForNearlyParallelEdges) {
     for (double slope = 1e-1; slope > 1e-18; slope /= 10)
         for (const double height : {1e-12, 1e-6, 1., 1e3}) {
             const Vector3d p(-1, 0, 0), q(1, 0, 0), u(-1, -slope, height), v(1, slope, height);
@@ -102,11 +102,11 @@ TEST(ClosestPoints, OfNearlyParallelEdges) {
         }
 }
 
-TEST(ClosestPoints, OfPointsAndEdgesAreProvedClosest) {
+TEST(ClosestPoints, AreOptimalForRandomPointsAndEdges) {
     RandomTriangles random(6);
     int touching = 0;
     for (int round = 0; round < 40000 && !testing::Test::HasFatalFailure(); ++round) {
-        // In half of the rounds on a grid, where features are often parallel, degenerate or touching.
+        // Half of the rounds use a grid, where features are often parallel, degenerate or touching.
         const auto make = [&] { return corners(round % 2 ? random.grid_triangle(2) : random.triangle()); };
         const Corners s = make(), t = make();
         const ClosestPoints point = closest_point_triangle(s[0], t[0], t[1], t[2]);
@@ -121,7 +121,7 @@ TEST(ClosestPoints, OfPointsAndEdgesAreProvedClosest) {
     EXPECT_GT(touching, 1000);
 }
 
-TEST(ClosestPoints, OfTwoTrianglesByFeature) {
+TEST(ClosestPoints, MatchKnownAnswersForEveryFeaturePairOfTwoTriangles) {
     const Triangle flat{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
     const auto distance = [&](const Triangle& t) {
         expect_closest(closest_triangle_triangle(flat, t), corners(flat), corners(t));
@@ -138,9 +138,9 @@ TEST(ClosestPoints, OfTwoTrianglesByFeature) {
     EXPECT_DOUBLE_EQ(distance({{1, 1, 7}, {2, 1, 7}, {3, 1, 7}}), 7);        // a segment
 }
 
-TEST(ClosestPoints, AreTheMiddleOfWhatCrossingTrianglesShare) {
+TEST(ClosestPoints, AreTheMidpointOfTheIntersectionOfCrossingTriangles) {
     const Triangle flat{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
-    const Triangle upright{{1, 1, -1}, {3, 1, 1}, {1, 1, 3}};  // shares (1, 1, 0) to (2, 1, 0)
+    const Triangle upright{{1, 1, -1}, {3, 1, 1}, {1, 1, 3}};  // the intersection is (1, 1, 0) to (2, 1, 0)
     const ClosestPoints c = closest_triangle_triangle(flat, upright);
     expect_closest(c, corners(flat), corners(upright));
     EXPECT_EQ(c.distance, 0);
@@ -151,8 +151,8 @@ TEST(ClosestPoints, AreTheMiddleOfWhatCrossingTrianglesShare) {
 
 class ClosestPointsOfPairs : public testing::Test {
  protected:
-    /// Expects closest points, the same distance both ways, and 0 for pairs that intersect. Returns how
-    /// many of `pairs` pairs intersected.
+    /// Expects optimal closest points, the same distance in both orders, and 0 for pairs that intersect.
+    /// Returns the number of intersecting pairs out of `pairs`.
     template <typename Make>
     int count_intersecting(int pairs, Make&& make) {
         int intersecting = 0;
@@ -172,14 +172,14 @@ class ClosestPointsOfPairs : public testing::Test {
     RandomTriangles random_{2};
 };
 
-TEST_F(ClosestPointsOfPairs, AreProvedClosestForRandomTriangles) {
+TEST_F(ClosestPointsOfPairs, AreOptimalForRandomTriangles) {
     const int n = 30000;
     const int hits = count_intersecting(n, [&] { return std::pair{random_.triangle(), random_.triangle()}; });
     EXPECT_GT(hits, n / 10);
     EXPECT_LT(hits, n / 2);
 }
 
-TEST_F(ClosestPointsOfPairs, AreProvedClosestForDegenerateTriangles) {
+TEST_F(ClosestPointsOfPairs, AreOptimalForDegenerateTriangles) {
     for (const int size : {1, 2, 4}) {
         const int n = 20000;
         const int hits = count_intersecting(n, [&] {
@@ -190,7 +190,7 @@ TEST_F(ClosestPointsOfPairs, AreProvedClosestForDegenerateTriangles) {
     }
 }
 
-TEST_F(ClosestPointsOfPairs, AreProvedClosestForNearlyTouchingTriangles) {
+TEST_F(ClosestPointsOfPairs, AreOptimalForNearlyTouchingTriangles) {
     const int n = 20000;
     const int hits = count_intersecting(n, [&] {
         const Triangle s = random_.triangle();
@@ -200,7 +200,7 @@ TEST_F(ClosestPointsOfPairs, AreProvedClosestForNearlyTouchingTriangles) {
     EXPECT_LT(hits, n * 3 / 4);
 }
 
-TEST_F(ClosestPointsOfPairs, AreProvedClosestForSlivers) {
+TEST_F(ClosestPointsOfPairs, AreOptimalForSlivers) {
     const int n = 20000;
     count_intersecting(n, [&] {
         const auto sliver = [&] {
@@ -212,7 +212,7 @@ TEST_F(ClosestPointsOfPairs, AreProvedClosestForSlivers) {
     });
 }
 
-TEST_F(ClosestPointsOfPairs, AreProvedClosestAtAnyScaleAndOffset) {
+TEST_F(ClosestPointsOfPairs, AreOptimalAtAnyScaleAndOffset) {
     for (const float scale : {0x1p-140f, 0x1p-60f, 0x1p60f, 0x1p126f})
         count_intersecting(2000, [&] {
             const auto scaled = [&] {

@@ -15,21 +15,21 @@ using shapes::Surface;
 using test::brute_force_closest;
 using test::face_triangle;
 
-/// Points are found in two ways, metres.
+/// Tolerance between two ways of computing the points, metres.
 constexpr double rounding = 1e-12;
 
 PosedTree posed(const Surface& s, BoundKind kind, int depth = 5) {
     return {shared_exact_tree(s.X, s.F, {.depth = depth}), kind};
 }
 
-TEST(ClosestQuery, FindsWhatBruteForceFindsWithAllExactBounds) {
+TEST(ClosestQuery, AgreesWithBruteForceForAllExactBounds) {
     const Surface s = shapes::torus(16, 9), t = shapes::bar(11, 8);
     std::mt19937 random(2);
     ClosestQuery query;
     int apart = 0, touching = 0;
     long tests = 0;
     for (int pose = 0; pose < 16; ++pose) {
-        // From far apart to one inside the other, some far from the origin.
+        // Poses range from far apart to one body inside the other; some are far from the origin.
         const Eigen::RowVector3f offset(pose % 4 == 3 ? 800.f : 0.f, 0, 0);
         const Eigen::RowVector3f between =
             Eigen::RowVector3f(1, 0.5f, 0.2f) * (0.15f * static_cast<float>(pose));
@@ -63,7 +63,7 @@ TEST(ClosestQuery, FindsWhatBruteForceFindsWithAllExactBounds) {
     EXPECT_LT(tests, 16 * 3 * s.F.rows() * t.F.rows() / 50);
 }
 
-TEST(ClosestQuery, LearnedBoundsReportADistanceThatIsReal) {
+TEST(ClosestQuery, LearnedBoundsReportTheDistanceOfARealFacePair) {
     const Surface s = shapes::torus(20, 12);
     const auto tree =
         std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 8, 60, 1)));

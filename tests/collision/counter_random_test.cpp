@@ -7,7 +7,7 @@
 namespace nbd {
 namespace {
 
-TEST(CounterRandom, KeepsTheBitsThatFilesDependOn) {
+TEST(CounterRandom, KeepsTheBitsOnWhichFilesDepend) {
     CounterRandom random(1, 2);
     EXPECT_EQ(random.bits(), 0xc2c354894ca58872u);
     EXPECT_EQ(random.bits(), 0xd08b293d0d3a28d9u);
@@ -15,7 +15,7 @@ TEST(CounterRandom, KeepsTheBitsThatFilesDependOn) {
     EXPECT_EQ(counter_random(1, 2, 1), 0x1b637ea80b3012bbu);
 }
 
-TEST(CounterRandom, GivesTheSameBitsForTheSameCountersAndOthersForOthers) {
+TEST(CounterRandom, GivesEqualBitsForEqualCountersAndDifferentBitsOtherwise) {
     CounterRandom a(1, 2), b(1, 2), other_stream(1, 3), other_seed(2, 2);
     for (int i = 0; i < 100; ++i) {
         const auto bits = a.bits();

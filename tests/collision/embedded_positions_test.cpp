@@ -9,7 +9,7 @@
 namespace nbd {
 namespace {
 
-/// A surface whose vertices hang on few nodes: vertex v halfway between nodes v and v + 1.
+/// An embedded surface: vertex v lies halfway between nodes v and v + 1.
 struct Embedded {
     explicit Embedded(int vertices) {
         for (int v = 0; v < vertices; ++v) {
@@ -26,7 +26,7 @@ struct Embedded {
     std::vector<float> weights;
 };
 
-TEST(EmbeddedPositions, AreComputedOnceAPoseWhereTheyAreAskedFor) {
+TEST(EmbeddedPositions, AreComputedOnDemandOncePerPose) {
     EmbeddedPositions x = Embedded(10).make();
     EXPECT_EQ(x.vertex_count(), 10);
     Vertices nodes = Vertices::Random(11, 3);
@@ -42,7 +42,7 @@ TEST(EmbeddedPositions, AreComputedOnceAPoseWhereTheyAreAskedFor) {
     EXPECT_TRUE(x.rows().isApprox((nodes.topRows(10) + nodes.bottomRows(10)) / 2));
 }
 
-TEST(EmbeddedPositions, RefusesRowsThatDoNotFit) {
+TEST(EmbeddedPositions, RejectInvalidRows) {
     const Embedded e(3);
     const auto error = [&](auto&& spoil) {
         Embedded bad = e;
@@ -57,14 +57,14 @@ TEST(EmbeddedPositions, RefusesRowsThatDoNotFit) {
               "an embedding refers to node -1, but there are 4");
 }
 
-/// Queries see the same positions, whoever computes them and when.
+/// Queries see the same positions, no matter when they are computed.
 TEST(EmbeddedPositions, GiveTheSameFacePairsWithEveryKindOfBounds) {
     const shapes::Surface s = shapes::bar(12, 3, 0.25f);
     const auto n = static_cast<int>(s.X.rows());
     const shapes::Modes modes = shapes::make_modes(s, 6, 20, 4);
     const auto tree = std::make_shared<const CollisionTree>(shapes::full_tree(s, modes));
     const Embedded e(n);
-    // Nodes whose middles are the vertices: each is twice the vertex less the node before.
+    // Nodes with the vertices as midpoints: each is twice the vertex minus the previous node.
     const auto nodes_of = [&](const Vertices& x) {
         Vertices nodes(n + 1, 3);
         nodes.row(0).setZero();
@@ -92,7 +92,7 @@ TEST(EmbeddedPositions, GiveTheSameFacePairsWithEveryKindOfBounds) {
         EXPECT_GT(expected.size(), 0u) << name(kind);
         EXPECT_TRUE(std::ranges::equal(found, expected)) << name(kind);
         if (kind != BoundKind::learned_boxes) continue;
-        // Far apart, the roots' samples decide.
+        // For distant bodies the samples of the roots suffice.
         Vertices far = s.X;
         far.col(0).array() += 10.f;
         const Vertices nodes_far = nodes_of(far);

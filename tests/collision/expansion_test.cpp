@@ -8,7 +8,7 @@
 namespace nbd {
 namespace {
 
-// The oracle: numbers that are multiples of 2^-60 and below 2^63, as 128-bit integers.
+// Oracle: 128-bit integers represent multiples of 2^-60 below 2^63.
 __extension__ using Integer = __int128;
 constexpr double quantum = 0x1p-60;
 
@@ -23,7 +23,7 @@ template <int N>
 void expect_nonadjacent(const Expansion<N>& e) {
     for (int i = 0; i < e.size(); ++i) EXPECT_NE(e[i], 0);
     for (int i = 1; i < e.size(); ++i) {
-        // The lowest bit set in a term lies two above the highest one of the term before.
+        // The lowest set bit of a term is at least two above the highest of the previous term.
         int exponent = 0, below = 0;
         const double fraction = std::frexp(e[i], &exponent);
         std::frexp(e[i - 1], &below);
@@ -34,7 +34,7 @@ void expect_nonadjacent(const Expansion<N>& e) {
 
 class ExpansionArithmetic : public testing::Test {
  protected:
-    /// A multiple of 2^-30 below 2^30, of any magnitude and often with few bits.
+    /// A multiple of 2^-30 below 2^30 of random magnitude, often with few bits.
     double number() {
         const auto bits = static_cast<std::int64_t>(random_());
         return std::ldexp(static_cast<double>((bits >> 11) >> (random_() % 53)), -30 + int(random_() % 8));
@@ -46,7 +46,7 @@ class ExpansionArithmetic : public testing::Test {
     std::mt19937_64 random_{7};
 };
 
-TEST_F(ExpansionArithmetic, AgreesWithIntegersAndKeepsTermsApart) {
+TEST_F(ExpansionArithmetic, AgreesWithIntegersAndKeepsTermsNonadjacent) {
     int long_ones = 0;
     for (int round = 0; round < 20000; ++round) {
         const auto a = difference(), b = difference();
@@ -56,7 +56,7 @@ TEST_F(ExpansionArithmetic, AgreesWithIntegersAndKeepsTermsApart) {
         expect_nonadjacent(a - b);
         long_ones += (a + b).size() > 1;
 
-        // Small ones, so that products of two fit: multiples of 2^-30 below 2^31.
+        // Small factors: multiples of 2^-30 below 2^31, so products fit.
         const auto c = exact_difference(std::fmod(number(), 0x1p30), std::fmod(number(), 0x1p30));
         const auto d = exact_difference(std::fmod(number(), 0x1p30), std::fmod(number(), 0x1p30));
         const auto product = c * d;
@@ -71,7 +71,7 @@ TEST_F(ExpansionArithmetic, AgreesWithIntegersAndKeepsTermsApart) {
     EXPECT_GT(long_ones, 5000);
 }
 
-TEST_F(ExpansionArithmetic, SplitsOffRoundingErrors) {
+TEST_F(ExpansionArithmetic, ReturnsRoundingErrorsExactly) {
     const auto [sum, sum_error] = two_sum(1, 0x1p-60);
     EXPECT_EQ(sum, 1);
     EXPECT_EQ(sum_error, 0x1p-60);

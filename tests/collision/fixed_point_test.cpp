@@ -16,7 +16,7 @@ Eigen::MatrixXf random_matrix(Eigen::Index rows, Eigen::Index cols, unsigned see
     });
 }
 
-TEST(FixedVector, KeepsFourteenBitsBesideTheLargestNumber) {
+TEST(FixedVector, KeepsFourteenBitsRelativeToTheLargestEntry) {
     for (const float size : {1.f, 1e-20f, 3e30f}) {
         const Eigen::VectorXf x = size * random_matrix(37, 1, 1);
         const FixedVector fixed = shapes::fixed(x);
@@ -28,7 +28,7 @@ TEST(FixedVector, KeepsFourteenBitsBesideTheLargestNumber) {
     }
 }
 
-TEST(FixedVector, IsZeroWhereItIsNextToNothingAndNoNumberWhereItHasOne) {
+TEST(FixedVector, HasScaleZeroForTinyEntriesAndNanForNonFiniteOnes) {
     const FixedVector tiny = shapes::fixed(Eigen::VectorXf::Constant(3, 1e-38f));
     EXPECT_EQ(tiny.scale(), 0);
     for (const float bad : {NAN, INFINITY, -INFINITY}) {
@@ -38,7 +38,7 @@ TEST(FixedVector, IsZeroWhereItIsNextToNothingAndNoNumberWhereItHasOne) {
     }
 }
 
-TEST(FixedMatrix, IsRoundedOnce) {
+TEST(FixedMatrix, RoundsOnlyOnce) {
     const Eigen::MatrixXf M = random_matrix(45, 6, 2) * Eigen::VectorXf::LinSpaced(6, 1e-3f, 7).asDiagonal();
     const FixedMatrix fixed(M);
     for (int c = 0; c < 6; ++c)
@@ -48,7 +48,7 @@ TEST(FixedMatrix, IsRoundedOnce) {
     EXPECT_EQ(FixedMatrix(fixed.numbers()).numbers(), fixed.numbers());
 }
 
-TEST(FixedMatrix, KnowsThatANumberIsNone) {
+TEST(FixedMatrix, ReportsNonFiniteEntries) {
     Eigen::MatrixXf M = random_matrix(5, 3, 2);
     EXPECT_TRUE(FixedMatrix(M).all_finite());
     const FixedMatrix finite(M);
@@ -57,7 +57,7 @@ TEST(FixedMatrix, KnowsThatANumberIsNone) {
     EXPECT_EQ(FixedMatrix(M).numbers().col(2), finite.numbers().col(2));
 }
 
-TEST(FixedMatrix, MultipliesAsItsNumbersDo) {
+TEST(FixedMatrix, ProductsAgreeWithItsRoundedEntries) {
     for (const int rows : {1, 31, 32, 33, 500})
         for (const int cols : {1, 2, 3, 4, 7, 12}) {
             const FixedMatrix M(random_matrix(rows, cols, 3));
@@ -73,7 +73,7 @@ TEST(FixedMatrix, MultipliesAsItsNumbersDo) {
         }
 }
 
-TEST(FixedMatrix, OfTheLargestNumbersDoesNotOverflow) {
+TEST(FixedMatrix, DoesNotOverflowForTheLargestEntries) {
     const FixedMatrix M(Eigen::MatrixXf::Constant(512, 4, 16383));
     const FixedVector x = shapes::fixed(Eigen::VectorXf::Constant(512, -16383.9f));
     Eigen::VectorXf y(4);

@@ -14,12 +14,12 @@
 namespace nbd {
 namespace {
 
-/// Each form that this machine can run gives the bits that the plain one gives.
+/// Every instruction set that the CPU supports gives the same bits as the plain kernels.
 class KernelForms : public testing::TestWithParam<InstructionSet> {
  protected:
     void SetUp() override {
         form = kernels_for(GetParam());
-        if (!form) GTEST_SKIP() << "this machine has not these instructions";
+        if (!form) GTEST_SKIP() << "the CPU does not support this instruction set";
     }
     float number() { return shapes::uniform(random); }
 
@@ -28,7 +28,7 @@ class KernelForms : public testing::TestWithParam<InstructionSet> {
     std::mt19937 random{1};
 };
 
-TEST_P(KernelForms, FindTheSameBoxes) {
+TEST_P(KernelForms, FindTheSameOverlappingBoxes) {
     constexpr int count = 3;
     BoxPack packs[count];
     int found = 0;
@@ -68,7 +68,7 @@ TEST_P(KernelForms, FindTheSameBoxes) {
     EXPECT_GT(found, 500);
 }
 
-TEST_P(KernelForms, CallTheSameTrianglesApartOrMeeting) {
+TEST_P(KernelForms, ClassifyTrianglePairsAlike) {
     RandomTriangles triangles(2);
     int certain = 0;
     for (int round = 0; round < 2000; ++round) {
@@ -100,8 +100,9 @@ TEST_P(KernelForms, RoundAlike) {
         for (const float size : {1.f, 1e-25f, 1e-31f, 1e-38f, 0.f, 3e38f, INFINITY, NAN}) {
             std::vector<float> x(static_cast<std::size_t>(count));
             for (float& number : x) number = this->number();
-            x[4] = 0.999f, x[5] = 2.5f / 16384, x[6] = -3.5f / 16384;  // between two numbers
-            if (count == 48) x[7] = -1.99999f;                         // the largest of all
+            x[4] = 0.999f, x[5] = 2.5f / 16384,
+            x[6] = -3.5f / 16384;               // halfway between two fixed-point numbers
+            if (count == 48) x[7] = -1.99999f;  // rounds to the most negative number
             for (float& number : x) number *= size;
             std::vector<std::int16_t> expected(x.size(), 1), fixed(x.size(), 2);
             const float scale = plain.fix(x.data(), count, expected.data()),
@@ -118,7 +119,7 @@ TEST_P(KernelForms, RoundAlike) {
         }
 }
 
-/// A layer of random numbers.
+/// A layer with random weights.
 struct RandomLayer {
     std::vector<std::int8_t> weights;
     std::vector<std::int32_t> sums;
@@ -145,7 +146,7 @@ struct RandomLayer {
                 sums[static_cast<std::size_t>(o)] += weights[static_cast<std::size_t>(layer.at(o, i))];
     }
 
-    /// In double.
+    /// Evaluates the layer in double precision.
     Eigen::VectorXd of(const Eigen::VectorXd& x) const {
         Eigen::VectorXd y(layer.outputs);
         for (int o = 0; o < layer.outputs; ++o) {
@@ -189,7 +190,7 @@ TEST_P(KernelForms, GiveTheSameBitsForNetworksOfAnyWidth) {
                             EXPECT_EQ(std::isnan(results[n][o]), std::isnan(scale));
                             EXPECT_EQ(std::isnan(expected[n][o]), std::isnan(scale));
                             if (!std::isnan(scale)) {
-                                // What rounding the layers in between to 8 bits makes of it.
+                                // Allows for rounding the hidden layers to 8 bits.
                                 EXPECT_NEAR(expected[n][o], y[o], 0.01 + 0.02 * y.cwiseAbs().maxCoeff());
                             }
                         }
@@ -214,7 +215,7 @@ TEST_P(KernelForms, GiveTheSameBitsForProductsOfAnySize) {
         }
 }
 
-TEST_P(KernelForms, DoNotOverflow) {
+TEST_P(KernelForms, DoNotOverflowForTheLargestNumbers) {
     constexpr int inputs = Kernels::max_inputs;
     for (const int sign : {1, -1}) {
         RandomLayer first(random, inputs / 4, 16, true), second(random, 4, 16, true),
@@ -243,7 +244,7 @@ INSTANTIATE_TEST_SUITE_P(Kernels, KernelForms, testing::Values(InstructionSet::a
                              return info.param == InstructionSet::avx2 ? "Avx2" : "Avx512";
                          });
 
-TEST(Kernels, AreTheBestThatTheMachineHas) {
+TEST(Kernels, AreTheFastestThatTheCpuSupports) {
     ASSERT_NE(kernels_for(InstructionSet::plain), nullptr);
     for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512})
         if (const Kernels* form = kernels_for(set)) {

@@ -13,7 +13,7 @@
 namespace nbd {
 namespace {
 
-/// The sphere as the comment of LearnedModel defines it, in double.
+/// The sphere by the definition at LearnedModel, in double precision.
 LearnedSphere reference(const LearnedModel& model, int node, const Vertices& x) {
     const LearnedModel::Node& n = model.nodes[static_cast<std::size_t>(node)];
     const int k = n.sample_count, h = LearnedModel::hidden;
@@ -80,7 +80,7 @@ TEST_F(LearnedModelTest, SphereFollowsItsEquations) {
     }
 }
 
-TEST_F(LearnedModelTest, BoxIsThatOfTheSamplesGrownByAShareOfTheirSpread) {
+TEST_F(LearnedModelTest, BoxIsTheSamplesBoxGrownByAShareOfTheirSpread) {
     const LearnedModel model = shapes::random_learned_model(tree, true, 2);
     const float margin = 0.03f;
     LearnedBoxes bound(tree, model, {std::vector<float>(tree.nodes.size(), margin), {}});
@@ -104,7 +104,7 @@ TEST_F(LearnedModelTest, BoxIsThatOfTheSamplesGrownByAShareOfTheirSpread) {
     EXPECT_EQ(bound.bounded(), static_cast<int>(tree.nodes.size()));
 }
 
-TEST_F(LearnedModelTest, BoxesOfStrangeNodesAreExact) {
+TEST_F(LearnedModelTest, BoxesOfOutOfDistributionNodesAreExact) {
     const LearnedModel model = shapes::random_learned_model(tree, true, 2);
     const std::vector<float> none(tree.nodes.size(), 0.f);
     LearnedBoxes bound(tree, model, {none, none});
@@ -118,7 +118,7 @@ TEST_F(LearnedModelTest, BoxesOfStrangeNodesAreExact) {
     }
 }
 
-TEST_F(LearnedModelTest, TakesPositionsThatAreNoNumbersForStrange) {
+TEST_F(LearnedModelTest, TreatsNonFinitePositionsAsOutOfDistribution) {
     const LearnedModel model = shapes::random_learned_model(tree, false, 2);
     LearnedSpheres bound(model);
     Vertices x = pose(1);
@@ -128,7 +128,7 @@ TEST_F(LearnedModelTest, TakesPositionsThatAreNoNumbersForStrange) {
     EXPECT_TRUE(std::isnan(bound.ood_score(5)));
 }
 
-TEST_F(LearnedModelTest, ReadsPositionsThatLieApart) {
+TEST_F(LearnedModelTest, ReadsPositionsWithARowStride) {
     const LearnedModel model = shapes::random_learned_model(tree, true, 2);
     const Vertices x = pose(1);
     Eigen::Matrix<float, Eigen::Dynamic, 5, Eigen::RowMajor> wide(x.rows(), 5);
@@ -140,7 +140,7 @@ TEST_F(LearnedModelTest, ReadsPositionsThatLieApart) {
                   learned_sphere(model, i, VerticesRef(x)).sphere.r);
 }
 
-TEST_F(LearnedModelTest, CheckNamesWhatIsWrong) {
+TEST_F(LearnedModelTest, CheckReportsEachKindOfInvalidModel) {
     const LearnedModel whole = shapes::random_learned_model(tree, true, 2);
     const auto error = [&](auto&& spoil) {
         LearnedModel model = whole;

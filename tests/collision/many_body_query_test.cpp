@@ -12,7 +12,7 @@
 namespace nbd {
 namespace {
 
-/// Threads that take turns as the operating system likes.
+/// Threads in whatever order the operating system schedules them.
 Executor threads(int count) {
     return [count](int tasks, const std::function<void(int)>& task) {
         std::atomic<int> next{0};
@@ -37,7 +37,7 @@ std::vector<Answer> copied(std::span<const TouchingBodies> answers) {
     return result;
 }
 
-/// Some twenty tori and bars thrown together, in one pose.
+/// Eighteen overlapping tori in one pose.
 class ManyBodies : public ::testing::TestWithParam<BoundKind> {
  protected:
     ManyBodies() {
@@ -63,7 +63,7 @@ class ManyBodies : public ::testing::TestWithParam<BoundKind> {
     std::vector<PosedTree*> bodies_;
 };
 
-TEST_P(ManyBodies, GetTheAnswersOfEachPairForItself) {
+TEST_P(ManyBodies, GetTheSameAnswersAsPairwiseQueries) {
     PairQuery query;
     std::vector<Answer> expected;
     for (int a = 0; a < 18; ++a)
@@ -93,7 +93,7 @@ TEST_P(ManyBodies, GetTheSameAnswersOnAnyNumberOfThreads) {
     }
 }
 
-TEST_P(ManyBodies, AreBoundedOnceAPoseForAllTheirPairs) {
+TEST_P(ManyBodies, AreBoundedOncePerPoseForAllPairs) {
     ManyBodyQuery many;
     many.within(bodies_, 0.05f);
     std::vector<int> bounded;
@@ -107,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(AllBounds, ManyBodies,
                                            BoundKind::learned_spheres, BoundKind::learned_boxes),
                          [](const auto& info) { return std::string(name(info.param)); });
 
-TEST(ManyBodyQuery, BodiesWithoutAPoseTouchNothing) {
+TEST(ManyBodyQuery, FindsNothingForBodiesWithoutAPose) {
     const shapes::Surface torus = shapes::torus(12, 8);
     const auto tree = shared_exact_tree(torus.X, torus.F);
     PosedTree a(tree, BoundKind::boxes), b(tree, BoundKind::exact), c(tree, BoundKind::boxes);

@@ -42,7 +42,7 @@ TEST(MatchShape, RecoversARigidMotion) {
     }
 }
 
-TEST(MatchShape, NoNearbyMotionFitsBetter) {
+TEST(MatchShape, FitsBetterThanNearbyMotions) {
     std::mt19937 random(2);
     for (int i = 0; i < 20; ++i) {
         const Vertices X = random_points(random, 30), x = X + 0.5f * random_points(random, 30);
@@ -59,13 +59,13 @@ TEST(MatchShape, NoNearbyMotionFitsBetter) {
     }
 }
 
-TEST(MatchShape, KeepsItsDigitsFarFromTheOrigin) {
+TEST(MatchShape, StaysAccurateFarFromTheOrigin) {
     std::mt19937 random(3);
     const Vertices X = random_points(random, 100);
     RigidTransform motion = shapes::random_motion(random, 1);
     motion.t += Eigen::Vector3f(1e4f, -2e4f, 5e3f);
     const RigidTransform found = match_shape(X, shapes::moved(X, motion), Eigen::VectorXf::Ones(100));
-    EXPECT_NEAR((found.R - motion.R).norm(), 0, 3e-3);  // a coordinate of 2e4 has steps of 2e-3
+    EXPECT_NEAR((found.R - motion.R).norm(), 0, 3e-3);  // coordinates of 2e4 are 2e-3 apart in float32
     EXPECT_NEAR((found.t - motion.t).norm(), 0, 4e-3);
 }
 
@@ -94,7 +94,7 @@ TEST(MatchShape, IsAProperRotationForDegenerateSets) {
     }
 }
 
-TEST(ModalCoordinates, IsTheWeightedProjectionOfTheDeformationAlone) {
+TEST(ModalCoordinates, AreTheWeightedProjectionOfTheDeformationAlone) {
     std::mt19937 random(5);
     const auto s = shapes::torus(20, 12);
     const shapes::Modes modes = shapes::make_modes(s, 10, 60, 6);
@@ -118,7 +118,7 @@ TEST(ModalCoordinates, IsTheWeightedProjectionOfTheDeformationAlone) {
     }
 }
 
-TEST(CheckClusteredModes, NamesWhatIsWrong) {
+TEST(CheckClusteredModes, ReportsEachKindOfInvalidModes) {
     const auto s = shapes::sphere(6, 8);
     const ClusteredModes whole = shapes::make_modes(s, 4, 10, 7).clustered;
     const auto n = static_cast<int>(s.X.rows());

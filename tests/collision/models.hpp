@@ -7,8 +7,9 @@
 
 namespace nbd::shapes {
 
-/// Smooth displacement modes over a surface, [3 n, m], and some of its vertices to see them by. Like elastic
-/// modes they hold nothing of a rigid motion, as the representatives weigh it: a pose X + U q is aligned.
+/// Smooth displacement modes of a surface, [3 n, m], and representatives among its vertices. Like elastic
+/// modes they are orthogonal to rigid motions under the representatives' weights, so a pose X + U q is
+/// already aligned.
 struct Modes {
     Eigen::MatrixXf U;
     ClusteredModes clustered;
@@ -53,7 +54,7 @@ inline Modes make_modes(const Surface& s, int mode_count, int representatives, u
     return modes;
 }
 
-/// The pose X + U q.
+/// Returns the pose X + U q.
 inline Vertices nbd_pose(const Surface& s, const Eigen::MatrixXf& U, const Eigen::VectorXf& q) {
     const Eigen::VectorXf shift = U * q;
     return s.X + Eigen::Map<const Vertices>(shift.data(), s.X.rows(), 3);
@@ -72,7 +73,7 @@ inline Sphere nbd_sphere(const NbdModel& model, const SphereTree& tree, int node
     return sphere;
 }
 
-/// A model with random weights, about what training starts from.
+/// A model with random weights, similar to the start of training.
 inline NbdModel random_model(const SphereTree& tree, const ClusteredModes& modes, int hidden, unsigned seed) {
     std::mt19937 random(seed);
     NbdModel model;
@@ -92,7 +93,7 @@ inline NbdModel random_model(const SphereTree& tree, const ClusteredModes& modes
     return model;
 }
 
-/// A model over evenly spread vertices of each node, at most 32 of them, with random weights.
+/// A model with random weights over evenly spaced vertices of each node, at most 32 a node.
 inline LearnedModel random_learned_model(const SphereTree& tree, bool network, unsigned seed) {
     std::mt19937 random(seed);
     LearnedModel model;
@@ -120,7 +121,7 @@ inline LearnedModel random_learned_model(const SphereTree& tree, bool network, u
     return model;
 }
 
-/// A tree of a surface with all kinds of bounds.
+/// A tree of a surface with every kind of bounds except certified.
 inline CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeConfig& config = {}) {
     CollisionTree tree = make_exact_tree(s.X, s.F, config);
     tree.bd = build_bd_model(tree.spheres, modes.U, modes.clustered);

@@ -10,7 +10,7 @@
 namespace nbd {
 namespace {
 
-/// The network as the class comment defines it, in double.
+/// The network by the definition at the class, in double precision.
 Eigen::Vector4d reference(const NbdModel& model, int node, const Eigen::VectorXf& zn) {
     const std::vector<float> weights = model.networks.weights();
     const float* w = weights.data() + node * model.networks.weight_count();
@@ -27,7 +27,7 @@ Eigen::Vector4d reference(const NbdModel& model, int node, const Eigen::VectorXf
            model.out_centre.col(node).cast<double>();
 }
 
-TEST(NbdSphere, IsTheNetworkForAnyWidths) {
+TEST(NbdSphere, AgreesWithTheNetworkForAnyWidths) {
     const auto s = shapes::torus(16, 10);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
     for (const int modes : {1, 3, 30, 128})
@@ -49,8 +49,8 @@ TEST(NbdSphere, IsTheNetworkForAnyWidths) {
         }
 }
 
-TEST(NbdSphere, OfKnownWeightsIsKnown) {
-    // One mode; the first hidden unit carries max(z, 0), the second max(-z, 0), through both layers.
+TEST(NbdSphere, MatchesTheKnownSphereOfKnownWeights) {
+    // One mode: the first hidden unit passes max(z, 0), the second max(-z, 0), through both layers.
     const auto s = shapes::sphere(6, 8);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
     NbdModel model = shapes::random_model(tree, shapes::make_modes(s, 1, 10, 1).clustered, 2, 2);
@@ -73,7 +73,7 @@ TEST(NbdSphere, OfKnownWeightsIsKnown) {
     EXPECT_NEAR(at(1, 0.5f).r, tree.rest[1].r + 0.01f, 1e-6);
 }
 
-TEST(NbdSphere, MovesItsCentreByTheLinearPart) {
+TEST(NbdSphere, AddsTheLinearPartToItsCentre) {
     const auto s = shapes::sphere(6, 8);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
     NbdModel model = shapes::random_model(tree, shapes::make_modes(s, 3, 10, 1).clustered, 32, 2);
@@ -96,7 +96,7 @@ TEST(NbdSphere, NeverHasANegativeRadius) {
     EXPECT_EQ(shapes::nbd_sphere(model, tree, 0, FixedVector(3)).r, 0);
 }
 
-TEST(CheckNbdModel, NamesWhatIsWrong) {
+TEST(CheckNbdModel, ReportsEachKindOfInvalidModel) {
     const auto s = shapes::sphere(6, 8);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 1});
     const NbdModel whole = shapes::random_model(tree, shapes::make_modes(s, 3, 10, 1).clustered, 8, 2);

@@ -46,7 +46,7 @@ std::vector<Case> cases() {
     };
 }
 
-TEST(PairQuery, FindsWhatBruteForceFindsInRandomPoses) {
+TEST(PairQuery, AgreesWithBruteForceInRandomPoses) {
     std::mt19937 random(1);
     PairQuery query;
     int touching_poses = 0, apart_poses = 0;
@@ -56,7 +56,7 @@ TEST(PairQuery, FindsWhatBruteForceFindsInRandomPoses) {
         PosedTree boxes_a = exact_tree(c.a, c.config_a, BoundKind::boxes),
                   boxes_b = exact_tree(c.b, c.config_b, BoundKind::boxes);
         for (int pose = 0; pose < 12; ++pose) {
-            // A body far from the origin has coordinates with few digits left: nothing may depend on them.
+            // Offsets leave few digits in the coordinates; the answer must not depend on them.
             const Eigen::Vector3f offset =
                 pose % 4 == 3 ? Eigen::Vector3f(900, -700, 400) : Eigen::Vector3f(0, 0, 0);
             const auto place = [&](const Surface& s) -> Vertices {
@@ -83,7 +83,7 @@ TEST(PairQuery, FindsWhatBruteForceFindsInRandomPoses) {
     EXPECT_GE(pairs, 1000u);
 }
 
-TEST(PairQuery, FindsTheFacesWithinADistanceThatBruteForceFinds) {
+TEST(PairQuery, WithinAgreesWithBruteForce) {
     std::mt19937 random(5);
     PairQuery query;
     const Surface s = shapes::torus(14, 8), t = shapes::bar(9, 7);
@@ -116,8 +116,8 @@ TEST(PairQuery, FindsTheFacesWithinADistanceThatBruteForceFinds) {
     EXPECT_LT(boxes_within, 5 * pairs);
 }
 
-TEST(PairQuery, ADistanceThatIsJustReachedCounts) {
-    // Parallel triangles on either side of a gap that float32 holds exactly.
+TEST(PairQuery, CountsPairsAtExactlyTheGivenDistance) {
+    // Parallel triangles with a gap that float32 represents exactly.
     Vertices X(3, 3), Y(3, 3);
     X << 0, 0, 0, 1, 0, 0, 0, 1, 0;
     for (const float gap : {0.375f, 0.1f, 1e-6f, 3e10f}) {
@@ -134,8 +134,8 @@ TEST(PairQuery, ADistanceThatIsJustReachedCounts) {
     }
 }
 
-TEST(PairQuery, TouchingInAPointIsAPair) {
-    // Two tetrahedra that share the corner (1, 1, 1), which rounding moves in neither.
+TEST(PairQuery, CountsFacesThatTouchInAPoint) {
+    // Two tetrahedra share the corner (1, 1, 1), which is exact in both.
     Vertices X(4, 3), Y(4, 3);
     X << 1, 1, 1, 2, 1, 1, 1, 2, 1, 1, 1, 2;
     Y << 1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0;
@@ -152,7 +152,7 @@ TEST(PairQuery, FindsNothingBeforeTheFirstPose) {
     const Surface s = shapes::torus(12, 8);
     PosedTree a = exact_tree(s), b = exact_tree(s);
     PairQuery query;
-    constexpr float far = 2e19f;  // its square is infinite
+    constexpr float far = 2e19f;  // infinite when squared
     EXPECT_TRUE(query.intersecting(a, b).empty());
     EXPECT_TRUE(query.within(a, b, far).empty());
     a.begin_pose(s.X);
@@ -163,7 +163,7 @@ TEST(PairQuery, FindsNothingBeforeTheFirstPose) {
     EXPECT_EQ(static_cast<Eigen::Index>(query.within(a, b, far).size()), s.F.rows() * s.F.rows());
 }
 
-TEST(PairQuery, TakesATreeAgainstItself) {
+TEST(PairQuery, QueriesATreeAgainstItself) {
     const Surface s = shapes::torus(16, 12);
     PairQuery query;
     for (const BoundKind kind : {BoundKind::exact, BoundKind::boxes}) {
@@ -173,7 +173,7 @@ TEST(PairQuery, TakesATreeAgainstItself) {
     }
 }
 
-TEST(PairQuery, LeafPairsAreThoseWhoseSpheresAndAncestorsCollide) {
+TEST(PairQuery, LeafPairsHaveCollidingSpheresAndHoldAllTouchingFaces) {
     std::mt19937 random(2);
     const Surface s = shapes::torus(24, 16);
     PosedTree a = exact_tree(s, {.depth = 4}), b = exact_tree(s, {.depth = 5});
@@ -194,7 +194,7 @@ TEST(PairQuery, LeafPairsAreThoseWhoseSpheresAndAncestorsCollide) {
             const Sphere &sa = a.sphere(pair.a), &sb = b.sphere(pair.b);
             EXPECT_LE((sa.c - sb.c).norm(), (sa.r + sb.r + distance) * 1.00001f);
         }
-        // A wrapped hierarchy's inner spheres contain the faces below them, so leaves with faces that touch
+        // Inner spheres of a wrapped hierarchy contain the faces below them, so leaves with touching faces
         // are always reached.
         for (const FacePair& faces : brute_force_intersecting(x, s.F, y, s.F)) {
             const auto holds = [&](const LeafPair& pair) {
@@ -207,14 +207,14 @@ TEST(PairQuery, LeafPairsAreThoseWhoseSpheresAndAncestorsCollide) {
     EXPECT_GT(found, 100u);
 }
 
-TEST(PairQuery, BoundsANodeOnceAPoseAndOnlyIfItsParentCollided) {
+TEST(PairQuery, BoundsANodeOncePerPoseAndOnlyIfItsParentCollides) {
     const Surface s = shapes::torus(48, 32);
     PosedTree a = exact_tree(s), b = exact_tree(s);
     PairQuery query;
     Vertices y = s.X;
 
     a.begin_pose(s.X);
-    y.col(0).array() += 10.f;  // out of reach: the roots decide
+    y.col(0).array() += 10.f;  // out of reach: the roots suffice
     b.begin_pose(y);
     query.intersecting(a, b);
     EXPECT_EQ(query.counters().nodes_bounded, 2);
@@ -222,7 +222,7 @@ TEST(PairQuery, BoundsANodeOnceAPoseAndOnlyIfItsParentCollided) {
     EXPECT_EQ(query.counters().boxes_refitted, 0);
     EXPECT_EQ(a.nodes_bounded(), 1);
 
-    y.col(0).array() -= 8.65f;  // side by side: a corner of either tree
+    y.col(0).array() -= 8.65f;  // side by side: one region of either tree
     b.begin_pose(y);
     EXPECT_GT(query.intersecting(a, b).size(), 0u);
     const QueryCounters first = query.counters();
@@ -231,9 +231,10 @@ TEST(PairQuery, BoundsANodeOnceAPoseAndOnlyIfItsParentCollided) {
     EXPECT_GT(first.leaf_pairs, 0);
     EXPECT_LT(first.boxes_refitted, 128);  // half of all leaves
     EXPECT_LT(first.triangle_tests, 100 * first.face_pairs);
-    EXPECT_EQ(a.nodes_bounded() + b.nodes_bounded(), first.nodes_bounded + 1);  // the root of a stood
+    EXPECT_EQ(a.nodes_bounded() + b.nodes_bounded(),
+              first.nodes_bounded + 1);  // the root of a was bounded before
 
-    query.intersecting(a, b);  // the same pose again costs tests alone
+    query.intersecting(a, b);  // the same pose again costs only tests
     EXPECT_EQ(query.counters().nodes_bounded, 0);
     EXPECT_EQ(query.counters().boxes_refitted, 0);
     EXPECT_EQ(query.counters().node_tests, first.node_tests);
@@ -245,7 +246,7 @@ TEST(PairQuery, BoundsANodeOnceAPoseAndOnlyIfItsParentCollided) {
     EXPECT_GT(query.counters().boxes_refitted, 0);
 }
 
-TEST(PairQuery, FollowsAPoseThatJumps) {
+TEST(PairQuery, AgreesWithBruteForceAfterPosesThatJump) {
     const Surface s = shapes::sphere(16, 20);
     PosedTree a = exact_tree(s), b = exact_tree(s);
     PairQuery query;
@@ -274,7 +275,7 @@ Surface read_obj(const std::filesystem::path& path) {
     return s;
 }
 
-TEST(PairQuery, FindsWhatBruteForceFindsBetweenScannedMeshes) {
+TEST(PairQuery, AgreesWithBruteForceOnScannedMeshes) {
     const std::filesystem::path folder = NBD_SHARED_MESHES;
     if (!std::filesystem::exists(folder / "bob.obj")) GTEST_SKIP() << "no meshes at " << folder;
     const Surface bob = read_obj(folder / "bob.obj"), spot = read_obj(folder / "spot.obj");

@@ -18,7 +18,7 @@ struct PosedTreeTest : testing::Test {
     std::shared_ptr<const CollisionTree> bare = shared_exact_tree(s.X, s.F, {.depth = 3});
 };
 
-TEST_F(PosedTreeTest, CountsEachNodeOnceAPose) {
+TEST_F(PosedTreeTest, CountsEachNodeOncePerPose) {
     for (const BoundKind kind : bound_kinds) {
         if (!has_bounds(*full, kind)) continue;
         PosedTree posed(full, kind);
@@ -37,7 +37,7 @@ TEST_F(PosedTreeTest, CountsEachNodeOnceAPose) {
     }
 }
 
-TEST_F(PosedTreeTest, AMarginGrowsTheRadiusAlone) {
+TEST_F(PosedTreeTest, AMarginGrowsOnlyTheRadius) {
     for (const BoundKind kind : bound_kinds) {
         if (is_box(kind) || !has_bounds(*full, kind)) continue;
         PosedTree plain(full, kind), wide(full, kind, 0.25f);
@@ -50,7 +50,7 @@ TEST_F(PosedTreeTest, AMarginGrowsTheRadiusAlone) {
     }
 }
 
-TEST_F(PosedTreeTest, TakesEachNodesMarginFromTheCalibrationUnlessToldAnother) {
+TEST_F(PosedTreeTest, UsesTheCalibratedMarginsUnlessAMarginIsGiven) {
     auto calibrated = std::make_shared<CollisionTree>(*full);
     Calibration& calibration = calibrated->calibrations[BoundKind::bd];
     calibration = {.miss_rate = 0.01, .confidence = 0.9, .trajectories = 20, .poses = 400};
@@ -77,7 +77,7 @@ TEST_F(PosedTreeTest, CanBeMoved) {
     EXPECT_EQ(second.nodes_bounded(), 1);
 }
 
-TEST_F(PosedTreeTest, RefusesWhatItCannotBound) {
+TEST_F(PosedTreeTest, RejectsTreesWithoutTheModelAndInvalidMargins) {
     EXPECT_EQ(test::refusal([&] { PosedTree(nullptr, BoundKind::exact); }),
               "a posed tree needs a collision tree, got none");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::bd); }),
@@ -104,7 +104,7 @@ TEST_F(PosedTreeTest, RefusesWhatItCannotBound) {
               "sphere tree: face 3 refers to vertex 160, but the surface has 160 vertices");
 }
 
-TEST_F(PosedTreeTest, RefusesACalibrationThatDoesNotFit) {
+TEST_F(PosedTreeTest, RejectsInvalidCalibrations) {
     const auto refused = [&](BoundKind kind, const Calibration& calibration) {
         auto tree = std::make_shared<CollisionTree>(*full);
         tree->calibrations[kind] = calibration;
@@ -137,7 +137,8 @@ TEST_F(PosedTreeTest, RefusesACalibrationThatDoesNotFit) {
               "calibration of nbd bounds: limit of node 7's input is inf, allowed: finite and 0 or more");
 }
 
-/// Half of the exact spheres, the stranger the higher the node's number; none for node 5.
+/// Spheres of half the exact radius; the out-of-distribution score grows with the node's index and is NaN for
+/// node 5.
 struct HalfSpheres {
     const SphereTree* tree;
     Vertices x;
@@ -150,10 +151,10 @@ struct HalfSpheres {
     float ood_score(int node) const { return node == 5 ? NAN : 0.1f * static_cast<float>(node); }
 };
 
-TEST(SphereCache, GrowsMarginsWithStrangenessAndTakesTheExactSphereOfANodeOutOfRange) {
+TEST(SphereCache, GrowsMarginsWithTheScoreAndUsesExactSpheresOutOfDistribution) {
     const auto s = shapes::torus(16, 10);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
-    // Rows that lie apart, as a caller's vertices may.
+    // Rows with a stride, as a caller's vertices may have.
     Eigen::Matrix<float, Eigen::Dynamic, 5, Eigen::RowMajor> wide(s.X.rows(), 5);
     wide.leftCols<3>() = s.X;
     const Eigen::Map<const Vertices, 0, Eigen::OuterStride<>> x(wide.data(), s.X.rows(), 3,
@@ -166,10 +167,10 @@ TEST(SphereCache, GrowsMarginsWithStrangenessAndTakesTheExactSphereOfANodeOutOfR
     open.begin_pose(x);
     for (int node = 0; node < 15; ++node) {
         const Sphere exact = bounding_sphere(s.X, tree.node_vertices(node));
-        const bool ood_score = node == 5 || node > 8;
+        const bool is_out_of_range = node == 5 || node > 8;
         const float grown =
             0.5f * exact.r * (1 + 2 * (0.03f + 0.97f * 0.1f * static_cast<float>(node) / 0.85f));
-        EXPECT_FLOAT_EQ(gated.get(node, half).r, ood_score ? exact.r : grown) << node;
+        EXPECT_FLOAT_EQ(gated.get(node, half).r, is_out_of_range ? exact.r : grown) << node;
         EXPECT_EQ(open.get(node, half).r, exact.r * 0.5f * 3);
     }
     EXPECT_EQ(gated.out_of_range(), 7);
@@ -179,7 +180,7 @@ TEST(SphereCache, GrowsMarginsWithStrangenessAndTakesTheExactSphereOfANodeOutOfR
     EXPECT_EQ(gated.out_of_range(), 0);
 }
 
-TEST(BoundKinds, HaveNames) {
+TEST(BoundKinds, NamesRoundTrip) {
     for (const BoundKind kind : bound_kinds) EXPECT_EQ(bound_kind(name(kind)), kind);
     EXPECT_EQ(test::refusal([] { bound_kind("loca"); }),
               "unknown bounds \"loca\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, "

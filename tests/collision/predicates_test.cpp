@@ -27,13 +27,15 @@ TEST(Orient3d, IsPositiveWhereTheNormalPoints) {
     EXPECT_EQ(orient3d(a, a, a, c), 0);
 }
 
-TEST(Orient3d, DecidesWhereRoundingWouldNot) {
-    // Points of the plane x + y + z = 1 times any power of two, one of them moved by a hair.
+TEST(Orient3d, IsExactWhereRoundingWouldDecideWrongly) {
+    // Points of the plane x + y + z = 1 scaled by a power of two, with one of them moved by the smallest
+    // float.
     for (const double scale : {0x1p-126, 1., 0x1p100}) {
         const Vector3d a(scale, 0, 0), b(0, scale, 0), c(0, 0, scale);
         const Vector3d d(scale / 2, scale / 4, scale / 4);
         EXPECT_EQ(orient3d(a, b, c, d), 0);
-        const Vector3d hair(0x1p-149, 0, 0);  // adds to a float value in double at the least scale only
+        const Vector3d hair(0x1p-149, 0,
+                            0);  // changes a float value in double precision only at the smallest scale
         EXPECT_EQ(orient3d(a + hair, b, c, d), scale < 1 ? -1 : 0);
     }
     const Vector3d tiny(0x1p-149, 0, 0);
@@ -42,7 +44,7 @@ TEST(Orient3d, DecidesWhereRoundingWouldNot) {
     EXPECT_EQ(orient2d({0, 0}, {0x1p127, 0x1p127}, {0x1p-149, 0}), -1);
 }
 
-/// The determinant as an integer, for coordinates that are integers below 2^24.
+/// The determinant's sign by integer arithmetic, for integer coordinates below 2^24.
 __extension__ using Integer = __int128;
 int integer_orient3d(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
     const auto difference = [&](const Vector3d& x, int i) { return static_cast<Integer>(x[i] - a[i]); };
@@ -58,13 +60,13 @@ TEST(Orient3d, AgreesWithIntegersNearTheFilterBound) {
     std::mt19937 random(3);
     int zeros = 0, signs = 0;
     for (int round = 0; round < 100000; ++round) {
-        // In half of the rounds multiples of 64, so that d needs no rounding.
+        // Half of the rounds use multiples of 64, so that d needs no rounding.
         const unsigned mask = round % 2 ? ~0u : ~63u;
         const auto coordinate = [&] { return static_cast<double>((random() >> 9) & mask) - 0x1p22; };
         const Vector3d a(coordinate(), coordinate(), coordinate()),
             b(coordinate(), coordinate(), coordinate());
         const Vector3d c(coordinate(), coordinate(), coordinate());
-        // In the plane, but for rounding.
+        // In the plane, except for rounding.
         const double u = (random() % 64) / 64., v = (random() % 64) / 64.;
         const Vector3d d = (a + u * (b - a) + v * (c - a)).array().round();
         const int expected = integer_orient3d(a, b, c, d);
@@ -79,7 +81,7 @@ TEST(Orient3d, AgreesWithIntegersNearTheFilterBound) {
     EXPECT_GT(signs, 40000);
 }
 
-TEST(Orient3d, AntisymmetricOnFloatsOfMixedScale) {
+TEST(Orient3d, IsAntisymmetricOnFloatsOfMixedScale) {
     std::mt19937 random(5);
     int zeros = 0;
     for (int round = 0; round < 50000; ++round) {

@@ -8,29 +8,29 @@
 
 namespace nbd {
 
-/// Triangles for tests, the same on every machine.
+/// Random triangles for tests, identical on every machine.
 class RandomTriangles {
  public:
     explicit RandomTriangles(unsigned seed) : random_(seed) {}
 
     int integer(int low, int high) { return low + static_cast<int>(random_() % (high - low + 1)); }
 
-    /// In [0, 1).
+    /// Uniform in [0, 1).
     float uniform() { return static_cast<float>(random_() >> 8) * 0x1p-24f; }
 
-    /// In the unit cube.
+    /// Uniform in the unit cube.
     Eigen::Vector3f point() {
         const float x = uniform(), y = uniform();
         return {x, y, uniform()};
     }
 
-    /// With integer coordinates from 0 to high: degenerate, coplanar and touching triangles abound.
+    /// Integer coordinates from 0 to high, so degenerate, coplanar and touching triangles are common.
     Eigen::Vector3f grid_point(int high) {
         const int x = integer(0, high), y = integer(0, high);
         return Eigen::Vector3f(x, y, integer(0, high));
     }
 
-    /// With integer coordinates from -high to high.
+    /// Integer coordinates from -high to high.
     Eigen::Vector3f grid_step(int high) {
         return grid_point(2 * high) - Eigen::Vector3f::Constant(static_cast<float>(high));
     }
@@ -53,8 +53,8 @@ class RandomTriangles {
         return x;
     }
 
-    /// A triangle whose first corner (and at times an edge) lies on a corner, an edge or the face of s, but
-    /// for a few ulp.
+    /// A triangle whose first corner (and sometimes an edge) lies within a few ulp of a corner, an edge or
+    /// the face of s.
     Triangle nearly_touching(const Triangle& s) {
         const auto near = [&] {
             const float u = integer(0, 3) ? uniform() : 0, v = integer(0, 2) ? uniform() : 1;

@@ -11,7 +11,7 @@
 namespace nbd {
 namespace {
 
-/// The answers to the same random poses, by one thread's own query and posed trees.
+/// Answers of a single-threaded query to random poses.
 std::vector<std::vector<FacePair>> answers(const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
                                            const std::vector<Vertices>& poses) {
     PosedTree a(tree, kind), b(tree, kind);
@@ -29,8 +29,8 @@ std::vector<std::vector<FacePair>> answers(const std::shared_ptr<const Collision
     return result;
 }
 
-/// Meant for the thread sanitizer, which sees what one tree's queries write for another.
-TEST(SharedTree, ThreadsWithQueriesOfTheirOwnGetTheAnswersOfOne) {
+/// For the thread sanitizer: reports data that queries of one tree share.
+TEST(SharedTree, GivesTheSameAnswersToThreadsWithTheirOwnQueries) {
     const shapes::Surface s = shapes::torus(24, 16);
     const auto tree =
         std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 12, 80, 1)));

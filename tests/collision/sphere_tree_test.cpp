@@ -15,7 +15,7 @@
 namespace nbd {
 namespace {
 
-TEST(SphereTree, IsFullAtTheDefaultDepthWhereThereAreFacesEnough) {
+TEST(SphereTree, IsFullAtTheDefaultDepthForEnoughFaces) {
     const auto s = shapes::torus(48, 32);
     const SphereTree tree = build_sphere_tree(s.X, s.F);
     EXPECT_EQ(tree.nodes.size(), 255u);
@@ -23,7 +23,7 @@ TEST(SphereTree, IsFullAtTheDefaultDepthWhereThereAreFacesEnough) {
     check_sphere_tree(tree, static_cast<int>(s.X.rows()), s.F);
 }
 
-TEST(SphereTree, NeverMakesALeafSmallerThanAsked) {
+TEST(SphereTree, NeverMakesLeavesSmallerThanTheMinimum) {
     for (const int least : {1, 2, 5, 17}) {
         const auto s = shapes::sphere(9, 11);
         const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 20, .min_leaf_faces = least});
@@ -36,7 +36,7 @@ TEST(SphereTree, NeverMakesALeafSmallerThanAsked) {
     }
 }
 
-TEST(SphereTree, EveryNodeHoldsItsFacesAndHasTheBoundingSphereOfItsVertexList) {
+TEST(SphereTree, GivesEveryNodeItsVerticesAndTheirBoundingSphere) {
     const auto s = shapes::bar(20, 12);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 5});
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
@@ -53,7 +53,7 @@ TEST(SphereTree, SplitsALineOfTrianglesInTheMiddle) {
     Vertices X(12, 3);
     Faces F(4, 3);
     for (int f = 0; f < 4; ++f) {
-        const auto x = static_cast<float>(f == 0 ? 2 : f == 2 ? 0 : f);  // faces 0 and 2 change places
+        const auto x = static_cast<float>(f == 0 ? 2 : f == 2 ? 0 : f);  // faces 0 and 2 are swapped
         X.row(3 * f) << x, 0, 0;
         X.row(3 * f + 1) << x, 0.1f, 0;
         X.row(3 * f + 2) << x, 0, 0.1f;
@@ -65,7 +65,7 @@ TEST(SphereTree, SplitsALineOfTrianglesInTheMiddle) {
     EXPECT_TRUE(std::ranges::equal(tree.node_faces(2), std::vector{0, 3}));
 }
 
-TEST(SphereTree, EqualCentroidsAreSplitByFaceIndex) {
+TEST(SphereTree, SplitsEqualCentroidsByFaceIndex) {
     Vertices X(3, 3);
     X << 0, 0, 0, 1, 0, 0, 0, 1, 0;
     const Faces F = Eigen::RowVector3i(0, 1, 2).replicate(8, 1);
@@ -74,7 +74,7 @@ TEST(SphereTree, EqualCentroidsAreSplitByFaceIndex) {
     EXPECT_TRUE(std::ranges::is_sorted(tree.faces));
 }
 
-TEST(SphereTree, RefusesASurfaceThatCannotHaveOne) {
+TEST(SphereTree, RejectsInvalidSurfacesAndConfigs) {
     const auto s = shapes::sphere(4, 5);
     EXPECT_EQ(test::refusal([&] { build_sphere_tree(s.X, Faces(0, 3)); }),
               "a sphere tree needs at least one face, the surface has none");
@@ -105,7 +105,7 @@ struct Tampering {
     std::function<void(SphereTree&)> tamper;
 };
 
-// The tree of the sphere below: 70 faces, 37 vertices, 31 nodes, leaves 15 to 30.
+// Refers to the tree of the sphere below: 70 faces, 37 vertices, 31 nodes, leaves 15 to 30.
 const Tampering tamperings[] = {
     {"has no nodes", [](SphereTree& t) { t.nodes.clear(); }},
     {"node 14 has children at 29 and 30, but there are 30 nodes", [](SphereTree& t) { t.nodes.pop_back(); }},
@@ -148,7 +148,7 @@ const Tampering tamperings[] = {
     {"the rest sphere of node 9 has a negative radius", [](SphereTree& t) { t.rest[9].r = -1; }},
 };
 
-TEST(CheckSphereTree, NamesWhatIsWrongWithATamperedTree) {
+TEST(CheckSphereTree, ReportsEachKindOfTampering) {
     const auto s = shapes::sphere(5, 7);
     const SphereTree whole = build_sphere_tree(s.X, s.F, {.depth = 4, .min_leaf_faces = 2});
     ASSERT_EQ(whole.nodes.size(), 31u);
@@ -164,7 +164,7 @@ TEST(CheckSphereTree, NamesWhatIsWrongWithATamperedTree) {
     }
 }
 
-TEST(CheckSphereTree, RefusesATreeOfAnotherSurface) {
+TEST(CheckSphereTree, RejectsATreeOfAnotherSurface) {
     const auto s = shapes::sphere(5, 7), other = shapes::sphere(7, 5);
     const SphereTree tree = build_sphere_tree(s.X, s.F);
     ASSERT_EQ(s.F.rows(), other.F.rows());

@@ -8,7 +8,7 @@
 namespace nbd {
 namespace {
 
-TEST(Sweep, FindsTheTouchingBoxesThatBruteForceFinds) {
+TEST(Sweep, AgreesWithBruteForce) {
     std::mt19937 random(3);
     const auto draw = [&](float least, float most) {
         return least + (most - least) * static_cast<float>(random() % 4096) / 4096;
@@ -36,7 +36,7 @@ TEST(Sweep, FindsTheTouchingBoxesThatBruteForceFinds) {
     EXPECT_GT(apart, 500u);
 }
 
-TEST(Sweep, BoxesThatShareAFaceTouch) {
+TEST(Sweep, CountsBoxesThatShareAFace) {
     const Box left{{0, 0, 0, 0}, {1, 1, 1, 0}}, right{{1, 0, 0, 0}, {2, 1, 1, 0}};
     Sweep sweep;
     const auto pairs = sweep.touching(std::vector{right, left});

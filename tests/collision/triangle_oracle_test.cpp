@@ -1,4 +1,4 @@
-// Triangle-triangle intersection against CGAL's exact predicates, which share no code with ours.
+// Compares triangle-triangle intersection with CGAL's exact predicates, an independent implementation.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/intersections.h>
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 using Shape = std::variant<Point, Kernel::Segment_3, Kernel::Triangle_3>;
 
-/// CGAL's predicates want the dimension named: a degenerate triangle is a segment or a point to them.
+/// CGAL's predicates need the right dimension: a degenerate triangle becomes a segment or a point.
 Shape shape_of(const Triangle& t) {
     const auto point = [](const Vector3f& x) { return Point(x.x(), x.y(), x.z()); };
     std::array<Point, 3> p{point(t.a), point(t.b), point(t.c)};
@@ -41,7 +41,7 @@ struct Tally {
 
 class TriangleOracle : public testing::Test {
  protected:
-    /// Compares `pairs` pairs that make() gives, in both orders.
+    /// Compares `pairs` pairs from make(), in both orders.
     template <typename Make>
     Tally compare(int pairs, Make&& make) {
         Tally tally;
@@ -116,7 +116,7 @@ TEST_F(TriangleOracle, AgreesFarFromTheOrigin) {
 }
 
 TEST_F(TriangleOracle, AgreesOnTinyTriangles) {
-    const Tally t = compare(100000, [&] {  // small multiples of the least float
+    const Tally t = compare(100000, [&] {  // small multiples of the smallest float
         const float unit = std::numeric_limits<float>::denorm_min();
         const auto point = [&]() -> Vector3f { return random_.grid_point(5) * unit; };
         return std::pair(Triangle{point(), point(), point()}, Triangle{point(), point(), point()});
@@ -145,7 +145,7 @@ TEST_F(TriangleOracle, AgreesOnMixedScales) {
 
 TEST_F(TriangleOracle, AgreesOnSegmentsAndPoints) {
     const Tally t = compare(200000, [&] {
-        // A proper triangle or a collapsed one, with corners on lines that the other one knows too.
+        // Proper or collapsed triangles with corners on shared lines.
         const Vector3f o = random_.grid_point(4), u = random_.grid_step(3), v = random_.grid_step(3);
         const auto on_line = [&]() -> Vector3f { return o + float(random_.integer(-2, 2)) * u; };
         const auto on_plane = [&]() -> Vector3f { return on_line() + float(random_.integer(-1, 1)) * v; };

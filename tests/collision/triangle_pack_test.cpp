@@ -18,7 +18,7 @@ struct Pair {
     Triangle s, t;
 };
 
-/// Pairs of one kind in one scale, as many as a pack has lanes.
+/// Random pairs of one kind and scale, one per lane of a pack.
 std::vector<Pair> some_pairs(RandomTriangles& random, int kind, float scale) {
     std::vector<Pair> pairs(TrianglePack::lanes);
     for (auto& [s, t] : pairs) {
@@ -44,7 +44,7 @@ TrianglePack packed(const std::vector<Pair>& pairs, Triangle Pair::*side) {
 
 constexpr float scales[] = {1, 1e-3f, 1e4f, 1e-13f, 1e-20f, 1e13f, 1e30f};
 
-TEST(TrianglePack, IsNeverCertainOfWhatIsNotSo) {
+TEST(TrianglePack, NeverGivesAWrongCertainVerdict) {
     RandomTriangles random(1);
     for (const float scale : scales)
         for (int kind = 0; kind < 3; ++kind) {
@@ -73,14 +73,14 @@ TEST(TrianglePack, IsNeverCertainOfWhatIsNotSo) {
                 EXPECT_GT(apart_lanes, rounds / 10) << kind;
                 EXPECT_GT(separated_lanes, rounds / 10) << kind;
             }
-            // Triangles at random are hardly ever close to call, where nothing under- or overflows.
+            // Random triangles are almost always certain unless numbers under- or overflow.
             if (kind == 0 && scale >= 1e-3f && scale <= 1e4f) {
                 EXPECT_GT(certain, rounds * TrianglePack::lanes * 999 / 1000) << scale;
             }
         }
 }
 
-TEST(TrianglePack, KeepsExactlyTheFacesThatIntersect) {
+TEST(TrianglePack, KeepsExactlyTheIntersectingFaces) {
     RandomTriangles random(2);
     for (const int faces : {1, 5, 16, 17, 40}) {
         Vertices x(3 * faces + 3, 3);
@@ -99,7 +99,7 @@ TEST(TrianglePack, KeepsExactlyTheFacesThatIntersect) {
     EXPECT_TRUE(none.empty());
 }
 
-TEST(TrianglePack, DoesNotDecideOnPositionsThatAreNoNumbers) {
+TEST(TrianglePack, LeavesPairsWithNonFinitePositionsUndecided) {
     RandomTriangles random(3);
     std::vector<Pair> pairs = some_pairs(random, 0, 1);
     for (std::size_t lane = 0; lane < pairs.size(); ++lane) {

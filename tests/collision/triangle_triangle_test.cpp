@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// The answer for s and t in either order, with the corners of each in all six orders, turned through the
-/// coordinate axes and mirrored: it must be the same each time.
+/// Checks that the answer for s and t is `expected` in both orders, with the corners of each in all six
+/// orders, and with the coordinate axes permuted and mirrored.
 testing::AssertionResult answer_is(bool expected, const Triangle& s, const Triangle& t) {
     const auto turned = [](const Triangle& x, int order, int axes) {
         static constexpr int orders[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},
@@ -39,17 +39,18 @@ testing::AssertionResult answer_is(bool expected, const Triangle& s, const Trian
 
 const Triangle flat{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
 
-TEST(TrianglesIntersect, Crossing) {
+TEST(TrianglesIntersect, FindsCrossingTriangles) {
     EXPECT_TRUE(answer_is(true, flat, {{1, 1, -1}, {1, 1, 1}, {9, 9, 1}}));         // one edge pierces
     EXPECT_TRUE(answer_is(true, flat, {{1, 1, -1}, {1.5f, 1, -1}, {1, 1.5f, 1}}));  // two edges pierce
-    EXPECT_TRUE(answer_is(true, flat, {{-5, 1, 2}, {5, 1, 2}, {0, 1, -9}}));        // it is pierced twice
-    EXPECT_TRUE(answer_is(false, flat, {{5, 5, -1}, {5, 5, 1}, {9, 9, 1}}));        // beside the long edge
+    EXPECT_TRUE(
+        answer_is(true, flat, {{-5, 1, 2}, {5, 1, 2}, {0, 1, -9}}));  // the other triangle is pierced twice
+    EXPECT_TRUE(answer_is(false, flat, {{5, 5, -1}, {5, 5, 1}, {9, 9, 1}}));  // beside the long edge
     EXPECT_TRUE(answer_is(false, flat, {{2.1f, 2.1f, -1}, {2.1f, 2.1f, 1}, {9, 9, 1}}));
     EXPECT_TRUE(answer_is(false, flat, {{1, 1, 1}, {2, 1, 2}, {1, 2, 3}}));  // above
     EXPECT_TRUE(answer_is(false, flat, {{-1, 9, -1}, {9, 9, -1}, {4, 3, 1}}));
 }
 
-TEST(TrianglesIntersect, TouchingOffThePlane) {
+TEST(TrianglesIntersect, FindsTouchingTrianglesInDifferentPlanes) {
     EXPECT_TRUE(answer_is(true, flat, {{1, 1, 0}, {1, 2, 1}, {2, 1, 1}}));      // vertex in face
     EXPECT_TRUE(answer_is(true, flat, {{2, 2, 0}, {1, 2, 1}, {2, 1, 1}}));      // vertex on edge
     EXPECT_TRUE(answer_is(true, flat, {{0, 0, 0}, {-1, -2, 1}, {-2, -1, 1}}));  // vertex on vertex
@@ -58,22 +59,22 @@ TEST(TrianglesIntersect, TouchingOffThePlane) {
     EXPECT_TRUE(answer_is(true, flat, {{1, 1, 0}, {2, 1, 0}, {1, 1, 5}}));      // edge in face
     EXPECT_TRUE(answer_is(true, flat, {{-9, 1, 0}, {9, 1, 0}, {1, 1, 5}}));     // edge across face
     EXPECT_TRUE(answer_is(true, flat, {{4, 0, 0}, {0, 0, 0}, {1, 1, 5}}));      // a shared edge
-    EXPECT_TRUE(answer_is(true, flat, {{-1, -1, -1}, {0, 0, 0}, {3, 3, 3}}));   // flat's corner on an edge
+    EXPECT_TRUE(answer_is(true, flat, {{-1, -1, -1}, {0, 0, 0}, {3, 3, 3}}));   // corner of `flat` on an edge
     EXPECT_TRUE(answer_is(true, flat, {{-3, -3, -1}, {0, 0, 0}, {-3, -3, 3}}));
     EXPECT_TRUE(
-        answer_is(true, flat, {{-1, 1, 1}, {-1, -1, 1}, {1, 0, -1}}));  // an edge through a face's edge
-    EXPECT_TRUE(answer_is(false, flat, {{-1, 0, 0}, {-2, 0, 0}, {0, 0, 5}}));  // in line with an edge
+        answer_is(true, flat, {{-1, 1, 1}, {-1, -1, 1}, {1, 0, -1}}));  // edge through an edge of the face
+    EXPECT_TRUE(answer_is(false, flat, {{-1, 0, 0}, {-2, 0, 0}, {0, 0, 5}}));  // collinear with an edge
     EXPECT_TRUE(answer_is(false, flat, {{5, 0, 0}, {6, 1, 3}, {6, 0, -3}}));
 }
 
-TEST(TrianglesIntersect, Coplanar) {
+TEST(TrianglesIntersect, HandlesCoplanarTriangles) {
     EXPECT_TRUE(answer_is(true, flat, flat));
     EXPECT_TRUE(answer_is(true, flat, {{1, 1, 0}, {1.5f, 1, 0}, {1, 1.5f, 0}}));  // inside
-    EXPECT_TRUE(answer_is(true, flat, {{3, 3, 0}, {-1, 3, 0}, {3, -1, 0}}));      // a six-pointed star
-    EXPECT_TRUE(answer_is(true, flat, {{4, 0, 0}, {0, 4, 0}, {4, 4, 0}}));        // a shared edge
-    EXPECT_TRUE(answer_is(true, flat, {{3, 1, 0}, {1, 3, 0}, {4, 4, 0}}));        // an edge in an edge
-    EXPECT_TRUE(answer_is(true, flat, {{4, 0, 0}, {5, 0, 0}, {5, 5, 0}}));        // a shared vertex
-    EXPECT_TRUE(answer_is(true, flat, {{2, 2, 0}, {5, 2, 0}, {5, 5, 0}}));        // a vertex on an edge
+    EXPECT_TRUE(answer_is(true, flat, {{3, 3, 0}, {-1, 3, 0}, {3, -1, 0}}));      // six-pointed star
+    EXPECT_TRUE(answer_is(true, flat, {{4, 0, 0}, {0, 4, 0}, {4, 4, 0}}));        // shared edge
+    EXPECT_TRUE(answer_is(true, flat, {{3, 1, 0}, {1, 3, 0}, {4, 4, 0}}));        // edge in edge
+    EXPECT_TRUE(answer_is(true, flat, {{4, 0, 0}, {5, 0, 0}, {5, 5, 0}}));        // shared vertex
+    EXPECT_TRUE(answer_is(true, flat, {{2, 2, 0}, {5, 2, 0}, {5, 5, 0}}));        // vertex on edge
     EXPECT_TRUE(answer_is(false, flat, {{4.001f, 0, 0}, {5, 0, 0}, {5, 5, 0}}));
     EXPECT_TRUE(answer_is(false, flat, {{3, 1.5f, 0}, {1.5f, 3, 0}, {4, 4, 0}}));
     EXPECT_TRUE(answer_is(false, flat, {{3, 3, 0}, {3, 2, 0}, {2, 3, 0}}));  // boxes overlap
@@ -83,25 +84,25 @@ TEST(TrianglesIntersect, Coplanar) {
     EXPECT_TRUE(answer_is(false, slanted, {{-.5f, .25f, 1.25f}, {0, -.25f, 1.25f}, {-1, 0, 2}}));
 }
 
-TEST(TrianglesIntersect, ParallelPlanesNeverTouch) {
+TEST(TrianglesIntersect, NeverFindsTrianglesInParallelPlanes) {
     const float above = std::numeric_limits<float>::denorm_min();
     EXPECT_TRUE(answer_is(false, flat, {{1, 1, above}, {2, 1, above}, {1, 2, above}}));
     EXPECT_TRUE(answer_is(true, flat, {{1, 1, above}, {2, 1, above}, {1, 2, -above}}));
 }
 
-TEST(TrianglesIntersect, DegenerateAgainstProper) {
+TEST(TrianglesIntersect, HandlesADegenerateAndAProperTriangle) {
     const auto segment = [](Vector3f p, Vector3f q) { return Triangle{p, q, (p + q) / 2}; };
     const auto doubled = [](Vector3f p, Vector3f q) { return Triangle{p, q, p}; };
     const auto point = [](Vector3f p) { return Triangle{p, p, p}; };
     for (const auto& make : {+segment, +doubled}) {
         EXPECT_TRUE(answer_is(true, flat, make({1, 1, -1}, {1, 1, 2})));  // pierces
-        EXPECT_TRUE(answer_is(true, flat, make({1, 1, 0}, {1, 1, 2})));   // ends on it
+        EXPECT_TRUE(answer_is(true, flat, make({1, 1, 0}, {1, 1, 2})));   // ends on the triangle
         EXPECT_TRUE(answer_is(true, flat, make({2, 2, -1}, {2, 2, 1})));  // through an edge
         EXPECT_TRUE(answer_is(true, flat, make({4, 0, -1}, {4, 0, 1})));  // through a vertex
-        EXPECT_TRUE(answer_is(true, flat, make({1, 1, 0}, {2, 1, 0})));   // lies in it
+        EXPECT_TRUE(answer_is(true, flat, make({1, 1, 0}, {2, 1, 0})));   // lies in the triangle
         EXPECT_TRUE(answer_is(true, flat, make({-9, 1, 0}, {9, 1, 0})));  // crosses it in its plane
         EXPECT_TRUE(answer_is(true, flat, make({-2, 0, 0}, {9, 0, 0})));  // along an edge
-        EXPECT_TRUE(answer_is(true, flat, make({4, 0, 0}, {6, 0, 0})));   // on from an edge
+        EXPECT_TRUE(answer_is(true, flat, make({4, 0, 0}, {6, 0, 0})));   // continues an edge
         EXPECT_TRUE(answer_is(false, flat, make({5, 0, 0}, {6, 0, 0})));
         EXPECT_TRUE(answer_is(false, flat, make({3, 3, -1}, {3, 3, 1})));  // beside it
         EXPECT_TRUE(answer_is(false, flat, make({3, 3, 0}, {2, 3, 0})));   // beside it in its plane
@@ -115,7 +116,7 @@ TEST(TrianglesIntersect, DegenerateAgainstProper) {
     EXPECT_TRUE(answer_is(false, flat, point({1, 1, 1e-30f})));
 }
 
-TEST(TrianglesIntersect, DegenerateAgainstDegenerate) {
+TEST(TrianglesIntersect, HandlesTwoDegenerateTriangles) {
     const auto segment = [](Vector3f p, Vector3f q) { return Triangle{p, (p + q) / 2, q}; };
     const auto doubled = [](Vector3f p, Vector3f q) { return Triangle{p, q, q}; };
     const auto point = [](Vector3f p) { return Triangle{p, p, p}; };
@@ -126,8 +127,8 @@ TEST(TrianglesIntersect, DegenerateAgainstDegenerate) {
         EXPECT_TRUE(answer_is(true, s, make({4, 4, 4}, {6, 1, 2})));      // end on end
         EXPECT_TRUE(answer_is(true, s, make({2, 2, 2}, {6, 6, 6})));      // overlap
         EXPECT_TRUE(answer_is(true, s, make({1, 1, 1}, {2, 2, 2})));      // inside
-        EXPECT_TRUE(answer_is(true, s, make({4, 4, 4}, {6, 6, 6})));      // on from it
-        EXPECT_TRUE(answer_is(false, s, make({5, 5, 5}, {6, 6, 6})));     // in line
+        EXPECT_TRUE(answer_is(true, s, make({4, 4, 4}, {6, 6, 6})));      // continues it
+        EXPECT_TRUE(answer_is(false, s, make({5, 5, 5}, {6, 6, 6})));     // collinear
         EXPECT_TRUE(answer_is(false, s, make({1, 3, 2}, {3, 1, 2.5f})));  // skew
         EXPECT_TRUE(answer_is(false, s, make({1, 0, 0}, {4, 3, 3})));     // parallel
         EXPECT_TRUE(answer_is(false, s, make({0, 2, 1}, {1, 2, 1.5f})));  // coplanar, apart
@@ -142,7 +143,7 @@ TEST(TrianglesIntersect, DegenerateAgainstDegenerate) {
 
 TEST(TrianglesIntersect, DecidesByOneUlpAtAnyScaleAndOffset) {
     for (const float scale : {0x1p-140f, 0x1p-60f, 1.f, 0x1p40f, 0x1p120f}) {
-        // The long edge of t's projection passes through (2, 2): one ulp decides.
+        // The long edge of t's projection passes through (2, 2), so one ulp decides.
         const Triangle t{{0, 0, 0}, {4 * scale, 0, 0}, {0, 4 * scale, 0}};
         const float x = 2 * scale, beyond = std::nextafter(x, 9 * scale);
         const auto needle = [&](float px) {

@@ -1,4 +1,4 @@
-// Two cubes, one of them pushed into the other: the faces that cross, through the public headers alone.
+// Finds the crossing faces of two overlapping cubes, using only the public headers of nbd::collision.
 
 #include <cstdio>
 #include <memory>

@@ -1,5 +1,5 @@
-# Installs BUILD into a new prefix under FOLDER, builds PROGRAM against it and nothing else, and compares what it says
-# with what INPUTS expects.
+# Installs BUILD under FOLDER/prefix, builds PROGRAM against that installation only, and compares its output with the
+# answer from INPUTS.
 file(REMOVE_RECURSE ${FOLDER})
 file(MAKE_DIRECTORY ${FOLDER})
 

@@ -1,5 +1,5 @@
-// inputs FOLDER: two trees, poses of both and, from every face against every other, the answer that the
-// program must give to them.
+// inputs FOLDER: writes two trees, poses of both, and the pairs that `touching` must find, by comparing every
+// face with every other.
 
 #include <cstdio>
 #include <filesystem>

@@ -22,7 +22,7 @@ class Asset : public testing::TestWithParam<const char*> {
     }
 };
 
-TEST_P(Asset, IsSmallCentredAndOneLong) {
+TEST_P(Asset, IsSmallCentredAndOfLengthOne) {
     EXPECT_LT(std::filesystem::file_size(path()), 300'000u);
     const TriMesh surface = read_surface(path());
     const Eigen::RowVector3d low = surface.X.colwise().minCoeff(), high = surface.X.colwise().maxCoeff();
@@ -30,10 +30,11 @@ TEST_P(Asset, IsSmallCentredAndOneLong) {
     EXPECT_NEAR((high + low).norm(), 0, 1e-5);
 }
 
-TEST_P(Asset, BoundsASolidAsItStands) {
+TEST_P(Asset, BoundsASolidUnchanged) {
     const TriMesh surface = read_surface(path());
-    const SolidBoundary boundary = make_solid_boundary(surface);  // refuses self-intersections and more
-    EXPECT_EQ(boundary.mesh.F, surface.F) << "a face was turned";
+    const SolidBoundary boundary =
+        make_solid_boundary(surface);  // rejects self-intersections and other defects
+    EXPECT_EQ(boundary.mesh.F, surface.F) << "the check flipped a face";
     EXPECT_EQ(boundary.report.dropped_vertices, 0);
     EXPECT_EQ(boundary.report.shells, 1);
     const bool has_hole = GetParam() == std::string("gear") || GetParam() == std::string("ring");
@@ -53,7 +54,7 @@ TEST_P(Asset, HasWellShapedTriangles) {
     EXPECT_GT(least, 25);
 }
 
-TEST_P(Asset, IsFilledWithGoodTetrahedra) {
+TEST_P(Asset, CanBeFilledWithWellShapedTetrahedra) {
     const TriMesh surface = read_surface(path());
     const TetMesh tets = tetrahedralize(surface).tets;
     const TetQuality quality = tet_quality(tets);

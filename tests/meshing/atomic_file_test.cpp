@@ -17,7 +17,7 @@ namespace {
 using test::error_of;
 using AtomicFileTest = test::FileTest;
 
-TEST_F(AtomicFileTest, AppearsWholeAtCommit) {
+TEST_F(AtomicFileTest, AppearsCompleteAtCommit) {
     const auto path = folder / "table.csv";
     AtomicFile file(path);
     file.out() << "value\n" << 0.1 << '\n' << std::string(200000, 'x');
@@ -27,7 +27,7 @@ TEST_F(AtomicFileTest, AppearsWholeAtCommit) {
     EXPECT_EQ(files_in_folder(), 1u);
 }
 
-TEST_F(AtomicFileTest, LeavesTheOldFileAndNoTemporaryWithoutCommit) {
+TEST_F(AtomicFileTest, KeepsTheOldFileAndLeavesNoTemporaryWithoutCommit) {
     const auto path = folder / "table.csv";
     test::write_bytes(path, "old");
     {
@@ -39,7 +39,7 @@ TEST_F(AtomicFileTest, LeavesTheOldFileAndNoTemporaryWithoutCommit) {
     EXPECT_EQ(files_in_folder(), 1u);
 }
 
-TEST_F(AtomicFileTest, LetsTwoWritersOfOneNameBothEndWhole) {
+TEST_F(AtomicFileTest, TwoWritersOfOneNameBothSucceed) {
     const auto path = folder / "table.csv";
     AtomicFile a(path), b(path);
     a.out() << std::string(100000, 'a');
@@ -51,14 +51,14 @@ TEST_F(AtomicFileTest, LetsTwoWritersOfOneNameBothEndWhole) {
     EXPECT_EQ(files_in_folder(), 1u);
 }
 
-TEST_F(AtomicFileTest, TakesNamesAsLongAsTheFileSystemDoes) {
+TEST_F(AtomicFileTest, AcceptsNamesAsLongAsTheFileSystemAllows) {
     const auto path = folder / std::string(255, 'n');
     AtomicFile file(path);
     file.commit();
     EXPECT_TRUE(std::filesystem::exists(path));
 }
 
-TEST_F(AtomicFileTest, SaysWhereItCannotWrite) {
+TEST_F(AtomicFileTest, ReportsWhereItCannotWrite) {
     EXPECT_EQ(error_of([&] { AtomicFile(folder / "none" / "a.csv"); }),
               (folder / "none" / "a.csv").string() +
                   ": cannot create a file in this folder: No such file or directory");
@@ -70,8 +70,8 @@ TEST_F(AtomicFileTest, SaysWhereItCannotWrite) {
               folder.string() + ": is a folder; allowed: the name of a file to write");
 }
 
-TEST_F(AtomicFileTest, RefusesAFolderThatMayNotBeWritten) {
-    if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+TEST_F(AtomicFileTest, RejectsAReadOnlyFolder) {
+    if (geteuid() == 0) GTEST_SKIP() << "root can write everywhere";
     std::filesystem::permissions(folder,
                                  std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
     EXPECT_EQ(error_of([&] { AtomicFile(folder / "a.csv"); }),
@@ -79,7 +79,7 @@ TEST_F(AtomicFileTest, RefusesAFolderThatMayNotBeWritten) {
     std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
 }
 
-/// Exit status of `action` in a process of its own.
+/// Runs `action` in a separate process and returns its exit status.
 template <class Action>
 int in_child(const Action& action) {
     const pid_t child = fork();
@@ -92,7 +92,7 @@ int in_child(const Action& action) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-TEST_F(AtomicFileTest, ReportsAWriteThatFailed) {
+TEST_F(AtomicFileTest, ReportsAFailedWrite) {
     const auto path = folder / "big.csv";
     const int status = in_child([&] {
         std::signal(SIGXFSZ, SIG_IGN);

@@ -16,7 +16,7 @@ using test::EditFile;
 using test::error_of;
 using BodyFile = test::FileTest;
 
-/// Two tetrahedra that share a face, the surface of 6 faces over their 5 nodes, and 4 modes.
+/// Two tetrahedra that share a face, with a surface of 6 faces over their 5 nodes and 4 modes.
 Body two_tets() {
     Body body;
     body.name = "two tets";
@@ -51,7 +51,7 @@ void expect_same(const Body& a, const Body& b) {
     EXPECT_EQ(a.modes.frequencies, b.modes.frequencies);
 }
 
-TEST_F(BodyFile, GivesBackWhatWasSaved) {
+TEST_F(BodyFile, RoundTripsABody) {
     const Body body = two_tets();
     save_body(folder / "body.h5", body);
     expect_same(load_body(folder / "body.h5"), body);
@@ -65,13 +65,13 @@ TEST_F(BodyFile, NeedsNoModes) {
     EXPECT_EQ(load_body(folder / "body.h5").modes.count(), 0);
 }
 
-TEST_F(BodyFile, IsTheSameBytesForTheSameBody) {
+TEST_F(BodyFile, HasTheSameBytesForTheSameBody) {
     save_body(folder / "a.h5", two_tets());
     save_body(folder / "b.h5", two_tets());
     EXPECT_TRUE(test::read_bytes(folder / "a.h5") == test::read_bytes(folder / "b.h5"));
 }
 
-TEST(BodyHash, IsOfTheGeometryAlone) {
+TEST(BodyHash, DependsOnlyOnTheGeometry) {
     const std::string hash = body_hash(two_tets());
     EXPECT_EQ(hash.size(), 64u);
     Body other = two_tets();
@@ -89,7 +89,7 @@ TEST(BodyHash, IsOfTheGeometryAlone) {
     EXPECT_NE(body_hash(other), hash);
 }
 
-TEST_F(BodyFile, ThatWouldNotLoadIsNotSaved) {
+TEST_F(BodyFile, RefusesToSaveABodyThatWouldNotLoad) {
     Body body = two_tets();
     body.material.poisson = 0.5;
     const auto path = folder / "body.h5";
@@ -98,7 +98,7 @@ TEST_F(BodyFile, ThatWouldNotLoadIsNotSaved) {
     EXPECT_EQ(files_in_folder(), 0u);
 }
 
-TEST_F(BodyFile, FindsRandomDamage) {
+TEST_F(BodyFile, DetectsRandomDamage) {
     const auto path = folder / "body.h5";
     save_body(path, two_tets());
     test::expect_damage_is_found(path, [](const auto& file) {
@@ -111,7 +111,7 @@ TEST_F(BodyFile, FindsRandomDamage) {
 }
 
 struct BrokenBody {
-    const char* what;  // follows the path
+    const char* what;  // message after the path
     void (*edit)(EditFile&);
 };
 
@@ -119,7 +119,7 @@ std::ostream& operator<<(std::ostream& out, const BrokenBody& broken) { return o
 
 class BrokenBodyFile : public BodyFile, public ::testing::WithParamInterface<BrokenBody> {};
 
-TEST_P(BrokenBodyFile, IsRefusedInOneLine) {
+TEST_P(BrokenBodyFile, IsRejectedInOneLine) {
     const auto path = folder / "body.h5";
     save_body(path, two_tets());
     {
@@ -136,17 +136,17 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 const BrokenBody broken_bodies[] = {
     {"is a file of format 'nbdtree tree'; allowed: 'nbdtree body'",
      [](EditFile& f) { f.set_attribute("/", "format", "nbdtree tree"); }},
-    {"is an HDF5 file without attribute 'format'; allowed: a file that nbdtree wrote",
+    {"is an HDF5 file without attribute 'format'; allowed: a file written by nbdtree",
      [](EditFile& f) { f.remove_attribute("/", "format"); }},
-    {"is a file of 'nbdtree body' version 2 from nbdtree 0.1.0; allowed: versions up to 1, which nbdtree "
-     "0.1.0",
+    {"is a file of 'nbdtree body' version 2 from nbdtree 0.1.0; allowed: versions up to 1, read by "
+     "nbdtree 0.1.0",
      [](EditFile& f) { f.set_attribute("/", "format_version", 2); }},
     {"has format_version 0; allowed: a positive number",
      [](EditFile& f) { f.set_attribute("/", "format_version", 0); }},
     {"attribute 'format_version' is not a whole number; allowed: one int64",
      [](EditFile& f) { f.set_attribute("/", "format_version", "one"); }},
     {"has no 'tets/cells'", [](EditFile& f) { f.remove("tets/cells"); }},
-    {"has no 'tets/nodes'; allowed: a file that has it", [](EditFile& f) { f.remove("tets"); }},
+    {"has no 'tets/nodes'; allowed: a file with this item", [](EditFile& f) { f.remove("tets"); }},
     {"dataset 'tets/nodes' holds float32; allowed: float64",
      [](EditFile& f) {
          f.replace("tets/nodes", {5, 3}, std::vector<float>(15));
@@ -177,9 +177,9 @@ const BrokenBody broken_bodies[] = {
      [](EditFile& f) { f.set("embedding/cols", 3, 9); }},
     {"weights of surface vertex 1 sum to 1.5; allowed: 1",
      [](EditFile& f) { f.set("embedding/values", 1, 1.5); }},
-    {"surface vertex 2 lies 1 m from where its weights put it",
+    {"surface vertex 2 lies 1 m away from its embedded position",
      [](EditFile& f) { f.set("embedding/cols", 2, 0); }},
-    {"its content has SHA-256",
+    {"the SHA-256 of the content is",
      [](EditFile& f) { f.set("tets/nodes", 14, 0.34), f.set("surface/vertices", 14, 0.34); }},
     {"Young's modulus is 0; allowed: more than 0 Pa",
      [](EditFile& f) { f.set_attribute("material", "young", 0.); }},
@@ -193,7 +193,7 @@ const BrokenBody broken_bodies[] = {
     {"row of modes 7 is not finite", [](EditFile& f) { f.set("modes/U", 30, static_cast<float>(nan)); }},
     {"frequency 1 is 0.5 Hz; allowed: finite, at least 1",
      [](EditFile& f) { f.set("modes/frequencies", 1, 0.5); }},
-    {"dataset 'tets/nodes' is 1000000000 x 3; allowed: no more than the file can hold",
+    {"dataset 'tets/nodes' is 1000000000 x 3; allowed: a size that the file can hold",
      [](EditFile& f) {
          f.reserve("tets/nodes", {1000000000, 3});
      }},

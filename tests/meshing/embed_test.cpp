@@ -18,7 +18,7 @@ namespace {
 
 using namespace test;
 
-/// Points spread evenly over a box, by a fixed rule.
+/// Points spread evenly over a box by a fixed rule.
 Nodes points_in(const Eigen::AlignedBox3d& box, int count) {
     Nodes points(count, 3);
     for (int p = 0; p < count; ++p)
@@ -40,7 +40,7 @@ double error_under_affine_motion(const Embedding& W, const Nodes& nodes, const N
     return (W * affine(nodes) - affine(points)).cwiseAbs().maxCoeff();
 }
 
-TEST(Embed, CarriesInnerPointsAffinelyWithWeightsFromZeroToOne) {
+TEST(Embed, ReproducesAffineMotionsWithWeightsFromZeroToOne) {
     const TetMesh tets = test::box_mesh({1, 2, 3}, {5, 5, 5});
     const Nodes points = points_in({Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 2, 3)}, 3000);
     const Embedding W = embed(tets, points);
@@ -54,11 +54,11 @@ TEST(Embed, CarriesInnerPointsAffinelyWithWeightsFromZeroToOne) {
         for (Embedding::InnerIterator w(W, p); w; ++w) {
             ASSERT_GE(w.value(), -1e-9);
             ASSERT_LE(w.value(), 1 + 1e-9);
-            ASSERT_LT((tets.X.row(w.col()) - points.row(p)).norm(), 1) << "learned_spheres";
+            ASSERT_LT((tets.X.row(w.col()) - points.row(p)).norm(), 1) << "weight of a distant node";
         }
 }
 
-TEST(Embed, TakesANodeAloneForAPointOnIt) {
+TEST(Embed, UsesASingleNodeForAPointOnIt) {
     const TetMesh tets = test::box_mesh({1, 1, 1}, {3, 3, 3});
     const Embedding W = embed(tets, tets.X);
     EXPECT_EQ(W.nonZeros(), tets.X.rows());
@@ -67,7 +67,7 @@ TEST(Embed, TakesANodeAloneForAPointOnIt) {
 
 TEST(Embed, ExtrapolatesFromTheNearestTetrahedron) {
     const TetMesh tets = test::box_mesh({1, 1, 1}, {4, 4, 4});
-    // A shell of points a little outside; every one is nearer than 0.1 to the box.
+    // Points slightly outside, all less than 0.1 from the box.
     Nodes points = points_in({Eigen::Vector3d(-0.05, -0.05, -0.05), Eigen::Vector3d(1.05, 1.05, 1.05)}, 2000);
     points.col(2) = (points.col(2).array() < 0.5).select(points.col(2).array() * 0.05 - 0.06, 1.03);
     const Embedding W = embed(tets, points);
@@ -79,7 +79,7 @@ TEST(Embed, ExtrapolatesFromTheNearestTetrahedron) {
             const double distance = (tets.X.row(w.col()) - points.row(p)).norm();
             ASSERT_LT(distance, 0.06 * std::sqrt(3.) + 0.25 * std::sqrt(3.)) << "not the nearest";
         }
-    EXPECT_LT(least, -0.05) << "some are extrapolated";
+    EXPECT_LT(least, -0.05) << "no point is extrapolated";
 }
 
 TEST(Embed, NamesTheFirstPointTooFarOutside) {
@@ -97,7 +97,7 @@ TEST(Embed, NamesTheFirstPointTooFarOutside) {
               std::string::npos);
 }
 
-TEST(Embed, RefusesBadInput) {
+TEST(Embed, RejectsInvalidInput) {
     const TetMesh good = test::box_mesh({1, 1, 1}, {1, 1, 1});
     Nodes point(1, 3);
     point << 0.5, 0.5, 0.5;
@@ -108,9 +108,9 @@ TEST(Embed, RefusesBadInput) {
     bad = good;
     std::swap(bad.T(3, 0), bad.T(3, 1));
     EXPECT_EQ(error_of([&] { embed(bad, point); }),
-              "tetrahedron 3 has volume -0.166667 m3 where more than 0 is needed");
+              "tetrahedron 3 has volume -0.166667 m3; allowed: more than 0");
     EXPECT_EQ(error_of([&] { embed(good, point, {.max_distance = -1}); }),
-              "the largest distance from the tetrahedra is -1, but must be finite and not negative");
+              "the maximum distance from the tetrahedra is -1; allowed: finite and 0 or more");
     point(0, 1) = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(error_of([&] { embed(good, point); }), "vertex 0 at (0.5, nan, 0.5) is not finite");
 }
@@ -124,11 +124,12 @@ TEST(Embed, ComposesWithSubdivision) {
         const Embedding composed = S * W;
         EXPECT_LT((composed * tets.X - fine.X).cwiseAbs().maxCoeff(), 1e-14);
         EXPECT_LT(error_under_affine_motion(composed, tets.X, fine.X), 1e-13);
-        EXPECT_LT(error_under_affine_motion(embed(tets, fine.X), tets.X, fine.X), 1e-13) << "found directly";
+        EXPECT_LT(error_under_affine_motion(embed(tets, fine.X), tets.X, fine.X), 1e-13)
+            << "embedded directly";
     }
 }
 
-TEST(PointTriangle, FindsTheDistanceThatSamplesApproach) {
+TEST(PointTriangle, AgreesWithSampledDistances) {
     const Nodes corners = points_in({Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}, 160);
     int n = 40;
     for (int i = 0; i + 3 < corners.rows(); i += 4) {

@@ -25,7 +25,7 @@ using H5Test = test::FileTest;
 
 const Format format{"nbdtree test", 3};
 
-TEST_F(H5Test, VirtualDatasetsSayWhereTheirNumbersLie) {
+TEST_F(H5Test, VirtualDatasetsNameTheirSource) {
     const std::vector<float> numbers(600, 2.5f);
     {
         Writer source(folder / "source.h5", format), view(folder / "view.h5", format);
@@ -43,12 +43,12 @@ TEST_F(H5Test, VirtualDatasetsSayWhereTheirNumbersLie) {
     EXPECT_EQ(source->dataset, "/deep/numbers");
     EXPECT_EQ(view.check("numbers", Type::float32, {any, 6}), (Shape{100, 6}));
     EXPECT_EQ(Reader(folder / source->file).read<float>(source->dataset, {100, 6}), numbers);
-    EXPECT_EQ(
-        error_of([&] {
-            view.read<float>("numbers", {100, 6});
-        }),
-        (folder / "view.h5").string() +
-            ": the numbers of virtual dataset 'numbers' lie in another file; allowed: to read them there");
+    EXPECT_EQ(error_of([&] {
+                  view.read<float>("numbers", {100, 6});
+              }),
+              (folder / "view.h5").string() +
+                  ": virtual dataset 'numbers' stores its numbers in another file; allowed: reading that "
+                  "file instead");
     EXPECT_NE(inspect(folder / "view.h5").find("numbers: float32 100 x 6 -> source.h5:/deep/numbers"),
               std::string::npos);
 
@@ -58,10 +58,10 @@ TEST_F(H5Test, VirtualDatasetsSayWhereTheirNumbersLie) {
     test::expect_clear(error_of([&] { inspect(folder / "view.h5"); }), folder / "source.h5");
 }
 
-TEST_F(H5Test, GivesBackNumbersTextsAndAttributes) {
+TEST_F(H5Test, RoundTripsNumbersTextsAndAttributes) {
     const auto path = folder / "a.h5";
     std::srand(1);
-    const Eigen::MatrixXf column_major = Eigen::MatrixXf::Random(700, 1000);  // several chunks
+    const Eigen::MatrixXf column_major = Eigen::MatrixXf::Random(700, 1000);  // spans several chunks
     const Eigen::Vector3d vector(1, -0., 1e-300);
     const std::vector<std::uint64_t> large{0, ~std::uint64_t{0}};
     const std::string long_text = std::string(100000, 'q') + "\nend";
@@ -100,7 +100,7 @@ TEST_F(H5Test, GivesBackNumbersTextsAndAttributes) {
     EXPECT_FALSE(file.has("a/none/deep"));
 }
 
-TEST_F(H5Test, GrowsSeveralDatasetsByTurns) {
+TEST_F(H5Test, GrowsSeveralDatasetsInterleaved) {
     const auto path = folder / "a.h5";
     Writer file(path, format);
     const int a = file.begin_growing("a", Type::float32, {2, 3}, 4);
@@ -127,7 +127,7 @@ TEST_F(H5Test, GrowsSeveralDatasetsByTurns) {
     EXPECT_NE(error_of([&] { reader.read_rows("a", 30, 4, some.data()); }), "");
 }
 
-TEST_F(H5Test, HashesWhatIsStored) {
+TEST_F(H5Test, HashesStoredData) {
     const std::vector<int> cells(3000000, 7);
     const Eigen::Vector2d x(1, 2);
     Writer file(folder / "a.h5", format);
@@ -141,10 +141,10 @@ TEST_F(H5Test, HashesWhatIsStored) {
     EXPECT_EQ(content_hash(Reader(folder / "a.h5"), names), hash.hex());
 }
 
-TEST_F(H5Test, RefusesWhatIsNoFileOfOurs) {
+TEST_F(H5Test, RejectsForeignFiles) {
     const auto path = folder / "a.h5";
     const auto error = [&] { return error_of([&] { Reader(path, format); }); };
-    const std::string ours = "; allowed: a file that nbdtree wrote";
+    const std::string ours = "; allowed: a file written by nbdtree";
     EXPECT_EQ(error(), path.string() + ": No such file or directory" + ours);
     test::write_bytes(path, "");
     EXPECT_EQ(error(), path.string() + ": is empty" + ours);
@@ -160,7 +160,7 @@ TEST_F(H5Test, RefusesWhatIsNoFileOfOurs) {
     EXPECT_EQ(error(), path.string() + ": is not a regular file" + ours);
 }
 
-TEST_F(H5Test, RemovesItsTemporaryWhenAnExceptionPasses) {
+TEST_F(H5Test, RemovesItsTemporaryFileOnAnException) {
     const std::string error = error_of([&] {
         Writer file(folder / "a.h5", format);
         file.write("x", std::vector<int>(1000));
@@ -170,13 +170,13 @@ TEST_F(H5Test, RemovesItsTemporaryWhenAnExceptionPasses) {
     EXPECT_EQ(files_in_folder(), 0u);
 }
 
-TEST_F(H5Test, RefusesAnAttributeThatNeedsADataset) {
+TEST_F(H5Test, RejectsAnAttributeThatNeedsADataset) {
     Writer file(folder / "a.h5", format);
     EXPECT_EQ(error_of([&] { file.attribute("/", "recipe", std::string(40000, 'x')); }),
               (folder / "a.h5").string() + ": attribute 'recipe' has 40000 bytes; allowed: at most 32768");
 }
 
-TEST_F(H5Test, LetsTwoWritersOfOneNameBothEndWhole) {
+TEST_F(H5Test, TwoWritersOfOneNameBothSucceed) {
     const auto path = folder / "a.h5";
     Writer a(path, format), b(path, format);
     a.write("x", std::vector<int>{1});
@@ -188,7 +188,7 @@ TEST_F(H5Test, LetsTwoWritersOfOneNameBothEndWhole) {
     EXPECT_EQ(files_in_folder(), 1u);
 }
 
-TEST_F(H5Test, WritesAndReadsOnSeveralThreads) {
+TEST_F(H5Test, CanBeUsedOnSeveralThreads) {
     const auto work = [&](int id) {
         const auto path = folder / (std::to_string(id) + ".h5");
         std::vector<int> values(5000, id);
@@ -205,8 +205,8 @@ TEST_F(H5Test, WritesAndReadsOnSeveralThreads) {
     EXPECT_EQ(files_in_folder(), 2u);
 }
 
-/// Writes 4 datasets of 400 kB and a growing one under a limit on the file's size, as on a disk with that
-/// much room. Returns the error.
+/// Writes four datasets of 400 kB and a growing one under a limit on the file size, which acts like a disk
+/// with `room` bytes free. Returns the error.
 std::string write_into(const std::filesystem::path& path, rlim_t room) {
     std::signal(SIGXFSZ, SIG_IGN);
     const rlimit limit{room, RLIM_INFINITY};
@@ -222,9 +222,10 @@ std::string write_into(const std::filesystem::path& path, rlim_t room) {
     });
 }
 
-TEST_F(H5Test, SurvivesAFullDiskWhereverItFills) {
+TEST_F(H5Test, ReportsAFullDiskAtEveryPoint) {
     const auto path = folder / "a.h5";
-    const pid_t child = fork();  // the limit is the process's, and HDF5 must end in order there as well
+    const pid_t child = fork();  // a child process, because the limit applies to the whole process and must
+                                 // not outlast the test
     if (child == 0) {
         const std::string expected = path.string() + ": cannot write: File too large";
         for (rlim_t room = 0; room < 1700000; room += 41234)

@@ -31,7 +31,7 @@ std::filesystem::path write_example(const std::filesystem::path& folder) {
     return folder / "a.h5";
 }
 
-TEST_F(InspectTest, ListsAllThatAFileHolds) {
+TEST_F(InspectTest, ListsTheWholeContentOfAFile) {
     const auto path = write_example(folder);
     const std::string text = inspect(path);
     EXPECT_EQ(text.find(path.string() + ": nbdtree test version 4, "), 0u) << text;
@@ -39,12 +39,12 @@ TEST_F(InspectTest, ListsAllThatAFileHolds) {
          {"\n  @units = m, s, kg\n", "\n  @program_version = ", "\na/\n  @seed = 18446744073709551615\n",
           "\n  @young = 0.5\n", "\n  x: float64 3\n", "\n  b/\n    cells: int32 40000 x 2\n",
           "\nagain -> /a/b\n", "\nrecipe: \"{ rrr", "... (503 bytes)\"\n",
-          "\nbody_sha256 is that of the content\n",
+          "\nbody_sha256 matches the content\n",
           "\nwhole: 3 datasets, 320527 bytes of numbers and texts, every checksum verified\n"})
-        EXPECT_NE(text.find(line), std::string::npos) << line << "is not in\n" << text;
+        EXPECT_NE(text.find(line), std::string::npos) << line << " is not in\n" << text;
 }
 
-TEST_F(InspectTest, RefusesADamagedChunkThatNothingElseReads) {
+TEST_F(InspectTest, DetectsADamagedChunkThatNothingElseReads) {
     const auto path = write_example(folder);
     std::string bytes = test::read_bytes(path);
     const std::size_t cells = bytes.find(std::string("\7\0\0\0\7\0\0\0\7\0\0\0", 12));
@@ -58,17 +58,17 @@ TEST_F(InspectTest, RefusesADamagedChunkThatNothingElseReads) {
         << error;
 }
 
-TEST_F(InspectTest, RefusesABodyThatHasAnotherHash) {
+TEST_F(InspectTest, RejectsABodyWithAWrongHash) {
     const auto path = write_example(folder);
     test::EditFile(path).set("a/x", 1, 2.5);
     const std::string error = error_of([&] { inspect(path); });
     test::expect_clear(error, path);
-    EXPECT_NE(error.find("its content has SHA-256 "), std::string::npos) << error;
+    EXPECT_NE(error.find("the SHA-256 of the content is "), std::string::npos) << error;
 }
 
-TEST_F(InspectTest, RefusesWhatIsNoFileOfOurs) {
+TEST_F(InspectTest, RejectsForeignFiles) {
     EXPECT_EQ(error_of([&] { inspect(folder); }),
-              folder.string() + ": is a folder; allowed: a file that nbdtree wrote");
+              folder.string() + ": is a folder; allowed: a file written by nbdtree");
 }
 
 }  // namespace

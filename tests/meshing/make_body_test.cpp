@@ -16,7 +16,7 @@ namespace {
 
 using test::error_of;
 
-TEST(BoundarySurface, IsTheSurfaceThatWasFilled) {
+TEST(BoundarySurface, EqualsTheSurfaceThatWasFilled) {
     const TriMesh surface = test::box(1, 2, 3, 3);
     const TriMesh boundary = boundary_surface(tetrahedralize(surface).tets);
     EXPECT_EQ(boundary.X, surface.X);
@@ -24,7 +24,7 @@ TEST(BoundarySurface, IsTheSurfaceThatWasFilled) {
     EXPECT_NO_THROW(check_surface(boundary));
 }
 
-TEST(BoundarySurface, LeavesInnerNodesOutWhereverTheyStand) {
+TEST(BoundarySurface, LeavesOutInnerNodesInAnyOrder) {
     TetMesh tets = tetrahedralize(test::box(1, 1, 1, 4)).tets;
     const int n = static_cast<int>(tets.X.rows());
     tets.X = tets.X.colwise().reverse().eval();  // inner nodes first
@@ -37,7 +37,7 @@ TEST(BoundarySurface, LeavesInnerNodesOutWhereverTheyStand) {
             << "vertex " << v;
 }
 
-TEST(MakeBody, KeepsTheSurfacesOrderAndMovesItWithTheTets) {
+TEST(MakeBody, KeepsTheVertexOrderOfTheSurface) {
     const TriMesh surface = test::box(1, 1, 1, 4);
     const Material soft{.young = 2e4, .poisson = 0.3};
     const Body body = make_body("box", surface, tetrahedralize(surface).tets, soft);
@@ -58,13 +58,13 @@ TEST(MakeBody, SubdividesWithWeightsThatFollowTheTets) {
             const Body body = make_body("box", surface, tets, {}, levels, scheme);
             EXPECT_EQ(body.surface.F.rows(), surface.F.rows() << 2 * levels);
             EXPECT_NO_THROW(check_surface(body.surface));
-            // An affine motion of the nodes is the same motion of the surface.
+            // An affine motion of the nodes moves the surface by the same affine map.
             const Nodes moved = body.W * Nodes(tets.X * A), expected = body.surface.X * A;
             EXPECT_LT((moved - expected).cwiseAbs().maxCoeff(), 1e-13);
         }
 }
 
-TEST(MakeBody, TakesAnySurfaceNearTheTets) {
+TEST(MakeBody, AcceptsAnySurfaceNearTheTets) {
     const TetMesh tets = tetrahedralize(test::box(1, 1, 1, 4)).tets;
     TriMesh ball = test::icosphere(2);
     ball.X = (0.45 * ball.X).rowwise() + Eigen::RowVector3d(0.5, 0.5, 0.5);
@@ -74,7 +74,7 @@ TEST(MakeBody, TakesAnySurfaceNearTheTets) {
     EXPECT_NE(error_of([&] { make_body("ball", ball, tets); }), "");
 }
 
-TEST(MakeBody, RefusesMaterialsOutOfRange) {
+TEST(MakeBody, RejectsMaterialsOutOfRange) {
     const TetMesh tets = tetrahedralize(test::box(1, 1, 1, 2)).tets;
     const auto error = [&](const Material& material) {
         return error_of([&] { make_body("box", tets, material); });
@@ -90,7 +90,7 @@ TEST(MakeBody, RefusesMaterialsOutOfRange) {
 
 TEST(MakeBody, MakesTheFinerArmadillosOfThePaper) {
     const auto path = std::filesystem::path(NBD_SHARED_MESHES) / "armadillo.obj";
-    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " does not exist";
     const TriMesh surface = read_surface(path);
     const TetMesh tets = tetrahedralize(surface).tets;
     EXPECT_EQ(make_body("ARMA", surface, tets).surface.F.rows(), 16204);

@@ -23,7 +23,7 @@ std::string reading_error(const std::filesystem::path& path) {
     return error_of([&] { read_surface(path); });
 }
 
-/// The corners' positions, face after face: the same for any numbering of the vertices.
+/// Positions of all corners in face order, independent of the numbering of the vertices.
 Nodes corner_positions(const TriMesh& mesh) {
     Nodes X(mesh.F.size(), 3);
     for (int i = 0; i < mesh.F.size(); ++i) X.row(i) = mesh.X.row(mesh.F(i / 3, i % 3));
@@ -42,20 +42,20 @@ std::vector<std::pair<std::string, std::string>> all_kinds(const TriMesh& mesh) 
             {"UPPER.OBJ", obj_file(mesh)}};
 }
 
-TEST(ReadSurface, GivesTheSameFacesInOrderFromEveryKindOfFile) {
+TEST(ReadSurface, ReadsTheSameFacesInOrderFromEveryFormat) {
     const TemporaryFolder folder;
     const TriMesh mesh = as_from_file(torus(1, 0.3, 12, 8));
     for (const auto& [name, content] : all_kinds(mesh)) {
         SCOPED_TRACE(name);
         const TriMesh read = read_surface(folder.write(name, content));
         ASSERT_EQ(read.F.rows(), mesh.F.rows());
-        EXPECT_EQ(read.X.rows(), mesh.X.rows()) << "welded";
+        EXPECT_EQ(read.X.rows(), mesh.X.rows()) << "after welding";
         EXPECT_LT((corner_positions(read) - corner_positions(mesh)).cwiseAbs().maxCoeff(), 2e-7);
         EXPECT_EQ(read.X, read.X.cast<float>().cast<double>());
     }
 }
 
-TEST(ReadSurface, WeldsEqualPositionsOnlyHoweverSmallTheMeshIs) {
+TEST(ReadSurface, WeldsOnlyEqualPositionsInTinyMeshes) {
     const TemporaryFolder folder;
     const TriMesh mesh = as_from_file(moved(icosphere(3), 0, 0, 0, 1e-6));
     const TriMesh read = read_surface(folder.write("tiny.stl", binary_stl_file(mesh)));
@@ -71,17 +71,17 @@ TEST(ReadSurface, WeldsMinusZeroToZero) {
     ASSERT_TRUE(std::signbit(mesh.X(4, 0)));
     EXPECT_EQ(read.X.rows(), 7);
     EXPECT_EQ(read.F(4, 0), 0);
-    EXPECT_FALSE(std::signbit(read.X(0, 0))) << "the first of equal ones stays";
+    EXPECT_FALSE(std::signbit(read.X(0, 0))) << "welding keeps the first of equal positions";
 }
 
-TEST(ReadSurface, PutsGroupsTogetherInTheFilesOrder) {
+TEST(ReadSurface, JoinsGroupsInFileOrder) {
     const TemporaryFolder folder;
     const TriMesh read = read_surface(folder.write("groups.obj",
                                                    "mtllib no_such.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
                                                    "o one\nusemtl A\nf 1 3 2\nusemtl B\nf 1 2 4\n"
                                                    "usemtl A\nf 2 3 4\nl 1 2\ng two\nf 1 4 3\n"));
     Faces expected(4, 3);
-    expected << 0, 1, 2, 0, 2, 3, 2, 1, 3, 0, 3, 1;  // numbered as they first appear
+    expected << 0, 1, 2, 0, 2, 3, 2, 1, 3, 0, 3, 1;  // numbered in order of first appearance
     EXPECT_EQ(read.F, expected);
     EXPECT_EQ(read.X.rows(), 4);
 }
@@ -105,9 +105,9 @@ TEST(ReadSurface, AppliesTheTransformsOfNodes) {
               1e-5);
 }
 
-TEST(ReadSurface, CutsPolygonsIntoTrianglesInTheirPlace) {
+TEST(ReadSurface, SplitsPolygonsIntoTrianglesInPlace) {
     const TemporaryFolder folder;
-    // A prism over an L: two six-sided faces that are not convex, and six quadrangles.
+    // An L-shaped prism: two non-convex hexagons and six quadrilaterals.
     std::ostringstream text;
     for (const char* z : {"0", "1"})
         for (const char* xy : {"0 0", "2 0", "2 1", "1 1", "1 2", "0 2"})
@@ -128,18 +128,18 @@ TEST(ReadSurface, CutsPolygonsIntoTrianglesInTheirPlace) {
         EXPECT_EQ(f < 4, a[2] + b[2] + c[2] == 0) << "the first polygon's triangles come first";
     }
     EXPECT_NEAR(volume, 3, 1e-12);
-    EXPECT_NEAR(area, 2 * 3 + 8, 1e-12) << "no overlapping triangles";
+    EXPECT_NEAR(area, 2 * 3 + 8, 1e-12) << "triangles overlap";
 }
 
-TEST(ReadSurface, RefusesWhatIsNoSurfaceFileInOneLine) {
+TEST(ReadSurface, RejectsOtherFilesInOneLine) {
     const TemporaryFolder folder;
     const std::string good = obj_file(tetrahedron());
     const std::vector<std::tuple<std::filesystem::path, std::string>> cases = {
         {folder / "missing.obj", "missing.obj: no such file"},
         {folder / "", ": is a directory, not a surface file"},
         {folder.write("a.xyz", good),
-         "a.xyz: unknown kind of surface file \".xyz\": known are .obj .ply .stl .off .glb"},
-        {folder.write("none", good), "none: unknown kind of surface file \"\": known are .obj"},
+         "a.xyz: unknown kind of surface file \".xyz\"; allowed: .obj .ply .stl .off .glb"},
+        {folder.write("none", good), "none: unknown kind of surface file \"\"; allowed: .obj"},
         {folder.write("empty.obj", ""), "empty.obj: the file is empty"},
         {folder.write("points.obj", "# only points\nv 0 0 0\nv 1 0 0\nv 0 1 0\n"), "points.obj: "},
         {folder.write("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\n"), "no faces in the file"},
@@ -160,7 +160,7 @@ TEST(ReadSurface, RefusesWhatIsNoSurfaceFileInOneLine) {
     }
 }
 
-TEST(ReadSurface, SaysWhatIsWrongInAPlyFile) {
+TEST(ReadSurface, ReportsErrorsInPlyFiles) {
     const TemporaryFolder folder;
     const std::string good = ascii_ply_file(tetrahedron());
     const auto with = [&](const std::string& from, const std::string& to) {
@@ -175,7 +175,7 @@ TEST(ReadSurface, SaysWhatIsWrongInAPlyFile) {
         {with("property float z\n", ""), "no vertex property \"z\""},
         {with("vertex_indices", "corners"), "no face property \"vertex_indices\""},
         {with("end_header\n", ""), "unknown keyword"},
-        {with("element vertex 4\n", ""), "a property before the first element"},
+        {with("element vertex 4\n", ""), "a property comes before the first element"},
         {with("face 4", "face 5"), "the file ends early, in face 4 of 5"},
         {with("face 4", "face 0"), "no faces in the file"},
         {with("3 0", "3 9"), "face 0 refers to vertex 9, but the file has 4 vertices"},
@@ -190,11 +190,11 @@ TEST(ReadSurface, SaysWhatIsWrongInAPlyFile) {
     }
 }
 
-TEST(ReadSurface, SaysWhatIsWrongInAnOffFile) {
+TEST(ReadSurface, ReportsErrorsInOffFiles) {
     const TemporaryFolder folder;
     const std::vector<std::pair<std::string, std::string>> cases = {
         {"3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "does not start with \"OFF\""},
-        {"4OFF\n3 1 0\n", "\"4OFF\" is not of three dimensions"},
+        {"4OFF\n3 1 0\n", "\"4OFF\" is not three-dimensional"},
         {"OFF\n# nothing else\n", "the file ends early, before the counts"},
         {"OFF BINARY\n", "the header: \"BINARY\" is not a number"},
         {"OFF\n3 999999999 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "ends early, before face 1 of 999999999"},
@@ -211,7 +211,7 @@ TEST(ReadSurface, SaysWhatIsWrongInAnOffFile) {
     }
 }
 
-TEST(ReadSurface, PassesOverColoursAndCommentsOfAnOffFile) {
+TEST(ReadSurface, IgnoresColoursAndCommentsOfOffFiles) {
     const TemporaryFolder folder;
     const TriMesh read = read_surface(
         folder.write("a.off",
@@ -221,7 +221,7 @@ TEST(ReadSurface, PassesOverColoursAndCommentsOfAnOffFile) {
     EXPECT_EQ(read.X.rows(), 3);
 }
 
-TEST(ReadSurface, PassesOverOtherElementsAndPropertiesOfAPlyFile) {
+TEST(ReadSurface, IgnoresOtherElementsAndPropertiesOfPlyFiles) {
     const TemporaryFolder folder;
     const TriMesh read = read_surface(folder.write(
         "a.ply",
@@ -273,7 +273,7 @@ TEST(ReadSurface, NeverCrashesOnDamagedBytes) {
     }
 }
 
-TEST(WriteSurface, IsReadBackBitForBit) {
+TEST(WriteSurface, RoundTripsBitForBit) {
     const TemporaryFolder folder;
     for (const double scale : {1e-3, 1., 1e4}) {
         const TriMesh mesh = as_from_file(moved(torus(1, 0.3, 20, 10), 0.1, 0.2, 0.3, scale));
@@ -285,11 +285,11 @@ TEST(WriteSurface, IsReadBackBitForBit) {
     }
 }
 
-TEST(WriteSurface, LeavesNothingBehindWhereItFails) {
+TEST(WriteSurface, LeavesNoFileBehindOnFailure) {
     const TemporaryFolder folder;
     const TriMesh mesh = tetrahedron();
     EXPECT_EQ(error_of([&] { write_surface(folder / "a.fbx", mesh.X, mesh.F); }),
-              (folder / "a.fbx").string() + ": surfaces are written as .obj or .ply");
+              (folder / "a.fbx").string() + ": unknown kind of surface file; allowed: .obj .ply");
     EXPECT_EQ(
         error_of([&] { write_surface(folder / "no/a.obj", mesh.X, mesh.F); }),
         (folder / "no/a.obj").string() + ": cannot create a file in this folder: No such file or directory");

@@ -19,7 +19,7 @@ using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
 
-/// A cube of side 1.1 cut into six tetrahedra about its diagonal, with coordinates that do not round.
+/// A cube of side 1.1, with coordinates that are not exact, cut into six tetrahedra around its diagonal.
 TetMesh cube() {
     TetMesh tets;
     tets.X.resize(8, 3);
@@ -44,7 +44,7 @@ class ReadTets : public testing::Test {
     test::TemporaryFolder folder_;
 };
 
-/// One small file in each format, with its extension.
+/// A small file in each format, by extension.
 std::map<std::string, std::pair<std::string, std::string>> every_format(const TetMesh& tets) {
     return {{"gmsh 2 text", {".msh", gmsh_2_text(tets)}},
             {"gmsh 2 little", {".msh", gmsh_2_binary(tets, false)}},
@@ -59,14 +59,14 @@ std::map<std::string, std::pair<std::string, std::string>> every_format(const Te
             {"vtk 5 binary", {".VTK", vtk_5_binary(tets)}}};
 }
 
-/// `text` with the first `from` replaced, which must be there.
+/// `text` with the first occurrence of `from` replaced; fails if there is none.
 std::string with(std::string text, const std::string& from, const std::string& to) {
     const auto at = text.find(from);
     EXPECT_NE(at, text.npos) << from;
     return text.replace(at, from.size(), to);
 }
 
-TEST_F(ReadTets, GetsTheSameBitsFromEveryFormat) {
+TEST_F(ReadTets, ReadsTheSameBitsFromEveryFormat) {
     const TetMesh tets = cube();
     ASSERT_GT(tet_quality(tets).volume_min, 0);
     for (const auto& [name, file] : every_format(tets)) {
@@ -78,7 +78,7 @@ TEST_F(ReadTets, GetsTheSameBitsFromEveryFormat) {
     }
 }
 
-TEST_F(ReadTets, TurnsDropsAndSaysSo) {
+TEST_F(ReadTets, ReportsReorientedTetrahedraAndDroppedNodes) {
     TetMesh tets = cube(), loose = tets;
     loose.X.resize(10, 3);
     loose.X << tets.X.topRows(4), Eigen::MatrixXd::Constant(2, 3, std::nan("")), tets.X.bottomRows(4);
@@ -94,12 +94,12 @@ TEST_F(ReadTets, TurnsDropsAndSaysSo) {
                                    "1 tetrahedra turned to positive volume"));
 }
 
-TEST_F(ReadTets, RefusesBadGmshFiles) {
+TEST_F(ReadTets, RejectsInvalidGmshFiles) {
     const std::string good = gmsh_2_text(cube()), four = gmsh_4_text(cube());
     EXPECT_THAT(error_of(".msh", ""), EndsWith(".msh, line 1: the file ends early"));
     EXPECT_THAT(error_of(".msh", "solid cube\n"), EndsWith("line 1: expected $MeshFormat, found 'solid'"));
     EXPECT_THAT(error_of(".msh", with(good, "2.2", "4")),
-                EndsWith("line 2: version 4 is not supported, only 2.x and 4.1"));
+                EndsWith("line 2: version 4 is not supported; allowed: 2.x and 4.1"));
     EXPECT_THAT(error_of(".msh", with(good, "$Nodes\n8", "$Nodes\n80000000")),
                 HasSubstr("claims 80000000 nodes, but at most"));
     EXPECT_THAT(error_of(".msh", with(good, "$Nodes\n8", "$Nodes\n-8")), HasSubstr("claims -8 nodes"));
@@ -107,7 +107,7 @@ TEST_F(ReadTets, RefusesBadGmshFiles) {
                 HasSubstr("expected a number, found '1,1'"));
     EXPECT_THAT(error_of(".msh", with(good, "13 1.1", "10 1.1")), HasSubstr("node 10 occurs twice"));
     EXPECT_THAT(error_of(".msh", with(good, "4 2 7 7 10 13", "4 2 7 7 10 14")),
-                HasSubstr("tetrahedron 0 refers to node 14, which the file does not hold"));
+                HasSubstr("tetrahedron 0 refers to node 14, which is not in the file"));
     EXPECT_THAT(error_of(".msh", with(good, "2 4 2 7 7 ", "2 5 2 7 7 ")),
                 HasSubstr("a volume element of type 5 with 8 nodes; only 4-node tetrahedra are allowed"));
     EXPECT_THAT(error_of(".msh", with(good, "2 4 2 7 7 ", "2 77 2 7 7 ")),
@@ -118,12 +118,12 @@ TEST_F(ReadTets, RefusesBadGmshFiles) {
                 HasSubstr("the file ends early, without $Elements"));
 }
 
-TEST_F(ReadTets, RefusesBadMeditFiles) {
+TEST_F(ReadTets, RejectsInvalidMeditFiles) {
     const std::string good = medit_text(cube());
     EXPECT_THAT(error_of(".mesh", with(good, "Dimension\n3", "Dimension\n2")),
-                HasSubstr("dimension is 2, allowed is 3"));
+                HasSubstr("dimension is 2; allowed: 3"));
     EXPECT_THAT(error_of(".mesh", with(good, "1 2 4 8 1", "1 2 4 9 1")),
-                HasSubstr("tetrahedron 0 refers to node 9, allowed are 1 to 8"));
+                HasSubstr("tetrahedron 0 refers to node 9; allowed: 1 to 8"));
     EXPECT_THAT(error_of(".mesh", with(good, "1 2 4 8 1", "0 2 4 8 1")),
                 HasSubstr("tetrahedron 0 refers to node 0"));
     EXPECT_THAT(error_of(".mesh", with(good, "End", "Hexahedra\n1\n1 2 3 4 5 6 7 8 0\nEnd")),
@@ -133,24 +133,24 @@ TEST_F(ReadTets, RefusesBadMeditFiles) {
                 EndsWith(": the file holds no tetrahedra"));
 }
 
-TEST_F(ReadTets, RefusesBadVtkFiles) {
+TEST_F(ReadTets, RejectsInvalidVtkFiles) {
     const std::string good = vtk_text(cube());
     EXPECT_THAT(error_of(".vtk", "<VTKFile type=\"UnstructuredGrid\">"), HasSubstr("not a legacy VTK file"));
     EXPECT_THAT(error_of(".vtk", with(good, "UNSTRUCTURED_GRID", "POLYDATA")),
                 HasSubstr("line 4: expected UNSTRUCTURED_GRID, found 'POLYDATA'"));
     EXPECT_THAT(error_of(".vtk", with(good, "double", "int")), HasSubstr("points must be float or double"));
     EXPECT_THAT(error_of(".vtk", with(good, "4 0 1 3 7", "4 0 1 3 8")),
-                HasSubstr("cell 1 refers to point 8, allowed are 0 to 7"));
+                HasSubstr("cell 1 refers to point 8; allowed: 0 to 7"));
     EXPECT_THAT(error_of(".vtk", with(good, "5 10", "5 24")), HasSubstr("cell 1 is a volume of type 24"));
     EXPECT_THAT(error_of(".vtk", with(good, "5 10", "5 1")),
-                HasSubstr("cell 1 of type 1 has 4 corners, allowed are 1"));
+                HasSubstr("cell 1 of type 1 has 4 corners; allowed: 1"));
     EXPECT_THAT(error_of(".vtk", with(good, "CELL_TYPES 7", "CELL_TYPES 6")),
                 HasSubstr("6 cell types for 7 cells"));
     EXPECT_THAT(error_of(".vtk", with(vtk_5_text(cube()), "0 3 7", "0 9 7")),
                 HasSubstr("OFFSETS must rise from 0 to 27"));
 }
 
-TEST_F(ReadTets, RefusesBadGeometry) {
+TEST_F(ReadTets, RejectsInvalidGeometry) {
     TetMesh flat = cube();
     flat.X.row(3) = flat.X.row(1);
     EXPECT_THAT(error_of(".vtk", vtk_text(flat)), EndsWith(".vtk: tetrahedron 0 has no volume"));
@@ -161,13 +161,13 @@ TEST_F(ReadTets, RefusesBadGeometry) {
     TetMesh twice = cube();
     twice.T.row(5) = twice.T.row(0);
     EXPECT_THAT(error_of(".msh", gmsh_4_text(twice)),
-                EndsWith(": tetrahedra 0 and 5 lie on the same side of the face they share: they overlap"));
+                EndsWith(": tetrahedra 0 and 5 overlap: they lie on the same side of their shared face"));
     EXPECT_THAT(error_of(".obj", ""),
                 EndsWith("tetrahedra are read from .msh, .mesh and .vtk, not from '.obj'"));
     EXPECT_THROW(read_tets("/no/such/file.msh"), std::runtime_error);
 }
 
-TEST_F(ReadTets, RefusesTruncatedFiles) {
+TEST_F(ReadTets, RejectsTruncatedFiles) {
     const TetMesh tets = cube();
     for (const auto& [name, file] : every_format(tets)) {
         const auto& [extension, bytes] = file;
@@ -177,7 +177,7 @@ TEST_F(ReadTets, RefusesTruncatedFiles) {
     }
 }
 
-TEST_F(ReadTets, SurvivesDamage) {
+TEST_F(ReadTets, NeverCrashesOnDamage) {
     const TetMesh tets = cube();
     std::mt19937 random(7);
     int refused = 0, accepted = 0;

@@ -13,13 +13,13 @@
 
 namespace nbd::test {
 
-/// Rounds to float32, as a surface file would.
+/// Rounds positions to float32, as a surface file does.
 inline TriMesh as_from_file(TriMesh mesh) {
     mesh.X = mesh.X.cast<float>().cast<double>().eval();
     return mesh;
 }
 
-/// Two surfaces in one, without welding.
+/// Joins two surfaces without welding.
 inline TriMesh joined(const TriMesh& a, const TriMesh& b) {
     TriMesh both{Nodes(a.X.rows() + b.X.rows(), 3), Faces(a.F.rows() + b.F.rows(), 3)};
     both.X << a.X, b.X;
@@ -32,7 +32,7 @@ inline TriMesh moved(TriMesh mesh, double x, double y, double z, double scale = 
     return mesh;
 }
 
-/// Four faces, six edges.
+/// A tetrahedron: four faces, six edges.
 inline TriMesh tetrahedron() {
     TriMesh mesh{Nodes(4, 3), Faces(4, 3)};
     mesh.X << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1;
@@ -40,7 +40,7 @@ inline TriMesh tetrahedron() {
     return mesh;
 }
 
-/// A unit sphere of 20 * 4^level faces.
+/// A unit sphere with 20 * 4^level faces.
 inline TriMesh icosphere(int level) {
     const double g = std::numbers::phi;
     TriMesh mesh{Nodes(12, 3), Faces(20, 3)};
@@ -71,7 +71,7 @@ inline TriMesh icosphere(int level) {
     return mesh;
 }
 
-/// A torus around the z axis: 2 nu nv faces.
+/// A torus around the z axis with 2 nu nv faces.
 inline TriMesh torus(double R, double r, int nu, int nv) {
     TriMesh mesh{Nodes(nu * nv, 3), Faces(2 * nu * nv, 3)};
     for (int i = 0; i < nu; ++i)
@@ -86,7 +86,7 @@ inline TriMesh torus(double R, double r, int nu, int nv) {
     return mesh;
 }
 
-/// An axis-aligned box with one corner at the origin, every side cut into n x n squares: 12 n^2 faces.
+/// An axis-aligned box with one corner at the origin and n x n squares on each side: 12 n^2 faces.
 inline TriMesh box(double x, double y, double z, int n) {
     std::map<std::array<int, 3>, int> number;
     std::vector<std::array<int, 3>> faces, places;

@@ -43,7 +43,7 @@ TriMesh turned(TriMesh mesh, int first, int count) {
     return mesh;
 }
 
-/// Tetrahedra over the vertices of one array, welded where they share some.
+/// Tetrahedra that index one vertex array; shared vertices are welded.
 TriMesh tetrahedra(std::initializer_list<Eigen::RowVector3d> X,
                    std::initializer_list<std::array<int, 4>> tets) {
     TriMesh mesh{Nodes(static_cast<int>(X.size()), 3), Faces(static_cast<int>(4 * tets.size()), 3)};
@@ -74,7 +74,7 @@ TriMesh klein_bottle(int nu, int nv) {
     return mesh;
 }
 
-TEST(SolidBoundary, LeavesGoodSurfacesAsTheyAre) {
+TEST(SolidBoundary, LeavesValidSurfacesUnchanged) {
     const TriMesh ball = as_from_file(icosphere(3)), ring = as_from_file(torus(1, 0.3, 60, 30));
     for (const TriMesh& mesh : {ball, ring, as_from_file(box(1, 2, 3, 4))}) {
         const auto [solid, report] = make_solid_boundary(mesh);
@@ -95,12 +95,12 @@ TEST(SolidBoundary, LeavesGoodSurfacesAsTheyAre) {
     EXPECT_EQ(describe(cuboid), "8 vertices, 12 faces, 1 shell, genus 0, area 22 m2, volume 6 m3");
 }
 
-TEST(SolidBoundary, TurnsAnInsideOutSurface) {
+TEST(SolidBoundary, FlipsAnInsideOutSurface) {
     const TriMesh mesh = as_from_file(icosphere(2));
     const auto [solid, report] = make_solid_boundary(turned(mesh, 0, 320));
     EXPECT_EQ(solid.F, mesh.F);
     EXPECT_EQ(report.turned_faces, 320);
-    EXPECT_NE(describe(report).find("; turned every face, the surface was inside out"), std::string::npos);
+    EXPECT_NE(describe(report).find("; turned every face: the surface was inside out"), std::string::npos);
 }
 
 TEST(SolidBoundary, MakesOrientationsAgree) {
@@ -126,7 +126,7 @@ TEST(SolidBoundary, DropsUnreferencedVertices) {
     EXPECT_NE(describe(report).find("; dropped 2 unreferenced vertices"), std::string::npos);
 }
 
-TEST(SolidBoundary, NamesWhatIsWrongWithTheNumbers) {
+TEST(SolidBoundary, ReportsInvalidPositionsAndIndices) {
     const TriMesh good = tetrahedron();
     EXPECT_EQ(refusal({good.X, Faces(0, 3)}), "the surface has no faces");
     TriMesh mesh = good;
@@ -141,30 +141,30 @@ TEST(SolidBoundary, NamesWhatIsWrongWithTheNumbers) {
     EXPECT_EQ(refusal(mesh), "face 3 refers to vertex -1, but the surface has 4 vertices");
 }
 
-TEST(SolidBoundary, NamesBadFaces) {
+TEST(SolidBoundary, ReportsDegenerateAndDuplicateFaces) {
     const TriMesh good = tetrahedron();
     EXPECT_EQ(refusal(with_face(good, 1, 1, 2)),
               "face 4 repeats a vertex (1 1 2, at (1, 0, 0)); 1 such face");
     TriMesh flat = good;
-    flat.X.row(2) << 2, 0, 0;  // on the line through the first two
+    flat.X.row(2) << 2, 0, 0;  // collinear with the first two
     EXPECT_EQ(refusal(flat), "face 0 has no area (vertices 0 2 1, at (0, 0, 0)); 1 such face");
-    flat.X.row(2) << 1, 0, 0;  // on the second
+    flat.X.row(2) << 1, 0, 0;  // equal to the second
     EXPECT_EQ(refusal(flat), "face 0 has no area (vertices 0 2 1, at (0, 0, 0)); 2 such faces");
     flat.X.row(2) << 2, 1e-9, 0;
     EXPECT_EQ(refusal(flat), "face 0 has no area (vertices 0 2 1, at (0, 0, 0)); 1 such face");
     EXPECT_EQ(refusal(with_face(good, 1, 3, 0)), "face 4 has the same vertices as face 1; 1 duplicate face");
     EXPECT_EQ(refusal(with_face(good, 0, 3, 1)), "face 4 has the same vertices as face 1; 1 duplicate face")
-        << "also the other way round";
+        << "also with opposite orientation";
 }
 
-TEST(SolidBoundary, NamesOpenEdges) {
+TEST(SolidBoundary, ReportsOpenEdges) {
     EXPECT_EQ(refusal(without_faces(tetrahedron(), 2, 1)),
-              "the surface is open: edge 1-2 at (1, 0, 0) belongs to face 0 alone; 3 open edges");
+              "the surface is open: edge 1-2 at (1, 0, 0) belongs only to face 0; 3 open edges");
     EXPECT_NE(refusal(without_faces(icosphere(2), 18, 2)).find("; 4 open edges"), std::string::npos);
     const TriMesh one = without_faces(tetrahedron(), 1, 3);
     EXPECT_EQ(refusal(one),
-              "the surface is open: edge 0-1 at (0, 0, 0) belongs to face 0 alone; 3 open edges");
-    // Not welded: every face stands alone.
+              "the surface is open: edge 0-1 at (0, 0, 0) belongs only to face 0; 3 open edges");
+    // Unwelded: no two faces share a vertex.
     TriMesh unwelded = tetrahedron();
     unwelded.X = Nodes(12, 3);
     for (int i = 0; i < 12; ++i) {
@@ -174,25 +174,24 @@ TEST(SolidBoundary, NamesOpenEdges) {
     EXPECT_NE(refusal(unwelded).find("; 12 open edges"), std::string::npos);
 }
 
-TEST(SolidBoundary, NamesEdgesOfMoreThanTwoFaces) {
+TEST(SolidBoundary, ReportsEdgesOfMoreThanTwoFaces) {
     const auto fin = with_face(icosphere(1), icosphere(1).F(0, 0), icosphere(1).F(0, 1), 41);
-    EXPECT_NE(refusal(fin).find("where a solid's edge has 2; "), std::string::npos) << refusal(fin);
-    // Two tetrahedra that share the edge from 0 to 1.
+    EXPECT_NE(refusal(fin).find(", but an edge of a solid has 2; "), std::string::npos) << refusal(fin);
+    // Two tetrahedra sharing the edge from 0 to 1.
     const TriMesh hinged = tetrahedra({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, 0}, {0, 0, -1}},
                                       {{0, 1, 2, 3}, {0, 1, 4, 5}});
     EXPECT_EQ(
         refusal(hinged),
-        "edge 0-1 at (0, 0, 0) belongs to 4 faces (0, 1, 4, ...) where a solid's edge has 2; 1 such edge");
+        "edge 0-1 at (0, 0, 0) belongs to 4 faces (0, 1, 4, ...), but an edge of a solid has 2; 1 such edge");
 }
 
-TEST(SolidBoundary, NamesVerticesWhereSurfacesOnlyTouch) {
+TEST(SolidBoundary, ReportsNonManifoldVertices) {
     const TriMesh kissing =
         tetrahedra({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}},
                    {{0, 1, 2, 3}, {0, 5, 4, 6}});
-    EXPECT_EQ(
-        refusal(kissing),
-        "vertex 0 at (0, 0, 0) joins parts of the surface that meet nowhere else there (faces 0 and 4); "
-        "1 such joint");
+    EXPECT_EQ(refusal(kissing),
+              "vertex 0 at (0, 0, 0) is not manifold: the parts around it at faces 0 and 4 meet only there; "
+              "1 such joint");
     const TriMesh necklace = tetrahedra({{0, 0, 0},
                                          {1, 0, 0},
                                          {0, 1, 0},
@@ -208,13 +207,13 @@ TEST(SolidBoundary, NamesVerticesWhereSurfacesOnlyTouch) {
     EXPECT_NE(refusal(necklace).find("; 2 such joints"), std::string::npos);
 }
 
-TEST(SolidBoundary, RefusesASurfaceOfOneSide) {
+TEST(SolidBoundary, RejectsANonOrientableSurface) {
     const std::string error = refusal(klein_bottle(12, 8));
-    EXPECT_NE(error.find("the surface has one side only"), std::string::npos) << error;
+    EXPECT_NE(error.find("the surface is one-sided"), std::string::npos) << error;
     EXPECT_EQ(error.find('\n'), std::string::npos);
 }
 
-TEST(SolidBoundary, RefusesAComponentWithoutVolume) {
+TEST(SolidBoundary, RejectsAComponentWithoutVolume) {
     TriMesh flat = as_from_file(icosphere(1));
     flat.X.col(0) += 0.3 * flat.X.col(2);
     flat.X.col(1) += 0.17 * flat.X.col(2);
@@ -225,14 +224,14 @@ TEST(SolidBoundary, RefusesAComponentWithoutVolume) {
         << refusal(flat, {.allow_self_intersection = true});
 }
 
-TEST(SolidBoundary, TellsComponentsShellsAndCavitiesApart) {
+TEST(SolidBoundary, DistinguishesComponentsShellsAndCavities) {
     const TriMesh ball = as_from_file(icosphere(2));
     const TriMesh two = joined(ball, moved(ball, 3, 0, 0));
     EXPECT_EQ(
         refusal(two),
-        "the surface has 2 components (2 shells and 0 cavities; the second starts at face 320) where a body "
-        "is one shell");
-    // Inside out, but a cavity belongs that way; the kernel in it is a shell again.
+        "the surface has 2 components (2 shells and 0 cavities; the second starts at face 320), but a body "
+        "must be one shell");
+    // The second sphere becomes a cavity; the third, inside it, is a shell again.
     const TriMesh hollow = joined(joined(ball, moved(ball, 0, 0, 0, 0.5)), moved(ball, 0, 0, 0, 0.25));
     EXPECT_NE(refusal(hollow).find("3 components (2 shells and 1 cavity;"), std::string::npos)
         << refusal(hollow);
@@ -244,12 +243,12 @@ TEST(SolidBoundary, TellsComponentsShellsAndCavitiesApart) {
     EXPECT_NE(solid.F.middleRows(320, 320), hollow.F.middleRows(320, 320));
     const double volume = make_solid_boundary(ball).report.volume;
     EXPECT_NEAR(report.volume, volume * (1 - 0.125 + 0.015625), 1e-6);
-    // A ball in a ring's box but not in the ring.
+    // The ball lies inside the bounding box of the ring, but outside the ring.
     const TriMesh ring = joined(as_from_file(torus(2, 0.3, 40, 20)), ball);
     EXPECT_EQ(make_solid_boundary(ring, {.allow_components = true}).report.shells, 2);
 }
 
-TEST(SolidBoundary, FindsSelfIntersection) {
+TEST(SolidBoundary, FindsSelfIntersections) {
     const std::string error = refusal(pierced_sphere());
     EXPECT_EQ(error.find("the surface intersects itself: faces "), 0u) << error;
     const SurfaceReport report =
@@ -265,9 +264,9 @@ TEST(SolidBoundary, FindsSelfIntersection) {
               0u);
 }
 
-TEST(SelfIntersections, EqualsAllPairsOfFacesWithoutACommonVertex) {
+TEST(SelfIntersections, AgreesWithBruteForceForFacesWithoutACommonVertex) {
     TriMesh mesh = as_from_file(torus(1, 0.3, 16, 8));
-    mesh.X.col(0) = mesh.X.col(0).cwiseMin(0.2);  // presses a part flat; no longer simple
+    mesh.X.col(0) = mesh.X.col(0).cwiseMin(0.2);  // flattens a part, so the surface intersects itself
     mesh.X.row(3) << -1.2, 0, 0;
     int far = 0;
     for (const FacePair& pair : self_intersections(mesh)) {
@@ -292,8 +291,8 @@ TEST(SelfIntersections, EqualsAllPairsOfFacesWithoutACommonVertex) {
     EXPECT_EQ(far, expected);
 }
 
-TEST(SelfIntersections, CountsNeighboursOnlyWhereTheyMeetOutsideWhatTheyShare) {
-    // Faces 0 1 2 and 1 0 3 on a common edge, as d moves: apart, in one plane, folded over.
+TEST(SelfIntersections, CountsNeighboursOnlyIfTheyMeetBeyondTheirSharedPart) {
+    // Faces 0 1 2 and 1 0 3 share an edge; the position of vertex 3 decides: apart, coplanar or folded over.
     const auto on_edge = [](double x, double y, double z) {
         TriMesh mesh{Nodes(4, 3), Faces(2, 3)};
         mesh.X << 0, 0, 0, 1, 0, 0, 0.5, 1, 0, x, y, z;
@@ -307,7 +306,7 @@ TEST(SelfIntersections, CountsNeighboursOnlyWhereTheyMeetOutsideWhatTheyShare) {
     EXPECT_EQ(on_edge(0.5, 2, 0), 1u) << "around";
     EXPECT_EQ(on_edge(3, 1, 0), 1u) << "crossing to the right";
     EXPECT_EQ(on_edge(-3, 1, 0), 1u) << "crossing to the left";
-    // Faces 0 1 2 and 0 3 4 on a common vertex.
+    // Faces 0 1 2 and 0 3 4 share a vertex.
     const auto on_vertex = [](double ax, double ay, double az, double bx, double by, double bz) {
         TriMesh mesh{Nodes(5, 3), Faces(2, 3)};
         mesh.X << 0, 0, 0, 1, 0, 0, 0, 1, 0, ax, ay, az, bx, by, bz;
@@ -316,14 +315,14 @@ TEST(SelfIntersections, CountsNeighboursOnlyWhereTheyMeetOutsideWhatTheyShare) {
     };
     EXPECT_EQ(on_vertex(-1, 0, 0, 0, -1, 0), 0u);
     EXPECT_EQ(on_vertex(1, 1, 1, 2, 2, 1), 0u);
-    EXPECT_EQ(on_vertex(0.2, 0.2, -1, 0.2, 0.2, 1), 1u) << "pierced by a side";
-    EXPECT_EQ(on_vertex(2, 2, -1, 2, 2, 1), 1u) << "piercing with a side";
-    EXPECT_EQ(on_vertex(0.1, 0.2, 0, 0.2, 0.1, 0), 1u) << "inside, in one plane";
-    EXPECT_EQ(on_vertex(1, 0.5, 0, 0.5, 1, 0), 1u) << "overlapping, in one plane";
-    EXPECT_EQ(on_vertex(0.5, 0.5, 0, 1, 1, 1), 1u) << "touching a side";
+    EXPECT_EQ(on_vertex(0.2, 0.2, -1, 0.2, 0.2, 1), 1u) << "an edge of the first pierces the second";
+    EXPECT_EQ(on_vertex(2, 2, -1, 2, 2, 1), 1u) << "an edge of the second pierces the first";
+    EXPECT_EQ(on_vertex(0.1, 0.2, 0, 0.2, 0.1, 0), 1u) << "inside, coplanar";
+    EXPECT_EQ(on_vertex(1, 0.5, 0, 0.5, 1, 0), 1u) << "overlapping, coplanar";
+    EXPECT_EQ(on_vertex(0.5, 0.5, 0, 1, 1, 1), 1u) << "touching an edge";
 }
 
-TEST(SolidBoundary, RefusesBrokenFilesOfEveryKind) {
+TEST(SolidBoundary, RejectsBrokenFilesOfEveryFormat) {
     const TemporaryFolder folder;
     const auto refused = [&](std::string_view name, const std::string& content) {
         return refusal(read_surface(folder.write(name, content)));
@@ -350,7 +349,7 @@ TEST(SolidBoundary, RefusesBrokenFilesOfEveryKind) {
     EXPECT_NE(refused("nested.off", off_file(joined(ball, moved(ball, 0, 0, 0, 0.5))))
                   .find("(1 shell and 1 cavity; the second starts at face 80)"),
               std::string::npos);
-    EXPECT_NE(refused("klein.obj", obj_file(klein_bottle(10, 6))).find("one side only"), std::string::npos);
+    EXPECT_NE(refused("klein.obj", obj_file(klein_bottle(10, 6))).find("is one-sided"), std::string::npos);
     EXPECT_EQ(refused("good.stl", binary_stl_file(ball)), "");
 }
 

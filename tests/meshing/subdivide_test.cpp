@@ -17,7 +17,7 @@ namespace {
 
 using namespace test;
 
-TEST(Subdivide, GivesFourFacesForOneAndCarriesPositionsByItsMatrix) {
+TEST(Subdivide, GivesFourFacesPerFaceAndPositionsByItsMatrix) {
     const TriMesh coarse = torus(1, 0.3, 14, 9);
     for (const SubdivisionScheme scheme : {SubdivisionScheme::midpoint, SubdivisionScheme::loop})
         for (int levels = 0; levels <= 3; ++levels) {
@@ -32,7 +32,7 @@ TEST(Subdivide, GivesFourFacesForOneAndCarriesPositionsByItsMatrix) {
         }
 }
 
-TEST(Subdivide, KeepsTheShapeWithMidpoints) {
+TEST(Subdivide, MidpointsKeepTheShape) {
     const TriMesh coarse = as_from_file(icosphere(1));
     const SurfaceReport before = make_solid_boundary(coarse).report;
     const auto [mesh, S] = subdivide(coarse, SubdivisionScheme::midpoint, 2);
@@ -40,7 +40,7 @@ TEST(Subdivide, KeepsTheShapeWithMidpoints) {
     EXPECT_NEAR(after.volume, before.volume, 1e-14);
     EXPECT_NEAR(after.area, before.area, 1e-13);
     EXPECT_EQ(mesh.X.topRows(coarse.X.rows()), coarse.X);
-    // Every fine face lies in the plane of the face that it stems from.
+    // Every fine face lies in the plane of its coarse face.
     for (int f = 0; f < mesh.F.rows(); ++f) {
         const auto normal = [](const TriMesh& m, int g) {
             const Eigen::RowVector3d a = m.X.row(m.F(g, 0));
@@ -50,10 +50,10 @@ TEST(Subdivide, KeepsTheShapeWithMidpoints) {
     }
 }
 
-TEST(Subdivide, LoopLeavesAPlanesLinearFunctionsAndSmoothsTheRest) {
+TEST(Subdivide, LoopPreservesPlanesAndSmoothsEdges) {
     const auto [mesh, S] = subdivide(box(2, 2, 2, 4), SubdivisionScheme::loop, 1);
     int in_plane = 0;
-    for (int v = 0; v < 98; ++v) {  // a regular vertex amid a side does not move
+    for (int v = 0; v < 98; ++v) {  // regular vertices inside a side do not move
         const Eigen::RowVector3d before = box(2, 2, 2, 4).X.row(v), after = mesh.X.row(v);
         const int inner = ((before.array() > 0.4) && (before.array() < 1.6)).count();
         if (inner != 2) continue;
@@ -67,8 +67,8 @@ TEST(Subdivide, LoopLeavesAPlanesLinearFunctionsAndSmoothsTheRest) {
     EXPECT_GT(smooth, 0.8 * sharp);
 }
 
-TEST(Subdivide, LoopTendsToASmoothSurface) {
-    // The angles between neighbouring faces halve from level to level.
+TEST(Subdivide, LoopConvergesToASmoothSurface) {
+    // Angles between neighbouring faces halve with each level.
     const TriMesh coarse = icosphere(0);
     double previous = 10;
     for (int levels = 1; levels <= 3; ++levels) {
@@ -87,11 +87,11 @@ TEST(Subdivide, LoopTendsToASmoothSurface) {
     }
 }
 
-TEST(Subdivide, RefusesOtherLevelsAndOpenSurfaces) {
+TEST(Subdivide, RejectsInvalidLevelsAndOpenSurfaces) {
     EXPECT_EQ(error_of([] { subdivide(tetrahedron(), SubdivisionScheme::loop, 5); }),
-              "subdivision by 5 levels: 0 to 4 are allowed");
+              "subdivision by 5 levels; allowed: 0 to 4");
     EXPECT_EQ(error_of([] { subdivide(tetrahedron(), SubdivisionScheme::loop, -1); }),
-              "subdivision by -1 levels: 0 to 4 are allowed");
+              "subdivision by -1 levels; allowed: 0 to 4");
     TriMesh open = tetrahedron();
     open.F.conservativeResize(3, 3);
     EXPECT_NE(error_of([&] { subdivide(open, SubdivisionScheme::midpoint, 1); }).find("the surface is open"),
@@ -100,7 +100,7 @@ TEST(Subdivide, RefusesOtherLevelsAndOpenSurfaces) {
 
 TEST(Subdivide, GivesTheSizesOfTable1) {
     const std::filesystem::path file = std::filesystem::path(NBD_SHARED_MESHES) / "armadillo.obj";
-    if (!std::filesystem::exists(file)) GTEST_SKIP() << "no " << file;
+    if (!std::filesystem::exists(file)) GTEST_SKIP() << "missing file: " << file;
     const TriMesh arma = make_solid_boundary(read_surface(file)).mesh;
     const int faces[] = {16204, 64816, 259264}, vertices[] = {8104, 32410, 129634};
     for (int levels = 0; levels < 3; ++levels) {

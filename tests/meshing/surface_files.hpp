@@ -7,7 +7,7 @@
 
 #include "meshing/surface/mesh.hpp"
 
-/// The same surface as the text or bytes of each kind of file, written apart from the library's own writers.
+/// The same surface as the bytes of each file format, written independently of the library's own writers.
 namespace nbd::test {
 
 inline std::string obj_file(const TriMesh& mesh) {
@@ -87,7 +87,7 @@ inline std::string binary_stl_file(const TriMesh& mesh) {
     return out;
 }
 
-/// `node`: what else stands in the glTF node, such as "translation": [1, 2, 3].
+/// `node`: further entries of the glTF node, such as "translation": [1, 2, 3].
 inline std::string glb_file(const TriMesh& mesh, const std::string& node = "") {
     std::string data;
     for (int v = 0; v < mesh.X.rows(); ++v)

@@ -18,7 +18,7 @@ void put(std::string& out, T value, bool big_endian) {
     out.append(raw, sizeof(T));
 }
 
-/// Numbers as text with spaces between, or as raw bytes.
+/// Numbers as space-separated text or as raw bytes.
 struct Numbers {
     std::string& out;
     bool binary = false, big_endian = false;

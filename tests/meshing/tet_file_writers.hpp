@@ -6,8 +6,8 @@
 
 namespace nbd {
 
-/// The bytes of a file of tetrahedra in one of the formats that read_tets reads, written from the formats'
-/// descriptions. The gmsh and VTK writers add one triangle (nodes 0 1 2) as a cell to leave out.
+/// The bytes of a tetrahedral mesh in each format that read_tets reads, following the specifications of the
+/// formats. The gmsh and VTK writers add one triangle (nodes 0 1 2), which the reader must leave out.
 std::string gmsh_2_text(const TetMesh& tets);
 std::string gmsh_2_binary(const TetMesh& tets, bool big_endian);
 std::string gmsh_4_text(const TetMesh& tets);

@@ -15,7 +15,7 @@ TetMesh one_tet(std::initializer_list<double> xyz) {
     return tets;
 }
 
-TEST(TetQuality, OfTheRegularTetrahedronIsOne) {
+TEST(TetQuality, IsOneForARegularTetrahedron) {
     const TetQuality q = tet_quality(one_tet({1, 1, 1, -1, 1, -1, 1, -1, -1, -1, -1, 1}));
     EXPECT_NEAR(q.radius_ratio_min, 1, 1e-14);
     EXPECT_NEAR(q.dihedral_min, std::acos(1. / 3) * 180 / M_PI, 1e-12);
@@ -24,7 +24,7 @@ TEST(TetQuality, OfTheRegularTetrahedronIsOne) {
     EXPECT_EQ(q.radius_ratio_histogram[9], 1);
 }
 
-TEST(TetQuality, OfTheCornerOfACubeMatchesItsClosedForm) {
+TEST(TetQuality, MatchesTheClosedFormForTheCornerOfACube) {
     const TetQuality q = tet_quality(one_tet({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}));
     const double r = 1 / (3 + std::sqrt(3.)), R = std::sqrt(3.) / 2;
     EXPECT_NEAR(q.radius_ratio_mean, 3 * r / R, 1e-14);
@@ -33,7 +33,7 @@ TEST(TetQuality, OfTheCornerOfACubeMatchesItsClosedForm) {
     EXPECT_NEAR(q.volume_min, 1. / 6, 1e-15);
 }
 
-TEST(TetQuality, TellsFlatAndInvertedTetrahedraApart) {
+TEST(TetQuality, DistinguishesFlatAndInvertedTetrahedra) {
     EXPECT_EQ(tet_quality(one_tet({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0})).radius_ratio_min, 0);
     const TetQuality q = tet_quality(one_tet({0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1}));
     EXPECT_LT(q.radius_ratio_min, 0);

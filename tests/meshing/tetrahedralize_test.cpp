@@ -22,10 +22,10 @@ std::filesystem::path shared(const std::string& name) {
     return std::filesystem::path(NBD_SHARED_MESHES) / (name + ".obj");
 }
 
-/// A cube, its sides cut into n x n squares.
+/// A unit cube with n x n squares on each side.
 TriMesh box(int n, double side = 1) { return test::box(side, side, side, n); }
 
-/// Faces as a set: each starts at its smallest vertex.
+/// Faces as a set; each face starts at its smallest vertex.
 std::vector<std::array<int, 3>> face_set(const Faces& F) {
     std::vector<std::array<int, 3>> set;
     for (int f = 0; f < F.rows(); ++f) {
@@ -67,7 +67,7 @@ TEST(Tetrahedralize, GivesTheSameBitsEveryTime) {
     EXPECT_EQ(first.grading, second.grading);
 }
 
-TEST(Tetrahedralize, MayBeCalledFromSeveralThreads) {
+TEST(Tetrahedralize, CanBeCalledFromSeveralThreads) {
     const TriMesh surface = box(5);
     const TetMesh alone = tetrahedralize(surface).tets;
     std::array<TetMesh, 4> together;
@@ -80,7 +80,7 @@ TEST(Tetrahedralize, MayBeCalledFromSeveralThreads) {
     }
 }
 
-TEST(Tetrahedralize, MeetsANumberOfNodes) {
+TEST(Tetrahedralize, ReachesAGivenNumberOfNodes) {
     const TriMesh surface = box(8);  // 386 vertices
     for (const int nodes : {480, 600, 1000, 2000}) {
         const auto result = tetrahedralize(surface, {.nodes = nodes});
@@ -89,17 +89,17 @@ TEST(Tetrahedralize, MeetsANumberOfNodes) {
     }
 }
 
-TEST(Tetrahedralize, NamesTheReachForANumberOfNodesOutOfIt) {
+TEST(Tetrahedralize, NamesTheAllowedRangeOfNodeNumbers) {
     const TriMesh surface = box(8);
     for (const int nodes : {1, 386, 20000, 2000000000}) {
         const std::string error = error_of(surface, {.nodes = nodes});
-        EXPECT_TRUE(error.starts_with(std::to_string(nodes) +
-                                      " nodes are out of reach: a surface of 386 vertices allows about "))
+        EXPECT_TRUE(error.starts_with(
+            std::to_string(nodes) + " nodes are not possible; allowed for a surface of 386 vertices: about "))
             << error;
     }
 }
 
-TEST(Tetrahedralize, LeavesNoTraceOfTheMesher) {
+TEST(Tetrahedralize, LeavesNoSideEffectsOfGmsh) {
     rlimit before{}, after{};
     getrlimit(RLIMIT_STACK, &before);
     testing::internal::CaptureStdout();
@@ -116,7 +116,7 @@ TEST(Tetrahedralize, LeavesNoTraceOfTheMesher) {
     EXPECT_EQ(error.find('\n'), std::string::npos);
 }
 
-TEST(Tetrahedralize, RefusesWhatGmshWouldTakeSilentlyOrDieOf) {
+TEST(Tetrahedralize, RejectsInputThatGmshAcceptsSilentlyOrCrashesOn) {
     TriMesh flipped = box(3);
     flipped.F.col(0).swap(flipped.F.col(1));
     EXPECT_NE(error_of(flipped).find("did not keep the surface's triangles"), std::string::npos)
@@ -151,17 +151,17 @@ TEST(Tetrahedralize, RefusesWhatGmshWouldTakeSilentlyOrDieOf) {
     EXPECT_EQ(error_of(TriMesh{}), "a closed surface has at least 4 faces");
 }
 
-TEST(Tetrahedralize, RefusesABadConfig) {
-    EXPECT_EQ(error_of(box(2), {.nodes = -1}), "nodes is -1, allowed is 0 or more");
-    EXPECT_EQ(error_of(box(2), {.tolerance = 0}), "tolerance is 0, allowed is between 0 and 1");
-    EXPECT_EQ(error_of(box(2), {.grading = 3}), "grading is 3, allowed is 0 to 2");
+TEST(Tetrahedralize, RejectsAnInvalidConfig) {
+    EXPECT_EQ(error_of(box(2), {.nodes = -1}), "nodes is -1; allowed: 0 or more");
+    EXPECT_EQ(error_of(box(2), {.tolerance = 0}), "tolerance is 0; allowed: between 0 and 1");
+    EXPECT_EQ(error_of(box(2), {.grading = 3}), "grading is 3; allowed: 0 to 2");
 }
 
 class PaperMesh : public testing::TestWithParam<std::pair<const char*, int>> {};
 
-TEST_P(PaperMesh, GetsThePapersNumberOfNodes) {
+TEST_P(PaperMesh, ReachesThePapersNumberOfNodes) {
     const auto [name, nodes] = GetParam();
-    if (!std::filesystem::exists(shared(name))) GTEST_SKIP() << shared(name) << " is not there";
+    if (!std::filesystem::exists(shared(name))) GTEST_SKIP() << shared(name) << " does not exist";
     const TriMesh surface = read_surface(shared(name));
     const auto result = tetrahedralize(surface, {.nodes = nodes});
     expect_keeps_surface(surface, result.tets);
@@ -175,8 +175,8 @@ INSTANTIATE_TEST_SUITE_P(Table1, PaperMesh,
 
 class SharedMesh : public testing::TestWithParam<const char*> {};
 
-TEST_P(SharedMesh, IsFilledWithItsSurfaceKept) {
-    if (!std::filesystem::exists(shared(GetParam()))) GTEST_SKIP() << shared(GetParam()) << " is not there";
+TEST_P(SharedMesh, IsFilledWithoutChangingItsSurface) {
+    if (!std::filesystem::exists(shared(GetParam()))) GTEST_SKIP() << shared(GetParam()) << " does not exist";
     const TriMesh surface = read_surface(shared(GetParam()));
     const auto result = tetrahedralize(surface);
     expect_keeps_surface(surface, result.tets);

@@ -7,8 +7,8 @@
 
 namespace nbd::test {
 
-/// A box [0, size] of cells x, y, z, each cut into six tetrahedra around its diagonal. Nodes inside are
-/// moved by up to `jitter` of a cell, always in the same way.
+/// A box [0, size] with cells x, y, z, each cut into six tetrahedra around its diagonal. Inner nodes are
+/// displaced by up to `jitter` of a cell in a fixed pattern.
 inline TetMesh box_mesh(const Eigen::Vector3d& size, const Eigen::Vector3i& cells, double jitter = 0) {
     const auto node = [&](int i, int j, int k) { return (i * (cells[1] + 1) + j) * (cells[2] + 1) + k; };
     TetMesh mesh;
@@ -43,7 +43,7 @@ inline TetMesh box_mesh(const Eigen::Vector3d& size, const Eigen::Vector3i& cell
     return mesh;
 }
 
-/// Nodes for which `test` holds.
+/// Nodes at positions for which `test` is true.
 template <class Test>
 std::vector<int> nodes_where(const Nodes& X, Test&& test) {
     std::vector<int> found;
@@ -52,7 +52,7 @@ std::vector<int> nodes_where(const Nodes& X, Test&& test) {
     return found;
 }
 
-/// Some smooth, large, repeatable field over the nodes, entries of the order of `size`.
+/// A smooth, large, deterministic field over the nodes, with entries of order `size`.
 inline Nodes wild_field(const Nodes& X, double size) {
     Nodes field(X.rows(), 3);
     for (Eigen::Index i = 0; i < X.rows(); ++i)

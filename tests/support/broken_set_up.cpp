@@ -2,7 +2,7 @@
 
 namespace {
 
-/// For a test of the guard: must end as failed, not as skipped.
+/// A suite with a failing set-up, for the test of the guard: it must count as failed, not as skipped.
 class BrokenSetUp : public ::testing::Test {
  protected:
     static void SetUpTestSuite() { ASSERT_EQ(1, 2); }

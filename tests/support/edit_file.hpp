@@ -9,7 +9,7 @@
 
 namespace nbd::test {
 
-/// Changes a file of ours behind its back, with valid checksums: what a foreign program might have written.
+/// Edits one of our HDF5 files with plain HDF5 and valid checksums, as a foreign program might.
 class EditFile {
  public:
     explicit EditFile(const std::filesystem::path& path)
@@ -30,12 +30,12 @@ class EditFile {
         replace(name, shape, H5T_STD_I32LE, H5T_NATIVE_INT, v.data());
     }
 
-    /// float64 of a shape that the file does not store.
+    /// Creates a float64 dataset of the given shape without storing data.
     void reserve(const std::string& name, std::vector<hsize_t> shape) {
         replace(name, shape, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, nullptr);
     }
 
-    /// Changes numbers of a dataset in place; T as stored.
+    /// Changes one number of a dataset in place. T must be the stored type.
     template <class T>
     void set(const std::string& name, std::size_t index, T value) {
         const hid_t dataset = H5Dopen2(file_, name.c_str(), H5P_DEFAULT), space = H5Dget_space(dataset),

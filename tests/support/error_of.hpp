@@ -6,8 +6,7 @@
 
 namespace nbd::test {
 
-/// The text of the Error that `action` throws; "" where it throws none. Anything else that it throws fails
-/// the test.
+/// Message of the Error that `action` throws; empty if it throws nothing. Any other exception fails the test.
 template <class Error = std::exception>
 std::string error_of(const std::function<void()>& action) {
     try {
@@ -18,7 +17,7 @@ std::string error_of(const std::function<void()>& action) {
     return "";
 }
 
-/// error_of for what must be std::invalid_argument.
+/// error_of for std::invalid_argument.
 inline std::string refusal(const std::function<void()>& action) {
     return error_of<std::invalid_argument>(action);
 }

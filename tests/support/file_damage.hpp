@@ -14,10 +14,10 @@
 #include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-// What tests of file formats do to files.
+// Helpers for tests of file formats.
 namespace nbd::test {
 
-/// A folder of its own for each test.
+/// Gives each test its own folder.
 class FileTest : public ::testing::Test {
  private:
     TemporaryFolder own_;
@@ -39,15 +39,15 @@ inline void write_bytes(const std::filesystem::path& path, const std::string& by
     std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-/// One line that names the file, what is wrong and what was allowed.
+/// Expects one line that begins with the path of the file.
 inline void expect_clear(const std::string& error, const std::filesystem::path& path) {
     EXPECT_EQ(error.find(path.string() + ": "), 0u) << error;
     EXPECT_EQ(error.find('\n'), std::string::npos) << error;
     EXPECT_LT(error.size(), 400u) << error;
 }
 
-/// Cuts the file at `cuts` random places and flips one byte at `flips` random places. `load` returns what
-/// it read as text; it must throw one clear line or return what the whole file gives.
+/// Truncates the file at `cuts` random places and changes one byte at `flips` random places. `load` returns
+/// the content as text; for each damaged file it must throw one clear line or return the original content.
 inline void expect_damage_is_found(const std::filesystem::path& file,
                                    const std::function<std::string(const std::filesystem::path&)>& load,
                                    int cuts = 60, int flips = 250) {
@@ -76,7 +76,7 @@ inline void expect_damage_is_found(const std::filesystem::path& file,
         content[at] = static_cast<char>(content[at] ^ static_cast<char>(1 + random() % 255));
         found += check(content, "byte " + std::to_string(at));
     }
-    EXPECT_GT(found, flips / 2);  // the rest hit bytes that hold nothing
+    EXPECT_GT(found, flips / 2);  // the other changes hit unused bytes
 }
 
 }  // namespace nbd::test

@@ -1,5 +1,5 @@
-/// The leak sanitizer shall not take for ours what libraries lose: HDF5 1.10 and assimp where they give a
-/// damaged file up, gmsh in some meshes, fontconfig once a process.
+/// Makes the leak sanitizer ignore leaks of libraries: HDF5 1.10 and assimp on damaged files, gmsh on some
+/// meshes, fontconfig once per process.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
     return "leak:libhdf5\nleak:libassimp\nleak:libgmsh\nleak:libfontconfig\n";

@@ -5,7 +5,7 @@
 
 namespace nbd::test {
 
-/// What `work` returns when its parallel loops have `threads` threads, however many cores there are.
+/// Result of `work` with `threads` threads in its parallel loops, regardless of the number of cores.
 template <class Work>
 auto on_threads(int threads, Work&& work) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,

@@ -5,8 +5,8 @@
 
 namespace {
 
-/// Where the set-up of a suite fails, GoogleTest calls its tests skipped, and so does CTest. This ends the
-/// program as failed instead, before it says so.
+/// GoogleTest and CTest report the tests of a suite with a failing set-up as skipped. This listener ends the
+/// program as failed first.
 class SetUpGuard : public ::testing::EmptyTestEventListener {
     void OnTestStart(const ::testing::TestInfo&) override {
         const ::testing::TestSuite& suite = *::testing::UnitTest::GetInstance()->current_test_suite();
@@ -16,7 +16,7 @@ class SetUpGuard : public ::testing::EmptyTestEventListener {
     }
 };
 
-// GoogleTest owns its listeners.
+// GoogleTest owns the listener.
 const bool listening = [] {
     ::testing::UnitTest::GetInstance()->listeners().Append(new SetUpGuard);
     return true;

@@ -10,13 +10,13 @@
 
 namespace nbd::shapes {
 
-/// Surfaces and poses for the tests: closed, outward, made from a formula.
+/// Closed, outward-oriented surfaces from formulas, and poses of them.
 struct Surface {
     Vertices X;
     Faces F;
 };
 
-/// A grid of rows x columns quads that closes on itself in both directions: a torus. Radii in metres.
+/// A torus: a grid of rows x columns quads, closed in both directions. Radii in metres.
 inline Surface torus(int rows, int columns, float major = 0.5f, float minor = 0.2f) {
     Surface s{Vertices(rows * columns, 3), Faces(2 * rows * columns, 3)};
     for (int i = 0; i < rows; ++i)
@@ -35,8 +35,8 @@ inline Surface torus(int rows, int columns, float major = 0.5f, float minor = 0.
     return s;
 }
 
-/// A tube of `rows` rings closed by a point at each end. radius(t), height(t) for t in [0, 1] from bottom
-/// to top.
+/// A tube of `rows` rings, closed by a point at each end. radius(t) and height(t) take t in [0, 1] from
+/// bottom to top.
 template <class Radius, class Height>
 Surface capped_tube(int rows, int columns, Radius radius, Height height) {
     Surface s{Vertices(rows * columns + 2, 3), Faces(2 * rows * columns, 3)};
@@ -73,7 +73,7 @@ inline Surface bar(int rows, int columns, float length = 1.2f, float r = 0.15f) 
         rows, columns, [=](float) { return r; }, [=](float t) { return length * (t - 0.5f); });
 }
 
-/// Uniform in [-1, 1], from the bits of the generator, so that all platforms get the same.
+/// Uniform in [-1, 1]. Computed from the generator's bits, so all platforms give the same numbers.
 inline float uniform(std::mt19937& random) {
     return static_cast<float>(random()) / static_cast<float>(std::mt19937::max()) * 2 - 1;
 }
@@ -83,7 +83,7 @@ inline Eigen::Vector3f uniform3(std::mt19937& random) {
     return {a, b, c};
 }
 
-/// A random rotation and a shift by at most `reach` along each axis.
+/// A random rotation and a translation of at most `reach` along each axis.
 inline RigidTransform random_motion(std::mt19937& random, float reach) {
     Eigen::Vector4f q(uniform(random), uniform(random), uniform(random), uniform(random));
     const Eigen::Quaternionf turn(q[0], q[1], q[2], q[3]);
@@ -94,7 +94,7 @@ inline Vertices moved(const Vertices& X, const RigidTransform& motion) {
     return (X * motion.R.transpose()).rowwise() + motion.t.transpose();
 }
 
-/// A smooth wobble of about `amount` metres, wavelength about a body.
+/// Adds smooth waves of about `amount` metres, with wavelengths near the size of the body.
 inline Vertices wobbled(const Vertices& X, std::mt19937& random, float amount) {
     Vertices x = X;
     for (int wave = 0; wave < 4; ++wave) {

@@ -13,14 +13,14 @@
 
 namespace nbd::test {
 
-/// Tetrahedra and a surface that they move.
+/// Tetrahedra and a surface embedded in them.
 struct SolidBody {
     TetMesh solid;
     SurfaceWeights W;
     Vertices X;  // [n, 3]
     Faces F;
 
-    /// The surface of a pose, summed in float32.
+    /// Surface positions of a pose, summed in float32.
     Vertices surface(const Vertices& nodes) const { return W * nodes; }
 };
 
@@ -30,10 +30,10 @@ inline SolidBody solid_body(const Body& body) {
 
 inline TetMesh solid_box_mesh() { return box_mesh({3, 1, 1}, {9, 3, 3}, 0.2); }
 
-/// Its surface is the tetrahedra's own boundary.
+/// A box with the boundary of its tetrahedra as surface.
 inline SolidBody solid_box() { return solid_body(make_body("box", solid_box_mesh())); }
 
-/// A box without its middle: straight ways between its arms lead outside.
+/// A box with a slot: straight segments between its arms leave the body.
 inline SolidBody solid_fork() {
     TetMesh mesh = box_mesh({3, 1, 1}, {9, 3, 3});
     std::vector<int> kept;
@@ -55,7 +55,7 @@ inline SolidBody solid_fork() {
     return solid_body(make_body("fork", {mesh.X(used, Eigen::all), T}));
 }
 
-/// Two boxes that touch nowhere.
+/// Two separate boxes.
 inline SolidBody solid_pair() {
     const TetMesh one = box_mesh({1, 1, 1}, {2, 2, 2});
     const auto nodes = one.X.rows();
@@ -68,7 +68,8 @@ inline SolidBody solid_pair() {
     return {two, W, two.X.cast<float>(), F};
 }
 
-/// A ball that lies partly in, partly outside of a box that moves it: weights interpolate and extrapolate.
+/// A ball partly inside and partly outside the box in which it is embedded, so weights interpolate and
+/// extrapolate.
 inline SolidBody solid_ball() {
     const shapes::Surface ball = shapes::sphere(14, 16, 0.58f);
     SolidBody body{box_mesh({1, 1, 1}, {3, 3, 3}, 0.2), {}, ball.X, ball.F};
@@ -78,7 +79,7 @@ inline SolidBody solid_ball() {
     return body;
 }
 
-/// Every way in which a surface may hang on its tetrahedra.
+/// Every kind of embedded surface.
 inline std::vector<SolidBody> solid_bodies() {
     return {solid_box(), solid_fork(), solid_ball(), solid_body(make_body("finer", solid_box_mesh(), {}, 1)),
             solid_body(make_body("smooth", solid_box_mesh(), {}, 1, SubdivisionScheme::loop))};
@@ -86,7 +87,7 @@ inline std::vector<SolidBody> solid_bodies() {
 
 constexpr int pose_kinds = 10;
 
-/// Node positions in pose `number`, [N, 3]: kinds by turns, from rigid to absurd.
+/// Node positions of pose `number`, [N, 3]. Cycles through kinds of poses from rigid to extreme.
 inline Vertices solid_pose(const SolidBody& body, int number) {
     std::mt19937 random(static_cast<unsigned>(number) + 1);
     const auto draw = [&] { return static_cast<double>(shapes::uniform(random)); };
@@ -125,10 +126,10 @@ inline Vertices solid_pose(const SolidBody& body, int number) {
         case 6:  // stretched to a needle
             x.col(number % 3) *= 200 * draw();
             break;
-        case 7:  // one node torn out
+        case 7:  // one node far away
             x.row(static_cast<int>(random() % static_cast<unsigned>(x.rows()))).setConstant(30 * draw());
             break;
-        case 8:  // all in one place, but for rounding
+        case 8:  // collapsed into one point, up to rounding
             x *= 1e-7 * draw();
             break;
         default:  // tiny or huge

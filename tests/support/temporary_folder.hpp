@@ -10,7 +10,7 @@
 
 namespace nbd::test {
 
-/// An own folder for one test's files, gone with it.
+/// A new folder for the files of one test, removed by the destructor.
 class TemporaryFolder {
  public:
     TemporaryFolder() {
@@ -28,7 +28,7 @@ class TemporaryFolder {
     const std::filesystem::path& path() const noexcept { return path_; }
     std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
 
-    /// Writes a file of the folder and returns its path.
+    /// Writes a file in the folder and returns its path.
     std::filesystem::path write(std::string_view name, std::string_view content) const {
         std::ofstream(path_ / name, std::ios::binary) << content;
         return path_ / name;

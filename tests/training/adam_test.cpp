@@ -7,7 +7,7 @@
 namespace nbd {
 namespace {
 
-/// Algorithm 2 of [LoshchilovHutter19] written out in double, for one weight.
+/// One weight by algorithm 2 of [LoshchilovHutter19], written out in double precision.
 struct Reference {
     double w, m = 0, v = 0;
     void step(double gradient, int t, double rate, double decay) {
@@ -18,8 +18,8 @@ struct Reference {
     }
 };
 
-TEST(Adam, TakesTheStepsOfItsDefinition) {
-    constexpr int n = 37;  // no multiple of any vector
+TEST(Adam, FollowsItsDefinition) {
+    constexpr int n = 37;  // not a multiple of any vector width
     for (const double decay : {0.0, 0.1}) {
         Eigen::VectorXf w = Eigen::VectorXf::LinSpaced(n, -1, 1);
         std::vector<Reference> expected;
@@ -40,7 +40,7 @@ TEST(Adam, TakesTheStepsOfItsDefinition) {
     }
 }
 
-TEST(Adam, LeavesAWeightWithoutGradientWhereItIs) {
+TEST(Adam, LeavesWeightsWithZeroGradientUnchanged) {
     Eigen::VectorXf w = Eigen::VectorXf::Constant(20, 0.5f);
     Adam adam(20, 0);
     for (int t = 0; t < 5; ++t) adam.step(Eigen::VectorXf::Zero(20), 5e-3, w);

@@ -14,10 +14,10 @@
 
 namespace nbd::test {
 
-/// A bar of 4 x 1 x 1 m with a grid of vertices on its surface, moved by a coarse lattice of nodes: a body
-/// with smooth modes and smooth poses, without mesher and simulator.
+/// A bar of 4 x 1 x 1 m with a grid of surface vertices, moved by a coarse lattice of nodes. It gives smooth
+/// modes and poses without the mesher and the simulator.
 struct Bar {
-    static constexpr int columns = 9;  // of four nodes each, along x
+    static constexpr int columns = 9;  // along x, with four nodes each
     static constexpr int nodes = 4 * columns;
     SurfaceBody body;
     Vertices rest;  // [nodes, 3]
@@ -34,7 +34,7 @@ struct Bar {
         body = make_surface_body(X, F, W, smooth_fields(modes), std::string(64, 'b'));
     }
 
-    /// Bent in the x-z plane, twisted about x and stretched along it, then turned and moved. Angles in
+    /// Bent in the x-z plane, twisted about x and stretched along x, then moved rigidly. Angles are in
     /// radians over the whole bar.
     Vertices pose(double bend, double twist, double stretch, const Eigen::Quaterniond& turn,
                   const Eigen::Vector3d& move) const {
@@ -51,7 +51,7 @@ struct Bar {
         return x;
     }
 
-    /// Frame of a trajectory whose amplitudes, turn and phase come from (seed, trajectory).
+    /// Frame of a trajectory with amplitudes, turn and phase derived from (seed, trajectory).
     Vertices frame(std::uint64_t seed, int trajectory, int frame) const {
         const auto draw = [&](std::uint64_t i) {
             return 2 * counter_uniform(seed, static_cast<std::uint64_t>(trajectory), i) - 1;
@@ -63,7 +63,7 @@ struct Bar {
                     0.2 * draw(7) * std::sin(2.3 * t), turn, {t, -t, 3 * draw(8)});
     }
 
-    /// A recording of `trajectories` with `frames` frames each; those in `failed` end in a failure.
+    /// Records `trajectories` with `frames` frames each; those in `failed` end in a failure.
     void record(const std::filesystem::path& path, int trajectories, int frames, std::uint64_t seed,
                 const std::vector<int>& failed = {}) const {
         RecordingWriter file(path);
@@ -82,7 +82,7 @@ struct Bar {
     }
 
  private:
-    /// Closed grid on the box: 4 cells x cells x cells.
+    /// Closed grid on the box, 4 cells x cells x cells.
     void surface_grid(int cells, Vertices& X, Faces& F) const {
         const std::array<int, 3> count{4 * cells, cells, cells};
         std::map<std::array<int, 3>, int> number;
@@ -126,7 +126,7 @@ struct Bar {
                 F(i, a) = faces[static_cast<std::size_t>(i)][static_cast<std::size_t>(a)];
     }
 
-    /// Trilinear in the lattice cell that holds the vertex.
+    /// Trilinear weights in the lattice cell that contains the vertex.
     SurfaceEmbedding embedding(const Vertices& X) const {
         std::vector<Eigen::Triplet<float>> entries;
         for (int v = 0; v < X.rows(); ++v) {
@@ -145,7 +145,7 @@ struct Bar {
         return W;
     }
 
-    /// Orthonormal fields of the nodes without rigid motion, smooth ones first.
+    /// Smooth orthonormal fields of the nodes, free of rigid motion, smoothest first.
     Eigen::MatrixXf smooth_fields(int count) const {
         Eigen::MatrixXd fields(3 * nodes, 6 + count);
         fields.setZero();

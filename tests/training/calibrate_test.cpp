@@ -17,11 +17,11 @@ namespace {
 
 using test::error_of;
 
-TEST(LevelAtRate, LeavesAsManyAboveAsTheRateAllows) {
+TEST(LevelAtRate, LeavesAtMostTheGivenRateAbove) {
     std::vector<float> scores;
     for (int i = 30; i > 0; --i) scores.push_back(static_cast<float>(i));
     EXPECT_EQ(level_at_rate(scores, 0), 30);
-    EXPECT_EQ(level_at_rate(scores, 0.033), 30);  // less than one of 30
+    EXPECT_EQ(level_at_rate(scores, 0.033), 30);  // fewer than one of 30 may exceed it
     EXPECT_EQ(level_at_rate(scores, 0.1), 27);
     for (const double rate : {0.0, 0.05, 0.1, 0.5}) {
         const float level = level_at_rate(scores, rate);
@@ -30,10 +30,10 @@ TEST(LevelAtRate, LeavesAsManyAboveAsTheRateAllows) {
     }
 }
 
-TEST(ConfidentLevel, IsTheRankOfSplitConformalPrediction) {
+TEST(ConfidentLevel, IsTheSplitConformalRank) {
     TrajectoryScores scores;
     for (const float worst : {5.f, 1.f, 4.f, 2.f, 3.f, 9.f, 8.f, 7.f, 6.f}) scores.push_back({0, worst, 0});
-    EXPECT_EQ(confident_level(scores, 0.1, 0.9), 9);  // the 9th of 9: ceil(10 * 0.9)
+    EXPECT_EQ(confident_level(scores, 0.1, 0.9), 9);  // rank ceil(10 * 0.9) = 9 of 9
     EXPECT_EQ(confident_level(scores, 0.1, 0.8), 8);
     EXPECT_EQ(confident_level(scores, 0.1, 0.75), 8);
     EXPECT_EQ(confident_level(scores, 0.34, 0.9), 0);  // one of three may miss
@@ -41,7 +41,7 @@ TEST(ConfidentLevel, IsTheRankOfSplitConformalPrediction) {
               "9 trajectories cannot support a confidence of 0.91; allowed: up to 0.9");
 }
 
-TEST(MeanLevel, CountsTheWorstTrajectoryTwiceAndIsTheLeastThatKeepsTheRate) {
+TEST(MeanLevel, CountsTheWorstTrajectoryTwiceAndIsMinimal) {
     std::mt19937 random(1);
     std::normal_distribution<float> normal;
     TrajectoryScores scores(7);
@@ -58,12 +58,12 @@ TEST(MeanLevel, CountsTheWorstTrajectoryTwiceAndIsTheLeastThatKeepsTheRate) {
     };
     for (const double rate : {0.01, 0.05, 0.3}) {
         const float level = mean_level(scores, rate);
-        EXPECT_LE(mean(level), rate + 1e-12);  // but for rounding
+        EXPECT_LE(mean(level), rate + 1e-12);  // up to rounding
         EXPECT_GT(mean(std::nextafter(level, -10.f)), rate);
     }
 }
 
-TEST(ShareInterval, IsThatOfClopperAndPearson) {
+TEST(ShareInterval, IsTheClopperPearsonInterval) {
     const Interval none = share_interval(0, 20), some = share_interval(3, 20), all = share_interval(20, 20);
     EXPECT_EQ(none.low, 0);
     EXPECT_NEAR(none.high, 1 - std::pow(0.025, 1.0 / 20), 1e-9);
@@ -73,7 +73,7 @@ TEST(ShareInterval, IsThatOfClopperAndPearson) {
     EXPECT_EQ(all.high, 1);
 }
 
-TEST(MeanInterval, HoldsTheMeanAboutAsOftenAsItSays) {
+TEST(MeanInterval, HasAboutTheStatedCoverage) {
     std::mt19937 random(2);
     std::normal_distribution<double> normal(3, 1);
     int held = 0;
@@ -87,8 +87,8 @@ TEST(MeanInterval, HoldsTheMeanAboutAsOftenAsItSays) {
     EXPECT_LE(held, 199);
 }
 
-/// Scores of a made-up bound, with all that makes frames and nodes alike: each trajectory has a severity of
-/// its own with a heavy tail, and a phase that moves slowly; each node has its own scale.
+/// Scores of a synthetic bound with correlated frames and nodes: each trajectory has its own heavy-tailed
+/// severity and a slowly varying phase; each node has its own scale.
 class MadeUpBound {
  public:
     explicit MadeUpBound(bool gated) : gated_(gated) {
@@ -127,15 +127,15 @@ class MadeUpBound {
     SphereTree tree_;
 };
 
-/// Over 400 random splits into calibration and test the promise is kept as often as the theory says. The rule
-/// of the mean can only raise levels, so it is left out where equality is asked for.
-TEST(Calibration, KeepsItsPromiseAsOftenAsTheTheorySays) {
+/// Over 400 random splits into calibration and test, the stated miss rate holds as often as the theory
+/// predicts. The rule of the mean can only raise levels, so this test of equality leaves it out.
+TEST(Calibration, KeepsTheStatedMissRateAsOftenAsTheoryPredicts) {
     constexpr int repetitions = 400, calibration_count = 19, test_count = 5, poses = 25;
     for (const double confidence : {0.5, 0.9}) {
         const MadeUpBound bound(false);
         int kept = 0;
         for (int repetition = 0; repetition < repetitions; ++repetition) {
-            // Trajectories are independent, so fresh draws are random splits of an endless pool.
+            // Trajectories are independent, so fresh draws act as random splits of an infinite pool.
             const BoundScores pool =
                 bound.scores(calibration_count + test_count, poses, static_cast<unsigned>(repetition));
             TrajectoryScores trajectories(calibration_count + test_count);
@@ -149,8 +149,8 @@ TEST(Calibration, KeepsItsPromiseAsOftenAsTheTheorySays) {
             for (int t = calibration_count; t < calibration_count + test_count; ++t)
                 kept += rate_above(trajectories[static_cast<std::size_t>(t)], level) <= 0.01;
         }
-        // Exactly ceil(20 c) / 20, since levels have no ties; the tests of one split share its calibration,
-        // whose own share is Beta(k, 20 - k) distributed.
+        // The expectation is exactly ceil(20 c) / 20, since levels have no ties. The tests of one split share
+        // its calibration, which has Beta(k, 20 - k) distributed coverage.
         const double share = static_cast<double>(kept) / (repetitions * test_count);
         const double between = confidence * (1 - confidence) / 21,
                      within = confidence * (1 - confidence) / test_count;
@@ -158,7 +158,7 @@ TEST(Calibration, KeepsItsPromiseAsOftenAsTheTheorySays) {
     }
 }
 
-TEST(Calibration, KeepsItsPromiseForEveryDepthOverRandomSplitsOfOnePool) {
+TEST(Calibration, KeepsTheStatedMissRateAtEveryDepthOverRandomSplits) {
     for (const bool gated : {false, true}) {
         const MadeUpBound bound(gated);
         const BoundScores shape = bound.scores(30, 20, 1), pool = bound.scores(60, 20, 2);
@@ -170,16 +170,16 @@ TEST(Calibration, KeepsItsPromiseForEveryDepthOverRandomSplitsOfOnePool) {
             missing += row.nodes_missing;
             EXPECT_EQ(row.calibration, 30);
             EXPECT_EQ(row.test, 30);
-            // All splits share one pool, whose mean over all splits is exact: 25 of 31.
+            // All splits share one pool with an exact mean over all splits of 25 / 31.
             EXPECT_GE(row.keeping, 0.8 - 0.02) << row.depth << gated;
-            // Expected: at most 0.02 + 1 / 31.
+            // The expectation is at most 0.02 + 1 / 31.
             EXPECT_LE(row.nodes_missing, 0.02 + 1.0 / 31) << row.depth << gated;
         }
-        EXPECT_GT(missing, 0.001) << gated;  // vacuous margins would miss nothing
+        EXPECT_GT(missing, 0.001) << gated;  // vacuous margins would never miss
     }
 }
 
-TEST(Calibration, OfARateWithoutEnoughTrajectoriesIsRefused) {
+TEST(Calibration, RejectsAConfidenceThatNeedsMoreTrajectories) {
     const MadeUpBound bound(false);
     const BoundScores few = bound.scores(4, 10, 3);
     EXPECT_EQ(error_of([&] { calibrate(bound.tree(), few, few, {.confidence = 0.9}); }),
@@ -188,7 +188,7 @@ TEST(Calibration, OfARateWithoutEnoughTrajectoriesIsRefused) {
     EXPECT_EQ(calibrate(bound.tree(), few, bound.scores(12, 10, 3), {}).confidence, 0.9);
 }
 
-TEST(Calibration, TakesEachNodesScaleAndLimitFromTheShape) {
+TEST(Calibration, TakesEachNodesScaleAndLimitFromTheShapeScores) {
     const MadeUpBound bound(true);
     const BoundScores shape = bound.scores(30, 20, 4), scores = bound.scores(30, 20, 5);
     const Calibration calibration =
@@ -200,18 +200,18 @@ TEST(Calibration, TakesEachNodesScaleAndLimitFromTheShape) {
         EXPECT_EQ((ood_score > calibration.limits[i]).count(), 30);  // of 600
         EXPECT_EQ((ood_score >= calibration.limits[i]).count(), 31);
     }
-    // Nodes 15 to 30 are the leaves; those of scale 5 need more than those of scale 1.
+    // Nodes 15 to 30 are the leaves; scale 5 needs larger margins than scale 1.
     EXPECT_GT(calibration.margins[19], 1.5f * calibration.margins[15]);
     check_calibration(calibration, "test", bound.tree().nodes.size());
 }
 
-TEST(Calibration, KeepsWhatTheShapeNeededWhereItsOwnPosesAreMild) {
+TEST(Calibration, KeepsTheShapesMarginsWhereCalibrationPosesAreMild) {
     const MadeUpBound bound(true);
     const BoundScores shape = bound.scores(30, 20, 4);
     BoundScores mild = bound.scores(30, 20, 5);
     mild.excess.array() -= 1;
     const Calibration calibration = calibrate(bound.tree(), shape, mild, {.miss_rate = 0.02});
-    // A tenth of the rate: one of 600 poses may miss.
+    // A tenth of the rate allows one miss in 600 poses.
     const Eigen::ArrayXXi missed = misses(calibration, shape).cast<int>();
     EXPECT_LE(missed.colwise().sum().maxCoeff(), 1);
     EXPECT_EQ(missed.sum(), missed.cols());
@@ -230,7 +230,7 @@ TEST(Calibration, GivesNoMarginToNodesThatAreAlwaysExact) {
     EXPECT_GT(calibration.margins[21], 0);
 }
 
-TEST(Calibration, CountsAPoseOutOfRangeAsBoundedExactly) {
+TEST(Calibration, CountsOutOfDistributionPosesAsBoundedExactly) {
     const MadeUpBound bound(true);
     const BoundScores shape = bound.scores(20, 20, 8);
     const Calibration calibration =
@@ -247,7 +247,7 @@ TEST(Calibration, CountsAPoseOutOfRangeAsBoundedExactly) {
     EXPECT_NEAR(miss_rates(bound.tree(), calibration, far, 3).at(0), 1.0 / 3, 1e-9);
 }
 
-TEST(Calibration, RefusesBoundsOfRadiusZeroInOneLine) {
+TEST(Calibration, RejectsBoundsOfRadiusZero) {
     const MadeUpBound bound(false);
     const BoundScores shape = bound.scores(20, 20, 11);
     BoundScores scores = bound.scores(20, 20, 12);

@@ -30,7 +30,7 @@ class CertifiedFileTest : public test::FileTest {
         return file;
     }
 
-    /// Radii of all nodes in some pose.
+    /// Radii of all nodes in one pose.
     static std::vector<float> radii(const TreeFile& file) {
         const auto tree = std::make_shared<const CollisionTree>(file.tree);
         SolidMeter meter(file.solid, std::make_shared<const TetRegions>(tree->certified->regions));
@@ -45,7 +45,7 @@ class CertifiedFileTest : public test::FileTest {
     }
 };
 
-TEST_F(CertifiedFileTest, BoundsComeBackBitByBit) {
+TEST_F(CertifiedFileTest, RoundTripsBitForBit) {
     const TreeFile file = box_tree();
     save_tree(folder / "tree.h5", file);
     const TreeFile again = load_tree(folder / "tree.h5");
@@ -55,7 +55,7 @@ TEST_F(CertifiedFileTest, BoundsComeBackBitByBit) {
     EXPECT_EQ(again.tree.certified->rounding, file.tree.certified->rounding);
 }
 
-TEST_F(CertifiedFileTest, ASolidOfAnotherBodyIsRefused) {
+TEST_F(CertifiedFileTest, RejectsASolidOfAnotherBody) {
     TreeFile file = box_tree();
     file.solid.T.conservativeResize(file.solid.T.rows() - 1, 4);
     const std::string error = test::error_of([&] { save_tree(folder / "tree.h5", file); });
@@ -63,7 +63,7 @@ TEST_F(CertifiedFileTest, ASolidOfAnotherBodyIsRefused) {
     EXPECT_FALSE(std::filesystem::exists(folder / "tree.h5"));
 }
 
-TEST_F(CertifiedFileTest, WrongNumbersAreRefusedByName) {
+TEST_F(CertifiedFileTest, ReportsInvalidDatasetsByName) {
     const TreeFile file = box_tree();
     const auto refused = [&](const std::string& expected, const auto& damage) {
         save_tree(folder / "tree.h5", file);
@@ -87,7 +87,7 @@ TEST_F(CertifiedFileTest, WrongNumbersAreRefusedByName) {
     refused("certified/pairs", [](test::EditFile& f) { f.remove("certified/pairs"); });
 }
 
-TEST_F(CertifiedFileTest, PosedTreesSayWhichBoundsATreeHas) {
+TEST_F(CertifiedFileTest, PosedTreesRejectAMissingModel) {
     TreeFile file = box_tree();
     file.tree.certified.reset();
     const std::string error = test::error_of(

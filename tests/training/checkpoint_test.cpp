@@ -20,7 +20,7 @@ std::vector<TrainedMlp> half_trained() {
     return networks;
 }
 
-TEST_F(Checkpoint, GivesBackTheNetworksThatWereTrained) {
+TEST_F(Checkpoint, RoundTripsTrainedNetworks) {
     const auto path = folder / "checkpoint.h5", none = folder / "none.h5";
     const auto saved = half_trained();
     save_checkpoint(path, "key", saved);
@@ -36,14 +36,14 @@ TEST_F(Checkpoint, GivesBackTheNetworksThatWereTrained) {
     EXPECT_FALSE(std::filesystem::exists(none));
 }
 
-TEST_F(Checkpoint, OfAnotherTrainingIsLeftAlone) {
+TEST_F(Checkpoint, IgnoresTheCheckpointOfAnotherTraining) {
     save_checkpoint(folder / "checkpoint.h5", "key", half_trained());
     std::vector<TrainedMlp> loaded(5);
     EXPECT_EQ(load_checkpoint(folder / "checkpoint.h5", "other key", loaded), 0);
     for (const TrainedMlp& network : loaded) EXPECT_EQ(network.weights.size(), 0);
 }
 
-TEST_F(Checkpoint, RefusesNodesThatTheTrainingDoesNotHave) {
+TEST_F(Checkpoint, RejectsNodesThatTheTrainingDoesNotHave) {
     save_checkpoint(folder / "checkpoint.h5", "key", half_trained());
     std::vector<TrainedMlp> loaded(3);
     const std::string error =
@@ -52,7 +52,7 @@ TEST_F(Checkpoint, RefusesNodesThatTheTrainingDoesNotHave) {
     EXPECT_NE(error.find("node 4"), std::string::npos);
 }
 
-TEST_F(Checkpoint, DamageIsFound) {
+TEST_F(Checkpoint, DetectsDamage) {
     save_checkpoint(folder / "checkpoint.h5", "key", half_trained());
     test::expect_damage_is_found(
         folder / "checkpoint.h5",
@@ -66,7 +66,7 @@ TEST_F(Checkpoint, DamageIsFound) {
         30, 60);
 }
 
-TEST(TrainingKey, ChangesWithEveryBitOfDataAndEveryOption) {
+TEST(TrainingKey, ChangesWithDataAndOptions) {
     PoseRows inputs = PoseRows::Constant(6, 2, 0.5f), targets = PoseRows::Constant(6, 4, 0.25f);
     const std::string key = training_key(inputs, targets, {});
     EXPECT_EQ(key, training_key(inputs, targets, {}));

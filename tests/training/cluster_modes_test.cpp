@@ -26,13 +26,13 @@ class ClusterModes : public test::FileTest {
     Bar bar{12, 3};
 };
 
-TEST_F(ClusterModes, WithEveryVertexGiveTheExactCode) {
+TEST_F(ClusterModes, GiveExactModalCoordinatesWithEveryVertex) {
     const auto choice = choose(100000, 1);
     EXPECT_EQ(choice.modes.X.rows(), bar.body.X.rows());
     EXPECT_LT(choice.z_error, 1e-4);
 }
 
-TEST_F(ClusterModes, WeighEveryVertexOnceAndKeepItsRows) {
+TEST_F(ClusterModes, CountEveryVertexOnceAndKeepTheRowsOfU) {
     const ClusteredModes modes = choose(30, 2).modes;
     ASSERT_EQ(modes.representatives.size(), 30u);
     EXPECT_EQ(modes.w.sum(), static_cast<float>(bar.body.X.rows()));
@@ -44,7 +44,7 @@ TEST_F(ClusterModes, WeighEveryVertexOnceAndKeepItsRows) {
     }
 }
 
-TEST_F(ClusterModes, MoreClustersGiveABetterCode) {
+TEST_F(ClusterModes, GiveBetterCoordinatesWithMoreClusters) {
     const double few = choose(15, 1).z_error, many = choose(120, 1).z_error;
     EXPECT_GT(few, 0.005);
     EXPECT_LT(many, few);
@@ -58,7 +58,7 @@ TEST_F(ClusterModes, KeepTheBestOfSeveralInitialisationsOnAnyNumberOfThreads) {
     EXPECT_LE(one.z_error, 1.05 * choose(20, 1).z_error);
 }
 
-TEST_F(ClusterModes, RefuseABadConfig) {
+TEST_F(ClusterModes, RejectAnInvalidConfig) {
     EXPECT_THROW(choose(0, 1), std::invalid_argument);
     EXPECT_THROW(choose(5, 0), std::invalid_argument);
 }

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
-"""Processor time of training a pose and node on one core: ours against the same loop in PyTorch.
+"""CPU time of training per pose and node on one core, compared with the same loop in PyTorch.
 
 Usage: tests/training/compare_torch.py build/release/tests/training/time_training
 The networks (128-32-32-4, ReLU), the batch (128), the loss (L2) and the optimiser (Adam) are the same. PyTorch
-trains all nodes as one model with batched products, as the paper does. Both run in turns on one thread; medians are printed.
+trains all nodes as one model with batched products, as the paper does. Both run alternately on one thread; the script
+prints medians.
 """
 import statistics
 import subprocess
@@ -35,7 +36,7 @@ def torch_microseconds(steps=12, warm=3):
             h = torch.baddbmm(bias, h, weight)
             if i < 2:
                 h = torch.relu(h)
-        # The mean over a node's batch, summed over nodes: each node's gradient is its own.
+        # Means over each node's batch, summed over nodes, keep the gradients of the nodes independent.
         loss = ((h - targets[:, rows]) ** 2).mean(dim=(1, 2)).sum()
         optimiser.zero_grad()
         loss.backward()
@@ -51,8 +52,8 @@ def main():
         ours.append(float(subprocess.run([sys.argv[1], str(POSES), "30"], check=True, capture_output=True,
                                          text=True).stdout))
         theirs.append(torch_microseconds())
-    print(f"ours    {statistics.median(ours):.3f} us a pose and node  (runs: {' '.join(f'{t:.3f}' for t in ours)})")
-    print(f"PyTorch {statistics.median(theirs):.3f} us a pose and node  "
+    print(f"ours    {statistics.median(ours):.3f} us per pose and node  (runs: {' '.join(f'{t:.3f}' for t in ours)})")
+    print(f"PyTorch {statistics.median(theirs):.3f} us per pose and node  "
           f"(runs: {' '.join(f'{t:.3f}' for t in theirs)}), version {torch.__version__}")
 
 

@@ -17,7 +17,7 @@ using test::error_of;
 
 class CoordinateSpread : public test::FileTest {};
 
-TEST_F(CoordinateSpread, MakesKnownCodesUncorrelatedOfVarianceOne) {
+TEST_F(CoordinateSpread, WhitensTheCoordinatesOfTheTrainingPoses) {
     const Bar bar(6);
     bar.record(folder / "data.h5", 40, 10, 3);
     const RecordingReader data(folder / "data.h5");
@@ -44,13 +44,14 @@ TEST_F(CoordinateSpread, MakesKnownCodesUncorrelatedOfVarianceOne) {
     EXPECT_LT((mean - model.z_mean.cast<double>()).norm(), 1e-6 * (1 + mean.norm()));
     z.rowwise() -= mean.transpose();
     Eigen::MatrixXd covariance = z.transpose() * z / static_cast<double>(z.rows());
-    covariance.diagonal().array() += 1e-3 * covariance.trace() / 6;  // for what the poses hardly show
+    covariance.diagonal().array() +=
+        1e-3 * covariance.trace() / 6;  // regularises directions that the poses hardly span
     const Eigen::MatrixXd whitening = model.z_whitening.cast<double>();
     EXPECT_LT((whitening * covariance * whitening.transpose() - Eigen::MatrixXd::Identity(6, 6)).norm(),
               1e-4);
 }
 
-TEST_F(CoordinateSpread, IsTheSameOnAnyNumberOfThreadsAndNeedsPoses) {
+TEST_F(CoordinateSpread, GivesTheSameBitsOnAnyNumberOfThreadsAndNeedsPoses) {
     const Bar bar(5);
     bar.record(folder / "data.h5", 8, 10, 4);
     const RecordingReader data(folder / "data.h5");
@@ -67,7 +68,7 @@ TEST_F(CoordinateSpread, IsTheSameOnAnyNumberOfThreadsAndNeedsPoses) {
               "no poses to measure the spread of the modal coordinates on");
 }
 
-TEST_F(CoordinateSpread, CallsThePosesItIsMeasuredOnAsStrangeAsFreshOnes) {
+TEST_F(CoordinateSpread, ScoresItsOwnPosesAsIfTheyWereHeldOut) {
     const Bar bar(6);
     bar.record(folder / "data.h5", 12, 4, 5);
     const RecordingReader data(folder / "data.h5");
@@ -80,17 +81,17 @@ TEST_F(CoordinateSpread, CallsThePosesItIsMeasuredOnAsStrangeAsFreshOnes) {
     const std::vector<float> weights(3 * static_cast<std::size_t>(ByteNetworks::weight_count(6, 4)), 0.f);
     model.networks = ByteNetworks(6, 4, weights);
     model.out_centre = model.out_scale = Eigen::MatrixXf::Zero(4, 3);
-    model.out_centre.row(3).setConstant(10);  // nothing stands outside
+    model.out_centre.row(3).setConstant(10);  // large enough to hold every representative
     fit_coordinate_spread(scaled_coordinates(bar.body, data, frames, model), model);
     const auto known = std::make_shared<const CollisionTree>(tree);
     const BoundScores plain = score_bounds(bar.body, known, BoundKind::nbd, data, frames),
                       fair = score_shape(bar.body, tree, BoundKind::nbd, data, frames);
     EXPECT_EQ(fair.trajectories, plain.trajectories);
     EXPECT_EQ(fair.excess, plain.excess);
-    // Left out of a mean of squares that is 1 with it, a pose's own share counts in full.
+    // A mean of squares is 1 with the pose included, so leaving the pose out raises its score.
     EXPECT_GT(fair.ood_score.col(0).mean(), 1.05f * plain.ood_score.col(0).mean());
     EXPECT_EQ(score_shape(bar.body, tree, BoundKind::nbd, data, std::span(frames).first(4)).ood_score,
-              plain.ood_score.topRows(4));  // one trajectory leaves nothing to compare with
+              plain.ood_score.topRows(4));  // a single trajectory cannot be left out
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace {
 using test::Bar;
 using test::error_of;
 
-/// A bar whose local bounds were trained on 30 trajectories of 12 frames and calibrated on 15 others.
+/// A bar with learned bounds trained on 30 trajectories of 12 frames and calibrated on 15 others.
 class Coverage : public test::FileTest {
  protected:
     void SetUp() override {
@@ -46,7 +46,7 @@ class Coverage : public test::FileTest {
     std::vector<FrameId> held_out;
 };
 
-TEST_F(Coverage, IsMadeFromTheTrajectoriesKeptForIt) {
+TEST_F(Coverage, UsesTheCalibrationTrajectories) {
     for (const BoundKind kind : {BoundKind::learned_spheres, BoundKind::learned_boxes}) {
         const Calibration& calibration = file.tree.calibrations.at(kind);
         EXPECT_EQ(calibration.trajectories, 15);
@@ -60,7 +60,7 @@ TEST_F(Coverage, IsMadeFromTheTrajectoriesKeptForIt) {
     EXPECT_EQ(file.tree.calibrations.size(), 2u);
 }
 
-TEST_F(Coverage, OfBoxesIsKeptByBoxes) {
+TEST_F(Coverage, OfBoxesAgreesWithADirectCount) {
     const RecordingReader data(folder / "data.h5");
     const auto rows = measure_coverage(bar.body, tree, BoundKind::learned_boxes, data, held_out);
     ASSERT_EQ(rows.size(), 4u);
@@ -85,11 +85,11 @@ TEST_F(Coverage, OfBoxesIsKeptByBoxes) {
     EXPECT_LT(rows[3].inflation, 0.5);
 }
 
-TEST_F(Coverage, IsCountedAsQueriesUseTheBounds) {
+TEST_F(Coverage, OfSpheresAgreesWithADirectCount) {
     const RecordingReader data(folder / "data.h5");
     const auto rows = measure_coverage(bar.body, tree, BoundKind::learned_spheres, data, held_out);
     ASSERT_EQ(rows.size(), 4u);
-    // Depth 3 by hand.
+    // Counts depth 3 directly.
     PosedTree posed(tree, BoundKind::learned_spheres);
     Vertices nodes, x;
     double missing = 0, inflation = 0;
@@ -120,7 +120,7 @@ TEST_F(Coverage, IsCountedAsQueriesUseTheBounds) {
         EXPECT_LE(row.nodes_missing_mean.low, row.nodes_missing);
         EXPECT_GE(row.nodes_missing_mean.high, row.nodes_missing);
         EXPECT_LE(row.keeping_share.low, row.keeping / 15.0);
-        EXPECT_GE(row.keeping, 10);  // of 15, stated 0.9
+        EXPECT_GE(row.keeping, 10);  // of 15; the stated share is 0.9
     }
     const std::string csv = to_csv(rows), text = to_text(rows);
     EXPECT_EQ(std::ranges::count(csv, '\n'), 5);
@@ -129,7 +129,7 @@ TEST_F(Coverage, IsCountedAsQueriesUseTheBounds) {
         std::string::npos);
 }
 
-TEST_F(Coverage, IsKeptFarOutsideTheTrainingSinceNodesAreThenBoundedExactly) {
+TEST_F(Coverage, OfLearnedSpheresHoldsFarOutOfDistribution) {
     RecordingWriter writer(folder / "flat.h5");
     const int handle =
         writer.begin_trajectory({.body_hash = bar.body.hash, .recipe = {}, .failure = {}}, Bar::nodes);
@@ -148,7 +148,7 @@ TEST_F(Coverage, IsKeptFarOutsideTheTrainingSinceNodesAreThenBoundedExactly) {
     }
 }
 
-TEST_F(Coverage, OfNbdBoundsIsKeptFarOutsideTheTrainingToo) {
+TEST_F(Coverage, OfNbdBoundsHoldsFarOutOfDistribution) {
     const RecordingReader data(folder / "data.h5");
     const TrainConfig config{.bounds = {BoundKind::nbd},
                              .tree = {.depth = 2},
@@ -163,7 +163,7 @@ TEST_F(Coverage, OfNbdBoundsIsKeptFarOutsideTheTrainingToo) {
     for (const CoverageRow& row :
          measure_coverage(bar_with_modes.body, trained, BoundKind::nbd, data, held_out))
         EXPECT_LT(row.out_of_range, 0.3) << row.depth;
-    // Bent and stretched well beyond the training.
+    // Bends and stretches the bar well beyond the training poses.
     RecordingWriter writer(folder / "far.h5");
     const int handle =
         writer.begin_trajectory({.body_hash = bar.body.hash, .recipe = {}, .failure = {}}, Bar::nodes);
@@ -180,7 +180,7 @@ TEST_F(Coverage, OfNbdBoundsIsKeptFarOutsideTheTrainingToo) {
     }
 }
 
-TEST_F(Coverage, OfBoundsWithoutCalibrationIsRefused) {
+TEST_F(Coverage, NeedsACalibrationAndFrames) {
     const RecordingReader data(folder / "data.h5");
     EXPECT_EQ(error_of([&] { measure_coverage(bar.body, tree, BoundKind::exact, data, held_out); }),
               "exact bounds of the tree are not calibrated");
@@ -192,7 +192,7 @@ TEST_F(Coverage, OfBoundsWithoutCalibrationIsRefused) {
               std::string::npos);
 }
 
-TEST_F(Coverage, OnAnotherRecordingIsCalibratedWithHalvesOfIt) {
+TEST_F(Coverage, CalibratesOnHalvesOfAnotherRecording) {
     bar.record(folder / "other.h5", 20, 10, 77);
     calibrate(file, RecordingReader(folder / "other.h5"), {.miss_rate = 0.1, .confidence = 0.5});
     const Calibration& calibration = file.tree.calibrations.at(BoundKind::learned_spheres);
@@ -200,7 +200,7 @@ TEST_F(Coverage, OnAnotherRecordingIsCalibratedWithHalvesOfIt) {
     EXPECT_EQ(calibration.confidence, 0.5);
 }
 
-TEST_F(Coverage, IsTestedOverRandomSplitsOfWhatTrainingDidNotSee) {
+TEST_F(Coverage, HoldsOverRandomSplitsOfTheUnseenTrajectories) {
     const RecordingReader data(folder / "data.h5");
     const auto rows = check_random_splits(file, BoundKind::learned_spheres, data, 40);
     ASSERT_EQ(rows.size(), 4u);
@@ -211,7 +211,7 @@ TEST_F(Coverage, IsTestedOverRandomSplitsOfWhatTrainingDidNotSee) {
     }
 }
 
-TEST_F(Coverage, ContactScenesCountThePairsThatABoundLoses) {
+TEST_F(Coverage, ContactScenesCountMissedPairs) {
     const RecordingReader data(folder / "data.h5");
     auto shrunk = std::make_shared<CollisionTree>(file.tree);
     shrunk->calibrations.clear();
@@ -225,7 +225,7 @@ TEST_F(Coverage, ContactScenesCountThePairsThatABoundLoses) {
     const ContactScenesConfig config{.scenes = 30};
     const auto run = [&] { return check_contact_scenes(bar.body, shrunk, kinds, data, held_out, config); };
     const auto rows = run();
-    ASSERT_EQ(rows.size(), 2u);  // the tree has no modal bounds
+    ASSERT_EQ(rows.size(), 2u);  // the tree has no NBD bounds
     EXPECT_EQ(rows[0].bound, BoundKind::exact);
     EXPECT_EQ(rows[0].missed, 0);
     EXPECT_EQ(rows[0].leaf_pairs, rows[0].exact_leaf_pairs);

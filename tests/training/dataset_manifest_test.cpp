@@ -17,7 +17,8 @@ Vertices frame_of(int id, int frame) {
     return Vertices::Constant(5, 3, static_cast<float>(100 * id + frame));
 }
 
-/// Trajectories first .. end - 1 of 6 + id frames; trajectory 3 failed, trajectory 4 before its first frame.
+/// Writes trajectories first .. end - 1 with 6 + id frames each. Trajectory 3 fails late, trajectory 4 before
+/// its first frame.
 void write_recording(const std::filesystem::path& path, int first, int end, const std::string& key) {
     RecordingWriter file(path);
     file.label("dataset", key);
@@ -49,13 +50,13 @@ class DatasetView : public test::FileTest {
     }
 };
 
-TEST_F(DatasetView, ReadsAsTheOneRecordingThatItStandsFor) {
+TEST_F(DatasetView, ReadsLikeASingleRecording) {
     write_recording(folder / "one.h5", 0, 6, "key");
     const RecordingReader view(folder / "data.h5"), one(folder / "one.h5");
     EXPECT_EQ(recording_hash(view), recording_hash(one));
     ASSERT_EQ(view.trajectories().size(), 6u);
     Vertices x;
-    for (const int id : {5, 0, 3, 5}) {  // across the files and back
+    for (const int id : {5, 0, 3, 5}) {  // switches between the files
         view.read(id, 2, 3, x);
         EXPECT_EQ(x.topRows(5), frame_of(id, 2));
         EXPECT_EQ(x.bottomRows(5), frame_of(id, 4));
@@ -66,7 +67,7 @@ TEST_F(DatasetView, ReadsAsTheOneRecordingThatItStandsFor) {
     EXPECT_EQ(view.trajectories()[4].frames, 0);
 }
 
-TEST_F(DatasetView, GivesBackItsManifest) {
+TEST_F(DatasetView, RoundTripsItsManifest) {
     EXPECT_TRUE(is_dataset_view(folder / "data.h5"));
     EXPECT_FALSE(is_dataset_view(folder / "a.h5"));
     EXPECT_FALSE(is_dataset_view(folder / "none.h5"));
@@ -81,7 +82,7 @@ TEST_F(DatasetView, GivesBackItsManifest) {
     EXPECT_EQ(read.shards[1].sha256, written.shards[1].sha256);
 }
 
-TEST_F(DatasetView, ItsSplitIsThatOfTrainingUnlessAnotherShareIsAskedFor) {
+TEST_F(DatasetView, SplitsLikeTrainingUnlessAnotherShareIsGiven) {
     const RecordingReader view(folder / "data.h5");
     const TrainingSplit stored = make_split(view, std::nullopt, 0, 1);
     EXPECT_EQ(stored.train_trajectories, (std::vector<int>{0, 5}));
@@ -91,21 +92,21 @@ TEST_F(DatasetView, ItsSplitIsThatOfTrainingUnlessAnotherShareIsAskedFor) {
     EXPECT_EQ(make_split(plain, std::nullopt, 0, 1).held_out_trajectories.size(), 1u);
 }
 
-TEST_F(DatasetView, SaysWhichPartIsMissingDamagedOrForeign) {
+TEST_F(DatasetView, NamesTheShardThatIsMissingDamagedOrForeign) {
     const std::string view = (folder / "data.h5").string(), part = (folder / "b.h5").string();
     const std::string whole = test::read_bytes(part);
     const auto error = [&] { return error_of([&] { recording_hash(RecordingReader(folder / "data.h5")); }); };
     EXPECT_EQ(error(), "");
     std::filesystem::remove(part);
     EXPECT_EQ(error(), view + ": a part of it cannot be read: " + part +
-                           ": No such file or directory; allowed: a file that nbdtree wrote");
+                           ": No such file or directory; allowed: a file written by nbdtree");
     test::write_bytes(part, whole.substr(0, whole.size() / 2));
     EXPECT_EQ(error().rfind(view + ": a part of it cannot be read: " + part + ": is truncated or damaged", 0),
               0u);
     write_recording(part, 3, 6, "another key");
     EXPECT_EQ(error(), part + ": is a part of another dataset; allowed: that of " + view);
     write_recording(part, 3, 5, "key");
-    EXPECT_EQ(error(), part + ": has no '/trajectories/000005/positions'; allowed: a file that has it");
+    EXPECT_EQ(error(), part + ": has no '/trajectories/000005/positions'; allowed: a file with this item");
     EXPECT_NE(error_of([&] {
                   DatasetManifest other = manifest();
                   other.key = "another key";
@@ -115,7 +116,7 @@ TEST_F(DatasetView, SaysWhichPartIsMissingDamagedOrForeign) {
     EXPECT_FALSE(std::filesystem::exists(folder / "other.h5"));
 }
 
-TEST_F(DatasetView, FindsRandomDamageOfTheViewItself) {
+TEST_F(DatasetView, DetectsRandomDamageOfTheView) {
     const auto read = [](const std::filesystem::path& path) {
         const DatasetManifest m = read_dataset_manifest(path);
         return m.key + m.plan + m.variety + recording_hash(RecordingReader(path));

@@ -19,7 +19,7 @@ namespace {
 using test::Bar;
 using test::error_of;
 
-/// One small tree for all tests of this file.
+/// One small tree, shared by all tests of this file.
 class Evaluate : public testing::Test {
  protected:
     static void SetUpTestSuite() {
@@ -57,7 +57,7 @@ class Evaluate : public testing::Test {
     static inline TreeFile* tree = nullptr;
 };
 
-TEST_F(Evaluate, ExactSpheresHoldEverythingAndHaveNoError) {
+TEST_F(Evaluate, ExactSpheresContainEverythingAndHaveNoError) {
     const auto rows = rows_of("data.h5");
     for (const EvaluationRow& r : rows) {
         if (r.bound != BoundKind::exact) continue;
@@ -68,7 +68,7 @@ TEST_F(Evaluate, ExactSpheresHoldEverythingAndHaveNoError) {
     }
 }
 
-TEST_F(Evaluate, NamesBothSetsAndCountsWhatItAveragesOver) {
+TEST_F(Evaluate, NamesBothSetsAndCountsPosesNodesAndVertices) {
     const auto rows = rows_of("data.h5");
     EXPECT_EQ(rows.size(), 2u * 4u * 5u * 4u);  // sets, bounds, margins, depths
     const RecordingReader data(folder / "data.h5");
@@ -84,7 +84,7 @@ TEST_F(Evaluate, NamesBothSetsAndCountsWhatItAveragesOver) {
     }
 }
 
-TEST_F(Evaluate, KeepsTheSplitOnPartOfTheRecordingThatWasCarriedElsewhere) {
+TEST_F(Evaluate, KeepsTheSplitForPartOfARemappedRecording) {
     const RecordingReader data(folder / "data.h5");
     const int held_out = tree->facts.split.held_out_trajectories.at(0);
     const auto copy = [&](const char* name, const std::string& source) {
@@ -109,13 +109,13 @@ TEST_F(Evaluate, KeepsTheSplitOnPartOfTheRecordingThatWasCarriedElsewhere) {
     const RecordingReader remapped(folder / "remapped.h5");
     for (const FrameId& frame : sets.back().frames)
         EXPECT_EQ(remapped.trajectories()[static_cast<std::size_t>(frame.trajectory)].id, held_out);
-    const auto ood_score = copy("other.h5", std::string(64, '0'));
-    ASSERT_EQ(ood_score.size(), 1u);
-    EXPECT_EQ(ood_score[0].name, "other recording");
-    EXPECT_EQ(ood_score[0].frames.size(), 10u);
+    const auto foreign = copy("other.h5", std::string(64, '0'));
+    ASSERT_EQ(foreign.size(), 1u);
+    EXPECT_EQ(foreign[0].name, "other recording");
+    EXPECT_EQ(foreign[0].frames.size(), 10u);
 }
 
-TEST_F(Evaluate, NbdBoundsAreTightAndAMarginTakesInWhatIsOutside) {
+TEST_F(Evaluate, NbdBoundsAreTightAndAMarginReducesMisses) {
     const auto rows = rows_of("data.h5");
     for (int depth = 0; depth <= 3; ++depth) {
         const auto& bare = find(rows, "random frames", BoundKind::nbd, depth, 0);
@@ -130,7 +130,7 @@ TEST_F(Evaluate, NbdBoundsAreTightAndAMarginTakesInWhatIsOutside) {
     }
 }
 
-TEST_F(Evaluate, AgreesWithACountByHand) {
+TEST_F(Evaluate, AgreesWithADirectCount) {
     const RecordingReader data(folder / "other.h5");
     const auto posed_tree = std::make_shared<const CollisionTree>(tree->tree);
     PosedTree posed(posed_tree, BoundKind::nbd, 0.f);
@@ -159,7 +159,7 @@ TEST_F(Evaluate, AgreesWithACountByHand) {
     EXPECT_NEAR(r.radius_error, radius_error, 1e-6);
 }
 
-TEST_F(Evaluate, IsTheSameOnAnyNumberOfThreads) {
+TEST_F(Evaluate, GivesTheSameBitsOnAnyNumberOfThreads) {
     const auto table = [] { return to_csv(rows_of("data.h5")); };
     EXPECT_EQ(test::on_threads(1, table), test::on_threads(2, table));
 }
@@ -173,7 +173,7 @@ TEST_F(Evaluate, WritesTables) {
     EXPECT_NE(text.find("random frames, 7 poses, nbd bounds; % at margins of 0 2 %\n"), std::string::npos);
 }
 
-TEST_F(Evaluate, RefusesWhatDoesNotFit) {
+TEST_F(Evaluate, RejectsInvalidInput) {
     EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {-0.1}}); }), "margin -0.1, allowed is 0 or more");
     EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {}}); }), "no margin to evaluate");
     TreeFile other = *tree;

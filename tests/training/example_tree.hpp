@@ -7,11 +7,11 @@
 namespace nbd::test {
 
 struct ExampleTree {
-    int grid = 8;  // a torus of grid^2 vertices and 2 grid^2 faces
+    int grid = 8;  // a torus with grid^2 vertices and 2 grid^2 faces
     int depth = 3, modes = 5, representatives = 12;
 };
 
-/// A valid tree file with all models, calibrated, their numbers at random.
+/// A valid, calibrated tree file with random numbers in all of its models.
 inline TreeFile example_tree(const ExampleTree& config) {
     std::srand(5);
     const int n = config.grid;

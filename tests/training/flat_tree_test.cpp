@@ -19,7 +19,7 @@ namespace {
 using test::error_of;
 using Bytes = std::vector<std::byte>;
 
-/// With all models but the certified one, calibrated.
+/// A calibrated tree with all models except the certified one.
 CollisionTree random_tree() { return test::example_tree({}).tree; }
 
 CollisionTree certified_tree() {
@@ -29,7 +29,7 @@ CollisionTree certified_tree() {
     return tree;
 }
 
-/// A file of some 10 kB, so that every byte can be tried.
+/// A file of about 10 kB, small enough to flip every byte.
 Bytes small_file() {
     CollisionTree tree = test::example_tree({.grid = 4, .depth = 1, .modes = 2, .representatives = 4}).tree;
     tree.nbd.reset();
@@ -42,14 +42,14 @@ void put(Bytes& file, std::size_t at, T value) {
     std::memcpy(file.data() + at, &value, sizeof value);
 }
 
-/// As if the file had been written so.
+/// Recomputes the checksum, as if the file had been written with this content.
 void renew_checksum(Bytes& file) {
     const std::span<const std::byte> all(file);
     const std::size_t at = offsetof(FlatHeader, checksum);
     put(file, at, crc64(all.subspan(at + 8), crc64(all.first(at))));
 }
 
-TEST(Crc64, IsThatOfTheXzFormat) {
+TEST(Crc64, MatchesTheXzFormat) {
     const std::string text = "123456789";
     const auto bytes = std::as_bytes(std::span(text));
     EXPECT_EQ(crc64(bytes), 0x995dc9bbdf1939fau);
@@ -58,7 +58,7 @@ TEST(Crc64, IsThatOfTheXzFormat) {
 
 class FlatTree : public test::FileTest {};
 
-TEST_F(FlatTree, AllModelsComeBackBitByBit) {
+TEST_F(FlatTree, RoundTripsAllModelsBitForBit) {
     for (const CollisionTree& tree : {random_tree(), certified_tree()}) {
         save_flat_tree(folder / "tree.nbd", tree);
         EXPECT_EQ(files_in_folder(), 1u);
@@ -82,13 +82,13 @@ TEST_F(FlatTree, AllModelsComeBackBitByBit) {
     }
 }
 
-TEST_F(FlatTree, ATreeFileAndItsFlatExportHoldTheSame) {
+TEST_F(FlatTree, HoldsTheSameAsItsTreeFile) {
     TreeFile file = test::example_tree({});
     save_tree(folder / "tree.h5", file);
     EXPECT_EQ(write_flat_tree(load_tree(folder / "tree.h5").tree), write_flat_tree(file.tree));
 }
 
-TEST_F(FlatTree, ArraysLieWhereTheTableSays) {
+TEST_F(FlatTree, StoresArraysAtTheOffsetsOfItsTable) {
     const CollisionTree tree = random_tree();
     const Bytes file = write_flat_tree(tree);
     FlatHeader header;
@@ -111,7 +111,7 @@ TEST_F(FlatTree, ArraysLieWhereTheTableSays) {
     EXPECT_TRUE(found);
 }
 
-TEST_F(FlatTree, EveryByteThatFlipsIsFound) {
+TEST_F(FlatTree, DetectsEveryFlippedByte) {
     const Bytes whole = small_file();
     ASSERT_EQ(error_of([&] { read_flat_tree(whole); }), "");
     Bytes file = whole;
@@ -124,7 +124,7 @@ TEST_F(FlatTree, EveryByteThatFlipsIsFound) {
     }
 }
 
-TEST_F(FlatTree, EveryTruncationIsFound) {
+TEST_F(FlatTree, DetectsEveryTruncation) {
     const Bytes whole = small_file();
     for (std::size_t size = 0; size < whole.size(); ++size) {
         const std::string error =
@@ -136,8 +136,8 @@ TEST_F(FlatTree, EveryTruncationIsFound) {
     EXPECT_NE(error_of([&] { read_flat_tree(longer); }).find("as it says itself"), std::string::npos);
 }
 
-TEST_F(FlatTree, WhatAChecksumCannotTellIsFoundOrHarmless) {
-    // Whoever renews the checksum gets past it: then what is listed where must hold what it says.
+TEST_F(FlatTree, ChecksTheTableBehindAValidChecksum) {
+    // A renewed checksum hides the change, so the table of arrays must be checked itself.
     const Bytes whole = small_file();
     FlatHeader header;
     std::memcpy(&header, whole.data(), sizeof header);
@@ -150,10 +150,10 @@ TEST_F(FlatTree, WhatAChecksumCannotTellIsFoundOrHarmless) {
             renew_checksum(file);
             found += !error_of<std::runtime_error>([&] { read_flat_tree(file); }).empty();
         }
-    EXPECT_GT(found, (table_end - sizeof header) / 2);  // the rest are zeros behind the end of a name
+    EXPECT_GT(found, (table_end - sizeof header) / 2);  // the other bytes are the zeros after a name
 }
 
-TEST_F(FlatTree, ForeignFilesAreRefused) {
+TEST_F(FlatTree, RejectsForeignFiles) {
     const auto path = folder / "tree.nbd";
     const auto refused = [&](Bytes file) {
         renew_checksum(file);
@@ -164,7 +164,7 @@ TEST_F(FlatTree, ForeignFilesAreRefused) {
     };
     Bytes version = small_file(), order = version, other = version;
     put(version, offsetof(FlatHeader, version), std::uint32_t{1});
-    EXPECT_EQ(refused(version), "is a flat tree of version 1; allowed: 2");
+    EXPECT_EQ(refused(version), "is a flat tree of version 1; allowed: 2 to 3");
     put(order, offsetof(FlatHeader, byte_order), std::uint32_t{0x04030201});
     EXPECT_EQ(refused(order), "has its numbers in another byte order; allowed: little-endian");
     put(other, 0, 'N');
@@ -179,8 +179,8 @@ TEST_F(FlatTree, ForeignFilesAreRefused) {
               folder.string() + ": cannot be read: Is a directory");
 }
 
-TEST_F(FlatTree, ArraysThatThisProgramDoesNotKnowAreRefused) {
-    // By another name, one is missing and one is unknown.
+TEST_F(FlatTree, RejectsUnknownAndMissingArrays) {
+    // A renamed array is both missing and unknown.
     const std::string is = "learned/samples", becomes = "learned/examples";
     Bytes file = small_file();
     FlatHeader header;
@@ -206,7 +206,7 @@ TEST_F(FlatTree, ArraysThatThisProgramDoesNotKnowAreRefused) {
               "holds Bd/modes/representatives; allowed: what this program's version knows");
 }
 
-TEST_F(FlatTree, WhatCannotBeWrittenIsSaid) {
+TEST_F(FlatTree, ReportsWriteErrors) {
     const CollisionTree tree = random_tree();
     const auto path = folder / "no folder" / "tree.nbd";
     EXPECT_EQ(error_of([&] { save_flat_tree(path, tree); }),

@@ -20,7 +20,7 @@ TEST_F(FrameStream, VisitsEveryListedFrameOnceWithItsSurface) {
     const Bar bar(3, 2);
     bar.record(folder / "data.h5", 3, 300, 7);
     const RecordingReader data(folder / "data.h5");
-    std::vector<FrameId> frames;  // dense, with a gap wider than a window, and sparse
+    std::vector<FrameId> frames;  // dense frames, a gap wider than a window, and sparse frames
     for (int f = 0; f < 40; ++f) frames.push_back({0, f});
     for (int f = 250; f < 300; f += 7) frames.push_back({0, f});
     for (int f = 0; f < 300; f += 50) frames.push_back({2, f});
@@ -42,11 +42,11 @@ TEST_F(FrameStream, VisitsEveryListedFrameOnceWithItsSurface) {
         --busy[static_cast<std::size_t>(slot)];
     });
     for (std::size_t i = 0; i < visits.size(); ++i) EXPECT_EQ(visits[i], 1) << "frame " << i;
-    // However many frames there are, no more surfaces than slots are in memory.
+    // However many frames there are, memory holds no more surfaces than slots.
     EXPECT_LE(buffers.size(), static_cast<std::size_t>(frame_slots));
 }
 
-TEST_F(FrameStream, RefusesARecordingOfAnotherBody) {
+TEST_F(FrameStream, RejectsARecordingOfAnotherBody) {
     Bar bar(1, 1);
     bar.record(folder / "data.h5", 2, 3, 7);
     const RecordingReader data(folder / "data.h5");

@@ -1,4 +1,4 @@
-// What the README shows of our files in Python holds: plain h5py opens them and finds the same numbers.
+// Checks the README's claims about our files in Python: plain h5py opens them and finds the same numbers.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

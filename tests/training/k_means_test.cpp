@@ -11,7 +11,7 @@
 namespace nbd {
 namespace {
 
-/// `groups` clouds of `each` points around well separated centres.
+/// `groups` clusters of `each` points around well-separated centres.
 PointRows clouds(int groups, int each, int dimensions) {
     PointRows points(groups * each, dimensions);
     for (int i = 0; i < points.rows(); ++i)
@@ -33,7 +33,7 @@ double inertia_of(const PointRows& points, const Clustering& c) {
     return sum;
 }
 
-TEST(KMeans, FindsSeparateClouds) {
+TEST(KMeans, FindsSeparateClusters) {
     const int groups = 9, each = 70;
     const PointRows points = clouds(groups, each, 12);
     const Clustering c = k_means(points, {.clusters = groups}, 0);
@@ -48,7 +48,7 @@ TEST(KMeans, FindsSeparateClouds) {
     EXPECT_NEAR(c.inertia, inertia_of(points, c), 1e-3 * c.inertia);
 }
 
-TEST(KMeans, RepresentativeIsTheMemberNearestToTheMean) {
+TEST(KMeans, PicksTheMemberNearestToTheMeanAsRepresentative) {
     const PointRows points = clouds(5, 40, 6);
     const Clustering c = k_means(points, {.clusters = 5}, 3);
     for (int k = 0; k < 5; ++k) {
@@ -74,7 +74,7 @@ TEST(KMeans, GivesTheSameBitsOnAnyNumberOfThreads) {
     EXPECT_NE(one.representatives, k_means(points, {.clusters = 33}, 6).representatives);
 }
 
-TEST(KMeans, TakesEveryPointWhereThereAreFewerThanClusters) {
+TEST(KMeans, UsesEveryPointWhenThereAreFewerPointsThanClusters) {
     const PointRows points = clouds(3, 4, 2);
     const Clustering c = k_means(points, {.clusters = 50}, 0);
     std::vector<int> representatives = c.representatives;
@@ -85,7 +85,7 @@ TEST(KMeans, TakesEveryPointWhereThereAreFewerThanClusters) {
     EXPECT_EQ(c.inertia, 0);
 }
 
-TEST(KMeans, DropsClustersThatCoincidingPointsLeaveEmpty) {
+TEST(KMeans, DropsClustersLeftEmptyByCoincidingPoints) {
     PointRows points(30, 2);
     for (int i = 0; i < 30; ++i) points.row(i).setConstant(static_cast<float>(i % 3));
     const Clustering c = k_means(points, {.clusters = 10}, 0);
@@ -94,7 +94,7 @@ TEST(KMeans, DropsClustersThatCoincidingPointsLeaveEmpty) {
     EXPECT_LT(*std::ranges::max_element(c.label), 3);
 }
 
-TEST(KMeans, RefusesAnEmptySetAndABadConfig) {
+TEST(KMeans, RejectsAnEmptySetAndAnInvalidConfig) {
     EXPECT_THROW(k_means(PointRows(0, 3), {}, 0), std::invalid_argument);
     EXPECT_THROW(k_means(PointRows::Zero(2, 3), {.clusters = 0}, 0), std::invalid_argument);
     EXPECT_THROW(k_means(PointRows::Zero(2, 3), {.max_iterations = 0}, 0), std::invalid_argument);

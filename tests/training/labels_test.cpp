@@ -27,7 +27,7 @@ class Labels : public test::FileTest {
     }
 };
 
-TEST_F(Labels, OfARigidlyMovedRestPoseAreZero) {
+TEST_F(Labels, AreZeroForARigidlyMovedRestPose) {
     {
         RecordingWriter file(folder / "data.h5");
         TrajectoryInfo info;
@@ -46,13 +46,13 @@ TEST_F(Labels, OfARigidlyMovedRestPoseAreZero) {
             compute_labels(bar.body, tree, modes(data), data, complete_frames(data), frame);
         ASSERT_EQ(labels.spheres.rows(), 20);
         ASSERT_EQ(labels.spheres.cols(), 4 * static_cast<int>(tree.nodes.size()));
-        // 200 m from the origin float positions are known to 8e-6 m.
+        // At 200 m from the origin, float32 positions are accurate to 8e-6 m.
         EXPECT_LT(labels.spheres.cwiseAbs().maxCoeff(), 1e-4) << name(frame);
         EXPECT_LT(labels.z.cwiseAbs().maxCoeff(), 1e-2) << name(frame);
     }
 }
 
-TEST_F(Labels, ClusteredOnesGiveBackTheExactWorldSpheres) {
+TEST_F(Labels, ReproduceTheExactWorldSpheresInTheClusteredFrame) {
     bar.record(folder / "data.h5", 2, 25, 3);
     const RecordingReader data(folder / "data.h5");
     const ClusteredModes chosen = modes(data);
@@ -77,7 +77,7 @@ TEST_F(Labels, ClusteredOnesGiveBackTheExactWorldSpheres) {
     EXPECT_GT(largest, 0.2);
 }
 
-TEST_F(Labels, FullFrameIsThatOfAllVertices) {
+TEST_F(Labels, AlignToAllVerticesInTheFullFrame) {
     bar.record(folder / "data.h5", 2, 10, 3);
     const RecordingReader data(folder / "data.h5");
     const ClusteredModes chosen = modes(data);
@@ -107,7 +107,7 @@ TEST_F(Labels, AreTheSameBitsOnAnyNumberOfThreads) {
     EXPECT_EQ(one.spheres, two.spheres);
 }
 
-TEST(ScaleColumns, TakesEveryColumnToPlusMinusOneAndBack) {
+TEST(ScaleColumns, ScalesEveryColumnToPlusMinusOneAndBack) {
     PoseRows x(4, 3);
     x << 1, 5, -2e-3f, 3, 5, 4e-3f, 2, 5, 0, 7, 5, 1e-3f;
     const PoseRows before = x;
@@ -116,7 +116,7 @@ TEST(ScaleColumns, TakesEveryColumnToPlusMinusOneAndBack) {
     EXPECT_NEAR(x.col(0).maxCoeff(), 1, 1e-6);
     EXPECT_NEAR(x.col(0).minCoeff(), -1, 1e-6);
     EXPECT_NEAR(x.col(2).maxCoeff(), 1, 1e-6);
-    EXPECT_TRUE((x.col(1).array() == 0).all());  // never changed
+    EXPECT_TRUE((x.col(1).array() == 0).all());  // a constant column
     EXPECT_EQ(range.scale()[1], 0);
     for (int p = 0; p < 4; ++p)
         for (int c = 0; c < 3; ++c)
@@ -124,7 +124,7 @@ TEST(ScaleColumns, TakesEveryColumnToPlusMinusOneAndBack) {
                         1e-6f * std::abs(before(p, c)) + 1e-9);
 }
 
-TEST(LabelFrame, IsReadByName) {
+TEST(LabelFrame, NamesRoundTrip) {
     EXPECT_EQ(label_frame("full"), LabelFrame::full);
     EXPECT_EQ(label_frame("clustered"), LabelFrame::clustered);
     EXPECT_EQ(test::error_of([] { label_frame("none"); }),

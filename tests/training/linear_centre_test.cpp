@@ -7,7 +7,7 @@
 namespace nbd {
 namespace {
 
-/// Spheres of two nodes in 60 poses: centres linear in a code of three numbers, radii anything.
+/// Spheres of two nodes in 60 poses. The centres are affine in three modal coordinates, the radii random.
 struct Linear {
     PoseRows z = PoseRows::Random(60, 3), spheres = PoseRows::Random(60, 8);
     Eigen::MatrixXf map = Eigen::MatrixXf::Random(3, 6);
@@ -19,7 +19,7 @@ struct Linear {
     }
 };
 
-TEST(LinearCentre, FindsALinearMapAndLeavesItsConstantAndTheRadii) {
+TEST(LinearCentre, FindsTheLinearMapAndLeavesTheOffsetAndTheRadii) {
     Linear data;
     const PoseRows before = data.spheres;
     const Eigen::MatrixXf map = take_linear_centre(data.z, data.spheres);
@@ -31,7 +31,7 @@ TEST(LinearCentre, FindsALinearMapAndLeavesItsConstantAndTheRadii) {
     }
 }
 
-TEST(LinearCentre, LeavesACoordinateThatNeverChangesAlone) {
+TEST(LinearCentre, IgnoresAConstantCoordinate) {
     Linear data;
     data.z.col(1).setZero();
     const Eigen::MatrixXf map = take_linear_centre(data.z, data.spheres);

@@ -17,7 +17,7 @@ PoseRows random_rows(int rows, int columns, std::uint64_t seed) {
     return x;
 }
 
-/// The network and its loss written out in double: what the kernels must agree with.
+/// Reference for the kernels: the network and its loss in double precision.
 double reference_loss(const MlpShape& s, const Eigen::VectorXd& w, const PoseRows& x, const PoseRows& y) {
     using Matrix = Eigen::Map<const Eigen::MatrixXd>;
     using Vector = Eigen::Map<const Eigen::VectorXd>;
@@ -37,12 +37,12 @@ constexpr std::array all_blocks{0, 1};  // of 21 poses
 
 class Mlp : public testing::TestWithParam<MlpShape> {};
 
-TEST_P(Mlp, LossAndGradientAgreeWithFiniteDifferencesOfTheWrittenOutNetwork) {
+TEST_P(Mlp, GradientAgreesWithFiniteDifferences) {
     const MlpShape shape = GetParam();
-    const int poses = 21;  // no multiple of any block
+    const int poses = 21;  // not a multiple of the block size
     const PoseRows x = random_rows(poses, shape.inputs, 1), y = random_rows(poses, 4, 2);
     Eigen::VectorXf w = initial_weights(shape, 3, 0);
-    // Biases too, or their effect on the hidden layers stays at its initial zero.
+    // Randomises biases too, since zero biases would hide their effect on the hidden layers.
     for (int i = 0; i < w.size(); ++i)
         if (w[i] == 0) w[i] = static_cast<float>(counter_uniform(4, 0, static_cast<std::uint64_t>(i)) - 0.4);
 
@@ -68,7 +68,7 @@ TEST_P(Mlp, LossAndGradientAgreeWithFiniteDifferencesOfTheWrittenOutNetwork) {
     }
 }
 
-TEST_P(Mlp, MixedArithmeticAgreesWithFloatsToItsRounding) {
+TEST_P(Mlp, MixedArithmeticAgreesWithFloatsUpToRounding) {
     if (!has_arithmetic(Arithmetic::mixed)) GTEST_SKIP() << "no bfloat16 instructions in this build";
     const MlpShape shape = GetParam();
     const PoseRows x = random_rows(21, shape.inputs, 1), y = random_rows(21, 4, 2);
@@ -90,7 +90,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, Mlp,
                          testing::Values(MlpShape{.inputs = 5, .hidden = 16}, MlpShape{.inputs = 37},
                                          MlpShape{.inputs = 9, .hidden = 64}, MlpShape{.inputs = 1}));
 
-TEST(Mlp, RefusesAShapeThatTheKernelsDoNotKnow) {
+TEST(Mlp, RejectsUnsupportedShapes) {
     EXPECT_THROW(check_mlp_shape({.inputs = 4, .hidden = 20}), std::invalid_argument);
     EXPECT_THROW(check_mlp_shape({.inputs = 0, .hidden = 32}), std::invalid_argument);
     EXPECT_NO_THROW(check_mlp_shape({.inputs = 4, .hidden = 64}));

@@ -12,7 +12,7 @@
 namespace nbd {
 namespace {
 
-/// Poses of a smooth map from `m` numbers to four a node, a different map for each node.
+/// Poses of a smooth map from `m` numbers to four per node, with a different map for each node.
 struct Problem {
     PoseRows inputs, targets;
     Problem(int poses, int m, int nodes, std::uint64_t seed) : inputs(poses, m), targets(poses, 4 * nodes) {
@@ -46,12 +46,12 @@ void expect_same(const std::vector<TrainedMlp>& a, const std::vector<TrainedMlp>
     }
 }
 
-/// Text of the error that training on `data` with `config` ends in.
+/// Message of the error that training with `config` throws.
 std::string error_of(const MlpConfig& config) {
     return test::refusal([&] { train(Problem(8, 2, 1, 1), config); });
 }
 
-TEST(MlpTrainer, LearnsAKnownFunctionAndCarriesItToNewPoses) {
+TEST(MlpTrainer, LearnsAKnownFunctionAndGeneralises) {
     const Problem data(2000, 4, 1, 1), fresh(500, 4, 1, 2);
     const MlpConfig config{.batch = 64, .max_epochs = 120};
     const auto network = train_mlp(PoseBlocks(data.inputs, config.arithmetic, 1), data.targets, config, 0);
@@ -62,11 +62,11 @@ TEST(MlpTrainer, LearnsAKnownFunctionAndCarriesItToNewPoses) {
     std::vector<int> blocks(static_cast<std::size_t>(poses.blocks()));
     std::iota(blocks.begin(), blocks.end(), 0);
     EXPECT_LT(MlpBatch(32, poses, fresh.targets, poses.blocks()).loss(network->weights, blocks), 3e-3f);
-    // so that the bounds above say something
+    // The targets are large enough for the bounds above to be meaningful.
     EXPECT_GT(fresh.targets.squaredNorm() / static_cast<float>(fresh.targets.size()), 0.1f);
 }
 
-TEST(MlpTrainer, ConvergesBeforeTheEpochLimitWhenThereIsNothingToGain) {
+TEST(MlpTrainer, StopsBeforeTheEpochLimitWhenTheLossStalls) {
     Problem data(200, 3, 1, 1);
     data.targets.setZero();
     const auto network = train_mlp(PoseBlocks(data.inputs, Arithmetic::single, 1), data.targets,
@@ -106,7 +106,7 @@ TEST(MlpTrainer, GivesTheSameBitsWhenStoppedAndResumed) {
     expect_same(expected, networks);
 }
 
-TEST(MlpTrainer, ReportsProgressUpToTheLastNode) {
+TEST(MlpTrainer, ReportsProgressUntilTheLastNode) {
     const Problem data(40, 2, 3, 3);
     std::vector<TrainedMlp> networks(3);
     std::vector<TrainingProgress> seen;
@@ -132,7 +132,7 @@ TEST(MlpTrainer, NamesTheOptionThatIsOutOfRange) {
     EXPECT_EQ(error_of({.max_epochs = 0}), "epoch limit 0, at least 1 needed");
 }
 
-TEST(MlpTrainer, RefusesDataThatDoNotFit) {
+TEST(MlpTrainer, RejectsDataOfTheWrongShape) {
     std::vector<TrainedMlp> networks(2);
     EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(4, 8), {}, {}, {}, networks), std::invalid_argument);
     EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(5, 4), {}, {}, {}, networks), std::invalid_argument);

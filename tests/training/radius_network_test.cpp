@@ -7,7 +7,7 @@
 namespace nbd {
 namespace {
 
-/// Distances about 2 m and what they say of a growth of some centimetres.
+/// Distances of about 2 m and a known growth of a few centimetres.
 struct Known {
     PoseRows distances{2000, 16};
     Eigen::VectorXf growth{2000};
@@ -34,7 +34,7 @@ TEST(RadiusNetwork, LearnsAKnownFunction) {
     }
 }
 
-TEST(RadiusNetwork, WithPinballLossGivesTheQuantile) {
+TEST(RadiusNetwork, LearnsAQuantileWithPinballLoss) {
     const Known known(0.05);
     for (const double quantile : {0.5, 0.9}) {
         const auto trained = train_radius_network(known.distances, known.growth, {.quantile = quantile}, 3);
@@ -44,14 +44,14 @@ TEST(RadiusNetwork, WithPinballLossGivesTheQuantile) {
     }
 }
 
-TEST(RadiusNetwork, OfAGrowthThatNeverChangesIsThatGrowth) {
+TEST(RadiusNetwork, LearnsAConstantGrowthExactly) {
     Known known;
     known.growth.setConstant(0.07f);
     const auto trained = train_radius_network(known.distances, known.growth, {}, 3);
     EXPECT_TRUE((apply_radius_network(trained.weights, known.distances).array() == 0.07f).all());
 }
 
-TEST(RadiusNetwork, IgnoresADistanceThatNeverChangedInTraining) {
+TEST(RadiusNetwork, IgnoresADistanceThatIsConstantInTraining) {
     Known known;
     known.distances.col(5).setConstant(1.25f);
     const auto trained = train_radius_network(known.distances, known.growth, {.epochs = 5}, 3);

@@ -1,5 +1,7 @@
-"""Reads a body, a recording, a dataset that it is a shard of, and a tree as a user would, and checks what they hold.
-Usage: read_with_h5py.py BODY RECORDING DATASET TREE BODY_SHA256 MODAL_U_7_2 BD_UBAR_1_3"""
+"""Reads a body, a recording, the dataset that contains it, and a tree as a user would, and checks their content.
+
+Usage: read_with_h5py.py BODY RECORDING DATASET TREE BODY_SHA256 NBD_U_7_2 BD_UBAR_1_3
+"""
 import hashlib
 import json
 import sys
@@ -8,12 +10,11 @@ import h5py
 import numpy as np
 
 body_path, recording_path, dataset_path, tree_path, body_sha256 = sys.argv[1:6]
-modal_u, bd_ubar = map(np.float32, sys.argv[6:8])
-
+nbd_u, bd_ubar = map(np.float32, sys.argv[6:8])
 
 
 def text(item, name):
-    """Texts have a fixed length in the file, so h5py gives bytes."""
+    """Decodes an attribute; texts have a fixed length in the file, so h5py returns bytes."""
     return item.attrs[name].decode()
 
 
@@ -34,6 +35,7 @@ with h5py.File(body_path) as body:
         digest.update(f"{name} {data.dtype} {' x '.join(map(str, data.shape))}\n".encode())
         digest.update(data[:].tobytes())
     assert digest.hexdigest() == body_sha256
+
 
 def check_trajectory(recording):
     assert text(recording, "format") == "nbdtree recording"
@@ -64,8 +66,8 @@ with h5py.File(dataset_path) as dataset:
 
 with h5py.File(tree_path) as tree:
     assert text(tree, "format") == "nbdtree tree"
-    assert tree["nbd/modes/U"][7, 2] == modal_u
-    assert tree["bd/modes/U"][7, 2] == modal_u  # stored once, a link
+    assert tree["nbd/modes/U"][7, 2] == nbd_u
+    assert tree["bd/modes/U"][7, 2] == nbd_u  # a link to the same dataset
     assert tree["bd/Ubar"][1, 3] == bd_ubar
     assert tree["topology/nodes"].shape == (15, 6) and tree["topology/nodes"][0, 0] == 1
     assert json.loads(tree["facts/config"][0])["modes"] == 128

@@ -17,7 +17,7 @@ using test::EditFile;
 using test::error_of;
 using RecordingFile = test::FileTest;
 
-/// Frame `frame` of trajectory `id`: other numbers in every place.
+/// Frame `frame` of trajectory `id`, with different numbers everywhere.
 Vertices frame_of(int id, int frame, int nodes) {
     Vertices x(nodes, 3);
     for (int i = 0; i < x.size(); ++i) x.data()[i] = std::sin(static_cast<float>(i + 1000 * frame + 77 * id));
@@ -33,7 +33,7 @@ TrajectoryInfo info_of(int id) {
             0};
 }
 
-/// `count` trajectories of 10 + id frames of 7 nodes; the second one failed.
+/// Writes `count` trajectories with 10 + id frames of 7 nodes; the second one failed.
 void write_recording(const std::filesystem::path& path, int count) {
     RecordingWriter file(path);
     for (int id = 0; id < count; ++id) {
@@ -45,7 +45,7 @@ void write_recording(const std::filesystem::path& path, int count) {
     file.finish();
 }
 
-TEST_F(RecordingFile, GivesBackEveryFrameBitForBit) {
+TEST_F(RecordingFile, RoundTripsEveryFrameBitForBit) {
     const auto path = folder / "data.h5";
     write_recording(path, 3);
     const RecordingReader file(path);
@@ -74,7 +74,7 @@ TEST_F(RecordingFile, GivesBackEveryFrameBitForBit) {
     EXPECT_EQ(files_in_folder(), 1u);
 }
 
-TEST_F(RecordingFile, TakesSeveralTrajectoriesByTurnsAndSortsThemById) {
+TEST_F(RecordingFile, InterleavesTrajectoriesAndSortsThemById) {
     const auto path = folder / "scene.h5";
     {
         RecordingWriter file(path);
@@ -99,7 +99,7 @@ TEST_F(RecordingFile, TakesSeveralTrajectoriesByTurnsAndSortsThemById) {
     EXPECT_EQ(y, frame_of(3, 1, 5));
 }
 
-TEST_F(RecordingFile, TakesAViewIntoALargerMatrix) {
+TEST_F(RecordingFile, WritesFromAViewIntoALargerMatrix) {
     Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> wide(4, 6);
     for (int i = 0; i < wide.size(); ++i) wide.data()[i] = static_cast<float>(i);
     RecordingWriter writer(folder / "data.h5");
@@ -111,7 +111,7 @@ TEST_F(RecordingFile, TakesAViewIntoALargerMatrix) {
     EXPECT_EQ(x, wide.middleCols<3>(2));
 }
 
-TEST_F(RecordingFile, StandsUnderItsNameOnlyWhenFinished) {
+TEST_F(RecordingFile, AppearsUnderItsNameOnlyWhenFinished) {
     {
         RecordingWriter file(folder / "data.h5");
         const int handle = file.begin_trajectory(info_of(0), 4);
@@ -126,7 +126,7 @@ TEST_F(RecordingFile, MayBeEmpty) {
     EXPECT_TRUE(RecordingReader(folder / "data.h5").trajectories().empty());
 }
 
-TEST_F(RecordingFile, RefusesFramesThatItCouldNotGiveBack) {
+TEST_F(RecordingFile, RejectsFramesThatItCannotStore) {
     const auto path = folder / "data.h5";
     RecordingWriter file(path);
     const std::string where = path.string() + ": ";
@@ -149,7 +149,7 @@ TEST_F(RecordingFile, RefusesFramesThatItCouldNotGiveBack) {
     EXPECT_EQ(RecordingReader(path).trajectories()[0].frames, 1);
 }
 
-TEST_F(RecordingFile, RefusesARangeOutsideTheTrajectory) {
+TEST_F(RecordingFile, RejectsARangeOutsideTheTrajectory) {
     const auto path = folder / "data.h5";
     write_recording(path, 2);
     const RecordingReader file(path);
@@ -161,7 +161,7 @@ TEST_F(RecordingFile, RefusesARangeOutsideTheTrajectory) {
     EXPECT_EQ(error_of([&] { file.nodes(2); }), path.string() + ": trajectory at 2; allowed: 0 to 1");
 }
 
-TEST_F(RecordingFile, IsHashedByItsPositions) {
+TEST_F(RecordingFile, HashesItsPositionsOnly) {
     write_recording(folder / "a.h5", 2);
     write_recording(folder / "b.h5", 2);
     write_recording(folder / "c.h5", 3);
@@ -184,13 +184,13 @@ std::string read_everything(const std::filesystem::path& path) {
     return text.str();
 }
 
-TEST_F(RecordingFile, FindsRandomDamage) {
-    write_recording(folder / "data.h5", 12);  // more than a group keeps in its header
+TEST_F(RecordingFile, DetectsRandomDamage) {
+    write_recording(folder / "data.h5", 12);  // more than fit into the header of an HDF5 group
     test::expect_damage_is_found(folder / "data.h5", read_everything);
 }
 
 struct BrokenRecording {
-    const char* what;  // follows the path
+    const char* what;  // message after the path
     void (*edit)(EditFile&);
 };
 
@@ -198,7 +198,7 @@ std::ostream& operator<<(std::ostream& out, const BrokenRecording& broken) { ret
 
 class BrokenRecordingFile : public RecordingFile, public ::testing::WithParamInterface<BrokenRecording> {};
 
-TEST_P(BrokenRecordingFile, IsRefusedInOneLine) {
+TEST_P(BrokenRecordingFile, IsRejectedInOneLine) {
     const auto path = folder / "data.h5";
     write_recording(path, 2);
     {
@@ -219,7 +219,7 @@ const BrokenRecording broken_recordings[] = {
     {"is a file of 'nbdtree recording' version 9",
      [](EditFile& f) { f.set_attribute("/", "format_version", 9); }},
     {"attribute 'format' is not a text", [](EditFile& f) { f.set_attribute("/", "format", 1); }},
-    {"has no 'trajectories'; allowed: a file that has it", [](EditFile& f) { f.remove("trajectories"); }},
+    {"has no 'trajectories'; allowed: a file with this item", [](EditFile& f) { f.remove("trajectories"); }},
     {"has no 'trajectories/000001/positions'",
      [](EditFile& f) { f.remove("trajectories/000001/positions"); }},
     {"dataset 'trajectories/000001/positions' holds float64; allowed: float32",

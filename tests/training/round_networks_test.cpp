@@ -14,7 +14,7 @@ Eigen::Array4f given(const ByteNetworks& networks, int node, const PoseRows& z, 
     return result;
 }
 
-TEST(RoundNetworks, LeavesNoMeanError) {
+TEST(RoundNetworks, RemovesTheMeanError) {
     const MlpShape shape{.inputs = 20, .hidden = 16};
     constexpr int nodes = 3, poses = 300;
     Eigen::VectorXf weights(nodes * shape.weights());
@@ -37,7 +37,7 @@ TEST(RoundNetworks, LeavesNoMeanError) {
         EXPECT_GT((before / poses).abs().maxCoeff(), 0.1f);
         EXPECT_LT((after / poses).abs().maxCoeff(), 1e-5f);
     }
-    // Nothing but the last biases.
+    // Only the last biases change.
     const std::vector<float> of_plain = plain.weights(), of_centred = centred.weights();
     for (std::size_t i = 0; i < of_plain.size(); ++i)
         if (static_cast<int>(i) % shape.weights() < shape.b3()) {

@@ -23,7 +23,7 @@ class Split : public test::FileTest {
     }
 };
 
-TEST_F(Split, PartsAreDisjointAndTogetherAllFramesOfCompleteTrajectories) {
+TEST_F(Split, PartitionsTheFramesOfCompleteTrajectories) {
     const auto data = recording(20, 30, {3, 11});
     const TrainingSplit split = make_split(data, 0.25, 0.2, 5);
     EXPECT_EQ(split.held_out_trajectories.size(), 5u);  // a quarter of 18, rounded
@@ -45,7 +45,7 @@ TEST_F(Split, PartsAreDisjointAndTogetherAllFramesOfCompleteTrajectories) {
                 0.06);
 }
 
-TEST_F(Split, DependsOnTheSeedAlone) {
+TEST_F(Split, DependsOnlyOnTheSeed) {
     const auto data = recording(20, 4);
     const auto held_out = [&](std::uint64_t seed) {
         return make_split(data, 0.3, 0.1, seed).held_out_trajectories;
@@ -54,7 +54,7 @@ TEST_F(Split, DependsOnTheSeedAlone) {
     EXPECT_NE(held_out(1), held_out(2));
 }
 
-TEST_F(Split, TakesCalibrationTrajectoriesFromThoseThatAreNotHeldOut) {
+TEST_F(Split, TakesCalibrationTrajectoriesFromTheRest) {
     const auto data = recording(20, 6, {3, 11});
     const TrainingSplit without = make_split(data, 0.25, 0.2, 5),
                         split = make_split(data, 0.25, 0.2, 5, 0.25);
@@ -80,7 +80,7 @@ TEST_F(Split, TakesCalibrationTrajectoriesFromThoseThatAreNotHeldOut) {
               "share of calibration trajectories 1, allowed is [0, 1)");
 }
 
-TEST_F(Split, HoldsOutAtLeastOneAndKeepsAtLeastOne) {
+TEST_F(Split, HoldsOutAndKeepsAtLeastOneTrajectory) {
     const auto data = recording(3, 4);
     EXPECT_EQ(make_split(data, 0.01, 0, 1).held_out_trajectories.size(), 1u);
     EXPECT_TRUE(make_split(data, 0, 0, 1).held_out_trajectories.empty());
@@ -90,7 +90,7 @@ TEST_F(Split, HoldsOutAtLeastOneAndKeepsAtLeastOne) {
               std::string::npos);
 }
 
-TEST_F(Split, RefusesARecordingWhereEverythingFailed) {
+TEST_F(Split, RejectsARecordingWithoutCompleteTrajectories) {
     const auto data = recording(2, 4, {0, 1});
     EXPECT_NE(error_of([&] {
                   make_split(data, 0.5, 0, 1);
@@ -99,7 +99,7 @@ TEST_F(Split, RefusesARecordingWhereEverythingFailed) {
     EXPECT_TRUE(complete_frames(data).empty());
 }
 
-TEST_F(Split, RefusesSharesOutOfRange) {
+TEST_F(Split, RejectsSharesOutOfRange) {
     const auto data = recording(2, 4);
     EXPECT_EQ(error_of([&] { make_split(data, 1, 0, 1); }),
               "share of held-out trajectories 1, allowed is [0, 1)");
@@ -107,7 +107,7 @@ TEST_F(Split, RefusesSharesOutOfRange) {
               "share of random test frames -0.5, allowed is [0, 1)");
 }
 
-TEST(Spread, TakesEvenlyAndNoFrameTwice) {
+TEST(Spread, SpacesFramesEvenlyWithoutRepeats) {
     std::vector<FrameId> frames;
     for (int i = 0; i < 100; ++i) frames.push_back({0, i});
     const auto ten = spread(frames, 10);

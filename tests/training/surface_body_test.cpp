@@ -7,7 +7,7 @@
 namespace nbd {
 namespace {
 
-/// Three surface vertices on two nodes: the nodes themselves and a point at a quarter between them.
+/// Three surface vertices on two nodes: the nodes themselves and the point a quarter of the way between them.
 SurfaceEmbedding quarter() {
     SurfaceEmbedding W(3, 2);
     const std::vector<Eigen::Triplet<float>> entries{{0, 0, 1.f}, {1, 1, 1.f}, {2, 0, 0.75f}, {2, 1, 0.25f}};
@@ -15,7 +15,7 @@ SurfaceEmbedding quarter() {
     return W;
 }
 
-TEST(SurfaceBody, EmbeddingCarriesPositionsAndModesAlike) {
+TEST(SurfaceBody, EmbedsPositionsAndModesAlike) {
     Vertices nodes(2, 3);
     nodes << 0, 0, 0, 4, 8, -4;
     Vertices x;
@@ -29,7 +29,7 @@ TEST(SurfaceBody, EmbeddingCarriesPositionsAndModesAlike) {
     EXPECT_EQ(body.U.transpose(), (Eigen::RowVectorXf(9) << 0, 0, 0, 4, 8, -4, 1, 2, -1).finished());
 }
 
-TEST(SurfaceBody, RefusesShapesThatDoNotFit) {
+TEST(SurfaceBody, RejectsInvalidShapes) {
     const Faces F{{0, 1, 2}};
     const Vertices X = Vertices::Zero(3, 3), four = Vertices::Zero(4, 3);
     EXPECT_THROW(make_surface_body(four, F, quarter(), Eigen::MatrixXf::Zero(6, 1), ""),

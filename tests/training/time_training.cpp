@@ -1,5 +1,5 @@
-// Prints the microseconds of processor time that training takes a pose and node, forward, backward and Adam,
-// on one core. Arguments: poses epochs arithmetic. For compare_torch.py.
+// Prints the CPU time of training per pose and node in microseconds: forward, backward and Adam, on one core.
+// Arguments: poses epochs arithmetic. Run by compare_torch.py.
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>

@@ -1,4 +1,4 @@
-// Networks go to PyTorch and come back.
+// Networks survive the export to PyTorch and the import back.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -35,13 +35,13 @@ class TorchTest : public test::FileTest {
 
 TEST_F(TorchTest, ExportedNetworksGiveTheSameSpheres) {
     TreeFile file = test::example_tree({});
-    // Aligned to a body, so that the rotation is well determined.
+    // Representatives at their vertices make the rotation well determined.
     for (std::size_t i = 0; i < file.tree.nbd->modes.representatives.size(); ++i)
         file.tree.nbd->modes.X.row(static_cast<Eigen::Index>(i)) =
             file.X.row(file.tree.nbd->modes.representatives[i]);
     save_torch(folder / "torch.h5", file);
     const auto tree = std::make_shared<const CollisionTree>(file.tree);
-    PosedTree posed(tree, BoundKind::nbd, 0.f);  // no margins: the networks alone
+    PosedTree posed(tree, BoundKind::nbd, 0.f);  // no margins: only the networks
     constexpr int poses = 7;
     const auto nodes = static_cast<Eigen::Index>(tree->spheres.nodes.size());
     PoseRows x(poses, 3 * file.X.rows()), spheres(poses, 4 * nodes);
@@ -61,7 +61,7 @@ TEST_F(TorchTest, ExportedNetworksGiveTheSameSpheres) {
     python(NBD_CHECK_TORCH, fmt::format("'{}' torch.h5 poses.h5", NBD_TORCH));
 }
 
-TEST_F(TorchTest, ExportRefusesATreeWithoutNetworks) {
+TEST_F(TorchTest, ExportRejectsATreeWithoutNetworks) {
     TreeFile file = test::example_tree({});
     file.tree.nbd.reset();
     const std::string error = test::error_of([&] { save_torch(folder / "torch.h5", file); });
@@ -69,7 +69,7 @@ TEST_F(TorchTest, ExportRefusesATreeWithoutNetworks) {
     EXPECT_FALSE(std::filesystem::exists(folder / "torch.h5"));
 }
 
-/// Mean radius error over all depths of the held-out trajectories.
+/// Mean radius error on the held-out trajectories over all depths.
 double radius_error(const TreeFile& file, const RecordingReader& recording) {
     double sum = 0;
     int rows = 0;
@@ -81,7 +81,7 @@ double radius_error(const TreeFile& file, const RecordingReader& recording) {
     return sum / rows;
 }
 
-TEST_F(TorchTest, TheTrainingScriptWritesATreeThatLoadsAndHasLearned) {
+TEST_F(TorchTest, TheTrainingScriptImprovesATreeThatStillLoads) {
     const test::Bar bar(8);
     bar.record(folder / "data.h5", 10, 40, 3);
     const RecordingReader recording(folder / "data.h5");
@@ -101,8 +101,8 @@ TEST_F(TorchTest, TheTrainingScriptWritesATreeThatLoadsAndHasLearned) {
     save_tree(folder / "begun.h5", begun);
     python(NBD_TORCH "/train.py", "begun.h5 data.h5 -o trained.h5 --epochs 120 --device cpu");
     const TreeFile trained = load_tree(folder / "trained.h5");
-    EXPECT_TRUE(trained.tree.calibrations.empty());     // other networks keep no old promise
-    EXPECT_EQ(trained.facts.poses, begun.facts.poses);  // the same frames kept out
+    EXPECT_TRUE(trained.tree.calibrations.empty());     // calibrations of the old networks are dropped
+    EXPECT_EQ(trained.facts.poses, begun.facts.poses);  // the same frames are held out
     EXPECT_EQ(trained.tree.bd->modes.U, begun.tree.bd->modes.U);
     const NbdModel &ours = *begun.tree.nbd, &theirs = *trained.tree.nbd;
     EXPECT_EQ(theirs.modes.representatives, ours.modes.representatives);
@@ -111,7 +111,7 @@ TEST_F(TorchTest, TheTrainingScriptWritesATreeThatLoadsAndHasLearned) {
     EXPECT_TRUE(theirs.centre_map.numbers().isApprox(ours.centre_map.numbers(), 1e-2f));
     EXPECT_LT(radius_error(trained, recording), 0.5 * error_before);
     EXPECT_EQ(files_in_folder(), 4u);  // data, two trees, the log
-    // Again, from a tree that the script wrote.
+    // Trains again from a tree written by the script.
     python(NBD_TORCH "/train.py",
            "trained.h5 data.h5 -o again.h5 --epochs 2 --device cpu --hidden 16 --linear-centre 0");
     const TreeFile again = load_tree(folder / "again.h5");

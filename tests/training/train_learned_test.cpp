@@ -17,7 +17,7 @@ namespace {
 
 using test::Bar;
 
-/// A bar with 12 training trajectories of 25 frames and 4 that training does not see.
+/// A bar with 12 training trajectories of 25 frames and 4 unseen trajectories.
 class TrainLearned : public test::FileTest {
  protected:
     void SetUp() override {
@@ -79,7 +79,7 @@ TEST_F(TrainLearned, TakesEachNodesSamplesFromItsOwnVertices) {
     }
 }
 
-TEST_F(TrainLearned, IsAccurateOnTrajectoriesThatItHasNotSeen) {
+TEST_F(TrainLearned, IsAccurateOnUnseenTrajectories) {
     const double spread = radius_error(train({.samples = {.rule = SampleRule::spread, .count = 16}})),
                  support = radius_error(train({.samples = {.count = 16}})),
                  by_tolerance = radius_error(train({.samples = {.tolerance = 0.001}})),
@@ -107,7 +107,7 @@ TEST_F(TrainLearned, BoundsSmallNodesExactly) {
     EXPECT_GT(exact_nodes, 1000);
 }
 
-TEST_F(TrainLearned, KnowsThePosesOfItsTrainingAndFindsOthersStrange) {
+TEST_F(TrainLearned, ScoresUnusualPosesHigherThanTrainingPoses) {
     const LearnedModel model = train({});
     float known = 0;
     visit(model, "data.h5", [&](int, const Sphere&, float ood_score, const Sphere&, const Vertices&) {
@@ -125,7 +125,7 @@ TEST_F(TrainLearned, KnowsThePosesOfItsTrainingAndFindsOthersStrange) {
     EXPECT_GT(flat, known);
 }
 
-TEST_F(TrainLearned, BoxesHoldTheShareOfPosesThatTheyWereAskedFor) {
+TEST_F(TrainLearned, BoxesKeepTheGivenMissRate) {
     const RecordingReader data(folder / "data.h5");
     const auto frames = complete_frames(data);
     for (const double miss_rate : {0., 0.1}) {
@@ -155,7 +155,7 @@ TEST_F(TrainLearned, GivesTheSameBitsOnAnyNumberOfThreads) {
     }
 }
 
-TEST_F(TrainLearned, RefusesWhatItCannotTrain) {
+TEST_F(TrainLearned, RejectsInvalidOptionsAndMissingPoses) {
     const auto error = [&](const LearnedConfig& config) { return test::refusal([&] { train(config); }); };
     EXPECT_EQ(error({.samples = {.count = 17}}),
               "samples of a node: 17, allowed is 0 or a multiple of 16 up to 128");

@@ -40,7 +40,7 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
     EXPECT_EQ(a.facts.z_error, b.facts.z_error);
 }
 
-TEST_F(TrainTree, GivesATreeWhoseModelsFitAndThatSaysWhatItWasTrainedOn) {
+TEST_F(TrainTree, GivesConsistentModelsAndTrainingFacts) {
     const auto data = recording();
     std::vector<std::string> stages;
     const TreeFile file = train_tree(bar.body, data, quick(),
@@ -69,7 +69,7 @@ TEST_F(TrainTree, GivesTheSameBitsOnAnyNumberOfThreads) {
     expect_same(test::on_threads(1, run), test::on_threads(2, run));
 }
 
-TEST_F(TrainTree, GivesTheSameBitsWhenInterruptedAndResumedFromItsCheckpoint) {
+TEST_F(TrainTree, GivesTheSameBitsAfterResumingFromACheckpoint) {
     const auto data = recording();
     const auto checkpoint = folder / "checkpoint.h5";
     std::atomic<bool> cancel = false;
@@ -86,7 +86,7 @@ TEST_F(TrainTree, GivesTheSameBitsWhenInterruptedAndResumedFromItsCheckpoint) {
     expect_same(resumed, train_tree(bar.body, data, quick()));
 }
 
-TEST_F(TrainTree, TrainsTheBoundsThatItIsAskedFor) {
+TEST_F(TrainTree, TrainsOnlyTheRequestedBounds) {
     const auto data = recording();
     const TreeFile both = train_tree(bar.body, data, quick());
     TrainConfig config = quick();
@@ -104,7 +104,7 @@ TEST_F(TrainTree, TrainsTheBoundsThatItIsAskedFor) {
     EXPECT_EQ(load_tree(folder / "learned.h5").tree.learned->values, learned.tree.learned->values);
 }
 
-TEST_F(TrainTree, TakesTheLowestModesWhereTheBodyHasMore) {
+TEST_F(TrainTree, UsesTheLowestModesOfTheBody) {
     TrainConfig config = quick();
     config.modes = 5;
     const TreeFile file = train_tree(bar.body, recording(), config);
@@ -115,7 +115,7 @@ TEST_F(TrainTree, TakesTheLowestModesWhereTheBodyHasMore) {
     EXPECT_NE(file.facts.config.find("\"modes\":5,"), std::string::npos);
 }
 
-TEST_F(TrainTree, RefusesTooFewPosesAndBadOptions) {
+TEST_F(TrainTree, RejectsTooFewPosesAndInvalidOptions) {
     const auto data = recording(2, 10);
     const auto error = [&](auto change) {
         TrainConfig config = quick();
@@ -136,7 +136,7 @@ TEST_F(TrainTree, RefusesTooFewPosesAndBadOptions) {
               "hidden layers of 7 neurons, allowed are 16, 32 and 64");
 }
 
-TEST_F(TrainTree, RefusesAnotherBodysRecordingAndABodyWithoutModes) {
+TEST_F(TrainTree, RejectsAnotherBodysRecordingAndABodyWithoutModes) {
     const auto data = recording(2, 40);
     SurfaceBody other = bar.body;
     other.hash = std::string(64, 'c');

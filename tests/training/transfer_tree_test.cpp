@@ -71,7 +71,7 @@ TEST_F(TransferTree, BoundsTheSameNodesOfAFinerSurface) {
     EXPECT_EQ(leaves_outside, 0);
 }
 
-TEST_F(TransferTree, GivesNbdSpheresAsTheyWere) {
+TEST_F(TransferTree, KeepsNbdSpheres) {
     const Bar coarse(12, 4), fine(12, 8);
     coarse.record(folder / "data.h5", 12, 25, 2);
     TrainConfig config;
@@ -100,7 +100,7 @@ TEST_F(TransferTree, GivesNbdSpheresAsTheyWere) {
     EXPECT_GT(moved, 0.1f);
 }
 
-TEST_F(TransferTree, RefusesOtherSurfacesAndTreesWithoutSuchBounds) {
+TEST_F(TransferTree, RejectsOtherSurfacesAndTreesWithoutTransferableBounds) {
     TreeFile before = trained();
     SurfaceBody other = fine.body;
     other.X *= 1.5f;

@@ -109,17 +109,17 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
     expect_same(a.facts, b.facts);
 }
 
-TEST_F(TreeFileTest, GivesBackWhatWasSaved) {
+TEST_F(TreeFileTest, RoundTripsATree) {
     TreeFile file = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
     save_tree(folder / "tree.h5", file);
     expect_same(load_tree(folder / "tree.h5"), file);
-    file.tree.nbd->centre_map = FixedMatrix();  // as the paper has it
+    file.tree.nbd->centre_map = FixedMatrix();  // no linear part, as in the paper
     save_tree(folder / "tree.h5", file);
     expect_same(load_tree(folder / "tree.h5"), file);
     EXPECT_EQ(files_in_folder(), 1u);
 }
 
-TEST_F(TreeFileTest, DoesNotTrustNbdCalibrationsFromBeforeTheSpreadOfCodesWasMeasured) {
+TEST_F(TreeFileTest, DropsNbdCalibrationsWithoutACoordinateSpread) {
     TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
     file.tree.nbd->z_mean.resize(0);
     file.tree.nbd->z_whitening.resize(0, 0);
@@ -129,7 +129,7 @@ TEST_F(TreeFileTest, DoesNotTrustNbdCalibrationsFromBeforeTheSpreadOfCodesWasMea
     expect_same(load_tree(folder / "old.h5"), file);
 }
 
-TEST_F(TreeFileTest, DoesNotTrustCalibrationsOfNetworksThatAreRoundedNow) {
+TEST_F(TreeFileTest, DropsCalibrationsOfNetworksThatLoadingRounds) {
     const TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
     save_tree(folder / "tree.h5", file);
     EXPECT_TRUE(load_tree(folder / "tree.h5").tree.calibrations.contains(BoundKind::nbd));
@@ -155,16 +155,16 @@ TEST_F(TreeFileTest, NeedsNoModels) {
     expect_same(load_tree(folder / "exact.h5"), file);
 }
 
-TEST_F(TreeFileTest, KeepsDifferentModesOfBothModels) {
+TEST_F(TreeFileTest, KeepsSeparateModesOfBothModels) {
     TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
     file.tree.bd->modes.w[3] += 1;
     save_tree(folder / "tree.h5", file);
     expect_same(load_tree(folder / "tree.h5"), file);
 }
 
-// The paper's sizes: 16200 faces, depth 7, 128 modes, 512 representatives, 32 hidden units. Of random numbers
-// as of trained weights, signs and exponents alone deflate.
-TEST_F(TreeFileTest, StaysBelowEightMegabytesAtThePapersSizes) {
+// The paper's sizes: 16200 faces, depth 7, 128 modes, 512 representatives, 32 hidden units. Random numbers
+// compress like trained weights: only signs and exponents deflate.
+TEST_F(TreeFileTest, IsBelowEightMegabytesAtThePapersSizes) {
     const auto path = folder / "tree.h5";
     TreeFile file = example_tree({.grid = 90, .depth = 7, .modes = 128, .representatives = 512});
     ASSERT_EQ(file.tree.spheres.nodes.size(), 255u);
@@ -179,7 +179,7 @@ TEST_F(TreeFileTest, StaysBelowEightMegabytesAtThePapersSizes) {
     EXPECT_LT(nbd, both);
 }
 
-TEST_F(TreeFileTest, ThatWouldNotLoadIsNotSaved) {
+TEST_F(TreeFileTest, RefusesToSaveATreeThatWouldNotLoad) {
     TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
     file.tree.nbd->out_scale(1, 5) = std::numeric_limits<float>::quiet_NaN();
     const std::string error = error_of([&] { save_tree(folder / "tree.h5", file); });
@@ -193,7 +193,7 @@ std::string read_everything(const std::filesystem::path& path) {
     return h5::inspect(path).substr(path.string().size());
 }
 
-TEST_F(TreeFileTest, FindsRandomDamage) {
+TEST_F(TreeFileTest, DetectsRandomDamage) {
     const auto path = folder / "tree.h5";
     const TreeFile whole = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
     save_tree(path, whole);
@@ -205,7 +205,7 @@ TEST_F(TreeFileTest, FindsRandomDamage) {
 }
 
 struct BrokenTree {
-    const char* what;  // follows the path
+    const char* what;  // message after the path
     void (*edit)(EditFile&);
 };
 
@@ -213,7 +213,7 @@ std::ostream& operator<<(std::ostream& out, const BrokenTree& broken) { return o
 
 class BrokenTreeFile : public TreeFileTest, public ::testing::WithParamInterface<BrokenTree> {};
 
-TEST_P(BrokenTreeFile, IsRefusedInOneLine) {
+TEST_P(BrokenTreeFile, IsRejectedInOneLine) {
     const auto path = folder / "tree.h5";
     save_tree(path, example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12}));
     {
@@ -267,7 +267,7 @@ const BrokenTree broken_trees[] = {
     {"an entry of Ubar is not finite", [](EditFile& f) { f.set("bd/Ubar", 3, nan); }},
     {"modes: representative vertex 64", [](EditFile& f) { f.set("nbd/modes/representatives", 1, 64); }},
     {"modes: weight 2 is 0", [](EditFile& f) { f.set("nbd/modes/weights", 2, 0.f); }},
-    {"has no 'nbd/modes/representatives'; allowed: a file that has it",
+    {"has no 'nbd/modes/representatives'; allowed: a file with this item",
      [](EditFile& f) { f.remove("bd"), f.remove("nbd/modes"); }},
     {"'bd/modes/representatives'", [](EditFile& f) { f.remove("nbd"); }},
     {"dataset 'bd/modes/U' is 36; allowed: 36 x n",

@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
     };
     return nbd::run_program({.name = "nbdtree-bench",
                              .description = "Times nbdtree against what it is to be compared with.",
-                             .add_commands = add_commands},
+                             .add_commands = add_commands,
+                             .old_names = {{"local", "learned"}}},
                             argc, argv);
 }

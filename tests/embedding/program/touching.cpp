@@ -1,9 +1,10 @@
-// Which triangles of two deforming bodies touch, frame by frame?
+// Prints which triangles of two deforming bodies touch in each frame.
 //
 //     touching TREE POSES TREE POSES [BOUNDS] > pairs.csv
 //
-// TREE: what `nbdtree export --flat TREE.h5 -o TREE.nbd` writes. POSES stands for a simulator: positions of
-// all vertices, float32 x y z, frame after frame. BOUNDS: those that both trees have; `boxes` if not given.
+// TREE: output of `nbdtree export --flat TREE.h5 -o TREE.nbd`. POSES: in place of a simulator, a file with
+// the positions of all vertices, float32 x y z, frame after frame. BOUNDS: bounds that both trees have,
+// `boxes` by default.
 
 #include <cstdio>
 #include <exception>
@@ -26,15 +27,14 @@ class Body {
         const auto bytes =
             static_cast<std::streamsize>(x_.size()) * static_cast<std::streamsize>(sizeof(float));
         if (!poses_.read(reinterpret_cast<char*>(x_.data()), bytes)) return false;
-        tree_.begin_pose(
-            x_);  // refers to x_: nothing is copied, and no more of it is read than a query needs
+        tree_.begin_pose(x_);  // keeps a reference; a query reads only the positions it needs
         return true;
     }
     nbd::PosedTree& tree() { return tree_; }
 
  private:
     nbd::PosedTree tree_;
-    nbd::Vertices x_;  // [vertices, 3] metres, in the order of the surface that the tree was made for
+    nbd::Vertices x_;  // [vertices, 3] metres, in the vertex order of the tree's surface
     std::ifstream poses_;
 };
 
@@ -47,7 +47,7 @@ int main(int argc, char** argv) try {
     }
     const nbd::BoundKind kind = nbd::bound_kind(argc == 6 ? argv[5] : "boxes");
     Body a(argv[1], argv[2], kind), b(argv[3], argv[4], kind);
-    nbd::PairQuery query;  // owns the scratch: kept from frame to frame, it allocates nothing
+    nbd::PairQuery query;  // keeps its scratch memory: after the first frames it allocates nothing
     std::puts("frame,face_a,face_b");
     for (int frame = 0; a.next_frame() && b.next_frame(); ++frame)
         for (const nbd::FacePair pair : query.intersecting(a.tree(), b.tree()))

@@ -1,0 +1,318 @@
+#!/usr/bin/env python3
+"""Runs the commands of the pages and checks the links of all .md files.
+
+The pages are README.md, CONTRIBUTING.md, apps/docs/*.md, apps/results/README.md and assets/*/README.md, in this order:
+
+    tests/docs_commands.py --build build/release --source .
+
+- A block marked ```sh runs line by line, as written, in a fresh folder that looks like the project's: its files, with
+  the build as build/release and an empty out/. Later pages see what earlier ones wrote.
+- A block marked ```sh long, or a command inside the text, is checked only: the program exists, and every subcommand,
+  option and named choice is in its --help.
+- A block marked ```python runs where the modules that it imports are installed.
+- A relative link in any .md file of the project must lead to a file, and to a heading where it names one.
+
+Prints each command with its seconds; stops at the first failure with page and line, exit status 1.
+"""
+import argparse
+import importlib.util
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+OURS = ("nbdtree", "nbdtree-bench")
+LAUNCHERS = ("mpirun", "sbatch", "srun")  # what they start stands behind their own options
+OTHERS = ("cmake", "ctest", "git", "mkdir", "apt-get", "ninja")  # not ours: checked by nobody but their makers
+OPERATORS = {"&&", "||", ";", "|", "(", ")", "&"}
+SECONDS_FOR_ONE_COMMAND = 120
+
+
+class Failure(Exception):
+    """What is wrong, and where: page and line."""
+
+
+# --- pages ---------------------------------------------------------------------------------------------------
+
+def blocks(text):
+    """Fenced blocks as (info string, number of the first line inside, lines)."""
+    found, opened = [], None
+    for number, line in enumerate(text.splitlines(), 1):
+        fence = re.match(r"\s*```(.*)$", line)
+        if fence and opened is None:
+            opened = (fence.group(1).strip(), number + 1, [])
+        elif fence:
+            found.append(opened)
+            opened = None
+        elif opened:
+            opened[2].append(line.strip() if opened[0].startswith("sh") else line)
+    return found
+
+
+def command_lines(first, lines):
+    """Commands as (line number, text): lines that end with a backslash go on, comments of a whole line are left out."""
+    text, start = "", first
+    for number, line in enumerate(lines, first):
+        if not text:
+            start = number
+        if line.endswith("\\"):
+            text += line[:-1] + " "
+            continue
+        text += line
+        if text.strip() and not text.lstrip().startswith("#"):
+            yield start, text.strip()
+        text = ""
+
+
+def commands_in_text(text):
+    """Commands of ours inside the prose: `nbdtree SUBCOMMAND ...`, as (line number, text)."""
+    prose = re.sub(r"^([ \t]*)```.*?^[ \t]*```", lambda m: "\n" * m.group().count("\n"), text, flags=re.M | re.S)
+    for span in re.finditer(r"(?<!`)`((?:nbdtree|nbdtree-bench) [^`]+)`", prose):
+        yield prose.count("\n", 0, span.start()) + 1, " ".join(span.group(1).replace("...", "").split())
+
+
+# --- commands that are checked only --------------------------------------------------------------------------
+
+def simple_commands(text):
+    """The words of each simple command of a line, without variables in front and redirections behind."""
+    lexer = shlex.shlex(text, posix=True, punctuation_chars=True)
+    lexer.whitespace_split = True
+    lexer.commenters = "#"
+    commands, words, skip = [], [], False
+    for token in lexer:
+        if token in OPERATORS:
+            commands.append(words)
+            words = []
+        elif skip or re.fullmatch(r"[<>]+", token):
+            skip = not skip
+        elif words or not re.fullmatch(r"\w+=.*", token):
+            words.append(token)
+    return [words for words in commands + [words] if words]
+
+
+class Help:
+    """Subcommands, options and choices that programs name in their --help."""
+
+    def __init__(self, environment):
+        self.environment, self.known = environment, {}
+
+    def text(self, *command):
+        if command not in self.known:
+            run = subprocess.run([*command, "--help"], env=self.environment, capture_output=True, text=True)
+            if run.returncode != 0:
+                raise Failure(f"{' '.join(command)}: there is no such command")
+            self.known[command] = run.stdout
+        return self.known[command]
+
+    def options(self, *command):
+        """Option -> the choices for its value: those that its line names, [] for any, None where it takes none."""
+        found = {}
+        for line in self.text(*command).splitlines():
+            head = re.match(r"\s+(-{1,2}[A-Za-z][\w-]*(?:,-{1,2}[A-Za-z][\w-]*)*)(?: ([A-Z]+|\S*\{)|$|\s)", line)
+            if not head:
+                continue
+            choices = re.search(r"\{([\w,-]+)\}", line)
+            value = choices.group(1).split(",") if choices else [] if head.group(2) else None
+            found.update(dict.fromkeys(head.group(1).split(","), value))
+        return found
+
+
+def check_ours(words, help_of):
+    """A command of nbdtree or nbdtree-bench: the options in front, the subcommand, its options and their choices."""
+    program, common = words[0], help_of.options(words[0])
+    subcommand, options, choices = None, common, None  # choices: for the value that comes next
+    for word in words[1:]:
+        if re.match(r"--?[A-Za-z]", word):
+            if word not in options:
+                raise Failure(f"{program} {subcommand or ''}: no option {word}; see its --help")
+            choices = options[word]
+        elif choices is not None:
+            for value in word.split(","):
+                if choices and value not in choices and not value.isupper():
+                    raise Failure(f"{program} {subcommand or ''}: no choice {value}; known: {', '.join(choices)}")
+            choices = None
+        elif subcommand is None:
+            if not re.search(rf"^\s+{re.escape(word)}\s", help_of.text(program), re.M):
+                raise Failure(f"{program}: no command {word}; see its --help")
+            subcommand, options = word, {**common, **help_of.options(program, word)}
+
+
+def check_other(words, folder):
+    """A command that is not ours: a file of the project, or a known program."""
+    program = words[0]
+    if program.startswith("python") and len(words) > 1 and words[1].endswith(".py"):
+        program = words[1]
+    if "/" in program:
+        if not (folder / program).is_file():
+            raise Failure(f"{program}: no such file")
+        for word in words[1:]:
+            if re.match(r"(build|tests|apps|training|assets)/", word) and not (folder / word).exists():
+                raise Failure(f"{word}: no such file")
+    elif program not in OTHERS:
+        raise Failure(f"{program}: neither a program of ours nor one that {Path(__file__).name} knows")
+    if "--preset" in words:
+        presets = json.loads((folder / "CMakePresets.json").read_text())
+        names = [p["name"] for kind in ("configurePresets", "buildPresets", "testPresets") for p in presets[kind]]
+        if words[words.index("--preset") + 1] not in names:
+            raise Failure(f"no preset {words[words.index('--preset') + 1]}; known: {', '.join(dict.fromkeys(names))}")
+
+
+def check(text, help_of, folder):
+    for words in simple_commands(text):
+        if words[0] in LAUNCHERS:
+            start = next((i for i, word in enumerate(words) if word in OURS or "/" in word), len(words))
+            words = words[start:]
+        if not words:
+            continue
+        if words[0] in OURS:
+            if shutil.which(words[0], path=help_of.environment["PATH"]):
+                check_ours(words, help_of)
+        else:
+            check_other(words, folder)
+
+
+# --- commands that run ---------------------------------------------------------------------------------------
+
+def make_folder(folder, source, build):
+    """Links to the project's files, the build as build/release, an empty out/."""
+    for entry in source.iterdir():
+        if entry.name not in ("build", "out", ".git"):
+            (folder / entry.name).symlink_to(entry)
+    (folder / "build").mkdir()
+    (folder / "build" / "release").symlink_to(build)
+    (folder / "out").mkdir()
+
+
+def run(text, folder, environment):
+    """Runs a line of the shell; variables that it exports are kept. Returns the seconds."""
+    start = time.monotonic()
+    kept = folder / ".environment"
+    script = f"set -eu -o pipefail\n{text}\nenv -0 > '{kept}'"
+    try:
+        done = subprocess.run(["bash", "-c", script], cwd=folder, env=environment, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, timeout=SECONDS_FOR_ONE_COMMAND)
+    except subprocess.TimeoutExpired:
+        raise Failure(f"still running after {SECONDS_FOR_ONE_COMMAND} s: {text}") from None
+    if done.returncode != 0:
+        raise Failure(f"exit status {done.returncode}: {text}\n{done.stdout[-4000:]}")
+    exported = dict(pair.split("=", 1) for pair in kept.read_text().split("\0") if "=" in pair)
+    environment.clear()
+    environment.update(exported)
+    return time.monotonic() - start
+
+
+def missing_modules(code):
+    names = re.findall(r"^\s*(?:import|from)\s+([\w, ]+?)(?:\s+import.*)?$", code, re.M)
+    modules = {name.split()[0] for group in names for name in group.split(",")}
+    return sorted(name for name in modules if importlib.util.find_spec(name) is None)
+
+
+def missing_bench(line, environment):
+    return line.startswith("nbdtree-bench") and not shutil.which("nbdtree-bench", path=environment["PATH"])
+
+
+def run_page(page, source, folder, environment, help_of):
+    text = (source / page).read_text()
+    for info, first, lines in blocks(text):
+        number = first
+        try:
+            if info == "python":
+                code = "\n".join(lines)
+                missing = missing_modules(code)
+                if missing:
+                    print(f"  skipped {page}:{first}: no Python module {', '.join(missing)}")
+                    continue
+                (folder / "out" / "block.py").write_text(code)
+                print(f"{run(f'{sys.executable} out/block.py', folder, environment):6.1f} s  {page}:{first}: python")
+            elif info in ("sh", "sh long"):
+                for number, line in command_lines(first, lines):
+                    check(line, help_of, folder) if info == "sh long" or line.startswith(OURS) else None
+                    if info == "sh" and not missing_bench(line, environment):
+                        seconds = run(line, folder, environment)
+                        print(f"{seconds:6.1f} s  {line}", flush=True)
+        except Failure as failure:
+            raise Failure(f"{page}:{number}: {failure}") from None
+    for number, line in commands_in_text(text):
+        try:
+            check(line, help_of, folder)
+        except Failure as failure:
+            raise Failure(f"{page}:{number}: {failure}") from None
+
+
+# --- links ---------------------------------------------------------------------------------------------------
+
+def anchors(path):
+    """Headings of a page as links name them."""
+    titles = re.findall(r"^#+\s+(.*?)\s*$", path.read_text(), re.M)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def check_links(page, source):
+    text = (source / page).read_text()
+    for link in re.finditer(r"\]\(([^()\s]+)\)", text):
+        target, _, heading = link.group(1).partition("#")
+        where = f"{page}:{text.count(chr(10), 0, link.start()) + 1}"
+        if re.match(r"[a-z]+:", target):
+            continue
+        path = (source / page).parent / target if target else source / page
+        if not path.exists():
+            raise Failure(f"{where}: the link {link.group(1)} leads nowhere")
+        if heading and path.suffix == ".md" and heading not in anchors(path):
+            raise Failure(f"{where}: the page {path.name} has no heading for #{heading}")
+
+
+def pages_of(source):
+    docs = sorted((source / "apps" / "docs").glob("*.md"), key=lambda path: (path.name != "README.md", path.name))
+    results = source / "apps" / "results" / "README.md"
+    paths = [source / "README.md", source / "CONTRIBUTING.md", *docs, results, *sorted(source.glob("assets/*/README.md"))]
+    return [path.relative_to(source) for path in paths]
+
+
+def all_markdown(source):
+    for folder, folders, files in os.walk(source):
+        folders[:] = sorted(f for f in folders if f not in (".git", "build", "out"))
+        yield from (Path(folder, f).relative_to(source) for f in sorted(files) if f.endswith(".md"))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", type=Path, default=Path("build/release"), help="build folder with apps/nbdtree")
+    parser.add_argument("--source", type=Path, default=Path(__file__).parent.parent, help="the project's folder")
+    parser.add_argument("--links", action="store_true", help="only check links")
+    arguments = parser.parse_args()
+    source, build = arguments.source.resolve(), arguments.build.resolve()
+    start = time.monotonic()
+    try:
+        links = list(all_markdown(source))
+        for page in links:
+            check_links(page, source)
+        print(f"links of {len(links)} pages lead somewhere")
+        if arguments.links:
+            return 0
+        if not (build / "apps" / "nbdtree").is_file():
+            raise Failure(f"{build}/apps/nbdtree: no such program; build it first")
+        environment = {**os.environ, "PATH": f"{build / 'apps'}{os.pathsep}{os.environ['PATH']}"}
+        if not (build / "apps" / "nbdtree-bench").is_file():
+            print("nbdtree-bench was not built: its commands are not checked")
+        with tempfile.TemporaryDirectory(prefix="nbdtree_docs_") as name:
+            folder = Path(name)
+            make_folder(folder, source, build)
+            help_of = Help(dict(environment))
+            for page in pages_of(source):
+                print(f"{page}", flush=True)
+                run_page(page, source, folder, environment, help_of)
+    except Failure as failure:
+        print(f"error: {failure}", file=sys.stderr)
+        return 1
+    print(f"{time.monotonic() - start:.0f} s in all")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,120 @@
+#include "tests/sim/calculix/calculix.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace nbd::test {
+namespace {
+
+// Nodes, elements and material as CalculiX input, which allows at most 20 characters per number.
+std::string model(const ElasticBody& body, double density_scale = 1) {
+    const TetMesh& mesh = body.rest();
+    const Material& material = body.material();
+    std::string text = "*NODE, NSET=ALL\n";
+    const auto out = std::back_inserter(text);
+    for (Eigen::Index i = 0; i < mesh.X.rows(); ++i)
+        fmt::format_to(out, "{}, {:.12g}, {:.12g}, {:.12g}\n", i + 1, mesh.X(i, 0), mesh.X(i, 1),
+                       mesh.X(i, 2));
+    text += "*ELEMENT, TYPE=C3D4, ELSET=BODY\n";
+    for (Eigen::Index t = 0; t < mesh.T.rows(); ++t)
+        fmt::format_to(out, "{}, {}, {}, {}, {}\n", t + 1, mesh.T(t, 0) + 1, mesh.T(t, 1) + 1,
+                       mesh.T(t, 2) + 1, mesh.T(t, 3) + 1);
+    fmt::format_to(out, "*MATERIAL, NAME=ELASTIC\n*ELASTIC\n{:.12g}, {:.12g}\n*DENSITY\n{:.12g}\n",
+                   material.young, material.poisson, density_scale * material.density);
+    text += "*SOLID SECTION, ELSET=BODY, MATERIAL=ELASTIC\n";
+    return text;
+}
+
+// A share of each node's mass as one-node elements.
+std::string point_masses(const ElasticBody& body, double share) {
+    std::string text;
+    for (int i = 0; i < body.node_count(); ++i)
+        fmt::format_to(std::back_inserter(text),
+                       "*ELEMENT, TYPE=MASS, ELSET=M{0}\n{1}, {0}\n*MASS, ELSET=M{0}\n{2:.12g}\n", i + 1,
+                       body.element_count() + i + 1, share * body.node_masses()[i]);
+    return text;
+}
+
+std::string read_text(const std::filesystem::path& path) {
+    std::ifstream in(path);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// Runs CalculiX and returns its .dat file.
+std::string run_calculix(const std::string& input) {
+    const TemporaryFolder folder;
+    folder.write("job.inp", input);
+    const std::string command =
+        fmt::format("cd '{}' && OMP_NUM_THREADS=1 ccx job > log 2>&1", folder.path().string());
+    const int status = std::system(command.c_str());
+    const std::string log = read_text(folder / "log");
+    if (const auto error = log.find("*ERROR"); status != 0 || error != std::string::npos)
+        throw std::runtime_error(fmt::format("ccx ended with status {}: {}", status,
+                                             log.substr(std::min(error, log.size()), 300)));
+    return read_text(folder / "job.dat");
+}
+
+// Text after the last occurrence of `title`. Throws std::runtime_error if there is none.
+std::istringstream after(const std::string& text, const std::string& title) {
+    const auto at = text.rfind(title);
+    if (at == std::string::npos) throw std::runtime_error("ccx wrote no \"" + title + "\"");
+    return std::istringstream(text.substr(at + title.size()));
+}
+
+}  // namespace
+
+bool calculix_installed() { return std::system("command -v ccx > /dev/null 2>&1") == 0; }
+
+Eigen::VectorXd calculix_frequencies(const ElasticBody& body, MassKind mass, int count) {
+    constexpr int rigid = 6;
+    // Consistent element mass, with 1 the matrix of ones: (1 + I) m / 20 = 0.8 (1 m / 16) + 0.2 (I m / 4).
+    const double spread = mass == MassKind::consistent ? 0.8 : 1e-12;
+    std::string input = model(body, spread) + point_masses(body, 1 - spread);
+    input += fmt::format("*STEP\n*FREQUENCY\n{}\n*END STEP\n", count + rigid);
+    const std::string dat = run_calculix(input);
+    std::istringstream table = after(dat, "(RAD/TIME)      (CYCLES/TIME     (RAD/TIME)");
+    Eigen::VectorXd hertz(count);
+    for (int row = 0; row < count + rigid; ++row) {
+        int mode = 0;
+        double eigenvalue = 0, omega = 0, cycles = 0, imaginary = 0;
+        if (!(table >> mode >> eigenvalue >> omega >> cycles >> imaginary) || mode != row + 1)
+            throw std::runtime_error(fmt::format("ccx wrote {} of {} frequencies", row, count + rigid));
+        if (row >= rigid) hertz[row - rigid] = cycles;
+    }
+    return hertz;
+}
+
+Nodes calculix_displacements(const ElasticBody& body, const StaticCase& load, bool large) {
+    std::string input = model(body) + "*BOUNDARY\n";
+    const auto out = std::back_inserter(input);
+    for (const int node : load.held) fmt::format_to(out, "{}, 1, 3\n", node + 1);
+    input += large ? "*STEP, NLGEOM, INC=1000\n*STATIC\n0.1, 1\n" : "*STEP\n*STATIC\n";
+    if (const double g = load.gravity.norm(); g > 0) {
+        const Eigen::Vector3d down = load.gravity / g;
+        fmt::format_to(out, "*DLOAD\nBODY, GRAV, {:.12g}, {:.12g}, {:.12g}, {:.12g}\n", g, down[0], down[1],
+                       down[2]);
+    }
+    for (int c = 0; c < 3; ++c)
+        if (load.pull[c] != 0)
+            fmt::format_to(out, "*CLOAD\n{}, {}, {:.12g}\n", load.pulled + 1, c + 1, load.pull[c]);
+    input += "*NODE PRINT, NSET=ALL\nU\n*END STEP\n";
+
+    std::istringstream table = after(run_calculix(input), "for set ALL and time  0.1000000E+01");
+    Nodes u(body.node_count(), 3);
+    for (Eigen::Index i = 0; i < u.rows(); ++i) {
+        int node = 0;
+        if (!(table >> node >> u(i, 0) >> u(i, 1) >> u(i, 2)) || node != i + 1)
+            throw std::runtime_error(fmt::format("ccx wrote {} of {} displacements", i, u.rows()));
+    }
+    return u;
+}
+
+}  // namespace nbd::test

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "meshing/body/body.hpp"
+
+namespace nbd::test {
+
+/// One quantity of a body, computed by us and by CalculiX on the same tetrahedra.
+struct Comparison {
+    std::string quantity;
+    double ours = 0, theirs = 0;
+    double difference = 0;  // relative
+};
+
+/// The lowest elastic frequencies of the free body with both kinds of mass, Hz.
+std::vector<Comparison> compare_frequencies(const Body& body, int count = 20);
+
+/// Small displacements of the body clamped at one end of its longest side, in metres: under its weight across
+/// that side, and pulled at the node farthest from the clamp. Compares the largest node displacement; the
+/// difference is the largest over all nodes, relative to it.
+std::vector<Comparison> compare_deflections(const Body& body);
+
+/// The same clamp under a weight that bends the body by about `share` of its length. Compares our corotated
+/// equilibrium with CalculiX's Green strains, a different material at large strains.
+Comparison compare_large_deflection(const Body& body, double share = 0.2);
+
+}  // namespace nbd::test

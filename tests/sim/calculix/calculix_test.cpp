@@ -1,0 +1,41 @@
+// Compares with an independent FEM program on the same tetrahedra, if installed.
+#include "tests/sim/calculix/calculix.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/sim/calculix/calculix_comparison.hpp"
+#include "tests/sim/support/box_body.hpp"
+
+namespace nbd::test {
+namespace {
+
+class CalculiX : public ::testing::Test {
+ protected:
+    void SetUp() override {
+        if (!calculix_installed()) GTEST_SKIP() << "ccx is not installed (Debian: calculix-ccx)";
+    }
+    const Body beam = box_body({1, 0.2, 0.15}, {16, 3, 3}, {.young = 2e5, .poisson = 0.35});
+};
+
+TEST_F(CalculiX, AgreesOnFrequencies) {
+    const auto rows = compare_frequencies(beam);
+    ASSERT_EQ(rows.size(), 40u);
+    for (const Comparison& row : rows) EXPECT_LT(row.difference, 1e-5) << row.quantity;
+}
+
+TEST_F(CalculiX, AgreesOnSmallDeflections) {
+    for (const Comparison& row : compare_deflections(beam)) {
+        EXPECT_LT(row.difference, 1e-4) << row.quantity;
+        EXPECT_GT(row.theirs, 1e-6) << row.quantity;
+    }
+}
+
+// Different strain measures agree only approximately.
+TEST_F(CalculiX, NearlyAgreesOnLargeDeflections) {
+    const Comparison row = compare_large_deflection(beam);
+    EXPECT_GT(row.theirs, 0.15);
+    EXPECT_LT(row.difference, 0.01);
+}
+
+}  // namespace
+}  // namespace nbd::test

@@ -1,0 +1,165 @@
+#include "sim/excitation/excitation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "tests/sim/support/box_body.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+Body bar() { return test::box_body({1, 0.3, 0.25}, {6, 2, 2}); }
+
+ExcitationConfig short_run() { return {.frames = 12, .seed = 7}; }
+
+struct Watched {
+    TrajectoryResult result;
+    std::vector<double> times;
+    std::vector<Nodes> frames;
+};
+
+Watched run(const Excitation& excitation, int index) {
+    Watched out;
+    out.result = excitation.run(index, [&](const ExcitedFrame& frame) {
+        out.times.push_back(frame.time);
+        out.frames.push_back(frame.x);
+    });
+    return out;
+}
+
+/// Largest magnitude of a principal strain in a frame.
+double strain(const ElasticBody& body, const Nodes& x) {
+    ElementPose pose;
+    body.pose(x, pose);
+    double largest = 0;
+    for (const Eigen::Matrix3d& F : pose.F) {
+        const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F);
+        largest = std::max(largest, (svd.singularValues().array() - 1).abs().maxCoeff());
+    }
+    return largest;
+}
+
+TEST(Recipe, AlternatesKindsAndDrawsNumbersFromTheIndex) {
+    const RecipeBook recipes(std::make_shared<const Body>(bar()), short_run());
+    std::set<RecipeKind> kinds;
+    std::set<std::string> texts;
+    for (int i = 0; i < 10; ++i) {
+        const Recipe recipe = recipes.draw(i);
+        kinds.insert(recipe.kind);
+        texts.insert(recipe_json(recipe));
+    }
+    EXPECT_EQ(kinds.size(), 5u);
+    EXPECT_EQ(texts.size(), 10u);
+}
+
+TEST(Excitation, EveryKindOfRecipeCompletesAndDeformsTheBody) {
+    const Body body = bar();
+    const ElasticBody elastic(body.tets, body.material);
+    const Excitation excitation(body, short_run());
+    int complete = 0, visible = 0;
+    for (int i = 0; i < 15; ++i) {
+        const Watched trajectory = run(excitation, i);
+        ASSERT_EQ(trajectory.frames.size(), static_cast<std::size_t>(trajectory.result.frames));
+        if (!trajectory.result.failure.empty()) continue;
+        EXPECT_EQ(trajectory.result.frames, 12);
+        ++complete;
+        double largest = 0;
+        for (const Nodes& x : trajectory.frames) {
+            ASSERT_TRUE(x.allFinite());
+            largest = std::max(largest, strain(elastic, x));
+        }
+        EXPECT_GT(largest, 0.02) << trajectory.result.recipe;
+        if (largest > 0.15) ++visible;
+        for (std::size_t f = 1; f < trajectory.times.size(); ++f)
+            EXPECT_NEAR(trajectory.times[f] - trajectory.times[f - 1], excitation.frame_interval(), 1e-12);
+    }
+    EXPECT_GE(complete, 14);
+    EXPECT_GE(visible, 8);
+}
+
+TEST(Excitation, FramesAreBitIdenticalAloneAndInParallel) {
+    const Excitation excitation(bar(), short_run());
+    std::vector<Watched> alone, beside(5);
+    for (int i = 0; i < 5; ++i) alone.push_back(run(excitation, i));
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 5; ++i)
+        threads.emplace_back([&, i] { beside[static_cast<std::size_t>(i)] = run(excitation, i); });
+    for (std::thread& thread : threads) thread.join();
+    for (std::size_t i = 0; i < 5; ++i) {
+        EXPECT_EQ(alone[i].result.recipe, beside[i].result.recipe);
+        ASSERT_EQ(alone[i].frames.size(), 12u);
+        ASSERT_EQ(alone[i].frames.size(), beside[i].frames.size());
+        for (std::size_t f = 0; f < alone[i].frames.size(); ++f)
+            EXPECT_TRUE(alone[i].frames[f] == beside[i].frames[f]) << "trajectory " << i << " frame " << f;
+    }
+}
+
+TEST(Excitation, AdaptsToSizeStiffnessAndDensity) {
+    Material jelly{.young = 3e3, .density = 1100};
+    const Body small = test::box_body({1e-2, 3e-3, 2.5e-3}, {6, 2, 2}, jelly);
+    const Body large = test::box_body({100, 30, 25}, {6, 2, 2}, {.young = 1e9, .density = 7800});
+    for (const Body& body : {small, large}) {
+        const ElasticBody elastic(body.tets, body.material);
+        const Excitation excitation(body, short_run());
+        double largest = 0;
+        for (int i = 0; i < 5; ++i)
+            for (const Nodes& x : run(excitation, i).frames) largest = std::max(largest, strain(elastic, x));
+        EXPECT_GT(largest, 0.15);
+        EXPECT_LT(largest, 2);
+    }
+}
+
+TEST(Excitation, MarksExtremeTrajectoriesAsFailedWithAReason) {
+    ExcitationConfig config = short_run();
+    config.ranges.strength = 60;
+    const Excitation excitation(bar(), config);
+    int failed = 0;
+    for (int i = 0; i < 5; ++i) {
+        const Watched trajectory = run(excitation, i);
+        for (const Nodes& x : trajectory.frames) EXPECT_TRUE(x.allFinite());
+        if (trajectory.result.failure.empty()) continue;
+        ++failed;
+        EXPECT_LT(trajectory.result.frames, 12);
+        EXPECT_NE(trajectory.result.failure.find("tetrahedr"), std::string::npos)
+            << trajectory.result.failure;
+        EXPECT_EQ(trajectory.result.failure.find('\n'), std::string::npos);
+        EXPECT_EQ(trajectory.result.failure.rfind("at ", 0), 0u) << trajectory.result.failure;
+    }
+    EXPECT_GE(failed, 3);
+}
+
+TEST(Excitation, ThinBodiesCompleteWithDefaults) {
+    const Excitation excitation(test::box_body({1, 0.04, 0.04}, {30, 1, 1}), short_run());
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(run(excitation, i).result.failure, "") << i;
+}
+
+TEST(Excitation, SmallerStepsKeepTheRecipeAndTheFrameInterval) {
+    const Excitation excitation(bar(), short_run());
+    const Watched coarse = run(excitation, 1);
+    std::vector<double> times;
+    const TrajectoryResult fine = excitation.run(
+        1, [&](const ExcitedFrame& frame) { times.push_back(frame.time); }, 8);
+    EXPECT_EQ(fine.recipe, coarse.result.recipe);
+    ASSERT_EQ(times.size(), 12u);
+    for (std::size_t i = 1; i < times.size(); ++i)
+        EXPECT_NEAR(times[i] - times[i - 1], excitation.frame_interval(), 1e-12);
+}
+
+TEST(Excitation, RejectsNumbersOutOfRange) {
+    const auto message = [](const ExcitationConfig& config) {
+        return test::refusal([&] { Excitation(bar(), config); });
+    };
+    EXPECT_EQ(message({.frames = 0}), "excitation: frames is 0, but must be > 0");
+    EXPECT_EQ(message({.frame_interval = -1}), "excitation: frame_interval is -1, but must be >= 0");
+    EXPECT_EQ(message({.steps_per_frame = 0}), "excitation: steps_per_frame is 0, but must be > 0");
+    EXPECT_EQ(message({.ranges = {.strength = -2}}), "excitation: strength is -2, but must be > 0");
+}
+
+}  // namespace
+}  // namespace nbd

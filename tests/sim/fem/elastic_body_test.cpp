@@ -1,0 +1,225 @@
+#include "sim/fem/elastic_body.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <limits>
+
+#include "tests/support/box_mesh.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+const Eigen::Vector3d size(1, 0.6, 0.8);
+
+ElasticBody bar(MassKind mass = MassKind::lumped) {
+    return ElasticBody(test::box_mesh(size, {4, 3, 3}, 0.2), Material{.young = 2e5, .poisson = 0.3}, mass);
+}
+
+Nodes forces_at(const ElasticBody& body, const Nodes& x) {
+    ElementPose pose;
+    body.pose(x, pose);
+    Nodes f(x.rows(), 3);
+    body.forces(pose, f);
+    return f;
+}
+
+double energy_at(const ElasticBody& body, const Nodes& x) {
+    ElementPose pose;
+    body.pose(x, pose);
+    return body.energy(pose);
+}
+
+Nodes moved(const Nodes& X, const Eigen::Matrix3d& A, const Eigen::Vector3d& b) {
+    return (X * A.transpose()).rowwise() + b.transpose();
+}
+
+const Eigen::Matrix3d turn =
+    Eigen::AngleAxisd(2.1, Eigen::Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
+
+TEST(ElasticBody, RigidMotionGivesNoForceAndNoEnergy) {
+    const ElasticBody body = bar();
+    const Nodes x = moved(body.rest().X, turn, {3, -1, 2});
+    const double scale = forces_at(body, moved(body.rest().X, 1.1 * turn, {3, -1, 2})).cwiseAbs().maxCoeff();
+    ASSERT_GT(scale, 1);
+    EXPECT_LT(forces_at(body, x).cwiseAbs().maxCoeff(), 1e-12 * scale);
+    EXPECT_LT(energy_at(body, x), 1e-20 * energy_at(body, moved(body.rest().X, 1.1 * turn, {3, -1, 2})));
+}
+
+TEST(ElasticBody, EnergyIsInvariantAndForcesAreEquivariantUnderRotation) {
+    const ElasticBody body = bar();
+    const Nodes x = body.rest().X + test::wild_field(body.rest().X, 0.03);
+    const Nodes y = moved(x, turn, {0.3, 0.1, -5});
+    EXPECT_NEAR(energy_at(body, y), energy_at(body, x), 1e-11 * energy_at(body, x));
+    const Nodes f = forces_at(body, x);
+    EXPECT_LT((forces_at(body, y) - f * turn.transpose()).norm(), 1e-11 * f.norm());
+}
+
+TEST(ElasticBody, ForcesSumToZeroForceAndZeroTorque) {
+    const ElasticBody body = bar();
+    const Nodes x = body.rest().X + test::wild_field(body.rest().X, 0.03);
+    const Nodes f = forces_at(body, x);
+    Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+    for (Eigen::Index i = 0; i < x.rows(); ++i)
+        torque += Eigen::Vector3d(x.row(i)).cross(Eigen::Vector3d(f.row(i)));
+    EXPECT_LT(f.colwise().sum().norm(), 1e-12 * f.norm());
+    EXPECT_LT(torque.norm(), 1e-12 * f.norm());
+}
+
+// The force is the exact derivative of the energy, even far from rest and with inverted elements.
+TEST(ElasticBody, ForceIsMinusTheDerivativeOfTheEnergy) {
+    const ElasticBody body = bar();
+    for (const double wildness : {0.03, 0.15}) {
+        const Nodes x = body.rest().X + test::wild_field(body.rest().X, wildness);
+        ElementPose pose;
+        body.pose(x, pose);
+        EXPECT_EQ(body.check(pose).inverted > 0, wildness > 0.1);
+        const Nodes f = forces_at(body, x);
+        const double h = 1e-6;
+        for (int i = 0; i < body.node_count(); i += 3)
+            for (int c = 0; c < 3; ++c) {
+                Nodes a = x, b = x;
+                a(i, c) -= h;
+                b(i, c) += h;
+                const double slope = (energy_at(body, b) - energy_at(body, a)) / (2 * h);
+                EXPECT_NEAR(f(i, c), -slope, 1e-6 * f.cwiseAbs().maxCoeff()) << i << ' ' << c;
+            }
+    }
+}
+
+TEST(ElasticBody, TangentIsExactForARotatedBody) {
+    const ElasticBody body = bar();
+    const Nodes x = moved(body.rest().X, turn, {1, 0, 0});
+    ElementPose pose;
+    body.pose(x, pose);
+    const SparseMatrix K = body.stiffness(pose);
+    const Nodes u = test::wild_field(body.rest().X, 1);
+    const double h = 1e-6;
+    const Nodes change = (forces_at(body, x - h * u) - forces_at(body, x + h * u)) / (2 * h);
+    Nodes Ku(x.rows(), 3);
+    body.stiffness_product(pose, u, Ku);
+    EXPECT_LT((change - Ku).norm(), 1e-6 * Ku.norm());
+}
+
+TEST(ElasticBody, TangentIsSymmetricAndPositiveSemiDefiniteInEveryPose) {
+    const ElasticBody body = bar();
+    ElementPose pose;
+    body.pose(body.rest().X + test::wild_field(body.rest().X, 0.15), pose);
+    ASSERT_GT(body.check(pose).inverted, 0);
+    const Eigen::MatrixXd K = body.stiffness(pose);
+    EXPECT_TRUE(K == K.transpose());
+    const Eigen::VectorXd values =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K, Eigen::EigenvaluesOnly).eigenvalues();
+    EXPECT_GT(values.minCoeff(), -1e-12 * values.maxCoeff());
+}
+
+TEST(ElasticBody, ProductsAgreeWithTheMatrices) {
+    for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
+        const ElasticBody body = bar(mass);
+        ElementPose pose;
+        body.pose(body.rest().X + test::wild_field(body.rest().X, 0.03), pose);
+        const Nodes u = test::wild_field(body.rest().X, 1);
+        const Eigen::Map<const Eigen::VectorXd> flat(u.data(), u.size());
+        SparseMatrix A = body.pattern().zero_matrix();
+        body.combine(0.7, 0.2, pose, A);
+        const Eigen::VectorXd expected = A * flat;
+        Nodes Ku(u.rows(), 3), Mu(u.rows(), 3);
+        body.stiffness_product(pose, u, Ku);
+        body.mass_product(u, Mu);
+        const Nodes sum = 0.7 * Mu + 0.2 * Ku;
+        EXPECT_LT((Eigen::Map<const Eigen::VectorXd>(sum.data(), sum.size()) - expected).norm(),
+                  1e-13 * expected.norm());
+        Eigen::VectorXd product(flat.size());
+        body.pattern().multiply(A, flat, product);
+        EXPECT_LT((product - expected).norm(), 1e-13 * expected.norm());
+    }
+}
+
+TEST(ElasticBody, BothKindsOfMassSumToDensityTimesVolume) {
+    for (const MassKind kind : {MassKind::lumped, MassKind::consistent}) {
+        const ElasticBody body = bar(kind);
+        EXPECT_NEAR(body.mass(), 1000 * size.prod(), 1e-10);
+        EXPECT_NEAR(body.rest_volumes().sum(), size.prod(), 1e-13);
+        const Nodes ones = Nodes::Ones(body.node_count(), 3);
+        Nodes rows(body.node_count(), 3);
+        body.mass_product(ones, rows);
+        EXPECT_LT((rows.col(1) - body.node_masses()).norm(), 1e-12 * body.mass());
+    }
+}
+
+TEST(ElasticBody, ConsistentMassIntegratesALinearVelocityExactly) {
+    const ElasticBody body = bar(MassKind::consistent);
+    Nodes v = Nodes::Zero(body.node_count(), 3), p(body.node_count(), 3);
+    v.col(1) = body.rest().X.col(0);  // v_y = x over [0, 1]
+    body.mass_product(v, p);
+    EXPECT_NEAR(v.cwiseProduct(p).sum(), 1000 * size.prod() / 3, 1e-9);
+}
+
+TEST(ElasticBody, ReportsInvertedAndNonFiniteElements) {
+    const ElasticBody body(test::box_mesh({1, 1, 1}, {1, 1, 1}), Material{});
+    ElementPose pose;
+    body.pose(body.rest().X, pose);
+    EXPECT_TRUE(body.check(pose).ok());
+    EXPECT_NEAR(body.check(pose).min_det, 1, 1e-14);
+
+    Nodes mirrored = body.rest().X;
+    mirrored.col(0) *= -1;
+    body.pose(mirrored, pose);
+    EXPECT_EQ(body.check(pose).inverted, 6);
+    EXPECT_EQ(body.check(pose).first_inverted, 0);
+    EXPECT_NEAR(body.check(pose).min_det, -1, 1e-14);
+
+    Nodes broken = body.rest().X;
+    const int alone = 1;  // a corner of only some of the six tetrahedra
+    broken(alone, 2) = std::numeric_limits<double>::quiet_NaN();
+    body.pose(broken, pose);
+    const ElementReport report = body.check(pose);
+    EXPECT_FALSE(report.ok());
+    EXPECT_EQ(report.non_finite, (body.rest().T.array() == alone).count());
+    EXPECT_LT(report.non_finite, 6);
+    EXPECT_EQ((body.rest().T.row(report.first_non_finite).array() == alone).count(), 1);
+}
+
+std::string refusal(const TetMesh& mesh, const Material& material) {
+    return test::refusal([&] { ElasticBody(mesh, material); });
+}
+
+TEST(ElasticBody, RejectsInvalidMaterials) {
+    const TetMesh box = test::box_mesh({1, 1, 1}, {1, 1, 1});
+    EXPECT_EQ(refusal(box, {.young = 0}), "Young's modulus is 0; allowed: more than 0 Pa");
+    EXPECT_EQ(refusal(box, {.young = std::numeric_limits<double>::infinity()}),
+              "Young's modulus is inf; allowed: more than 0 Pa");
+    EXPECT_EQ(refusal(box, {.poisson = 0.5}), "Poisson's ratio is 0.5; allowed: between -0.999 and 0.499");
+    EXPECT_EQ(refusal(box, {.poisson = -1}), "Poisson's ratio is -1; allowed: between -0.999 and 0.499");
+    EXPECT_EQ(refusal(box, {.density = -2}), "density is -2; allowed: more than 0 kg/m3");
+    EXPECT_EQ(refusal(box, {.rayleigh_mass = -1}), "Rayleigh mass damping is -1; allowed: at least 0 1/s");
+    EXPECT_EQ(refusal(box, {.rayleigh_stiffness = std::nan("")}),
+              "Rayleigh stiffness damping is nan; allowed: at least 0 s");
+}
+
+TEST(ElasticBody, RejectsInvalidMeshes) {
+    const TetMesh box = test::box_mesh({1, 1, 1}, {1, 1, 1});
+    TetMesh bad = box;
+    bad.T(2, 1) = 8;
+    EXPECT_EQ(refusal(bad, {}), "tetrahedron 2 refers to node 8, but the mesh has 8 nodes");
+    bad = box;
+    bad.T(3, 0) = -1;
+    EXPECT_EQ(refusal(bad, {}), "tetrahedron 3 refers to node -1, but the mesh has 8 nodes");
+    bad = box;
+    std::swap(bad.T(4, 0), bad.T(4, 1));
+    EXPECT_EQ(refusal(bad, {}).substr(0, 26), "tetrahedron 4 has volume -");
+    bad = box;
+    bad.X(5, 1) = std::nan("");
+    EXPECT_EQ(refusal(bad, {}), "node 5 lies at (1 nan 1); allowed: finite positions");
+    bad = box;
+    bad.X = Nodes::Zero(9, 3);
+    bad.X.topRows(8) = box.X;
+    EXPECT_EQ(refusal(bad, {}), "node 8 belongs to no tetrahedron");
+    bad.T.resize(0, 4);
+    EXPECT_EQ(refusal(bad, {}), "elastic body: no tetrahedra; allowed: at least one");
+}
+
+}  // namespace
+}  // namespace nbd

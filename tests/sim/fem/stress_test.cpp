@@ -1,0 +1,46 @@
+#include "sim/fem/stress.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "tests/sim/support/box_body.hpp"
+
+namespace nbd {
+namespace {
+
+class Stress : public ::testing::Test {
+ protected:
+    const TetMesh tets_ = test::box_mesh({1, 0.5, 0.5}, {3, 2, 2});
+    const Material material_{.young = 2e5, .poisson = 0.3};
+    const ElasticBody body_{tets_, material_};
+
+    /// Stress of every tetrahedron after a deformation F and a rigid motion.
+    void expect_stress(const Eigen::Matrix3d& F, double expected) const {
+        const Eigen::Matrix3d R = Eigen::AngleAxisd(2.1, Eigen::Vector3d(1, -2, 0.5).normalized()).matrix();
+        const Nodes x = (tets_.X * (R * F).transpose()).rowwise() + Eigen::RowVector3d(3, 2, 1);
+        const Eigen::VectorXd stress = von_mises_stress(body_, x);
+        ASSERT_EQ(stress.size(), tets_.T.rows());
+        EXPECT_LT((stress.array() - expected).abs().maxCoeff(), 1e-9 * material_.young) << expected;
+    }
+};
+
+TEST_F(Stress, IsZeroUnderRigidMotionAndUniformPressure) {
+    expect_stress(Eigen::Matrix3d::Identity(), 0);
+    expect_stress(0.9 * Eigen::Matrix3d::Identity(), 0);
+}
+
+TEST_F(Stress, EqualsTheTensionUnderUniaxialTension) {
+    const double strain = 0.05, across = -material_.poisson * strain;
+    expect_stress(Eigen::Vector3d(1 + strain, 1 + across, 1 + across).asDiagonal(), material_.young * strain);
+}
+
+TEST_F(Stress, IsRootThreeTimesTheShearStressUnderPureShear) {
+    Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+    F(0, 1) = F(1, 0) = 0.02;
+    const double mu = material_.young / (2 * (1 + material_.poisson));
+    expect_stress(F, std::sqrt(3.0) * 2 * mu * 0.02);
+}
+
+}  // namespace
+}  // namespace nbd

@@ -1,0 +1,337 @@
+#include "sim/scene/scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "sim/scene/scene_check.hpp"
+#include "tests/sim/scene/schema.hpp"
+#include "tests/sim/support/box_body.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+/// Error message of parse_scene for a text; empty if the text is valid.
+std::string complaint(const std::string& text) {
+    return test::refusal([&] { parse_scene(text, "folder"); });
+}
+
+/// A scene with one body, further keys in the body, and further top-level keys.
+std::string with(const std::string& in_body, const std::string& beside = "") {
+    return R"({"bodies": [{"body": "a.h5")" + (in_body.empty() ? "" : ", " + in_body) + "}]" +
+           (beside.empty() ? "" : ", " + beside) + "}";
+}
+
+const std::string full = R"({
+  "bodies": [
+    {"body": "a.h5", "name": "first", "tree": "a_tree.h5", "bounds": "nbd", "margin": 0.02,
+     "transform": {"translate": [1, 2, 3], "rotate": {"axis": [0, 0, 2], "degrees": 90}},
+     "velocity": [0, 0, -1], "angular_velocity": [0, 3, 0], "material": {"young": 5e4, "poisson": 0.3},
+     "pins": [{"sphere": {"centre": [1, 2, 3], "radius": 0.1}},
+              {"box": {"min": [7, 7, 7], "max": [8, 8, 8]}}],
+     "grips": [{"region": {"sphere": {"centre": [5, 5, 5], "radius": 1}}}, {"region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}, "translate": [0, 0, 1],
+                "rotate": {"axis": [1, 0, 0], "degrees": 180}, "duration": 2, "release": 3}]},
+    {"surface": "/abs/b.obj", "transform": {"scale": 0.5},
+     "meshing": {"nodes": 500, "grading": 0.1, "subdivide": 2, "subdivision": "loop"}},
+    {"tets": "c.msh", "meshing": {"subdivide": 1}}
+  ],
+  "obstacles": [{"plane": {"normal": [0, 0, 3]}, "friction": 0.7},
+                {"sphere": {"centre": [0, 0, 5], "radius": 2}, "velocity": [0, 1, 0], "start": 1, "stop": 2.5},
+                {"mesh": {"file": "rock.obj", "transform": {"scale": 2}}}],
+  "gravity": [0, -9.81, 0],
+  "contact": {"stiffness_scale": 2, "friction": 0.1, "thickness": 0.005, "damping": 0},
+  "solver": {"newton_iterations": 3, "newton_tolerance": 0.01, "max_substeps": 4},
+  "time": {"dt": 0.01, "frames": 7, "steps_per_frame": 3},
+  "output": {"recording": "out/a.h5", "csv": "a.csv", "vtu": "frames", "obj": "frames", "picture": "a.png"},
+  "seed": 42
+})";
+
+TEST(Scene, ReadsEveryKey) {
+    const SceneSpec spec = parse_scene(full, "folder");
+    ASSERT_EQ(spec.bodies.size(), 3u);
+    const SceneBody& a = spec.bodies[0];
+    EXPECT_EQ(a.file, std::filesystem::path("folder/a.h5"));
+    EXPECT_EQ(a.source, BodySource::body);
+    EXPECT_EQ(a.name, "first");
+    EXPECT_EQ(a.tree, std::filesystem::path("folder/a_tree.h5"));
+    EXPECT_EQ(a.bounds, BoundKind::nbd);
+    EXPECT_EQ(a.margin, 0.02);
+    EXPECT_EQ(a.velocity, Eigen::Vector3d(0, 0, -1));
+    EXPECT_EQ(a.angular_velocity, Eigen::Vector3d(0, 3, 0));
+    EXPECT_LT((a.placement.rotation() * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 1e-12);
+    Material material;
+    a.material.apply(material);
+    EXPECT_DOUBLE_EQ(material.young, 5e4);
+    EXPECT_DOUBLE_EQ(material.poisson, 0.3);
+    EXPECT_DOUBLE_EQ(material.density, Material{}.density);
+    ASSERT_EQ(a.grips.size(), 4u);  // pins first
+    EXPECT_DOUBLE_EQ(std::get<BallRegion>(a.grips[0].region).radius, 0.1);
+    EXPECT_NEAR(a.grips[3].motion.rotation.x(), 3.14159265, 1e-8);
+    EXPECT_DOUBLE_EQ(a.grips[3].motion.release, 3);
+    const SceneBody& b = spec.bodies[1];
+    EXPECT_EQ(b.source, BodySource::surface);
+    EXPECT_EQ(b.meshing.tets.nodes, 500);
+    EXPECT_DOUBLE_EQ(b.meshing.tets.grading, 0.1);
+    EXPECT_EQ(b.meshing.levels, 2);
+    EXPECT_EQ(b.meshing.scheme, SubdivisionScheme::loop);
+    EXPECT_EQ(b.file, std::filesystem::path("/abs/b.obj"));
+    EXPECT_EQ(b.name, "b");
+    EXPECT_EQ(b.bounds, BoundKind::exact);
+    EXPECT_EQ(spec.bodies[2].source, BodySource::tets);
+    EXPECT_EQ(spec.bodies[2].meshing.levels, 1);
+    ASSERT_EQ(spec.obstacles.size(), 3u);
+    EXPECT_EQ(std::get<PlaneShape>(spec.obstacles[0].obstacle.shape).normal, Eigen::Vector3d::UnitZ());
+    EXPECT_DOUBLE_EQ(spec.obstacles[0].obstacle.friction, 0.7);
+    EXPECT_DOUBLE_EQ(std::get<BallShape>(spec.obstacles[1].obstacle.shape).radius, 2);
+    EXPECT_EQ(spec.obstacles[2].mesh, std::filesystem::path("folder/rock.obj"));
+    EXPECT_EQ(spec.gravity, Eigen::Vector3d(0, -9.81, 0));
+    EXPECT_DOUBLE_EQ(spec.contact.thickness, 0.005);
+    EXPECT_EQ(spec.obstacles[1].obstacle.start, 1);
+    EXPECT_EQ(spec.obstacles[1].obstacle.stop, 2.5);
+    EXPECT_EQ(spec.step.newton_iterations, 3);
+    EXPECT_EQ(spec.step.newton_tolerance, 0.01);
+    EXPECT_EQ(spec.step.max_substeps, 4);
+    EXPECT_DOUBLE_EQ(spec.time.dt, 0.01);
+    EXPECT_EQ(spec.time.frames, 7);
+    EXPECT_EQ(spec.time.steps_per_frame, 3);
+    EXPECT_EQ(spec.output.recording, std::filesystem::path("out/a.h5"));
+    EXPECT_EQ(spec.output.csv, std::filesystem::path("a.csv"));
+    EXPECT_EQ(spec.output.vtu, std::filesystem::path("frames"));
+    EXPECT_EQ(spec.output.obj, std::filesystem::path("frames"));
+    EXPECT_EQ(spec.output.picture, std::filesystem::path("a.png"));
+    EXPECT_EQ(spec.seed, 42u);
+}
+
+TEST(Scene, ExamplesAreValid) {
+    int examples = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(NBD_ASSETS "/scenes")) {
+        if (entry.path().extension() != ".json" || entry.path().filename() == "scene.schema.json") continue;
+        const SceneSpec spec = load_scene(entry.path());
+        for (const SceneBody& body : spec.bodies)
+            EXPECT_TRUE(body.source == BodySource::body || std::filesystem::exists(body.file)) << body.file;
+        ++examples;
+    }
+    EXPECT_GE(examples, 3);
+}
+
+struct Broken {
+    std::string text, message;
+};
+
+class BrokenScene : public ::testing::TestWithParam<Broken> {};
+
+TEST_P(BrokenScene, IsRejectedInOneLine) { EXPECT_EQ(complaint(GetParam().text), GetParam().message); }
+
+const std::string one_source = R"(bodies[0]: needs exactly one of "body", "surface" and "tets")";
+
+const Broken broken_scenes[] = {
+    {"[]", "the scene must be an object, not []"},
+    {"{}", "bodies: is missing"},
+    {R"({"bodies": []})", "bodies: must hold at least one body"},
+    {R"({"bodies": {}})", "bodies: must be an array, not {}"},
+    {R"({"bodies": [3]})", "bodies[0]: must be an object, not 3"},
+    {R"({"bodies": [{}]})", one_source},
+    {R"({"bodies": [{"body": "a", "surface": "b"}]})", one_source},
+    {R"({"bodies": [{"body": ""}]})", "bodies[0].body: must not be empty"},
+    {R"({"bodies": [{"body": 5}]})", "bodies[0].body: must be a text, not 5"},
+    {with(R"("trasform": {})"),
+     "bodies[0]: unknown key \"trasform\"; the nearest known one is \"transform\""},
+    {with("", R"("gravty": 1)"), "unknown key \"gravty\"; the nearest known one is \"gravity\""},
+    {with("", R"("time": {"Dt": 1})"), "time: unknown key \"Dt\"; the nearest known one is \"dt\""},
+    {with("", R"("time": {"dt": 0})"), "time.dt: is 0, but must be between 1e-7 and 1"},
+    {with("", R"("time": {"frames": 2.5})"), "time.frames: must be a whole number, not 2.5"},
+    {with("", R"("time": {"frames": 0})"), "time.frames: is 0, but must be between 1 and 1000000"},
+    {with("", R"("seed": -1)"), "seed: is -1, but must be between 0 and 9e15"},
+    {with("", R"("gravity": [0, 0])"), "gravity: must be three numbers, not [0,0]"},
+    {with("", R"("gravity": [0, 0, "down"])"), "gravity: must be three numbers, not [0,0,\"down\"]"},
+    {with("", R"("contact": {"friction": -0.5})"), "contact.friction: is -0.5, but must be between 0 and 10"},
+    {with("", R"("contact": 7)"), "contact: must be an object, not 7"},
+    {with("", R"("obstacles": [{}])"),
+     "obstacles[0]: needs exactly one of \"plane\", \"sphere\" and \"mesh\""},
+    {with("", R"("obstacles": [{"plane": {"normal": [0, 0, 0]}}])"),
+     "obstacles[0].plane.normal: must not be zero"},
+    {with("", R"("obstacles": [{"sphere": {"centre": [0, 0, 0]}}])"),
+     "obstacles[0].sphere.radius: is missing"},
+    {with("", R"("obstacles": [{"sphere": {"radius": -2}}])"),
+     "obstacles[0].sphere.radius: is -2, but must be > 0"},
+    {with("", R"("obstacles": [{"mesh": {}}])"), "obstacles[0].mesh.file: is missing"},
+    {with("", R"("obstacles": [{"mesh": {"file": ""}}])"), "obstacles[0].mesh.file: must not be empty"},
+    {with(R"("bounds": "tight")"),
+     "bodies[0].bounds: is \"tight\", but must be exact, boxes, bd, nbd, learned_spheres, "
+     "learned_boxes, certified or auto"},
+    {with(R"("meshing": {"nodes": 9})"),
+     "bodies[0].meshing: applies to surfaces and tetrahedra only; a body file is used unchanged"},
+    {R"({"bodies": [{"tets": "a.msh", "meshing": {"nodes": 9}}]})",
+     "bodies[0].meshing.nodes: applies to surfaces only; given tetrahedra are not remeshed"},
+    {R"({"bodies": [{"surface": "a.obj", "meshing": {"subdivision": "butterfly"}}]})",
+     "bodies[0].meshing.subdivision: is \"butterfly\", but must be midpoint or loop"},
+    {with("", R"("output": {"vtk": "a"})"), "output: unknown key \"vtk\"; the nearest known one is \"vtu\""},
+    {with("", R"("output": {"csv": ""})"), "output.csv: must not be empty"},
+    {with("", R"("seed": 1, "seed": 2)"), "seed: this key occurs twice"},
+    {with(R"("pins": [], "grips": [{}, {"start": 1, "start": 1}])"),
+     "bodies[0].grips[1].start: this key occurs twice"},
+    {with(R"("bounds": "nbd")"),
+     "bodies[0].tree: is missing: bounds \"nbd\" are learned or precomputed and need a tree file"},
+    {with(R"("bounds": "bd", "tree": "t.h5", "transform": {"scale": 2})"),
+     "bodies[0].transform.scale: must be 1 unless bounds are \"exact\" or \"boxes\""},
+    {with(R"("margin": "wide")"), "bodies[0].margin: must be a number, not \"wide\""},
+    {with(R"("margin": -0.1)"), "bodies[0].margin: is -0.1, but must be between 0 and 10"},
+    {with(R"("material": {"poisson": 0.5})"),
+     "bodies[0].material.poisson: is 0.5, but must be between -0.999 and 0.499"},
+    {with(R"("material": {"young": 1e999})"), "number overflow parsing '1e999'"},
+    {with(R"("pins": [{"box": {"min": [0, 0, 0]}}])"), "bodies[0].pins[0].box.max: is missing"},
+    {with(R"("pins": [{}])"), "bodies[0].pins[0]: needs exactly one of \"box\" and \"sphere\""},
+    {with(R"("pins": [{"box": {"min": [0, 0, 1], "max": [1, 1, 0]}}])"),
+     "bodies[0].pins[0].box.max: must not be below \"min\""},
+    {with(R"("grips": [{}])"), "bodies[0].grips[0].region: is missing"},
+    {with(R"("grips": [{"region": {"sphere": {"radius": 1}}, "rotate": {"axis": [0, 0, 0]}}])"),
+     "bodies[0].grips[0].rotate.axis: must not be zero"},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, BrokenScene, ::testing::ValuesIn(broken_scenes));
+
+TEST(Scene, SyntaxErrorsNameLineAndColumn) {
+    const std::string message = complaint("{\n  \"bodies\": [\n    {\"body\" \"a.h5\"}\n  ]\n}");
+    EXPECT_EQ(message.rfind("line 3, column ", 0), 0u) << message;
+    EXPECT_NE(message.find("syntax error"), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos);
+}
+
+TEST(Scene, ReportsTruncationAnywhereInOneLine) {
+    ASSERT_EQ(complaint(full), "");
+    for (std::size_t length = 0; length < full.size(); ++length) {
+        const std::string message = complaint(full.substr(0, length));
+        EXPECT_FALSE(message.empty()) << length;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+}
+
+TEST(Scene, ReportsEveryProblemAtOnce) {
+    const SceneReading reading = read_scene(R"({
+        "bodies": [{"body": "a.h5", "nmae": "a", "velocity": 3}, {"body": "b.h5"}, {}],
+        "obstacles": [{"plane": {"normal": "up"}}, {"sphere": {"radius": 1}}],
+        "time": {"dt": -1}, "gravityy": 3})",
+                                            "");
+    EXPECT_EQ(reading.problems,
+              (std::vector<std::string>{"bodies[0].velocity: must be three numbers, not 3",
+                                        R"(bodies[0]: unknown key "nmae"; the nearest known one is "name")",
+                                        R"(bodies[2]: needs exactly one of "body", "surface" and "tets")",
+                                        R"(obstacles[0].plane.normal: must be three numbers, not "up")",
+                                        "time.dt: is -1, but must be between 1e-7 and 1",
+                                        R"(unknown key "gravityy"; the nearest known one is "gravity")"}));
+    EXPECT_EQ(reading.body_is_good, (std::vector<bool>{false, true, false}));
+    EXPECT_EQ(reading.obstacle_is_good, (std::vector<bool>{false, true}));
+    EXPECT_EQ(reading.spec.bodies.size(), 3u);
+}
+
+TEST(Scene, NamesAnUnreadableFileAndTheReason) {
+    EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/nowhere/scene.json"); }),
+              "/nowhere/scene.json: cannot read the scene: No such file or directory");
+    EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/proc"); }),
+              "/proc: cannot read the scene: it is a folder");
+}
+
+TEST(Scene, AgreesWithThePublishedSchema) {
+    const std::vector<std::string> differences =
+        test::schema_differences(NBD_ASSETS "/scenes/scene.schema.json", read_scene(full, "").fields);
+    EXPECT_EQ(differences, std::vector<std::string>{});
+}
+
+LoadedBody box() { return {test::box_body({1, 0.4, 0.3}, {4, 2, 2}), nullptr}; }
+
+TEST(BuildWorld, PlacesBodiesPinsAndObstacles) {
+    const SceneSpec spec = parse_scene(
+        with(
+            R"("transform": {"translate": [0, 0, 2], "rotate": {"axis": [0, 1, 0], "degrees": 90}, "scale": 2},
+                "velocity": [0.5, 0, 0], "pins": [{"box": {"min": [-9, -9, 2.99], "max": [9, 9, 9]}}],
+                "material": {"density": 500})",
+            R"("obstacles": [{"plane": {}}])"),
+        "");
+    const LoadedBody loaded[] = {box()};
+    World world = build_world(spec, loaded);
+    ASSERT_EQ(world.body_count(), 1);
+    EXPECT_NEAR(world.elastic(0).mass(), 0.12 * 8 * 500, 1e-9);
+    const Nodes start = world.state(0).x;
+    EXPECT_NEAR(start.col(2).maxCoeff(), 3, 1e-12);
+    EXPECT_NEAR(start.col(2).minCoeff(), 1, 1e-12);
+    EXPECT_NEAR(world.state(0).v.col(0).minCoeff(), 0.5, 1e-12);
+    for (int i = 0; i < 20; ++i) ASSERT_EQ(world.step(spec.time.dt).failure, "");
+    int pinned = 0;
+    for (Eigen::Index i = 0; i < start.rows(); ++i) {
+        if (start(i, 2) < 2.99) continue;
+        ++pinned;
+        EXPECT_LT((world.state(0).x.row(i) - start.row(i)).norm(), 1e-12);
+    }
+    EXPECT_EQ(pinned, 9);
+    EXPECT_LT(world.state(0).x.col(2).minCoeff(), 0.999);  // the free part sags
+}
+
+TEST(BuildWorld, SpinsBodiesAboutTheirCentreOfMass) {
+    const SceneSpec spec = parse_scene(
+        with(
+            R"("transform": {"translate": [3, 0, 0]}, "velocity": [1, 0, 0], "angular_velocity": [0, 0, 2])"),
+        "");
+    const LoadedBody loaded[] = {box()};
+    World world = build_world(spec, loaded);
+    const BodyState& state = world.state(0);
+    for (Eigen::Index i = 0; i < state.x.rows(); ++i)
+        EXPECT_LT(
+            (state.v.row(i) - Eigen::RowVector3d(1 - 2 * state.x(i, 1), 2 * (state.x(i, 0) - 3), 0)).norm(),
+            1e-12);
+}
+
+TEST(BuildWorld, NamesTheBodyThatIsInvalid) {
+    const auto message = [](const std::string& text, std::span<const LoadedBody> bodies) {
+        return test::refusal([&] { build_world(parse_scene(text, ""), bodies); });
+    };
+    const LoadedBody loaded[] = {box()};
+    EXPECT_EQ(message(with(""), {}), "scene: it has 1 bodies, but 0 were loaded");
+    EXPECT_EQ(message(with(R"("pins": [{"sphere": {"centre": [9, 9, 9], "radius": 1}}])"), loaded),
+              "bodies[0] (a): pins[0]: the region holds no node of the body");
+    EXPECT_EQ(message(with(R"("bounds": "nbd", "tree": "t.h5")"), loaded),
+              "bodies[0] (a): bounds \"nbd\" need a tree");
+    EXPECT_EQ(message(with(""), loaded), "");
+}
+
+TEST(CheckScene, ReportsEveryProblemOfBodiesAndObstacles) {
+    const SceneReading reading = read_scene(
+        R"({"bodies": [
+            {"body": "a", "pins": [{"sphere": {"centre": [9, 9, 9], "radius": 1}},
+                                   {"box": {"min": [0.4, -1, -1], "max": [1, 1, 1]}}],
+             "grips": [{"region": {"box": {"min": [0.1, -1, -1], "max": [1, 1, 1]}}}]},
+            {"body": "b", "transform": {"translate": [0.9, 0.1, 0.1]}},
+            {"body": "c", "transform": {"scale": 0.2, "translate": [0, 0, 0.01]}},
+            {"body": "d", "transform": {"translate": [0, 0, 5]}},
+            {"body": "missing"},
+            {"body": "e", "transform": {"translate": [0, 0, 9]}, "velocity": "fast"}],
+          "obstacles": [{"plane": {"point": [0, 0, -0.1]}},
+                        {"mesh": {"file": "/nowhere.obj"}},
+                        {"sphere": {"centre": [0, 0, 6], "radius": 0.5}},
+                        {"sphere": {"centre": [0, 0, 5], "radius": -1}}]})",
+        "");
+    const LoadedBody loaded = box();
+    const LoadedBody* const bodies[] = {&loaded, &loaded, &loaded, &loaded, nullptr, &loaded};
+    EXPECT_EQ(scene_problems(reading, bodies),
+              (std::vector<std::string>{
+                  "bodies[0].pins[0]: the region holds no node of the body",
+                  "bodies[0].grips[0]: contains nodes that pins[1] also holds",
+                  "bodies[1]: overlaps bodies[0] at the start: 28 pairs of faces cross",
+                  "bodies[2]: lies inside bodies[0] or encloses it at the start",
+                  "bodies[0]: is 0.05 m deep in obstacles[0] at the start",
+                  "obstacles[1]: /nowhere.obj: no such file",
+              }));
+}
+
+TEST(CheckScene, AcceptsBodiesThatTouchTheFloor) {
+    const SceneReading reading = read_scene(
+        R"({"bodies": [{"body": "a", "transform": {"translate": [0, 0, 0.15]}}], "obstacles": [{"plane": {}}]})",
+        "");
+    const LoadedBody loaded = box();
+    const LoadedBody* const bodies[] = {&loaded};
+    EXPECT_EQ(scene_problems(reading, bodies), std::vector<std::string>{});
+}
+
+}  // namespace
+}  // namespace nbd

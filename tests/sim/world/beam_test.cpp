@@ -1,0 +1,86 @@
+// Compares beams with theory; the error must fall as the mesh is refined.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sim/fem/backward_euler.hpp"
+#include "sim/fem/modes.hpp"
+#include "tests/support/box_mesh.hpp"
+
+namespace nbd {
+namespace {
+
+const Material elastic{
+    .young = 1e6, .poisson = 0, .density = 1000, .rayleigh_mass = 0, .rayleigh_stiffness = 0};
+
+// Tip deflection of a clamped beam under a small weight, divided by Timoshenko's q L^4 / (8 E I) + q L^2 / (2
+// kappa G A), kappa = 5/6.
+double relative_sag(int refinement) {
+    const double L = 1, h = 0.25, g = 1e-3;
+    const ElasticBody body(test::box_mesh({L, h, h}, Eigen::Vector3i(8, 2, 2) * refinement), elastic);
+    StepSystem system(body);
+    PrescribedNodes clamp;
+    clamp.nodes = test::nodes_where(body.rest().X, [](const auto& p) { return p[0] == 0; });
+    clamp.v = Nodes::Zero(clamp.nodes.size(), 3);
+    BodyState state{body.rest().X, Nodes::Zero(body.node_count(), 3)};
+    const double dt = 1e5;  // large enough for inertia to vanish
+    backward_euler_step(system, state, dt, {.gravity = {0, 0, -g}, .forces = {}}, clamp);
+    double tip = 0;
+    const auto end = test::nodes_where(body.rest().X, [&](const auto& p) { return p[0] == L; });
+    for (int node : end) tip += (body.rest().X(node, 2) - state.x(node, 2)) / end.size();
+    const double q = elastic.density * g * h * h, EI = elastic.young * std::pow(h, 4) / 12;
+    const double GA = 0.5 * elastic.young * h * h;
+    return tip / (q * std::pow(L, 4) / (8 * EI) + q * L * L / (2 * 5.0 / 6 * GA));
+}
+
+TEST(Beam, CantileverDeflectionConvergesToTimoshenkoTheory) {
+    const double coarse = 1 - relative_sag(1), medium = 1 - relative_sag(2), fine = 1 - relative_sag(4);
+    EXPECT_GT(coarse, 0);  // linear elements are too stiff
+    EXPECT_GT(coarse / medium, 2);
+    EXPECT_GT(medium / fine, 3);
+    EXPECT_LT(fine, 0.06);
+}
+
+struct BarFrequencies {
+    double bending, stretching;
+};
+
+// A free bar with a rectangular section, thickness t < width.
+BarFrequencies free_bar(double L, double t, double width, int refinement, MassKind mass) {
+    const ElasticBody body(test::box_mesh({L, t, width}, Eigen::Vector3i(16, 2, 3) * refinement), elastic,
+                           mass);
+    const Modes modes = vibration_modes(body, {.count = 8});
+    // The lowest mode bends about the weak axis; the longitudinal mode moves along x only.
+    BarFrequencies found{modes.basis.frequencies[0], 0};
+    for (int c = 0; c < 8; ++c) {
+        double along = 0, across = 0;
+        for (int i = 0; i < body.node_count(); ++i) {
+            along += std::pow(modes.basis.U(3 * i, c), 2);
+            across += modes.basis.U.block<2, 1>(3 * i + 1, c).squaredNorm();
+        }
+        if (along > 10 * across && found.stretching == 0) found.stretching = modes.basis.frequencies[c];
+    }
+    return found;
+}
+
+TEST(Beam, FreeBarFrequenciesConvergeToBeamTheory) {
+    const double L = 1, t = 0.1, width = 0.17;
+    // Bending with shear and rotary inertia as in ASTM E1876, for Poisson's ratio 0 and density 1000.
+    const double r = t / L, r2 = r * r, r4 = r2 * r2;
+    const double correction = 1 + 6.585 * r2 - 0.868 * r4 - 8.340 * r4 / (1 + 6.338 * r2);
+    const double mass = elastic.density * L * t * width;
+    const double bending =
+        std::sqrt(elastic.young * width / (0.9465 * mass * correction) * std::pow(t / L, 3));
+    const double stretching = std::sqrt(elastic.young / elastic.density) / (2 * L);
+    for (const MassKind kind : {MassKind::lumped, MassKind::consistent}) {
+        const BarFrequencies coarse = free_bar(L, t, width, 1, kind), fine = free_bar(L, t, width, 3, kind);
+        const double coarse_error = std::abs(coarse.bending / bending - 1);
+        const double fine_error = std::abs(fine.bending / bending - 1);
+        EXPECT_GT(coarse_error / fine_error, 5);
+        EXPECT_LT(fine_error, 0.07);
+        EXPECT_NEAR(fine.stretching / stretching, 1, 0.005);
+    }
+}
+
+}  // namespace
+}  // namespace nbd

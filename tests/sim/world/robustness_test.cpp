@@ -1,0 +1,203 @@
+// Difficult cases for the simulator: crushed, fast and piled bodies.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/base/counter_random.hpp"
+#include "sim/fem/backward_euler.hpp"
+#include "sim/fem/polar.hpp"
+#include "tests/sim/support/box_model.hpp"
+
+namespace nbd {
+namespace {
+
+using test::floor_at;
+using test::Model;
+using test::turned;
+
+TEST(Robustness, ABodySqueezedToHalfItsHeightStaysBetweenThePlatesAndComesToRest) {
+    const Model box({0.4, 0.4, 0.4}, {4, 4, 4});
+    const double size = 0.4 * std::sqrt(3.0);
+    World world(WorldConfig{});
+    world.add_obstacle(floor_at(-0.2, 0.3));
+    world.add_obstacle({.shape = PlaneShape{.point = {0, 0, 0.21}, .normal = -Eigen::Vector3d::UnitZ()},
+                        .velocity = {0, 0, -0.7},
+                        .friction = 0.3,
+                        .stop = 0.3});
+    world.add_body(box.at({0, 0, 0}));
+    double deepest = 0, fastest = 0;
+    WorldReport report;
+    for (int i = 0; i < 160; ++i) {
+        report = world.step(5e-3);
+        ASSERT_EQ(report.failure, "");
+        deepest = std::max(deepest, report.deepest_penetration);
+        fastest = std::max(fastest, report.kinetic_energy);
+    }
+    const auto z = world.state(0).x.col(2);
+    EXPECT_NEAR(z.maxCoeff() - z.minCoeff(), 0.2, 0.02);
+    EXPECT_LT(deepest, 0.01 * size);
+    EXPECT_EQ(report.inverted_elements, 0);
+    EXPECT_GT(fastest, 1);
+    EXPECT_LT(report.kinetic_energy, 1e-4 * fastest);
+}
+
+TEST(Robustness, TenBodiesPileUpAndComeToRest) {
+    const Model box({0.2, 0.2, 0.2}, {1, 1, 1});
+    WorldConfig config;
+    config.contact.friction = 0.6;
+    World world(config);
+    world.add_obstacle(floor_at(0, 0.6));
+    for (int i = 0; i < 10; ++i)
+        world.add_body(
+            box.at({0.08 * std::cos(2.4 * i), 0.08 * std::sin(2.4 * i), 0.16 + 0.24 * i}, turned(0.7 * i)));
+    double deepest = 0, fastest = 0;
+    WorldReport report;
+    for (int i = 0; i < 600; ++i) {
+        report = world.step(5e-3);
+        ASSERT_EQ(report.failure, "");
+        deepest = std::max(deepest, report.deepest_penetration);
+        fastest = std::max(fastest, report.kinetic_energy);
+    }
+    EXPECT_LT(deepest, 0.01 * 0.2 * std::sqrt(3.0));
+    EXPECT_GT(report.contacts, 20);
+    EXPECT_LT(report.kinetic_energy, 1e-3 * fastest);
+}
+
+/// Largest distance of a node from its rest position under the best rigid motion, metres.
+double deformation(const Nodes& X, const Nodes& x) {
+    const Eigen::Vector3d from = X.colwise().mean(), to = x.colwise().mean();
+    const Eigen::Matrix3d R =
+        rotation_of((x.rowwise() - to.transpose()).transpose() * (X.rowwise() - from.transpose()));
+    return (((X.rowwise() - from.transpose()) * R.transpose()).rowwise() + to.transpose() - x)
+        .rowwise()
+        .norm()
+        .maxCoeff();
+}
+
+TEST(Robustness, ACrushedOrInvertedBodyRecoversItsShape) {
+    const Model box({0.4, 0.3, 0.3}, {4, 3, 3});
+    const auto end = [&](const auto& spoil, int least_inverted) {
+        WorldBody entry = box.at({0, 0, 0});
+        spoil(entry.state.x);
+        ElementPose pose;
+        box.elastic->pose(entry.state.x, pose);
+        EXPECT_GE(box.elastic->check(pose).inverted, least_inverted);
+        WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
+        config.limits.stretch = 50;
+        World world(config);
+        world.add_body(entry);
+        WorldReport report;
+        for (int i = 0; i < 300; ++i) {
+            report = world.step(5e-3);
+            EXPECT_EQ(report.failure, "");
+        }
+        EXPECT_EQ(report.inverted_elements, 0);
+        return deformation(box.body.tets.X, world.state(0).x);
+    };
+    const int elements = box.elastic->element_count();
+    EXPECT_LT(end([](Nodes& x) { x.col(2) *= 0.01; }, 0), 0.004);  // crushed flat
+    EXPECT_LT(end([](Nodes& x) { x.col(2).setZero(); }, elements), 0.004);
+    EXPECT_LT(end(
+                  [](Nodes& x) {
+                      for (Eigen::Index i = 0; i < x.size(); ++i)
+                          x.data()[i] += 0.15 * (counter_uniform(7, 0, static_cast<std::uint64_t>(i)) - 0.5);
+                  },
+                  elements / 10),
+              0.004);
+}
+
+TEST(Robustness, SubstepsStopFastBodies) {
+    const Model box({0.3, 0.3, 0.1}, {3, 3, 1}, 1e6);
+    const auto collide = [&](int max_substeps) {
+        WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
+        config.step.max_substeps = max_substeps;
+        World world(config);
+        world.add_body(box.at({0, 0, 0}, Eigen::Matrix3d::Identity(), {0, 0, 12}));
+        world.add_body(box.at({0.03, 0.02, 0.35}, turned(0.1), {0, 0, -12}));
+        int most = 0;
+        double deepest = 0;
+        for (int i = 0; i < 20; ++i) {
+            const WorldReport report = world.step(5e-3);
+            EXPECT_EQ(report.failure, "");
+            EXPECT_EQ(report.substeps > 1, !report.rejection.empty() && max_substeps > 1);
+            most = std::max(most, report.substeps);
+            deepest = std::max(deepest, report.deepest_penetration);
+        }
+        EXPECT_EQ(most > 1, max_substeps > 1);
+        EXPECT_NEAR(world.time(), 20 * 5e-3, 1e-12);
+        return std::pair(deepest, world.state(1).x.col(2).mean() - world.state(0).x.col(2).mean());
+    };
+    const auto [cut_depth, cut_distance] = collide(8);
+    EXPECT_LT(cut_depth, 0.01 * 0.43);
+    EXPECT_GT(cut_distance, 0.1);
+    EXPECT_GT(collide(1).first, 2 * cut_depth);
+}
+
+TEST(Robustness, NewtonIterationsSolveTheStep) {
+    const Model box({0.6, 0.2, 0.2}, {4, 2, 2}, 2e4);
+    const double dt = 0.02;
+    WorldConfig config;
+    config.step = {.newton_iterations = 60, .newton_tolerance = 1e-7};
+    World world(config);
+    WorldBody entry = box.at({0, 0, 0});
+    entry.grips = {
+        {.nodes = test::nodes_where(box.body.tets.X, [](const auto& p) { return p.x() < -0.29; })}};
+    const std::vector<int> held = entry.grips[0].nodes;
+    world.add_body(entry);
+    StepSystem system(*box.elastic);
+    BodyState lone = entry.state;
+    const PrescribedNodes pinned{.nodes = held, .v = Nodes::Zero(static_cast<Eigen::Index>(held.size()), 3)};
+    int most = 0;
+    for (int i = 0; i < 10; ++i) {
+        const WorldReport report = world.step(dt);
+        ASSERT_EQ(report.failure, "");
+        EXPECT_EQ(report.substeps, 1) << report.rejection;
+        most = std::max(most, report.newton_iterations);
+        backward_euler_step(system, lone, dt, {.gravity = config.gravity, .forces = {}}, pinned, 60, 1e-7);
+    }
+    EXPECT_GT(most, 2);
+    EXPECT_GT((lone.x - entry.state.x).cwiseAbs().maxCoeff(), 0.05);
+    EXPECT_LT((lone.x - world.state(0).x).cwiseAbs().maxCoeff(), 1e-4);
+}
+
+TEST(Robustness, NewtonIterationsConvergeWithContact) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2}, 3e4);
+    WorldConfig config;
+    config.step = {.newton_iterations = 30, .newton_tolerance = 1e-2};
+    World world(config);
+    world.add_obstacle(floor_at(0));
+    world.add_body(box.at({0, 0, 0.16}));
+    world.add_body(box.at({0.1, 0.05, 0.5}, turned(0.3)));
+    int rejected_steps = 0, pressing = 0;
+    for (int i = 0; i < 60; ++i) {
+        const WorldReport report = world.step(5e-3);
+        ASSERT_EQ(report.failure, "");
+        rejected_steps += report.rejection.empty() ? 0 : 1;
+        pressing = std::max(pressing, report.contacts);
+    }
+    EXPECT_LE(rejected_steps, 6);
+    EXPECT_GT(pressing, 10);
+}
+
+TEST(Robustness, ASlidingBlockAcceleratesAsCoulombFrictionPredicts) {
+    Model box({0.4, 0.4, 0.2}, {2, 2, 1}, 1e6);
+    Material material = box.body.material;
+    material.rayleigh_mass = 0;
+    box.elastic = std::make_shared<const ElasticBody>(box.body.tets, material);
+    const double slope = 0.35, g = 9.81;
+    for (const double friction : {0.1, 0.25}) {
+        World world(WorldConfig{.gravity = {g * std::sin(slope), 0, -g * std::cos(slope)}});
+        world.add_obstacle(floor_at(0, friction));
+        world.add_body(box.at({0, 0, 0.104}));
+        const auto speed = [&] { return world.state(0).v.col(0).mean(); };
+        for (int i = 0; i < 100; ++i) ASSERT_EQ(world.step(5e-3).failure, "");
+        const double before = speed();
+        for (int i = 0; i < 100; ++i) ASSERT_EQ(world.step(5e-3).failure, "");
+        const double expected = g * (std::sin(slope) - friction * std::cos(slope));
+        EXPECT_NEAR((speed() - before) / 0.5, expected, 0.02 * expected) << friction;
+    }
+}
+
+}  // namespace
+}  // namespace nbd

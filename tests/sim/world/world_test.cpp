@@ -1,0 +1,241 @@
+#include "sim/world/world.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <memory>
+
+#include "sim/fem/backward_euler.hpp"
+#include "tests/sim/support/box_model.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+using test::floor_at;
+using test::Model;
+using test::turned;
+
+TEST(World, AFreeBodyFallsAtTheExpectedRate) {
+    const Model box({0.5, 0.4, 0.3}, {2, 2, 2});
+    Material undamped = box.body.material;
+    undamped.rayleigh_mass = 0;
+    WorldBody entry = box.at({0, 0, 5});
+    entry.elastic = std::make_shared<const ElasticBody>(box.body.tets, undamped);
+    World world(WorldConfig{});
+    world.add_body(entry);
+    for (int i = 0; i < 50; ++i) ASSERT_EQ(world.step(0.01).failure, "");
+    // Backward Euler: v = g t exactly, z = g dt^2 n (n + 1) / 2.
+    EXPECT_NEAR(world.state(0).v.col(2).mean(), -9.81 * 0.5, 1e-9);
+    EXPECT_NEAR(world.state(0).x.col(2).mean(), 5 - 9.81 * 1e-4 * 50 * 51 / 2, 1e-9);
+}
+
+class DroppedBody : public ::testing::TestWithParam<std::tuple<double, double>> {};
+
+TEST_P(DroppedBody, HardlyPenetratesTheBodyBelow) {
+    const auto [height, young] = GetParam();
+    const Model box({1, 0.4, 0.3}, {6, 3, 2}, young);
+    World world(WorldConfig{});
+    world.add_obstacle(floor_at(0));
+    world.add_body(box.at({0, 0, 0.16}));
+    world.add_body(box.at({0.05, 0.03, 0.16 + 0.35 + height}, turned(0.4)));
+    int pressing = 0;
+    double deepest = 0, energy = 1e300;
+    for (int i = 0; i < 160; ++i) {
+        const WorldReport report = world.step(5e-3);
+        ASSERT_EQ(report.failure, "");
+        EXPECT_TRUE(report.solver_converged);
+        if (report.face_pairs > 0) ++pressing;
+        deepest = std::max(deepest, report.deepest_penetration);
+        const double now = report.kinetic_energy + report.elastic_energy + report.gravity_energy;
+        EXPECT_LT(now, energy * 1.02 + 1);  // the contact layers store a little energy that is not counted
+        energy = std::min(energy, now);
+    }
+    EXPECT_GT(pressing, 10);
+    EXPECT_LT(deepest, 0.01);  // for bodies of 1 m
+    EXPECT_TRUE(world.intersecting(0, 1).empty());
+    EXPECT_GT(world.state(1).x.col(2).mean(), world.state(0).x.col(2).mean());
+}
+
+INSTANTIATE_TEST_SUITE_P(HeightsAndStiffness, DroppedBody,
+                         ::testing::Combine(::testing::Values(0.3, 1.0), ::testing::Values(5e4, 2e5)));
+
+TEST(World, CollidingBodiesConserveMomentum) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
+    Material undamped = box.body.material;
+    undamped.rayleigh_mass = 0;
+    const auto elastic = std::make_shared<const ElasticBody>(box.body.tets, undamped);
+    WorldBody left = box.at({0, 0, 0}, turned(0.2), {1.2, 0.1, 0});
+    WorldBody right = box.at({0.75, 0.1, 0.05}, turned(-0.5), {-0.8, 0, 0.1});
+    left.elastic = right.elastic = elastic;
+    world.add_body(left);
+    world.add_body(right);
+    const auto momentum = [&] {
+        return Eigen::Vector3d(linear_momentum(*elastic, world.state(0).v) +
+                               linear_momentum(*elastic, world.state(1).v));
+    };
+    const Eigen::Vector3d before = momentum();
+    const double speed_before = linear_momentum(*elastic, world.state(0).v).x();
+    int touched = 0;
+    for (int i = 0; i < 80; ++i) {
+        const WorldReport report = world.step(5e-3);
+        ASSERT_EQ(report.failure, "");
+        if (report.contacts > 0) ++touched;
+    }
+    ASSERT_GT(touched, 3);
+    EXPECT_LT(linear_momentum(*elastic, world.state(0).v).x(), 0.5 * speed_before);
+    EXPECT_LT((momentum() - before).norm(), 1e-4 * speed_before);
+}
+
+TEST(World, ABlockSlidesOnlyOnSlopesAboveTheFrictionAngle) {
+    const Model box({0.4, 0.4, 0.2}, {2, 2, 1}, 1e6);
+    const double slope = 0.35, g = 9.81;  // tan 0.35 = 0.365
+    const auto travelled = [&](double friction) {
+        // Tilts gravity and keeps the floor level.
+        World world(WorldConfig{.gravity = {g * std::sin(slope), 0, -g * std::cos(slope)}});
+        world.add_obstacle(floor_at(0, friction));
+        world.add_body(box.at({0, 0, 0.104}));
+        for (int i = 0; i < 200; ++i) EXPECT_EQ(world.step(5e-3).failure, "");
+        return world.state(0).x.col(0).mean();
+    };
+    EXPECT_LT(std::abs(travelled(0.6)), 0.01);
+    const double friction = 0.15, expected = 0.5 * g * (std::sin(slope) - friction * std::cos(slope));
+    EXPECT_NEAR(travelled(friction), expected, 0.1 * expected);
+}
+
+TEST(World, GripsMoveTheirNodesAndReleaseThem) {
+    const Model box({1, 0.2, 0.2}, {6, 2, 2});
+    WorldBody entry = box.at({0, 0, 0});
+    const auto end = [&](double x) {
+        return test::nodes_where(box.body.tets.X,
+                                 [&](const Eigen::Vector3d& p) { return std::abs(p.x() - x) < 1e-9; });
+    };
+    const double turn = 0.6;
+    entry.grips = {{.nodes = end(-0.5)},
+                   {.nodes = end(0.5),
+                    .translation = {0.1, 0, 0},
+                    .rotation = {turn, 0, 0},
+                    .duration = 0.2,
+                    .release = 0.4}};
+    World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
+    world.add_body(entry);
+    for (int i = 0; i < 60; ++i) ASSERT_EQ(world.step(5e-3).failure, "");
+    const Eigen::AngleAxisd R(turn, Eigen::Vector3d::UnitX());
+    for (const int node : end(0.5)) {
+        const Eigen::Vector3d expected =
+            R * Eigen::Vector3d(box.body.tets.X.row(node)) + Eigen::Vector3d(0.1, 0, 0);
+        EXPECT_LT((world.state(0).x.row(node).transpose() - expected).norm(), 1e-9);
+    }
+    for (const int node : end(-0.5))
+        EXPECT_LT((world.state(0).x.row(node) - box.body.tets.X.row(node)).norm(), 1e-9);
+    const double held = world.state(0).x(end(0.5).front(), 0);
+    for (int i = 0; i < 60; ++i) ASSERT_EQ(world.step(5e-3).failure, "");
+    EXPECT_LT(world.state(0).x(end(0.5).front(), 0), held - 0.01);  // springs back after the release
+}
+
+TEST(World, GivesTheSameBitsInTwoRuns) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    const auto end = [&] {
+        World world(WorldConfig{});
+        world.add_obstacle(floor_at(0));
+        world.add_body(box.at({0, 0, 0.16}));
+        world.add_body(box.at({0.1, 0.05, 0.5}, turned(0.3)));
+        for (int i = 0; i < 60; ++i) world.step(5e-3);
+        return world.state(1).x;
+    };
+    EXPECT_TRUE(end() == end());
+}
+
+TEST(World, ContinuesFromASnapshotWithTheSameBits) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2}, 2e4);
+    const auto build = [&] {
+        auto world = std::make_unique<World>(WorldConfig{});
+        world->add_obstacle(floor_at(0));
+        world->add_body(box.at({0, 0, 0.16}));
+        world->add_body(box.at({0.1, 0.05, 0.5}, turned(0.3)));
+        return world;
+    };
+    const auto world = build(), resumed = build();
+    WorldSnapshot snapshot;
+    for (int i = 0; i < 80; ++i) {
+        if (i == 40) snapshot = world->snapshot();
+        world->step(5e-3);
+    }
+    ASSERT_GT(snapshot.sides.vertices.size(), 10u);
+    ASSERT_EQ(snapshot.sides.vertices.size(), snapshot.sides.normals.size());
+    resumed->restore(snapshot);
+    for (int i = 40; i < 80; ++i) resumed->step(5e-3);
+    for (int b : {0, 1}) {
+        EXPECT_TRUE(resumed->state(b).x == world->state(b).x);
+        EXPECT_TRUE(resumed->state(b).v == world->state(b).v);
+    }
+    EXPECT_EQ(resumed->time(), world->time());
+    const auto again = resumed->snapshot();
+    EXPECT_EQ(again.sides.vertices, world->snapshot().sides.vertices);
+
+    snapshot.sides.vertices[3][1] = 7;
+    EXPECT_EQ(test::refusal([&] { resumed->restore(snapshot); }),
+              "world: entry 3 of the snapshot's contact sides does not fit the bodies");
+    snapshot.bodies.pop_back();
+    EXPECT_EQ(test::refusal([&] { resumed->restore(snapshot); }), "world: a snapshot of 1 bodies for 2");
+}
+
+TEST(World, ContactForcesBalanceTheWeightAndCancelBetweenBodies) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    World world(WorldConfig{});
+    world.add_obstacle(floor_at(0));
+    world.add_body(box.at({0, 0, 0.153}));
+    world.add_body(box.at({0, 0, 0.46}));
+    for (int i = 0; i < 400; ++i) ASSERT_EQ(world.step(5e-3).failure, "");
+    const double weight = 9.81 * box.elastic->mass();
+    const Eigen::Vector3d below = world.contact_forces(0).colwise().sum(),
+                          above = world.contact_forces(1).colwise().sum();
+    EXPECT_NEAR(above.z(), weight, 0.01 * weight);
+    EXPECT_NEAR(below.z(), weight, 0.01 * weight);  // two weights from the floor, minus one from above
+    EXPECT_LT(above.head(2).norm() + below.head(2).norm(), 0.01 * weight);
+}
+
+TEST(World, ReportsIntersectingPairs) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    World world(WorldConfig{});
+    world.add_body(box.at({0, 0, 0}));
+    world.add_body(box.at({0.31, 0.2, 0.11}, turned(0.3)));
+    EXPECT_GT(world.intersecting(0, 1).size(), 5u);
+}
+
+TEST(World, AMovingSpherePushesABodyAway) {
+    const Model box({0.4, 0.4, 0.4}, {3, 3, 3});
+    World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
+    world.add_obstacle({.shape = BallShape{.centre = {-0.6, 0, 0}, .radius = 0.3}, .velocity = {1, 0, 0}});
+    world.add_body(box.at({0, 0, 0}));
+    for (int i = 0; i < 100; ++i) {
+        const WorldReport report = world.step(5e-3);
+        ASSERT_EQ(report.failure, "");
+        EXPECT_LT(report.deepest_penetration, 0.01);
+    }
+    EXPECT_GT(linear_momentum(*box.elastic, world.state(0).v).x() / box.elastic->mass(), 0.5);
+}
+
+TEST(World, RejectsInvalidBodiesAndObstacles) {
+    const Model box({0.4, 0.4, 0.4}, {1, 1, 1});
+    World world(WorldConfig{});
+    EXPECT_EQ(test::refusal([&] { world.step(0); }), "world: dt is 0, but must be > 0");
+    WorldBody entry = box.at({0, 0, 0});
+    entry.grips = {{.nodes = {0, 1}}, {.nodes = {1}}};
+    EXPECT_EQ(test::refusal([&] { world.add_body(entry); }), "grip: node 1 is named twice");
+    entry.grips = {{.nodes = {8}}};
+    EXPECT_EQ(test::refusal([&] { world.add_body(entry); }), "grip: node 8 is not in 0..7");
+    const Model other({0.4, 0.4, 0.4}, {2, 1, 1});
+    entry = box.at({0, 0, 0});
+    entry.tree = other.tree;
+    EXPECT_EQ(test::refusal([&] { world.add_body(entry); }),
+              "world: a collision tree belongs to another surface than that of its body");
+    EXPECT_EQ(test::refusal([&] { world.add_obstacle({.shape = BallShape{.radius = -1}}); }),
+              "obstacle: a sphere needs a finite centre and a radius > 0, not -1");
+    EXPECT_EQ(world.body_count(), 0);
+}
+
+}  // namespace
+}  // namespace nbd
