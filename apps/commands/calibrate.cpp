@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "apps/cli/load.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/calibration_options.hpp"
 #include "apps/commands/commands.hpp"
 #include "training/files/recording.hpp"

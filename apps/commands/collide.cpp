@@ -3,8 +3,8 @@
 #include <memory>
 #include <optional>
 
-#include "apps/cli/load.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/commands/pose_argument.hpp"
 #include "collision/query/pair_query.hpp"

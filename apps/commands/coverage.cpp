@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <memory>
 
-#include "apps/cli/load.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/h5/atomic_file.hpp"
 #include "training/calibrate/calibrate.hpp"

@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "apps/cli/interrupt.hpp"
-#include "apps/cli/load.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/producer.hpp"

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <memory>
 
-#include "apps/cli/load.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/figures/html_report.hpp"
 #include "meshing/h5/atomic_file.hpp"

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "apps/cli/load.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "collision/flat/flat_tree.hpp"
 #include "meshing/h5/atomic_file.hpp"

@@ -2,9 +2,9 @@
 
 #include <memory>
 
-#include "apps/cli/load.hpp"
 #include "apps/cli/mesh_file.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/tets/tet_quality.hpp"
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "apps/cli/load.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/body/body.hpp"
 #include "meshing/h5/atomic_file.hpp"

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <memory>
 
-#include "apps/cli/load.hpp"
+#include "apps/cli/load_body.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/body/body.hpp"
 #include "training/files/recording.hpp"
@@ -17,14 +18,6 @@ struct RemapArguments {
     std::string recording, output, from, to;
     int trajectories = 0;
 };
-
-/// Throws unless the bodies have identical tetrahedra, so that their nodes move identically.
-void check_same_tets(const RemapArguments& arguments, const Body& from, const Body& to) {
-    if (from.tets.X.rows() != to.tets.X.rows() || from.tets.X != to.tets.X ||
-        from.tets.T.rows() != to.tets.T.rows() || from.tets.T != to.tets.T)
-        throw std::runtime_error(
-            fmt::format("{}: its tetrahedra are not those of {}", arguments.to, arguments.from));
-}
 
 void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& to,
                  const TrajectoryInfo& info) {
@@ -44,7 +37,7 @@ void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& t
 void run(const RemapArguments& arguments, Output& out) {
     check_output(arguments.output, {arguments.recording, arguments.from, arguments.to});
     const Body from = load_body(arguments.from), to = load_body(arguments.to);
-    check_same_tets(arguments, from, to);
+    check_same_tets(arguments.to, to.tets, arguments.from, from.tets);
     const std::string from_hash = body_hash(from), to_hash = body_hash(to);
     const RecordingReader recording(arguments.recording);
     const auto& infos = recording.trajectories();

@@ -4,9 +4,10 @@
 #include <memory>
 #include <optional>
 
+#include "apps/cli/file_hash.hpp"
 #include "apps/cli/interrupt.hpp"
-#include "apps/cli/load.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/simulate/audit.hpp"
 #include "apps/simulate/journal.hpp"

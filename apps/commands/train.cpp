@@ -6,8 +6,9 @@
 #include <memory>
 
 #include "apps/cli/interrupt.hpp"
-#include "apps/cli/load.hpp"
+#include "apps/cli/load_body.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/calibration_options.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/sharing/rank.hpp"

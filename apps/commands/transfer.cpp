@@ -2,7 +2,8 @@
 
 #include <memory>
 
-#include "apps/cli/load.hpp"
+#include "apps/cli/load_body.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/body/body.hpp"
 #include "training/learn/transfer_tree.hpp"

@@ -2,10 +2,8 @@
 
 #include <fmt/core.h>
 
-#include <stdexcept>
-
+#include "apps/cli/load_body.hpp"
 #include "apps/cli/mesh_file.hpp"
-#include "training/files/tree_file.hpp"
 
 namespace nbd {
 
@@ -39,10 +37,7 @@ const Body& SceneFiles::body(const SceneBody& spec, const Output& out) {
 LoadedBody SceneFiles::load(const SceneBody& spec, const Output& out) {
     LoadedBody loaded{body(spec, out), nullptr};
     if (spec.tree.empty()) return loaded;
-    TreeFile file = load_tree(spec.tree);
-    if (file.facts.body_hash != body_hash(loaded.body))
-        throw std::runtime_error(fmt::format("{}: this tree belongs to another body than {}",
-                                             spec.tree.string(), spec.file.string()));
+    TreeFile file = load_tree_of(spec.file, body_hash(loaded.body), spec.tree);
     loaded.tree = std::make_shared<const CollisionTree>(std::move(file.tree));
     return loaded;
 }

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "apps/cli/load.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "meshing/formats/write_surface.hpp"
 #include "meshing/h5/temporary_files.hpp"
 #include "sim/fem/stress.hpp"

@@ -162,10 +162,10 @@ TEST_F(LearnedModelTest, CheckReportsEachKindOfInvalidModel) {
               "learned bounds: node 2 has 144 samples, allowed: multiples of 16 up to 128");
     EXPECT_EQ(error([](M& m) { m.nodes[1].value_begin = 0; }),
               "learned bounds: node 1 begins at sample 32 and value 0 instead of 32 and 928");
-    EXPECT_EQ(error([](M& m) { m.samples.pop_back(); }).substr(0, 16), "learned bounds: has ");
-    EXPECT_EQ(error([](M& m) { m.values.push_back(0); }).substr(0, 16), "learned bounds: has ");
+    EXPECT_EQ(error([](M& m) { m.samples.pop_back(); }).substr(0, 20), "learned bounds: has ");
+    EXPECT_EQ(error([](M& m) { m.values.push_back(0); }).substr(0, 20), "learned bounds: has ");
     EXPECT_EQ(error([](M& m) { m.values[950] = NAN; }), "learned bounds: a number of node 1 is not finite");
-    EXPECT_EQ(error([](M& m) { m.values[0] += 1; }).substr(0, 54),
+    EXPECT_EQ(error([](M& m) { m.values[0] += 1; }).substr(0, 58),
               "learned bounds: the weights of the centre of node 0 sum to");
     EXPECT_EQ(error([](M& m) { m.values[70] = -1; }),
               "learned bounds: an inverse deviation of node 0 is negative");

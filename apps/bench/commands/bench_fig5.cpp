@@ -7,8 +7,8 @@
 #include "apps/bench/pairs/own_methods.hpp"
 #include "apps/bench/pairs/race_table.hpp"
 #include "apps/cli/interrupt.hpp"
-#include "apps/cli/load.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {

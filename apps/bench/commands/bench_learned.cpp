@@ -4,8 +4,9 @@
 
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/kernels/learned_ablation.hpp"
-#include "apps/cli/load.hpp"
+#include "apps/cli/load_body.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {

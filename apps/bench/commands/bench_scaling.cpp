@@ -8,8 +8,8 @@
 #include "apps/bench/pairs/load_bench_bodies.hpp"
 #include "apps/bench/pairs/scaling.hpp"
 #include "apps/cli/interrupt.hpp"
-#include "apps/cli/load.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
 #include "training/files/frame_stream.hpp"
 

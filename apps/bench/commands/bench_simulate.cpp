@@ -7,9 +7,9 @@
 
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/steps/simulate_bench.hpp"
-#include "apps/cli/load.hpp"
 #include "apps/cli/mesh_file.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "sim/factor/blas.hpp"
 
 namespace nbd {

@@ -1,6 +1,5 @@
 #include "apps/bench/pairs/bench_body.hpp"
 
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -27,7 +26,6 @@ BenchBody make_bench_body(SurfaceBody surface) {
 }
 
 BenchBody make_bench_body(SurfaceBody surface, TreeFile tree) {
-    if (tree.facts.body_hash != surface.hash) throw std::invalid_argument("the tree belongs to another body");
     surface.U.resize(0, 0);
     return {std::move(surface), std::make_shared<const CollisionTree>(std::move(tree.tree)),
             std::move(tree.facts.split)};

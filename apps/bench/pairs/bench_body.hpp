@@ -19,8 +19,7 @@ struct BenchBody {
 /// Makes a body with a tree of `exact` bounds. Drops the modes.
 BenchBody make_bench_body(SurfaceBody surface);
 
-/// Makes a body with a trained tree. Drops the modes. Throws std::invalid_argument if the tree belongs to
-/// another body.
+/// Makes a body with a trained tree of the same body, see load_tree_of(). Drops the modes.
 BenchBody make_bench_body(SurfaceBody surface, TreeFile tree);
 
 /// The same body with its vertices in the order of the tree's leaves, so that vertices close in space are

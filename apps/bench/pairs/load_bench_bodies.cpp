@@ -1,32 +1,19 @@
 #include "apps/bench/pairs/load_bench_bodies.hpp"
 
-#include <fmt/format.h>
+#include <utility>
 
-#include <stdexcept>
-
-#include "apps/cli/load.hpp"
+#include "apps/cli/load_body.hpp"
 
 namespace nbd {
 namespace {
 
-SurfaceBody load_surface(const std::string& path) {
-    Body body = load_body(path);
-    body.modes = {};
-    return surface_body(body);
-}
-
 BenchBody load(const std::vector<std::string>& files) {
-    SurfaceBody surface = load_surface(files.front());
+    Body body = load_body(files.front());
+    body.modes = {};
+    SurfaceBody surface = surface_body(body);
     if (files.size() == 1) return make_bench_body(std::move(surface));
-    try {
-        return make_bench_body(std::move(surface), load_tree(files[1]));
-    } catch (const std::invalid_argument& error) {
-        throw std::runtime_error(fmt::format("{} with {}: {}", files[0], files[1], error.what()));
-    }
-}
-
-bool same_tets(const TetMesh& a, const TetMesh& b) {
-    return a.X.rows() == b.X.rows() && a.T.rows() == b.T.rows() && a.X == b.X && a.T == b.T;
+    TreeFile tree = load_tree_of(files[0], surface.hash, files[1]);
+    return make_bench_body(std::move(surface), std::move(tree));
 }
 
 }  // namespace
@@ -35,9 +22,8 @@ std::vector<BenchBody> load_bench_bodies(const std::vector<std::vector<std::stri
     std::vector<BenchBody> bodies;
     for (const std::vector<std::string>& names : files) {
         bodies.push_back(load(names));
-        if (!same_tets(bodies.front().surface.solid, bodies.back().surface.solid))
-            throw std::runtime_error(
-                fmt::format("{}: its tetrahedra are not those of {}", names.front(), files.front().front()));
+        check_same_tets(names.front(), bodies.back().surface.solid, files.front().front(),
+                        bodies.front().surface.solid);
     }
     return bodies;
 }

@@ -1,28 +1,13 @@
-#include "apps/cli/load.hpp"
+#include "apps/cli/output_paths.hpp"
 
 #include <fmt/core.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <map>
-#include <span>
 #include <stdexcept>
-
-#include "meshing/h5/sha256.hpp"
+#include <system_error>
 
 namespace nbd {
-
-SurfaceBody surface_body(const Body& body) {
-    const Eigen::MatrixXf none(3 * body.tets.X.rows(), 0);  // for bodies without modes
-    SurfaceBody result = make_surface_body(body.surface.X.cast<float>(), body.surface.F, body.W.cast<float>(),
-                                           body.modes.count() > 0 ? body.modes.U : none, body_hash(body));
-    result.solid = body.tets;
-    return result;
-}
-
 namespace {
 
 [[noreturn]] void cannot_write(const std::filesystem::path& path, const std::string& why) {
@@ -71,24 +56,6 @@ void make_folder(const std::filesystem::path& path) {
     if (error)
         throw std::runtime_error(
             fmt::format("{}: cannot create the directory: {}", path.string(), error.message()));
-}
-
-std::string text_hash(std::string_view text) {
-    h5::Sha256 hash;
-    hash.add(std::as_bytes(std::span(text)));
-    return hash.hex();
-}
-
-std::string file_hash(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file || std::filesystem::is_directory(path))
-        throw std::runtime_error(fmt::format("{}: cannot be read: {}", path.string(),
-                                             file ? "it is a folder" : std::strerror(errno)));
-    h5::Sha256 hash;
-    std::vector<char> piece(1 << 20);
-    while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())) || file.gcount() > 0)
-        hash.add(std::as_bytes(std::span(piece.data(), static_cast<std::size_t>(file.gcount()))));
-    return hash.hex();
 }
 
 }  // namespace nbd
