@@ -6,9 +6,9 @@
 
 namespace nbd {
 
-/// Hex SHA-256 of a file's bytes. Throws std::runtime_error with path and reason where it cannot be read.
+/// Hex SHA-256 of a file's bytes. Throws std::runtime_error with path and reason if it cannot be read.
 std::string file_hash(const std::filesystem::path& path);
-/// The same of a text.
+/// Hex SHA-256 of a text.
 std::string text_hash(std::string_view text);
 
 }  // namespace nbd

@@ -19,7 +19,7 @@ TreeFile load_tree_of(const std::filesystem::path& body, const std::string& hash
     TreeFile file = load_tree(tree);
     if (file.facts.body_hash != hash)
         throw std::runtime_error(
-            fmt::format("{}: is the tree of another body than {}", tree.string(), body.string()));
+            fmt::format("{}: this tree belongs to another body than {}", tree.string(), body.string()));
     return file;
 }
 

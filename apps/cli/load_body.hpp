@@ -9,11 +9,12 @@
 
 namespace nbd {
 
-/// What training needs of a body, in float32. Modes are carried along if the body has them.
+/// The body as training needs it, in float32, with modes if the body has them.
 SurfaceBody surface_body(const Body& body);
 
-/// The tree in a file, of the body in another. hash: body_hash() of that body. Throws std::runtime_error as
-/// load_tree(), and with both paths where the tree is of another body.
+/// Loads the tree in file `tree`, which must belong to the body in file `body`. hash: body_hash() of that
+/// body. Throws std::runtime_error as load_tree() does, and with both paths if the tree belongs to another
+/// body.
 TreeFile load_tree_of(const std::filesystem::path& body, const std::string& hash,
                       const std::filesystem::path& tree);
 

@@ -112,7 +112,7 @@ TEST_F(BenchPeers, RejectInvalidInput) {
     fails({"peers", "data.h5", "--body", "box.h5", "--body", "other.h5", "-o", "none", "-q"}, 1,
           "its tetrahedra are not those of");
     fails({"peers", "data.h5", "--body", "other.h5", "tree.h5", "-o", "none", "-q"}, 1,
-          "tree.h5: is the tree of another body than other.h5");
+          "tree.h5: this tree belongs to another body than other.h5");
     EXPECT_FALSE(std::filesystem::exists(folder() / "none"));
 }
 
