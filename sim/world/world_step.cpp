@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "collision/base/stopwatch.hpp"
-#include "sim/fem/backward_euler.hpp"
+#include "sim/fem/kinetic_energy.hpp"
 #include "sim/fem/step_potential.hpp"
 #include "sim/world/world.hpp"
 
