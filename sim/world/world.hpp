@@ -16,17 +16,17 @@
 
 namespace nbd {
 
-/// When a simulation has gone wrong for good.
+/// Limits beyond which a simulation has failed.
 struct FailureLimits {
-    double inverted_share = 1;  // of the tetrahedra; what is crushed recovers, so none is too many by default
+    double inverted_share = 1;  // of the tetrahedra; crushed bodies recover, so the default allows all
     double stretch = 10;        // Frobenius norm of a deformation gradient
 };
 
-/// How hard a step works at its equations.
+/// How accurately a step solves its equations.
 struct StepConfig {
-    int newton_iterations = 1;       // linearisations of elasticity at most; more than 1: with line search
-    double newton_tolerance = 1e-3;  // residual impulse over that of the loads at which Newton stops
-    int max_substeps = 8;            // a power of two: parts that a step in trouble is cut into; 1: never
+    int newton_iterations = 1;       // maximum number of linearisations; above 1 with line search
+    double newton_tolerance = 1e-3;  // Newton stops at this residual impulse, relative to the right-hand side
+    int max_substeps = 8;            // a power of two: a rejected step is cut into at most this many parts
 };
 
 struct WorldConfig {
@@ -34,95 +34,93 @@ struct WorldConfig {
     ContactConfig contact{};
     FailureLimits limits{};
     LinearSolveConfig linear{};
-    std::shared_ptr<RestFactors> factors{};  // shared with other worlds of the same bodies; null: own
+    std::shared_ptr<RestFactors> factors{};  // may be shared by worlds of the same bodies; null: not shared
     StepConfig step{};
 };
 
-/// A body as it enters a world.
+/// What World::add_body() takes.
 struct WorldBody {
     std::shared_ptr<const ElasticBody> elastic;
     Embedding W;                                  // [surface vertices, tet nodes]
     Faces F;                                      // of the surface
-    std::shared_ptr<const CollisionTree> tree{};  // over W, F; null: meets obstacles only, never bodies
+    std::shared_ptr<const CollisionTree> tree{};  // of the surface W, F; null: collides with obstacles only
     BoundKind bounds = BoundKind::exact;
-    std::optional<float> margin{};  // relative, of the tree's spheres; none: as PosedTree says
-    BodyState state{};              // empty x: at rest in its rest pose
+    std::optional<float> margin{};  // relative, of the tree's spheres; none: PosedTree's default
+    BodyState state{};              // empty x: the rest pose without velocity
     std::vector<Grip> grips{};
 };
 
-/// What a step did. Counts and costs are sums over its sub-steps and those that were given up; contacts are
-/// those of the last sub-step; energies, elements and penetration those at the end.
+/// What a step did. Counts and costs are sums over its parts, rejected ones included; `contacts` is of the
+/// last part; energies, inverted elements and penetration are those at the end of the step.
 struct WorldReport {
     double time = 0;              // seconds, end of the step
-    int contacts = 0;             // pressing
-    long face_pairs = 0;          // of two bodies, close enough to be looked at
-    long nodes_bounded = 0;       // spheres of collision trees computed
-    long nodes_out_of_range = 0;  // of them exactly, their input being out of the calibrated range
+    int contacts = 0;             // those that press
+    long face_pairs = 0;          // of two bodies, tested by the narrow phase
+    long nodes_bounded = 0;       // bounds of tree nodes computed
+    long nodes_out_of_range = 0;  // of these, computed exactly because the input was out of distribution
     double update_us = 0;         // microseconds to start the trees' poses
     double collision_us = 0;      // microseconds of the queries for face pairs
-    int substeps = 0;             // equal parts that the step was cut into
+    int substeps = 0;             // number of equal parts; 1: the step was not cut
     int newton_iterations = 0;    // linearisations of elasticity
     double assemble_us = 0;       // microseconds to assemble the linear systems
-    double solve_us = 0;          // microseconds of the linear solves, contacts settled
-    int patch_nodes = 0;          // most nodes that a linear solve took exactly; see CoupledSolver
+    double solve_us = 0;          // microseconds of the linear solves, contact iterations included
+    int patch_nodes = 0;          // largest patch of a linear solve; see CoupledSolver
     int solver_iterations = 0;    // of conjugate gradients
     bool solver_converged = true;
     double kinetic_energy = 0, elastic_energy = 0,
-           gravity_energy = 0;       // joules; gravity's is 0 at the origin
+           gravity_energy = 0;       // joules; gravity_energy is 0 at the origin
     double deepest_penetration = 0;  // metres, >= 0
     int inverted_elements = 0;
-    std::string fallback{};  // empty, or one line: why a linear system was factorised after all
-    std::string
-        rejection{};        // empty, or one line: why the step was cut, and if that did not help, so it says
-    std::string failure{};  // empty: all is well; else one line, and the world must not be stepped again
+    std::string fallback{};  // empty, or one line: why the iterative solver last fell back to a factorisation
+    std::string rejection{};  // empty, or one line: why a part of the step was last rejected
+    std::string failure{};    // empty, or one line: why the step failed; the world must not be stepped again
 };
 
-/// Deformable bodies among obstacles under gravity, in contact with all of them and with each other. A step
-/// is backward Euler with implicit contact forces (see ContactSolver), linearised at its start or, on
-/// request, iterated. A step in trouble is taken back and done in 2, 4, 8 ... equal parts: where the linear
-/// system or Newton's iteration does not converge, bodies close in on each other faster than contact can see,
-/// or get deeper into each other or an obstacle than contact should let them. The same calls give the same
-/// bits, on any number of threads.
+/// Deformable bodies and obstacles under gravity, in contact with each other. A step is backward Euler with
+/// implicit contact forces (see ContactSolver), linearised once or solved by Newton's iteration. A rejected
+/// step is taken back and repeated in 2, 4, 8 ... equal parts. Reasons to reject: the linear system or
+/// Newton's iteration does not converge, bodies approach each other too fast for contact detection, contacts
+/// become too deep, or a failure. The same calls give the same bits on any number of threads.
 class World {
  public:
     /// Throws std::invalid_argument on a number out of range.
     explicit World(const WorldConfig& config);
 
-    /// Returns the body's number: 0, 1, ... Throws std::invalid_argument on what does not fit together.
+    /// Returns the body's index: 0, 1, ... Throws std::invalid_argument where the parts of `body` disagree.
     int add_body(WorldBody body);
     /// Throws std::invalid_argument on an unusable obstacle.
     void add_obstacle(Obstacle obstacle);
 
-    /// Advances by dt seconds, > 0. Where the report names a failure, the bodies are left as they were before
-    /// the part that failed. Throws std::invalid_argument on a bad dt.
+    /// Advances by dt seconds, > 0. On a failure, see the report, the bodies are left as they were before the
+    /// part that failed. Throws std::invalid_argument on a bad dt.
     WorldReport step(double dt);
 
     int body_count() const noexcept { return static_cast<int>(bodies_.size()); }
     double time() const noexcept { return time_; }
-    double thickness() const noexcept;  // metres at which contact begins
+    double thickness() const noexcept;  // contact begins at this distance, metres
     const ElasticBody& elastic(int body) const { return *at(body).elastic; }
     const BodyState& state(int body) const { return at(body).state; }
     const ContactSurface& surface(int body) const { return at(body).surface; }
 
-    /// Outer forces on the nodes, [N, 3] newtons; they act until changed. Zero at first.
+    /// Outer forces on the tet nodes, [N, 3] newtons. They act until changed; initially zero.
     Nodes& forces(int body) { return at(body).forces; }
 
-    /// Motions of the regions that the body's tree knows, as `certified` bounds take them; empty where the
-    /// body has other bounds. Last until the body moves.
+    /// Motions of the regions of the body's tree, the input of `certified` bounds; empty for other bounds.
+    /// Valid until the body moves.
     std::span<const RegionMotion> motion(int body) { return motion(at(body)); }
 
-    /// Face pairs of two bodies that intersect now, by the bodies' own bounds. Both need a tree.
+    /// Intersecting face pairs of two bodies in the current pose, found with the bodies' bounds. Throws
+    /// std::invalid_argument where one of them has no tree.
     std::vector<FacePair> intersecting(int a, int b);
 
-    /// Mean forces of all contacts, friction included, on the tet nodes of a body during the last step:
-    /// [N, 3] newtons. Those between bodies sum to zero over the bodies. Zero before the first step and
-    /// after restore().
+    /// Mean contact forces, friction included, on the tet nodes of a body over the last step: [N, 3] newtons.
+    /// Forces between bodies sum to zero. Zero before the first step and after restore().
     const Nodes& contact_forces(int body) const { return at(body).contact_forces; }
 
     WorldSnapshot snapshot() const;
 
     /// Continues from a snapshot of a world with the same bodies. Throws std::invalid_argument where it does
-    /// not fit them; nothing is changed then.
+    /// not fit the bodies, and changes nothing then.
     void restore(const WorldSnapshot& snapshot);
 
  private:
@@ -133,35 +131,55 @@ class World {
         BodyState state;
         Nodes forces, contact_forces;
         std::vector<Grip> grips;
-        std::vector<Nodes> grip_start;  // where each grip took its nodes
+        std::vector<Nodes> grip_start;  // per grip, positions at which it took its nodes
         ElementPose pose;
-        std::unique_ptr<RegionMeter> meter{};  // null: the tree has other than `certified` bounds
-        bool measured = false;                 // by the meter, in the present state
+        std::unique_ptr<RegionMeter> meter{};  // null unless the tree has `certified` bounds
+        bool measured = false;                 // the meter's result is of the current state
     };
-    /// What hinders a step. Its end may be kept all the same unless it is a failure.
+    /// One of the equal parts of a step.
+    struct StepPart {
+        double dt = 0, end = 0;  // length and world time at the end, seconds
+        double share = 0;        // of the whole step
+        bool finest = false;     // may not be cut: its result is kept unless the rejection is fatal
+    };
+    /// Why a part was rejected. The result of a non-fatal rejection may still be kept.
     struct Rejection {
-        std::string reason{};  // empty: none
-        bool failure = false;
+        std::string reason{};  // empty: not rejected
+        bool fatal = false;
+        explicit operator bool() const noexcept { return !reason.empty(); }
+    };
+    /// The state that a rejected part is taken back to.
+    struct PartStart {
+        WorldSnapshot snapshot;
+        std::vector<Nodes> contact_forces;  // [bodies]
     };
 
     Body& at(int body) { return bodies_.at(static_cast<std::size_t>(body)); }
     const Body& at(int body) const { return bodies_.at(static_cast<std::size_t>(body)); }
     bool has_vertex(int body, int vertex) const;
-    void detect(double dt);
-    void forget_contacts();
-    std::span<const RegionMotion> motion(Body& body);
-    PrescribedNodes prescribed(const Body& body, double dt) const;
-    Eigen::VectorXd start_velocities(const std::vector<PrescribedNodes>& given) const;
     Nodes body_part(int body, const Eigen::VectorXd& stacked) const;
     Loads loads(const Body& body) const { return {.gravity = config_.gravity, .forces = body.forces}; }
+    std::span<const RegionMotion> motion(Body& body);
+    void forget_contacts();
+    void reset(const WorldSnapshot& snapshot);
+
+    // step_cutting.cpp
+    PartStart part_start() const;
+    void take_back(const PartStart& start);
+
+    // world_step.cpp
+    void detect(double dt);
+    Rejection try_part(const StepPart& part, WorldReport& report);
+    std::string move(const StepPart& part, const Eigen::VectorXd& v, WorldReport& report);
+    void measure(WorldReport& report) const;
+
+    // newton_iteration.cpp
+    PrescribedNodes prescribed(const Body& body, double dt) const;
+    Eigen::VectorXd start_velocities(const std::vector<PrescribedNodes>& given) const;
     void build_systems(double dt, const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate);
     Rejection solve(double dt, Eigen::VectorXd& v, WorldReport& report);
     void search_line(double dt, const Eigen::VectorXd& from, Eigen::VectorXd& to);
     double residual(double dt, const Eigen::VectorXd& v);
-    std::string move(double dt, const Eigen::VectorXd& v, double share, WorldReport& report);
-    Rejection try_part(double dt, double end, double share, bool last, WorldReport& report);
-    void reset(const WorldSnapshot& snapshot);
-    void measure(WorldReport& report) const;
 
     WorldConfig config_;
     std::vector<Body> bodies_;
@@ -172,10 +190,10 @@ class World {
     ContactDetection detection_;
     ContactSolver solver_;
     double time_ = 0;
-    double dt_before_ = 0;       // of the part that led to the present state; 0: none
-    double detected_dt_ = 0;     // the step for which contacts are known at the present state; 0: none
-    DetectionReport detected_;   // of that search
-    ContactSides sides_before_;  // what that detection went by
+    double dt_before_ = 0;       // length of the part that led to the current state; 0: none
+    double detected_dt_ = 0;     // detection_ holds the contacts of a step of this length from here; 0: none
+    DetectionReport detected_;   // of that detection
+    ContactSides sides_before_;  // its input
 };
 
 }  // namespace nbd
