@@ -18,12 +18,6 @@ StepSystem::StepSystem(const ElasticBody& body)
       force_(body.node_count(), 3),
       product_(body.node_count(), 3) {}
 
-void StepSystem::factorize() {
-    if (!analyzed_) cholesky_.analyze(A_);
-    analyzed_ = true;
-    cholesky_.factorize(A_);
-}
-
 void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads, const Nodes& w) {
     const auto require_rows = [&](Eigen::Index rows, const char* name) {
         if (rows != body_.node_count())

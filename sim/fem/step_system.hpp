@@ -1,10 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
 #include <vector>
 
-#include "sim/factor/cholesky.hpp"
 #include "sim/fem/elastic_body.hpp"
 
 namespace nbd {
@@ -36,8 +34,8 @@ struct PrescribedNodes {
 /// gain energy. Using the last solution as w gives Newton's method, with K as its only approximation (see
 /// ElasticBody).
 ///
-/// Call assemble, then prescribe, then multiply any number of times. solve needs factorize first;
-/// CoupledSolver solves several systems together without it. The new positions are x1 = x0 + dt v.
+/// Call assemble(), then prescribe(), then multiply() any number of times. CoupledSolver solves the systems
+/// of several bodies together. The step ends at x0 + dt v.
 class StepSystem {
  public:
     /// The body must outlive the system.
@@ -65,15 +63,6 @@ class StepSystem {
     bool is_prescribed(int node) const noexcept { return prescribed_[node] != 0; }
     const std::vector<char>& prescribed() const noexcept { return prescribed_; }  // [N]
 
-    /// Factorises A for solve(); the symbolic analysis is done once. Throws std::runtime_error if A is not
-    /// positive definite or not finite.
-    void factorize();
-
-    /// v = A^-1 rhs with the last factor. v may be rhs.
-    void solve(const Eigen::Ref<const Eigen::VectorXd>& rhs, Eigen::Ref<Eigen::VectorXd> v) const {
-        cholesky_.solve(rhs, v);
-    }
-
     /// out = A v; out must not overlap v.
     void multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const {
         body_.pattern().multiply(A_, v, out);
@@ -88,8 +77,6 @@ class StepSystem {
     double mass_scale_ = 0, stiffness_scale_ = 0;
     SparseMatrix A_;
     Eigen::VectorXd b_;
-    Cholesky cholesky_;
-    bool analyzed_ = false;
     std::vector<char> prescribed_;     // [N]
     Eigen::VectorXd shift_, shifted_;  // [3 N] scratch of prescribe()
     Nodes x_, force_, product_;        // [N, 3] scratch of assemble()

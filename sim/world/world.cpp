@@ -11,7 +11,7 @@
 namespace nbd {
 namespace {
 
-/// Newton's iteration cannot be more accurate than its linear solves.
+/// The linear solves must be more accurate than Newton's tolerance, or the iteration cannot reach it.
 LinearSolveConfig linear_config(const WorldConfig& config) {
     LinearSolveConfig linear = config.linear;
     if (config.step.newton_iterations > 1)
@@ -53,7 +53,7 @@ int World::add_body(WorldBody body) {
         all.nodes.insert(all.nodes.end(), grip.nodes.begin(), grip.nodes.end());
         grip_start.push_back(body.state.x(grip.nodes, Eigen::all));
     }
-    check_grip(all, nodes);  // a node must not be in two grips
+    check_grip(all, nodes);  // no node may be in two grips
     ContactSurface surface(std::move(body.W), std::move(body.F), elastic.rest().X);
     surface.update(body.state.x);
     std::unique_ptr<PosedTree> tree;
@@ -98,7 +98,7 @@ double World::thickness() const noexcept {
     return 0.01 * smallest;
 }
 
-/// Discards the contacts found for the next step; they are found again from the same remembered sides.
+/// Discards the contacts detected for the next step; they will be detected again from the same input.
 void World::forget_contacts() {
     if (detected_dt_ > 0) detection_.restore(sides_before_);
     detected_dt_ = 0;
@@ -116,12 +116,16 @@ std::vector<FacePair> World::intersecting(int a, int b) {
     return {pairs.begin(), pairs.end()};
 }
 
-/// The motions come from the element pass that ended the last step. Only without one, before the first step
-/// or after a restore, is there a pass here.
+/// Usually measured by the element pass that ended the last step; done here only where there was none.
 std::span<const RegionMotion> World::motion(Body& body) {
     if (!body.meter) return {};
     if (!std::exchange(body.measured, true)) body.elastic->pose(body.state.x, body.pose, body.meter.get());
     return body.meter->motions();
+}
+
+Nodes World::body_part(int body, const Eigen::VectorXd& stacked) const {
+    return Eigen::Map<const Nodes>(stacked.data() + first_unknown_[static_cast<std::size_t>(body)],
+                                   at(body).state.v.rows(), 3);
 }
 
 bool World::has_vertex(int body, int vertex) const {

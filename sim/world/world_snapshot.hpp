@@ -7,11 +7,12 @@
 
 namespace nbd {
 
-/// Everything that the next step depends on besides bodies, obstacles and external forces. An identically
-/// built world continues from it with the same bits. Arrays only, in double, so that a file can store them.
+/// The state of a world, without its bodies, obstacles and outer forces. A world built from the same ones and
+/// restored from a snapshot continues with the same bits. Plain arrays,
+/// reals in double, so that a file can keep them exactly.
 struct WorldSnapshot {
     double time = 0;                // seconds
-    double dt_before = 0;           // length of the part of a step that led here, seconds; 0: none
+    double dt_before = 0;           // length of the part of a step that ended here, seconds; 0: none
     std::vector<BodyState> bodies;  // positions and velocities, one per body
     ContactSides sides;
 };

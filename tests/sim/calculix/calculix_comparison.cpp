@@ -6,7 +6,7 @@
 
 #include "sim/fem/modes.hpp"
 #include "tests/sim/calculix/calculix.hpp"
-#include "tests/sim/support/static_pose.hpp"
+#include "tests/sim/support/one_body_world.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd::test {

@@ -3,10 +3,9 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
-#include "tests/sim/support/static_pose.hpp"
+#include "tests/sim/support/one_body_world.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd {
@@ -121,37 +120,36 @@ TEST(Convergence, LinearTetrahedraHaveOrderTwoInDisplacementAndOneInEnergy) {
 
 const Material damped{.young = 1e5, .poisson = 0.3, .rayleigh_mass = 0.5, .rayleigh_stiffness = 2e-3};
 
-const double shaking_time = 0.05;  // seconds
+const double moving_time = 0.05;  // seconds
 
-// Node positions of a swinging body after one of its ends is shaken.
-Nodes shaken(const ElasticBody& body, int steps) {
+// Where a swinging body is while one of its ends is moved.
+Nodes moved_at_one_end(const ElasticBody& body, int steps) {
     const Nodes& X = body.rest().X;
-    StepSystem system(body);
-    BodyState state{X, 0.5 * test::wild_field(X, 1)};
-    PrescribedNodes grip;
-    grip.nodes = test::nodes_where(X, [](const auto& p) { return p[0] == 0; });
-    grip.v.resize(static_cast<Eigen::Index>(grip.nodes.size()), 3);
-    for (const int node : grip.nodes) state.v.row(node).setZero();
-    const double dt = shaking_time / steps;
-    const auto height = [](double t) { return 0.02 * std::pow(std::sin(2 * std::numbers::pi * 12 * t), 2); };
-    for (int s = 0; s < steps; ++s) {
-        grip.v.setZero();
-        grip.v.col(2).setConstant((height((s + 1) * dt) - height(s * dt)) / dt);
-        backward_euler_step(system, state, dt, {.gravity = {0, 0, -9.81}, .forces = {}}, grip, 30, 1e-9);
-    }
-    return state.x;
+    BodyState start{X, 0.5 * test::wild_field(X, 1)};
+    const Grip grip{.nodes = test::nodes_where(X, [](const auto& p) { return p[0] == 0; }),
+                    .centre = {0, 0.2, 0.2},
+                    .translation = {0.01, 0, 0.02},
+                    .rotation = {0.2, 0.1, 0},
+                    .duration = moving_time};
+    for (const int node : grip.nodes) start.v.row(node).setZero();
+    WorldConfig config = test::exact_steps(30, 1e-9);
+    config.linear.solver = LinearSolver::iterative;
+    config.gravity = {0, 0, -9.81};
+    test::OneBodyWorld world(body, config, start, {grip});
+    world.steps(steps, moving_time / steps);
+    return world.state().x;
 }
 
 TEST(Convergence, BackwardEulerHasOrderOneInTheTimeStep) {
     const ElasticBody body(test::box_mesh({1, 0.4, 0.4}, {4, 2, 2}, 0.2), damped);
     const int finest = 320;
-    // Richardson extrapolation of two fine runs removes the first-order error.
-    const Nodes reference = 2 * shaken(body, 2 * finest) - shaken(body, finest);
+    // Two fine runs with the error of first order taken out.
+    const Nodes reference = 2 * moved_at_one_end(body, 2 * finest) - moved_at_one_end(body, finest);
     ASSERT_GT((reference - body.rest().X).rowwise().norm().maxCoeff(), 0.05);
     std::vector<double> dt, error;
     for (const int steps : {20, 40, 80, 160}) {
-        dt.push_back(shaking_time / steps);
-        error.push_back((shaken(body, steps) - reference).norm());
+        dt.push_back(moving_time / steps);
+        error.push_back((moved_at_one_end(body, steps) - reference).norm());
     }
     EXPECT_GT(error.back(), 1e-6);
     EXPECT_NEAR(observed_order(dt, error), 1, 0.15);

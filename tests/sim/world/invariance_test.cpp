@@ -3,8 +3,10 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/fem/backward_euler.hpp"
+#include "sim/fem/kinetic_energy.hpp"
 #include "sim/fem/stress.hpp"
+#include "tests/sim/support/momentum.hpp"
+#include "tests/sim/support/one_body_world.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd {
@@ -87,30 +89,44 @@ TEST_P(Invariance, OfMassKineticEnergyAndMomenta) {
     EXPECT_LT((turned_Mv - turned(Mv)).norm(), 1e-14 * Mv.norm());
     const double energy = kinetic_energy(body, v);
     EXPECT_NEAR(kinetic_energy(body, turned(v)), energy, 1e-14 * energy);
-    const Eigen::Vector3d p = linear_momentum(body, v), L = angular_momentum(body, x, v);
+    const Eigen::Vector3d p = test::linear_momentum(body, v), L = test::angular_momentum(body, x, v);
     ASSERT_GT(L.norm(), 1);
-    EXPECT_LT((linear_momentum(body, turned(v)) - Q * p).norm(), 1e-13 * p.norm());
-    EXPECT_LT((angular_momentum(body, moved(x), turned(v)) - (Q * L + b.transpose().cross(Q * p))).norm(),
-              1e-13 * b.norm() * p.norm());
+    EXPECT_LT((test::linear_momentum(body, turned(v)) - Q * p).norm(), 1e-13 * p.norm());
+    EXPECT_LT(
+        (test::angular_momentum(body, moved(x), turned(v)) - (Q * L + b.transpose().cross(Q * p))).norm(),
+        1e-13 * b.norm() * p.norm());
 }
 
-// Combines gravity, external forces, damping, prescribed nodes and the linear solve.
+// Gravity, outer forces, damping, grips and the linear solve, all in one.
 TEST_P(Invariance, OfATimeStep) {
-    const Loads loads{.gravity = {1, -3, -9}, .forces = test::wild_field(X, 0.5)};
-    const Loads turned_loads{.gravity = Q * loads.gravity, .forces = turned(loads.forces)};
-    PrescribedNodes grip;
-    grip.nodes = test::nodes_where(X, [](const auto& p) { return p[0] == 0; });
-    grip.v = v(grip.nodes, Eigen::all);
-    const PrescribedNodes turned_grip{grip.nodes, turned(grip.v)};
-    StepSystem system(body);
-    BodyState here{x, v}, there{moved(x), turned(v)};
-    for (int s = 0; s < 3; ++s) {
-        backward_euler_step(system, here, 0.005, loads, grip, 2, 0);
-        backward_euler_step(system, there, 0.005, turned_loads, turned_grip, 2, 0);
-    }
-    ASSERT_GT((here.x - x).norm(), 0.1);
-    EXPECT_LT((there.v - turned(here.v)).norm(), 1e-8 * here.v.norm());
-    EXPECT_LT((there.x - moved(here.x)).norm(), 1e-8 * (here.x - x).norm());
+    const Nodes forces = test::wild_field(X, 0.5);
+    const Grip grip{.nodes = test::nodes_where(X, [](const auto& p) { return p[0] == 0; }),
+                    .centre = {0.1, 0.2, 0.3},
+                    .translation = {0.02, -0.01, 0.03},
+                    .rotation = {0.1, 0.3, -0.2},
+                    .duration = 0.02};
+    Grip turned_grip = grip;
+    turned_grip.centre = Q * grip.centre + b.transpose();
+    turned_grip.translation = Q * grip.translation;
+    turned_grip.rotation = Q * grip.rotation;
+    // Two iterations do not reach the tolerance, but both worlds must get equally far.
+    WorldConfig config = test::exact_steps(2), turned_config = config;
+    config.gravity = {1, -3, -9};
+    turned_config.gravity = Q * config.gravity;
+    test::OneBodyWorld here(body, config, {x, v}, {grip});
+    test::OneBodyWorld there(body, turned_config, {moved(x), turned(v)}, {turned_grip});
+    here.world().forces(0) = forces;
+    there.world().forces(0) = turned(forces);
+    for (int s = 0; s < 3; ++s)
+        for (test::OneBodyWorld* world : {&here, &there}) {
+            const WorldReport report = world->world().step(0.005);
+            EXPECT_EQ(report.failure, "");
+            EXPECT_EQ(report.newton_iterations, 2);
+        }
+    const BodyState &end = here.state(), &turned_end = there.state();
+    ASSERT_GT((end.x - x).norm(), 0.1);
+    EXPECT_LT((turned_end.v - turned(end.v)).norm(), 1e-8 * end.v.norm());
+    EXPECT_LT((turned_end.x - moved(end.x)).norm(), 1e-8 * (end.x - x).norm());
 }
 
 INSTANTIATE_TEST_SUITE_P(BothMasses, Invariance, ::testing::Values(MassKind::lumped, MassKind::consistent),

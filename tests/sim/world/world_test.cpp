@@ -6,14 +6,15 @@
 #include <cmath>
 #include <memory>
 
-#include "sim/fem/backward_euler.hpp"
 #include "tests/sim/support/box_model.hpp"
+#include "tests/sim/support/momentum.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
 
 using test::floor_at;
+using test::linear_momentum;
 using test::Model;
 using test::turned;
 

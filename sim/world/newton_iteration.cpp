@@ -1,0 +1,127 @@
+// The velocities at the end of one part of a step: linearised once, or iterated with a line search.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/base/stopwatch.hpp"
+#include "sim/fem/step_potential.hpp"
+#include "sim/world/world.hpp"
+
+namespace nbd {
+
+PrescribedNodes World::prescribed(const Body& body, double dt) const {
+    PrescribedNodes result;
+    std::vector<Eigen::Vector3d> v;
+    for (std::size_t g = 0; g < body.grips.size(); ++g) {
+        const Grip& grip = body.grips[g];
+        if (time_ >= grip.release) continue;
+        for (std::size_t k = 0; k < grip.nodes.size(); ++k) {
+            const Eigen::Vector3d x0 = body.grip_start[g].row(static_cast<Eigen::Index>(k));
+            const Eigen::Vector3d x = body.state.x.row(grip.nodes[k]);
+            result.nodes.push_back(grip.nodes[k]);
+            v.push_back((grip_target(grip, x0, time_ + dt) - x) / dt);
+        }
+    }
+    result.v.resize(static_cast<Eigen::Index>(v.size()), 3);
+    for (std::size_t i = 0; i < v.size(); ++i) result.v.row(static_cast<Eigen::Index>(i)) = v[i];
+    return result;
+}
+
+/// The velocities before the step, with the given ones in place.
+Eigen::VectorXd World::start_velocities(const std::vector<PrescribedNodes>& given) const {
+    Eigen::VectorXd v(first_unknown_.back());
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        Eigen::Map<Nodes> part(v.data() + first_unknown_[b], bodies_[b].state.v.rows(), 3);
+        part = bodies_[b].state.v;
+        part(given[b].nodes, Eigen::all) = given[b].v;
+    }
+    return v;
+}
+
+/// iterate: velocities to linearise at; null: the velocities before the step.
+void World::build_systems(double dt, const std::vector<PrescribedNodes>& given,
+                          const Eigen::VectorXd* iterate) {
+    for (int b = 0; b < body_count(); ++b)
+        systems_[static_cast<std::size_t>(b)].assemble(at(b).state, dt, loads(at(b)),
+                                                       iterate ? body_part(b, *iterate) : Nodes());
+    for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(given[b]);
+}
+
+/// v: out, the velocities at the end of the step. Throws std::runtime_error where a factorisation fails.
+World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report) {
+    std::vector<const ContactSurface*> surfaces;
+    std::vector<PrescribedNodes> given;
+    for (const Body& body : bodies_) {
+        surfaces.push_back(&body.surface);
+        given.push_back(prescribed(body, dt));
+    }
+    v = start_velocities(given);
+    solver_.begin(detection_.contacts(), surfaces, first_unknown_, config_.contact, thickness(), dt, v);
+    const int max_iterations = config_.step.newton_iterations;
+    double left = 0;
+    for (int k = 0; k < max_iterations; ++k) {
+        const Eigen::VectorXd from = v;
+        const Stopwatch assembly;
+        build_systems(dt, given, max_iterations > 1 ? &from : nullptr);
+        report.assemble_us += assembly.microseconds();
+        const Stopwatch solution;
+        const ContactSolveReport solved = solver_.solve(systems_, v);
+        report.solve_us += solution.microseconds();
+        report.patch_nodes = std::max(report.patch_nodes, solved.patch_nodes);
+        if (!solved.fallback.empty())
+            report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);
+        ++report.newton_iterations;
+        report.contacts = solved.active;
+        report.solver_iterations += solved.linear_iterations;
+        report.solver_converged = report.solver_converged && solved.converged;
+        if (!solved.converged) return {.reason = "the linear system was not solved to its tolerance"};
+        if (max_iterations == 1) return {};
+        search_line(dt, from, v);
+        left = residual(dt, v);
+        if (left <= config_.step.newton_tolerance) return {};
+    }
+    return {.reason =
+                fmt::format("Newton's iteration ends with a relative residual of {:.2g}, allowed: {:.2g}",
+                            left, config_.step.newton_tolerance)};
+}
+
+/// Halves the distance of `to` from `from` until the potential of the step is no higher than at `from`.
+void World::search_line(double dt, const Eigen::VectorXd& from, Eigen::VectorXd& to) {
+    constexpr int max_halvings = 6;
+    const Eigen::VectorXd friction_at = to;
+    const auto potential = [&](const Eigen::VectorXd& v) {
+        double sum = solver_.potential(v, friction_at);
+        for (int b = 0; b < body_count(); ++b) {
+            const Loads outer = loads(at(b));
+            sum += StepPotential(*at(b).elastic, at(b).state, dt, outer,
+                                 systems_[static_cast<std::size_t>(b)].elements())
+                       .value(body_part(b, v));
+        }
+        return sum;
+    };
+    const double before = potential(from);
+    for (int k = 0; k < max_halvings && !(potential(to) <= before); ++k) to = (from + to) / 2;
+}
+
+/// Norm of the residual impulse of the free nodes at v, relative to the right-hand side.
+double World::residual(double dt, const Eigen::VectorXd& v) {
+    solver_.linearise(v);
+    const Eigen::VectorXd contact = solver_.impulses(v);
+    double squared = 0, scale = 0;
+    for (int b = 0; b < body_count(); ++b) {
+        const StepSystem& system = systems_[static_cast<std::size_t>(b)];
+        const Loads outer = loads(at(b));
+        Nodes off = StepPotential(*at(b).elastic, at(b).state, dt, outer, system.elements())
+                        .gradient(body_part(b, v)) -
+                    body_part(b, contact);
+        for (int i = 0; i < off.rows(); ++i) {
+            if (system.is_prescribed(i)) continue;
+            squared += off.row(i).squaredNorm();
+            scale += system.rhs().segment<3>(3 * i).squaredNorm();
+        }
+    }
+    return scale > 0 ? std::sqrt(squared / scale) : std::sqrt(squared);
+}
+
+}  // namespace nbd

@@ -1,0 +1,57 @@
+// Cuts a step into parts: a rejected part is taken back and halved.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "sim/world/world.hpp"
+
+namespace nbd {
+
+World::PartStart World::part_start() const {
+    PartStart start{.snapshot = snapshot(), .contact_forces = {}};
+    for (const Body& body : bodies_) start.contact_forces.push_back(body.contact_forces);
+    return start;
+}
+
+void World::take_back(const PartStart& start) {
+    reset(start.snapshot);
+    for (int b = 0; b < body_count(); ++b)
+        at(b).contact_forces = start.contact_forces[static_cast<std::size_t>(b)];
+}
+
+WorldReport World::step(double dt) {
+    if (!(dt > 0) || !std::isfinite(dt))
+        throw std::invalid_argument(fmt::format("world: dt is {}, but must be > 0", dt));
+    WorldReport report;
+    const double begin = time_;
+    for (Body& body : bodies_) body.contact_forces.setZero();
+    report.substeps = 1;
+    for (int done = 0; done < report.substeps;) {
+        const double share = 1.0 / report.substeps;
+        const StepPart part{.dt = dt * share,
+                            .end = begin + dt * ((done + 1) * share),
+                            .share = share,
+                            .finest = report.substeps >= config_.step.max_substeps};
+        const PartStart start = part_start();
+        const Rejection rejection = try_part(part, report);
+        if (rejection) report.rejection = fmt::format("at {:.6g} s: {}", part.end, rejection.reason);
+        if (!rejection || (part.finest && !rejection.fatal)) {
+            ++done;
+            continue;
+        }
+        take_back(start);
+        if (part.finest) {
+            report.failure = report.rejection;
+            break;
+        }
+        report.substeps *= 2;
+        done *= 2;
+    }
+    report.time = time_;
+    report.deepest_penetration = detection_.deepest();
+    measure(report);
+    return report;
+}
+
+}  // namespace nbd
