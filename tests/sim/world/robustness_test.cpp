@@ -7,7 +7,7 @@
 #include "collision/base/counter_random.hpp"
 #include "sim/fem/backward_euler.hpp"
 #include "sim/fem/polar.hpp"
-#include "tests/sim/support/box_model.hpp"
+#include "tests/sim/world/box_model.hpp"
 
 namespace nbd {
 namespace {

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "sim/fem/backward_euler.hpp"
-#include "tests/sim/support/box_model.hpp"
+#include "tests/sim/world/box_model.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {
