@@ -3,7 +3,7 @@
     include_graph.py SOURCE ROOMS [--plant FILE INCLUDE]
 
 ROOMS is the file rooms.txt that CMake writes into the build folder, with one line `name|folder|public|private|files` per
-room, program and test program. A file may include headers of its own room, of the rooms that its room links, and of
+room, program, test program and library of test helpers. A file may include headers of its own room, of the rooms that its room links, and of
 their PUBLIC links. A header that other rooms include may itself include only PUBLIC links. Unneeded links, PUBLIC links
 that could be PRIVATE, cycles, and rooms of more than 25 source files are errors as well. --plant checks FILE as if it
 included INCLUDE, to test this script.
@@ -128,8 +128,8 @@ class Graph:
                 self.error(target.folder, f"nbd::{target.name} links {link}, but {why}")
 
     def check_test(self, target):
-        """A test program may include only its links and their PUBLIC links, also indirectly through tests/."""
-        linked = self.shown_by_all(target.private)
+        """A test program or library of test helpers may include only its links and their PUBLIC links, also indirectly through tests/."""
+        linked = self.shown_by_all(target.public + target.private)
         todo = [f"{target.folder}/{file}" for file in target.files]
         seen = set(todo)
         while todo:

@@ -81,6 +81,14 @@ Ran Running::wait() {
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), read_bytes(out_), read_bytes(err_)};
 }
 
+Ran run(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {
+    return Running(folder, arguments).wait();
+}
+
+Ran run_bench(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {
+    return Running(folder, arguments, NBD_BENCH_COMMAND).wait();
+}
+
 std::set<std::string> listing(const std::filesystem::path& folder) {
     std::set<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(folder))

@@ -38,14 +38,10 @@ class Running {
     int process_ = -1;
 };
 
-inline Ran run(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {
-    return Running(folder, arguments).wait();
-}
+Ran run(const std::filesystem::path& folder, const std::vector<std::string>& arguments);
 
 /// Runs `nbdtree-bench` in the same way.
-inline Ran run_bench(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {
-    return Running(folder, arguments, NBD_BENCH_COMMAND).wait();
-}
+Ran run_bench(const std::filesystem::path& folder, const std::vector<std::string>& arguments);
 
 /// Names of the files of a folder, including hidden ones.
 std::set<std::string> listing(const std::filesystem::path& folder);

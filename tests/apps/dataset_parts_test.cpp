@@ -12,7 +12,7 @@
 #include "apps/dataset/variety.hpp"
 #include "apps/sharing/claims.hpp"
 #include "apps/sharing/rank.hpp"
-#include "tests/sim/support/box_body.hpp"
+#include "tests/support/box_body.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"

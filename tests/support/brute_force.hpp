@@ -3,8 +3,7 @@
 #include <limits>
 #include <vector>
 
-#include "collision/geometry/closest_points.hpp"
-#include "collision/geometry/triangle_triangle.hpp"
+#include "collision/geometry/geometry.hpp"
 
 namespace nbd::test {
 
@@ -12,51 +11,22 @@ namespace nbd::test {
 /// without trees. Arguments as of collision/query/one_shot.hpp.
 
 /// Face f of a surface in the pose x.
-inline Triangle face_triangle(const VerticesRef& x, const FacesRef& F, Eigen::Index f) {
-    return {x.row(F(f, 0)), x.row(F(f, 1)), x.row(F(f, 2))};
-}
-
-/// Face pairs for which touch(Triangle, Triangle) holds, sorted by (a, b).
-template <class Touch>
-std::vector<FacePair> brute_force_pairs(const VerticesRef& xa, const FacesRef& fa, const VerticesRef& xb,
-                                        const FacesRef& fb, const Touch& touch) {
-    std::vector<FacePair> pairs;
-    for (int i = 0; i < fa.rows(); ++i) {
-        const Triangle s = face_triangle(xa, fa, i);
-        for (int j = 0; j < fb.rows(); ++j)
-            if (touch(s, face_triangle(xb, fb, j))) pairs.push_back({i, j});
-    }
-    return pairs;
-}
+Triangle face_triangle(const VerticesRef& x, const FacesRef& F, Eigen::Index f);
 
 /// Face pairs that have a point in common, sorted by (a, b).
-inline std::vector<FacePair> brute_force_intersecting(const VerticesRef& xa, const FacesRef& fa,
-                                                      const VerticesRef& xb, const FacesRef& fb) {
-    return brute_force_pairs(xa, fa, xb, fb, triangles_intersect);
-}
+std::vector<FacePair> brute_force_intersecting(const VerticesRef& xa, const FacesRef& fa,
+                                               const VerticesRef& xb, const FacesRef& fb);
 
 /// Face pairs at most `distance` metres apart, sorted by (a, b).
-inline std::vector<FacePair> brute_force_within(const VerticesRef& xa, const FacesRef& fa,
-                                                const VerticesRef& xb, const FacesRef& fb, float distance) {
-    return brute_force_pairs(xa, fa, xb, fb, [&](const Triangle& s, const Triangle& t) {
-        return triangle_distance(s, t) <= double{distance};
-    });
-}
+std::vector<FacePair> brute_force_within(const VerticesRef& xa, const FacesRef& fa, const VerticesRef& xb,
+                                         const FacesRef& fb, float distance);
 
 /// The first of the closest face pairs, and its distance in metres.
 struct BruteForceClosest {
     FacePair faces;
     double distance = std::numeric_limits<double>::infinity();
 };
-inline BruteForceClosest brute_force_closest(const VerticesRef& xa, const FacesRef& fa, const VerticesRef& xb,
-                                             const FacesRef& fb) {
-    BruteForceClosest best;
-    for (int i = 0; i < fa.rows(); ++i)
-        for (int j = 0; j < fb.rows(); ++j) {
-            const double distance = triangle_distance(face_triangle(xa, fa, i), face_triangle(xb, fb, j));
-            if (distance < best.distance) best = {{i, j}, distance};
-        }
-    return best;
-}
+BruteForceClosest brute_force_closest(const VerticesRef& xa, const FacesRef& fa, const VerticesRef& xb,
+                                      const FacesRef& fb);
 
 }  // namespace nbd::test

@@ -1,7 +1,5 @@
 #pragma once
 
-#include "tests/collision/models.hpp"
-#include "tests/support/shapes.hpp"
 #include "training/files/tree_file.hpp"
 
 namespace nbd::test {
@@ -12,59 +10,6 @@ struct ExampleTree {
 };
 
 /// A valid, calibrated tree file with random numbers in all of its models.
-inline TreeFile example_tree(const ExampleTree& config) {
-    std::srand(5);
-    const int n = config.grid;
-    const auto [X, F] = shapes::torus(n, n, 2, 1);
-    TreeFile file;
-    file.X = X;
-    file.W = SurfaceEmbedding(X.rows(), X.rows());
-    file.W.setIdentity();
-    CollisionTree& tree = file.tree;
-    tree = make_exact_tree(X, F, {.depth = config.depth, .min_leaf_faces = 4});
-    const auto nodes = static_cast<Eigen::Index>(tree.spheres.nodes.size());
-
-    ClusteredModes modes;
-    for (int i = 0; i < config.representatives; ++i) modes.representatives.push_back(i * 3 % (n * n));
-    modes.w = Eigen::VectorXf::Random(config.representatives).array() + 2;
-    modes.X = Vertices::Random(config.representatives, 3);
-    modes.U = FixedMatrix(Eigen::MatrixXf::Random(3 * config.representatives, config.modes));
-    tree.bd = build_bd_model(tree.spheres, Eigen::MatrixXf::Random(3 * n * n, config.modes), modes);
-
-    tree.nbd.emplace();
-    tree.nbd->modes = modes;
-    tree.nbd->z_centre = Eigen::VectorXf::Random(config.modes);
-    tree.nbd->z_scale = Eigen::VectorXf::Random(config.modes);
-    constexpr int hidden = 32;
-    const Eigen::VectorXf weights =
-        Eigen::VectorXf::Random(nodes * ByteNetworks::weight_count(config.modes, hidden));
-    tree.nbd->networks = ByteNetworks(config.modes, hidden,
-                                      std::span(weights.data(), static_cast<std::size_t>(weights.size())));
-    tree.nbd->out_centre = Eigen::MatrixXf::Random(NbdModel::outputs, nodes);
-    tree.nbd->out_scale = Eigen::MatrixXf::Random(NbdModel::outputs, nodes);
-    tree.nbd->centre_map = FixedMatrix(Eigen::MatrixXf::Random(config.modes, 3 * nodes));
-    tree.nbd->z_mean = Eigen::VectorXf::Random(config.modes);
-    tree.nbd->z_whitening = Eigen::MatrixXf::Random(config.modes, config.modes);
-
-    tree.learned = shapes::random_learned_model(tree.spheres, false, 3);
-
-    for (const BoundKind kind : {BoundKind::bd, BoundKind::nbd}) {
-        Calibration& calibration = tree.calibrations[kind];
-        calibration = {.miss_rate = 1e-3, .confidence = 0.9, .trajectories = 20, .poses = 1000};
-        const Eigen::VectorXf margins = Eigen::VectorXf::Random(nodes).cwiseAbs();
-        calibration.margins.assign(margins.begin(), margins.end());
-    }
-    tree.calibrations[BoundKind::nbd].limits.assign(static_cast<std::size_t>(nodes), 1.25f);
-
-    TrainingFacts& facts = file.facts;
-    facts.body_hash = std::string(64, 'b');
-    facts.recording_hash = std::string(64, 'c');
-    facts.config = "{\"depth\": 7,\n \"modes\": 128}";
-    facts.split = {{0, 2, 5}, {4, 6}, {1, 3}, ~std::uint64_t{0}, 0.1f};
-    facts.poses = 1234;
-    facts.node_loss = Eigen::VectorXf::Random(nodes).cwiseAbs();
-    facts.z_error = 0.07;
-    return file;
-}
+TreeFile example_tree(const ExampleTree& config);
 
 }  // namespace nbd::test

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/sim/calculix/calculix_comparison.hpp"
-#include "tests/sim/support/box_body.hpp"
+#include "tests/support/box_body.hpp"
 
 namespace nbd::test {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "tests/sim/support/box_body.hpp"
+#include "tests/support/box_body.hpp"
 
 namespace nbd {
 namespace {

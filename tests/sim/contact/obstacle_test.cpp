@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "collision/base/counter_random.hpp"
-#include "tests/sim/support/box_body.hpp"
+#include "tests/support/box_body.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/sim/support/box_body.hpp"
+#include "tests/support/box_body.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {

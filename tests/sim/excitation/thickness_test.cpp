@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/excitation/recipe.hpp"
-#include "tests/sim/support/box_body.hpp"
+#include "tests/support/box_body.hpp"
 
 namespace nbd {
 namespace {

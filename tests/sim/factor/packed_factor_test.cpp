@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/fem/step_system.hpp"
-#include "tests/sim/support/box_body.hpp"
+#include "tests/support/box_body.hpp"
 #include "tests/support/on_threads.hpp"
 
 namespace nbd {

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include "tests/sim/support/box_body.hpp"
+#include "tests/support/box_body.hpp"
 
 namespace nbd {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "sim/scene/scene_check.hpp"
 #include "tests/sim/scene/schema.hpp"
-#include "tests/sim/support/box_body.hpp"
+#include "tests/support/box_body.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "tests/sim/support/box_body.hpp"
+#include "tests/support/box_body.hpp"
 #include "tests/support/on_threads.hpp"
 
 namespace nbd {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "sim/world/world.hpp"
-#include "tests/sim/support/box_body.hpp"
+#include "tests/support/box_body.hpp"
 
 namespace nbd::test {
 

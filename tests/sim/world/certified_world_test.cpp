@@ -7,7 +7,7 @@
 #include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/bounds/certified/solid_meter.hpp"
 #include "sim/world/world.hpp"
-#include "tests/sim/support/box_model.hpp"
+#include "tests/sim/world/box_model.hpp"
 #include "tests/support/on_threads.hpp"
 
 namespace nbd {

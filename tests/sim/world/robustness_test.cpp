@@ -6,8 +6,8 @@
 
 #include "collision/base/counter_random.hpp"
 #include "sim/fem/polar.hpp"
-#include "tests/sim/support/box_model.hpp"
 #include "tests/sim/support/one_body_world.hpp"
+#include "tests/sim/world/box_model.hpp"
 
 namespace nbd {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <memory>
 
-#include "tests/sim/support/box_model.hpp"
 #include "tests/sim/support/momentum.hpp"
+#include "tests/sim/world/box_model.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {

@@ -1,14 +1,13 @@
-#pragma once
+#include "tests/support/box_body.hpp"
 
+#include <utility>
 #include <vector>
 
-#include "meshing/body/body.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd::test {
 
-/// A body that uses the boundary of its tetrahedra as surface.
-inline Body boundary_body(TetMesh tets, const Material& material = {}) {
+Body boundary_body(TetMesh tets, const Material& material) {
     Body body;
     body.name = "box";
     body.material = material;
@@ -32,9 +31,7 @@ inline Body boundary_body(TetMesh tets, const Material& material = {}) {
     return body;
 }
 
-/// An axis-aligned box centred at the origin.
-inline Body box_body(const Eigen::Vector3d& size, const Eigen::Vector3i& cells,
-                     const Material& material = {}) {
+Body box_body(const Eigen::Vector3d& size, const Eigen::Vector3i& cells, const Material& material) {
     TetMesh tets = box_mesh(size, cells);
     tets.X.rowwise() -= size.transpose() / 2;
     return boundary_body(std::move(tets), material);

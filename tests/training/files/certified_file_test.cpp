@@ -75,14 +75,13 @@ TEST_F(CertifiedFileTest, ReportsInvalidDatasetsByName) {
         EXPECT_NE(error.find(expected), std::string::npos) << error;
     };
     refused("cell 0 has its anchor at vertex 99999",
-            [](test::EditFile& f) { f.set<int>("certified/cells", 0, 99999); });
+            [](test::EditFile& f) { f.set("certified/cells", 0, 99999); });
     refused("cell 2 has a number that is not finite or out of range",
-            [](test::EditFile& f) { f.set<float>("certified/cell_shapes", 28, -1); });
+            [](test::EditFile& f) { f.set("certified/cell_shapes", 28, -1.f); });
     refused("regions of tetrahedra", [](test::EditFile& f) {
         f.replace("certified/tet_region", {3}, std::vector<int>{0, 0, 0});
     });
-    refused("solid: node 5 is not finite",
-            [](test::EditFile& f) { f.set<double>("solid/nodes", 16, std::nan("")); });
+    refused("solid: node 5 is not finite", [](test::EditFile& f) { f.set("solid/nodes", 16, std::nan("")); });
     refused("solid", [](test::EditFile& f) { f.remove("solid"); });
     refused("certified/pairs", [](test::EditFile& f) { f.remove("certified/pairs"); });
 }

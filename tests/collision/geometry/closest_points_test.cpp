@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "collision/geometry/triangle_triangle.hpp"
-#include "tests/collision/random_triangles.hpp"
+#include "tests/support/random_triangles.hpp"
 
 namespace nbd {
 namespace {

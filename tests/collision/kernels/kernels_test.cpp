@@ -9,7 +9,7 @@
 #include "collision/kernels/box_pack.hpp"
 #include "collision/kernels/triangle_pack.hpp"
 #include "tests/collision/models.hpp"
-#include "tests/collision/random_triangles.hpp"
+#include "tests/support/random_triangles.hpp"
 
 namespace nbd {
 namespace {

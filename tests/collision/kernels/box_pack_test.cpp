@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "collision/geometry/separation.hpp"
-#include "tests/collision/random_triangles.hpp"
+#include "tests/support/random_triangles.hpp"
 
 namespace nbd {
 namespace {

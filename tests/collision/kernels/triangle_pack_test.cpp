@@ -8,8 +8,8 @@
 
 #include "collision/geometry/triangle_triangle.hpp"
 #include "collision/query/keep_intersecting.hpp"
-#include "tests/collision/random_triangles.hpp"
 #include "tests/support/brute_force.hpp"
+#include "tests/support/random_triangles.hpp"
 
 namespace nbd {
 namespace {

@@ -11,7 +11,7 @@
 #include <variant>
 
 #include "collision/geometry/triangle_triangle.hpp"
-#include "tests/collision/random_triangles.hpp"
+#include "tests/support/random_triangles.hpp"
 
 namespace nbd {
 namespace {

@@ -1,0 +1,119 @@
+#include "tests/collision/models.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+
+namespace nbd::shapes {
+
+Modes make_modes(const Surface& s, int mode_count, int representatives, unsigned seed) {
+    std::mt19937 random(seed);
+    const Eigen::Index n = s.X.rows();
+    Eigen::MatrixXd U(3 * n, mode_count), rigid(3 * n, 6);
+    for (int j = 0; j < mode_count; ++j) {
+        const Vertices moved = wobbled(s.X, random, 0.3f) - s.X;
+        U.col(j) = Eigen::Map<const Eigen::VectorXf>(moved.data(), 3 * n).cast<double>();
+    }
+    for (Eigen::Index v = 0; v < n; ++v)
+        for (int axis = 0; axis < 3; ++axis) {
+            const Eigen::Vector3d e = Eigen::Vector3d::Unit(axis), X = s.X.row(v).transpose().cast<double>();
+            rigid.col(axis).segment<3>(3 * v) = e;
+            rigid.col(3 + axis).segment<3>(3 * v) = e.cross(X);
+        }
+
+    Modes modes;
+    ClusteredModes& c = modes.clustered;
+    c.w.resize(representatives);
+    Eigen::VectorXd weights = Eigen::VectorXd::Zero(3 * n);
+    for (int i = 0; i < representatives; ++i) {
+        c.representatives.push_back(static_cast<int>(i * n / representatives));
+        c.w[i] = 2 + uniform(random);
+        weights.segment<3>(3 * c.representatives.back()).setConstant(c.w[i]);
+    }
+    const Eigen::MatrixXd weighted = weights.asDiagonal() * rigid;
+    U -= rigid * (weighted.transpose() * rigid).ldlt().solve(weighted.transpose() * U);
+    modes.U = U.cast<float>();
+
+    c.X.resize(representatives, 3);
+    Eigen::MatrixXf rows(3 * representatives, mode_count);
+    for (int i = 0; i < representatives; ++i) {
+        const Eigen::Index v = c.representatives[static_cast<std::size_t>(i)];
+        c.X.row(i) = s.X.row(v);
+        rows.middleRows<3>(3 * i) = modes.U.middleRows<3>(3 * v);
+    }
+    c.U = FixedMatrix(rows);
+    return modes;
+}
+
+Vertices nbd_pose(const Surface& s, const Eigen::MatrixXf& U, const Eigen::VectorXf& q) {
+    const Eigen::VectorXf shift = U * q;
+    return s.X + Eigen::Map<const Vertices>(shift.data(), s.X.rows(), 3);
+}
+
+FixedVector fixed(const Eigen::VectorXf& numbers) {
+    FixedVector x(numbers.size());
+    x.numbers() = numbers;
+    x.fix();
+    return x;
+}
+
+Sphere nbd_sphere(const NbdModel& model, const SphereTree& tree, int node, const FixedVector& zn) {
+    Sphere sphere;
+    nbd_spheres(model, tree, node, zn, {&sphere, 1});
+    return sphere;
+}
+
+NbdModel random_model(const SphereTree& tree, const ClusteredModes& modes, int hidden, unsigned seed) {
+    std::mt19937 random(seed);
+    NbdModel model;
+    model.modes = modes;
+    const int m = model.mode_count();
+    model.z_centre = Eigen::VectorXf::NullaryExpr(m, [&](Eigen::Index) { return 0.1f * uniform(random); });
+    model.z_scale = Eigen::VectorXf::NullaryExpr(m, [&](Eigen::Index) { return 0.05f * uniform(random); });
+    std::vector<float> weights(tree.nodes.size() *
+                               static_cast<std::size_t>(ByteNetworks::weight_count(m, hidden)));
+    for (float& w : weights) w = 0.3f * uniform(random);
+    model.networks = ByteNetworks(m, hidden, weights);
+    const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
+    model.out_centre = Eigen::MatrixXf::NullaryExpr(
+        4, nodes, [&](Eigen::Index, Eigen::Index) { return 0.05f * uniform(random); });
+    model.out_scale = Eigen::MatrixXf::NullaryExpr(
+        4, nodes, [&](Eigen::Index, Eigen::Index) { return 0.1f * uniform(random); });
+    return model;
+}
+
+LearnedModel random_learned_model(const SphereTree& tree, bool network, unsigned seed) {
+    std::mt19937 random(seed);
+    LearnedModel model;
+    model.network = network;
+    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        const std::span<const int> vertices = tree.node_vertices(i);
+        const std::size_t count = vertices.size() < 20 ? 16 : 32;
+        model.nodes.push_back({static_cast<int>(model.samples.size()), static_cast<int>(count),
+                               static_cast<int>(model.values.size())});
+        for (std::size_t k = 0; k < count; ++k)
+            model.samples.push_back(vertices[k * vertices.size() / count]);
+        const auto size =
+            static_cast<std::size_t>(LearnedModel::block_size(static_cast<int>(count), network));
+        std::vector<float> block(size);
+        for (float& value : block) value = 0.3f * uniform(random);
+        float sum = 0;
+        for (std::size_t k = 0; k < count; ++k) sum += block[k] = 1 + 0.5f * uniform(random);
+        for (std::size_t k = 0; k < count; ++k) block[k] /= sum;
+        for (std::size_t k = 2 * count; k < 3 * count; ++k) block[k] = 10 + 5 * uniform(random);
+        const float reach[] = {0.02f * uniform(random), 0.f, 0.2f};
+        std::ranges::copy(reach, block.end() - LearnedModel::lanes);
+        model.values.insert(model.values.end(), block.begin(), block.end());
+        model.boxes.push_back({0.05f, tree.rest[static_cast<std::size_t>(i)].r, 1.f});
+    }
+    return model;
+}
+
+CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeConfig& config) {
+    CollisionTree tree = make_exact_tree(s.X, s.F, config);
+    tree.bd = build_bd_model(tree.spheres, modes.U, modes.clustered);
+    tree.nbd = random_model(tree.spheres, modes.clustered, 32, 5);
+    tree.learned = random_learned_model(tree.spheres, true, 6);
+    return tree;
+}
+
+}  // namespace nbd::shapes

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+
+#include "meshing/body/body.hpp"
+#include "sim/world/world.hpp"
+
+namespace nbd::test {
+
+/// A box that several worlds and bodies can share.
+struct Model {
+    Body body;
+    std::shared_ptr<const ElasticBody> elastic;
+    std::shared_ptr<const CollisionTree> tree;
+
+    Model(const Eigen::Vector3d& size, const Eigen::Vector3i& cells, double young = 1e5);
+
+    WorldBody at(const Eigen::Vector3d& centre, const Eigen::Matrix3d& R = Eigen::Matrix3d::Identity(),
+                 const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero()) const;
+};
+
+Obstacle floor_at(double height, double friction = 0.5);
+
+Eigen::Matrix3d turned(double angle);
+
+}  // namespace nbd::test
