@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <random>
+#include <stdexcept>
 
 #include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/bounds/certified/solid_meter.hpp"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <stdexcept>
 
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/on_threads.hpp"

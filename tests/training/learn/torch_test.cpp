@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <memory>
+#include <random>
 
 #include "collision/tree/posed_tree.hpp"
 #include "meshing/h5/writer.hpp"
