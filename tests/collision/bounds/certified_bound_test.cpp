@@ -12,6 +12,7 @@
 #include "collision/bounds/certified/solid_meter.hpp"
 #include "collision/geometry/bounding_sphere.hpp"
 #include "collision/tree/posed_tree.hpp"
+#include "tests/support/shapes.hpp"
 #include "tests/support/solid_bodies.hpp"
 
 namespace nbd {
