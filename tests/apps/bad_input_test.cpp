@@ -4,6 +4,8 @@
 #include <filesystem>
 
 #include "tests/apps/small_files.hpp"
+#include "tests/meshing/shapes.hpp"
+#include "tests/meshing/surface_files.hpp"
 #include "tests/support/file_damage.hpp"
 
 namespace nbd::test {

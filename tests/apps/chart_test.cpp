@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
+#include <stdexcept>
+
 #include "apps/figures/verdict.hpp"
 
 namespace nbd {

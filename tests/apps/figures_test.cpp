@@ -6,6 +6,8 @@
 #include <sstream>
 
 #include "tests/apps/small_files.hpp"
+#include "tests/meshing/shapes.hpp"
+#include "tests/meshing/surface_files.hpp"
 #include "tests/support/file_damage.hpp"
 
 namespace nbd::test {

@@ -5,6 +5,8 @@
 #include <thread>
 
 #include "tests/apps/small_files.hpp"
+#include "tests/meshing/shapes.hpp"
+#include "tests/meshing/surface_files.hpp"
 #include "tests/support/file_damage.hpp"
 
 namespace nbd::test {

@@ -2,6 +2,8 @@
 #include <png.h>
 
 #include <array>
+#include <cmath>
+#include <stdexcept>
 
 #include "tests/apps/small_files.hpp"
 

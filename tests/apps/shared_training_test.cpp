@@ -3,6 +3,7 @@
 
 #include "tests/apps/mpi.hpp"
 #include "tests/apps/small_files.hpp"
+#include "tests/support/file_damage.hpp"
 
 namespace nbd::test {
 namespace {

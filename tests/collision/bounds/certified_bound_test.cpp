@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <random>
+#include <stdexcept>
 
 #include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/bounds/certified/solid_meter.hpp"
 #include "collision/geometry/bounding_sphere.hpp"
 #include "collision/tree/posed_tree.hpp"
+#include "tests/support/shapes.hpp"
 #include "tests/support/solid_bodies.hpp"
 
 namespace nbd {

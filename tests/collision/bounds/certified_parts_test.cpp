@@ -13,6 +13,7 @@
 #include "collision/bounds/certified/solid_meter.hpp"
 #include "collision/bounds/certified/squared_norm.hpp"
 #include "collision/bounds/certified/tet_regions.hpp"
+#include "tests/support/shapes.hpp"
 #include "tests/support/solid_bodies.hpp"
 
 namespace nbd {

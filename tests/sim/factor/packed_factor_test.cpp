@@ -4,6 +4,7 @@
 
 #include "sim/fem/step_system.hpp"
 #include "tests/support/box_body.hpp"
+#include "tests/support/box_mesh.hpp"
 #include "tests/support/on_threads.hpp"
 
 namespace nbd {

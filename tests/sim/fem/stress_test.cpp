@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "tests/support/box_body.hpp"
+#include "tests/support/box_mesh.hpp"
 
 namespace nbd {
 namespace {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tests/support/box_body.hpp"
+#include "tests/support/box_mesh.hpp"
 #include "tests/support/on_threads.hpp"
 
 namespace nbd {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <stdexcept>
 
 #include "sim/fem/kinetic_energy.hpp"
 #include "tests/sim/support/momentum.hpp"

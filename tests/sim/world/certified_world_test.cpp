@@ -8,6 +8,7 @@
 #include "collision/bounds/certified/solid_meter.hpp"
 #include "sim/world/world.hpp"
 #include "tests/sim/world/box_model.hpp"
+#include "tests/support/box_mesh.hpp"
 #include "tests/support/on_threads.hpp"
 
 namespace nbd {

@@ -8,6 +8,7 @@
 #include "sim/fem/polar.hpp"
 #include "tests/sim/support/one_body_world.hpp"
 #include "tests/sim/world/box_model.hpp"
+#include "tests/support/box_mesh.hpp"
 
 namespace nbd {
 namespace {

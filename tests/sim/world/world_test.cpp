@@ -8,6 +8,7 @@
 
 #include "tests/sim/support/momentum.hpp"
 #include "tests/sim/world/box_model.hpp"
+#include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {

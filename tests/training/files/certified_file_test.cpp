@@ -6,6 +6,7 @@
 #include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/bounds/certified/solid_meter.hpp"
 #include "collision/tree/posed_tree.hpp"
+#include "tests/support/box_mesh.hpp"
 #include "tests/support/edit_file.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
+
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"

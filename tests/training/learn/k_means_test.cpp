@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <set>
+#include <stdexcept>
 
 #include "collision/base/counter_random.hpp"
 #include "tests/support/on_threads.hpp"

@@ -4,10 +4,13 @@
 
 #include <cstdlib>
 #include <memory>
+#include <random>
 
 #include "collision/tree/posed_tree.hpp"
 #include "meshing/h5/writer.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
+#include "tests/support/shapes.hpp"
 #include "tests/training/bar.hpp"
 #include "tests/training/example_tree.hpp"
 #include "training/evaluate/evaluate.hpp"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <stdexcept>
 
 #include "collision/base/counter_random.hpp"
 #include "training/networks/pose_blocks.hpp"
