@@ -34,6 +34,11 @@ CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig&
 std::shared_ptr<const CollisionTree> shared_exact_tree(VerticesRef X, FacesRef F,
                                                        const SphereTreeConfig& config = {});
 
+/// A pointer that PosedTree takes, to a tree that somebody else owns and that must outlive it.
+inline std::shared_ptr<const CollisionTree> refer_to(const CollisionTree& tree) noexcept {
+    return {std::shared_ptr<const void>(), &tree};
+}
+
 /// Throws std::invalid_argument with what is wrong unless all parts of the tree fit each other: for trees
 /// that come from a file.
 void check_collision_tree(const CollisionTree& tree);

@@ -4,6 +4,7 @@
 
 #include "collision/bounds/calibration.hpp"
 #include "training/calibrate/bound_scores.hpp"
+#include "training/files/frame_source.hpp"
 #include "training/files/tree_file.hpp"
 
 namespace nbd {
@@ -49,7 +50,11 @@ std::vector<double> miss_rates(const SphereTree& tree, const Calibration& calibr
 /// measured on the shape's poses first. On the recording that it was trained on: the shape
 /// from the training's poses, the promise from the trajectories kept for it. On another recording of the
 /// body: each from half of the complete trajectories. Bounds that were calibrated before are calibrated anew.
-/// Throws as above, and std::runtime_error where no trajectories are left.
+/// Throws as above, and std::runtime_error where no trajectories are left or the recording is of another
+/// body. source: of the tree's W.
+void calibrate(TreeFile& file, FrameSource& source, const CalibrateConfig& config);
+
+/// Likewise, with a FrameSource of its own.
 void calibrate(TreeFile& file, const RecordingReader& recording, const CalibrateConfig& config);
 
 }  // namespace nbd

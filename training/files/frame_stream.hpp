@@ -1,34 +1,24 @@
 #pragma once
 
-#include <functional>
 #include <span>
+#include <string_view>
 
-#include "training/files/recording.hpp"
-#include "training/files/split.hpp"
+#include "training/files/frame_source.hpp"
 #include "training/files/surface_body.hpp"
 
 namespace nbd {
 
-/// Two calls at the same time never have the same slot in [0, frame_slots), and a slot gets its frames in
-/// ascending order: scratch and sums may be kept by slot, and sums over slots in order are the same on any
-/// number of threads.
-inline constexpr int frame_slots = 32;
-
-/// slot: see above. index: of the frame in the list. x: surface positions [n, 3], valid during the call.
-using FrameVisitor = std::function<void(int slot, int index, VerticesRef x)>;
-
-/// Visits recorded frames on the body's surface, in parallel within a batch, batch after batch. No more than
-/// frame_slots surfaces and 128 frames of nodes are in memory. frames: ascending.
-/// Throws what RecordingReader::read and `visit` throw.
+/// A single pass over recorded frames: as FrameSource::for_each_frame(), keeping nothing.
 void for_each_frame(const SurfaceBody& body, const RecordingReader& recording,
                     std::span<const FrameId> frames, const FrameVisitor& visit);
 
-/// Likewise, with the positions of the body's nodes, [N, 3], that carry the surface.
-using PoseVisitor = std::function<void(int slot, int index, VerticesRef x, VerticesRef nodes)>;
+/// Likewise with the nodes.
 void for_each_pose(const SurfaceBody& body, const RecordingReader& recording, std::span<const FrameId> frames,
                    const PoseVisitor& visit);
 
-/// Throws std::runtime_error unless every trajectory was recorded from this very body.
+/// Throws std::runtime_error unless every trajectory was recorded from the body of that body_hash() and so
+/// many nodes.
+void check_recording(std::string_view body_hash, Eigen::Index nodes, const RecordingReader& recording);
 void check_recording(const SurfaceBody& body, const RecordingReader& recording);
 
 }  // namespace nbd

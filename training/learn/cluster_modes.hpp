@@ -3,7 +3,8 @@
 #include <span>
 
 #include "collision/bounds/learned/modal_coordinates.hpp"
-#include "training/files/frame_stream.hpp"
+#include "training/files/frame_source.hpp"
+#include "training/files/surface_body.hpp"
 #include "training/learn/k_means.hpp"
 
 namespace nbd {
@@ -23,7 +24,7 @@ struct ClusteredModesChoice {
 /// least mean |z - zhat| over training poses (section 3.4 of the paper). z is the exact code: full rigid
 /// alignment, all vertices. body.U: at least one mode. Same bits on any number of threads.
 /// Throws std::invalid_argument on a config out of range.
-ClusteredModesChoice cluster_modes(const SurfaceBody& body, const RecordingReader& recording,
+ClusteredModesChoice cluster_modes(const SurfaceBody& body, FrameSource& source,
                                    std::span<const FrameId> frames, const ClusterModesConfig& config);
 
 }  // namespace nbd

@@ -8,6 +8,7 @@
 
 #include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/topology/sphere_tree.hpp"
+#include "training/files/frame_source.hpp"
 #include "training/files/tree_file.hpp"
 #include "training/learn/cluster_modes.hpp"
 #include "training/learn/labels.hpp"
@@ -63,11 +64,15 @@ struct TrainRun {
 
 /// Builds and trains the whole tree of a body from a recording: sphere tree, and the bounds that the config
 /// names: clustered modes, BD-Tree and the networks of the paper, local bounds; not calibrated
-/// yet, see calibrate(). Streams the recording; what
-/// stays in memory is some numbers a pose and node. The same arguments give the same bits, whatever the
-/// threads and however often it was interrupted, on one machine type. Throws std::invalid_argument on a
-/// config out of range or, with `modal`, a body without modes, std::runtime_error on a recording of another
-/// body or with fewer training poses than one batch, TrainingCancelled.
+/// yet, see calibrate(). Reads the recording once if `source`
+/// has room for the frames of training and calibration; beside what it keeps, some numbers a pose and node
+/// are in memory. The same arguments give the same bits, whatever the threads, the room and however often it
+/// was interrupted, on one machine type. Throws std::invalid_argument on a config out of range or, with
+/// `modal`, a body without modes, std::runtime_error on a recording of another body or with fewer training
+/// poses than one batch, TrainingCancelled.
+TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, const TrainRun& run = {});
+
+/// Likewise, with a FrameSource of its own.
 TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainConfig config,
                     const TrainRun& run = {});
 

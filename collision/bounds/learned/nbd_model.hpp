@@ -34,6 +34,19 @@ struct NbdModel {
 void nbd_spheres(const NbdModel& model, const SphereTree& tree, int first, const FixedVector& zn,
                  std::span<Sphere> spheres) noexcept;
 
+/// Distance of scaled modal coordinates zn, [m], from those of known poses, in standard deviations: the root
+/// mean square over uncorrelated directions; 0 where `mean` is empty. mean, whitening: see NbdModel.
+/// difference, whitened: scratch, [m].
+float coordinate_ood_score(const Eigen::VectorXf& mean, const Eigen::MatrixXf& whitening,
+                           Eigen::Ref<const Eigen::VectorXf> zn, Eigen::VectorXf& difference,
+                           Eigen::VectorXf& whitened) noexcept;
+
+/// Out-of-distribution score of a node: that of the modal coordinates, and `outside` radii, see NbdBound.
+inline float nbd_ood_score(float coordinates, float outside) noexcept {
+    constexpr float radii = 20;  // standard deviations that a radius counts as
+    return coordinates + radii * outside;
+}
+
 /// Throws std::invalid_argument with what is wrong unless the model fits a tree over a surface of
 /// `vertex_count` vertices: for models that come from a file.
 void check_nbd_model(const NbdModel& model, const SphereTree& tree, int vertex_count);
