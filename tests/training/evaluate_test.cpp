@@ -109,10 +109,10 @@ TEST_F(Evaluate, KeepsTheSplitOnPartOfTheRecordingThatWasCarriedElsewhere) {
     const RecordingReader remapped(folder / "remapped.h5");
     for (const FrameId& frame : sets.back().frames)
         EXPECT_EQ(remapped.trajectories()[static_cast<std::size_t>(frame.trajectory)].id, held_out);
-    const auto ood_score = copy("other.h5", std::string(64, '0'));
-    ASSERT_EQ(ood_score.size(), 1u);
-    EXPECT_EQ(ood_score[0].name, "other recording");
-    EXPECT_EQ(ood_score[0].frames.size(), 10u);
+    const auto unrelated = copy("unrelated.h5", std::string(64, '0'));
+    ASSERT_EQ(unrelated.size(), 1u);
+    EXPECT_EQ(unrelated[0].name, "other recording");
+    EXPECT_EQ(unrelated[0].frames.size(), 10u);
 }
 
 TEST_F(Evaluate, NbdBoundsAreTightAndAMarginTakesInWhatIsOutside) {
