@@ -74,7 +74,7 @@ void run(const CoverageArguments& arguments, Output& out) {
     check_distinct({{"csv", arguments.csv}, {"contacts csv", arguments.contacts_csv}});
     const TreeFile file = load_tree(arguments.tree);
     const RecordingReader recording(arguments.recording);
-    const auto tree = std::make_shared<const CollisionTree>(file.tree);
+    const auto tree = refer_to(file.tree);
     const SurfaceBody body = surface_body(file);
     const std::vector<BoundKind> kinds = chosen_bounds(arguments.bounds, *tree);
     if (kinds.empty())

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/load_body.hpp"
@@ -25,7 +27,14 @@ struct TrainArguments {
     std::vector<std::string> bounds{"nbd", "learned_spheres"};
     TrainConfig config;
     CalibrateConfig calibrate;
+    std::optional<std::size_t> memory;  // MiB
 };
+
+/// Bytes of positions to keep: as the user says, or a share of what the processes of this training have.
+std::size_t frame_memory(const TrainArguments& arguments, const Rank& rank) {
+    if (arguments.memory) return *arguments.memory << 20;
+    return default_frame_memory() / static_cast<std::size_t>(rank.count);
+}
 
 void run(const TrainArguments& arguments, Output& out) {
     finish_on_interrupt();
@@ -71,9 +80,11 @@ void run(const TrainArguments& arguments, Output& out) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
     const RecordingReader recording(arguments.recording);
+    SurfaceBody surface = surface_body(body);
+    FrameSource source(surface.W, recording, frame_memory(arguments, rank));
     TreeFile file;
     try {
-        file = train_tree(surface_body(body), recording, config, settings);
+        file = train_tree(std::move(surface), source, config, settings);
     } catch (const TrainingCancelled&) {
         const std::filesystem::path kept = together ? shared_folder : settings.checkpoint;
         throw Interrupted(std::filesystem::exists(kept) ? "the same command continues from " + kept.string()
@@ -84,7 +95,7 @@ void run(const TrainArguments& arguments, Output& out) {
             out.warning("no trajectories were kept for calibration, so the bounds have no stated miss rate");
         } else {
             out.text("calibrating");
-            calibrate(file, recording, arguments.calibrate);
+            calibrate(file, source, arguments.calibrate);
         }
         save_tree(arguments.output, file);
         std::filesystem::remove(settings.checkpoint);
@@ -106,6 +117,10 @@ void run(const TrainArguments& arguments, Output& out) {
                                      {"calibration_trajectories", facts.split.calibration_trajectories},
                                      {"held_out_trajectories", facts.split.held_out_trajectories},
                                      {"seconds", seconds}};
+    const double reads =
+        static_cast<double>(recording.frames_read()) / static_cast<double>(recording.frames());
+    result["recording_reads"] = reads;
+    result["kept_position_bytes"] = source.kept_bytes();
     if (nbd) {
         out.text(fmt::format("error of the clustered coordinates {:.2f} %, mean loss {:.2e}",
                              100 * facts.z_error, facts.node_loss.mean()));
@@ -122,6 +137,8 @@ void run(const TrainArguments& arguments, Output& out) {
         result["samples"] = learned.samples.size();
         result["exact_nodes"] = exact;
     }
+    out.text(fmt::format("read the recording {:.3g} {} (kept {:.3g} MB of positions in memory)", reads,
+                         reads == 1 ? "time" : "times", static_cast<double>(source.kept_bytes()) / 1e6));
     out.result(result);
 }
 
@@ -202,6 +219,11 @@ void add_train(CLI::App& app, Output& out) {
                      "Samples per node of learned bounds, a multiple of 16; 0: as few as are accurate")
         ->capture_default_str()
         ->check(sample_count());
+    command
+        ->add_option("--memory", arguments->memory,
+                     "MiB of positions kept in memory at most, so that the recording is read fewer times; "
+                     "default: a quarter of this machine's memory")
+        ->check(CLI::Range(std::size_t{0}, std::size_t{1} << 30));
     command->add_option("--seed", config.seed, "Seed of the split, the clustering and the networks")
         ->capture_default_str()
         ->check(seed_check());

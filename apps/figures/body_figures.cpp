@@ -23,7 +23,7 @@ int trajectories_of(const std::vector<FrameId>& frames) {
 
 BodyFigures make_body_figures(const std::string& body, const TreeFile& file, const RecordingReader& recording,
                               int max_frames) {
-    const auto tree = std::make_shared<const CollisionTree>(file.tree);
+    const auto tree = refer_to(file.tree);
     const EvaluateConfig config{.bounds = bounds_of(*tree, {BoundKind::nbd, BoundKind::learned_spheres,
                                                             BoundKind::bd, BoundKind::certified}),
                                 .margins = chart_margins(),
@@ -50,7 +50,7 @@ BodyFigures make_body_figures(const std::string& body, const TreeFile& file, con
 
 std::vector<CoverageRow> measure_coverages(const TreeFile& file, const RecordingReader& recording,
                                            int max_frames) {
-    const auto tree = std::make_shared<const CollisionTree>(file.tree);
+    const auto tree = refer_to(file.tree);
     std::vector<FrameId> frames = test_frames(file, recording).back().frames;
     if (max_frames > 0) frames = spread(frames, max_frames);
     std::vector<CoverageRow> coverage;

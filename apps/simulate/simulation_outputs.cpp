@@ -81,7 +81,7 @@ void SimulationOutputs::add_surfaces(const SimulationFrame& frame) {
     std::vector<TriMesh> surfaces;
     for (std::size_t b = 0; b < start_.size(); ++b) {
         const ContactSurface& surface = world_.surface(static_cast<int>(b));
-        surfaces.push_back({Nodes(surface.W() * frame.world.bodies[b].x), surface.F()});
+        surfaces.push_back({embedded(surface.W(), frame.world.bodies[b].x), surface.F()});
         if (!paths_.obj.empty())
             write_surface(paths_.obj / fmt::format("{}_{:06}.obj", names_[b], frame.number),
                           surfaces.back().X, surfaces.back().F);

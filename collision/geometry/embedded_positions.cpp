@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "collision/base/message.hpp"
+#include "collision/geometry/embedding.hpp"
 
 namespace nbd {
 
@@ -41,11 +42,10 @@ void EmbeddedPositions::begin_pose(VerticesRef nodes) noexcept {
 
 void EmbeddedPositions::compute(int vertex) noexcept {
     const auto v = static_cast<std::size_t>(vertex);
-    Eigen::Array3f sum = Eigen::Array3f::Zero();
-    for (auto k = static_cast<std::size_t>(row_begin_[v]); k < static_cast<std::size_t>(row_begin_[v + 1]);
-         ++k)
-        sum += weights_[k] * Eigen::Map<const Eigen::Array3f>(nodes_ + stride_ * columns_[k]);
-    x_.col(vertex).head<3>() = sum.matrix();
+    const int begin = row_begin_[v];
+    x_.col(vertex).head<3>() = embedded_position(row_begin_[v + 1] - begin, columns_.data() + begin,
+                                                 weights_.data() + begin, nodes_, stride_)
+                                   .transpose();
     poses_[v] = pose_;
     ++computed_;
 }

@@ -34,6 +34,11 @@ CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig&
 std::shared_ptr<const CollisionTree> shared_exact_tree(VerticesRef X, FacesRef F,
                                                        const SphereTreeConfig& config = {});
 
+/// Returns a pointer for PosedTree that does not own the tree; the tree must outlive it.
+inline std::shared_ptr<const CollisionTree> refer_to(const CollisionTree& tree) noexcept {
+    return {std::shared_ptr<const void>(), &tree};
+}
+
 /// Validates a tree read from a file. Throws std::invalid_argument, saying what is wrong, unless all parts of
 /// the tree fit each other.
 void check_collision_tree(const CollisionTree& tree);

@@ -1,15 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/SparseCore>
 
+#include "collision/geometry/embedding.hpp"
 #include "collision/geometry/geometry.hpp"
 #include "collision/geometry/tet_mesh.hpp"
 
 namespace nbd {
-
-/// Weights from tet nodes to surface vertices, [n, N]: x_surface = W x_nodes; rows sum to 1.
-using Embedding = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 struct TriMesh {
     Nodes X;  // [n, 3]

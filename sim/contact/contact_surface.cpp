@@ -20,8 +20,7 @@ ContactSurface::ContactSurface(Embedding W, Faces F, NodesRef X) : W_(std::move(
 }
 
 void ContactSurface::update(NodesRef nodes) {
-    x_.resize(W_.rows(), 3);
-    x_.noalias() = W_ * nodes;
+    apply_embedding(W_, nodes, x_);
     x_float_ = x_.cast<float>();
     face_boxes_.resize(static_cast<std::size_t>(F_.rows()));
     box_ = empty_box();

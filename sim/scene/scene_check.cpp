@@ -59,7 +59,7 @@ class SceneCheck {
             WorldBody body = make_world_body(spec, *bodies_[number]);
             check_grips(number, grips, body.state.x);
             surfaces_.push_back(
-                std::make_unique<StartSurface>(number, TriMesh{Nodes(body.W * body.state.x), body.F}));
+                std::make_unique<StartSurface>(number, TriMesh{embedded(body.W, body.state.x), body.F}));
             World({}).add_body(std::move(body));
         } catch (const std::exception& error) {
             say(error.what());

@@ -22,33 +22,30 @@ double reach(VerticesRef x, std::span<const int> vertices, const Eigen::Vector3f
 }
 
 /// Fills in the margins that spheres needed and their out-of-distribution scores.
-void score_spheres(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
-                   const RecordingReader& recording, std::span<const FrameId> frames, BoundScores& scores) {
+void score_spheres(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
+                   FrameSource& source, std::span<const FrameId> frames, BoundScores& scores) {
     std::vector<PosedTree> posed;
     for (int slot = 0; slot < frame_slots; ++slot) posed.emplace_back(tree, kind, 0.f);
-    posed[0].begin_pose(body.X);  // ood_score() needs a pose
+    posed[0].begin_pose(X);  // ood_score() needs a pose
     const bool gated = posed[0].ood_score(0).has_value();
     if (gated) scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
-    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
         PosedTree& pose = posed[static_cast<std::size_t>(slot)];
         pose.begin_pose(x);
         for (int i = 0; i < scores.excess.cols(); ++i) {
-            const Sphere& s = pose.sphere(i);
-            const double needed = reach(x, tree->spheres.node_vertices(i), s.c);
-            scores.excess(index, i) =
-                needed > 0 ? static_cast<float>(needed / static_cast<double>(s.r) - 1) : -1.f;
+            scores.excess(index, i) = sphere_excess(x, tree->spheres.node_vertices(i), pose.sphere(i));
             if (gated) scores.ood_score(index, i) = *pose.ood_score(i);
         }
     });
 }
 
 /// Fills in the margins that `learned_boxes` needed, in spreads, and their out-of-distribution scores.
-void score_boxes(const SurfaceBody& body, const CollisionTree& tree, const RecordingReader& recording,
-                 std::span<const FrameId> frames, BoundScores& scores) {
+void score_boxes(const CollisionTree& tree, FrameSource& source, std::span<const FrameId> frames,
+                 BoundScores& scores) {
     const LearnedModel& model = *tree.learned;
     std::vector<ExactBoxes> exact(frame_slots, ExactBoxes(tree.spheres));
     scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
-    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
         ExactBoxes& truth = exact[static_cast<std::size_t>(slot)];
         truth.begin_pose(x);
         for (int i = 0; i < scores.excess.cols(); ++i) {
@@ -63,21 +60,31 @@ void score_boxes(const SurfaceBody& body, const CollisionTree& tree, const Recor
 
 }  // namespace
 
-BoundScores score_bounds(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree,
-                         BoundKind kind, const RecordingReader& recording, std::span<const FrameId> frames) {
+float sphere_excess(VerticesRef x, std::span<const int> vertices, const Sphere& sphere) {
+    const double needed = reach(x, vertices, sphere.c);
+    return needed > 0 ? static_cast<float>(needed / static_cast<double>(sphere.r) - 1) : -1.f;
+}
+
+std::vector<int> trajectories_of(const RecordingReader& recording, std::span<const FrameId> frames) {
+    std::vector<int> ids;
+    for (const FrameId& frame : frames)
+        ids.push_back(recording.trajectories()[static_cast<std::size_t>(frame.trajectory)].id);
+    return ids;
+}
+
+BoundScores score_bounds(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
+                         FrameSource& source, std::span<const FrameId> frames) {
     if (!has_bounds(*tree, kind))
         throw std::invalid_argument(fmt::format("the tree has no {} bounds", name(kind)));
     BoundScores scores;
     scores.excess.resize(static_cast<Eigen::Index>(frames.size()),
                          static_cast<Eigen::Index>(tree->spheres.nodes.size()));
     scores.ood_score.resize(scores.excess.rows(), 0);
-    for (const FrameId& frame : frames)
-        scores.trajectories.push_back(
-            recording.trajectories()[static_cast<std::size_t>(frame.trajectory)].id);
+    scores.trajectories = trajectories_of(source.recording(), frames);
     if (kind == BoundKind::learned_boxes)
-        score_boxes(body, *tree, recording, frames, scores);
+        score_boxes(*tree, source, frames, scores);
     else
-        score_spheres(body, tree, kind, recording, frames, scores);
+        score_spheres(X, tree, kind, source, frames, scores);
     return scores;
 }
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "collision/tree/collision_tree.hpp"
-#include "training/files/frame_stream.hpp"
+#include "training/files/frame_source.hpp"
 #include "training/networks/mlp.hpp"
 
 namespace nbd {
@@ -17,10 +17,17 @@ struct BoundScores {
     PoseRows ood_score;  // [poses, nodes] of a GatedBound; no columns for other bounds
 };
 
-/// Scores a bound on the frames, which are streamed once. Same bits on any number of threads. Throws
-/// std::invalid_argument if the tree has no such bounds.
-BoundScores score_bounds(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree,
-                         BoundKind kind, const RecordingReader& recording, std::span<const FrameId> frames);
+/// Returns the largest distance of the listed vertices from the centre over the radius, minus 1; -1 if it is
+/// 0.
+float sphere_excess(VerticesRef x, std::span<const int> vertices, const Sphere& sphere);
+
+/// Returns the trajectory id of each frame.
+std::vector<int> trajectories_of(const RecordingReader& recording, std::span<const FrameId> frames);
+
+/// Scores a bound on the frames, which are visited once. X: rest positions of the surface, [n, 3]. Same bits
+/// on any number of threads. Throws std::invalid_argument if the tree has no such bounds.
+BoundScores score_bounds(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
+                         FrameSource& source, std::span<const FrameId> frames);
 
 /// The scores of the given trajectories (ids) only.
 BoundScores only(const BoundScores& scores, std::span<const int> trajectories);

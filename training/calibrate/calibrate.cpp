@@ -11,7 +11,7 @@
 #include "training/calibrate/conformal.hpp"
 #include "training/calibrate/coordinate_spread.hpp"
 #include "training/calibrate/shape_scores.hpp"
-#include "training/files/recording_hash.hpp"
+#include "training/files/frame_stream.hpp"
 #include "training/files/split.hpp"
 
 namespace nbd {
@@ -161,14 +161,18 @@ std::vector<double> miss_rates(const SphereTree& tree, const Calibration& calibr
     return rates;
 }
 
-void calibrate(TreeFile& file, const RecordingReader& recording, const CalibrateConfig& config) {
-    const SurfaceBody body = surface_body(file);
-    check_recording(body, recording);
-    std::vector<FrameId> shape, frames;
-    if (recording_hash(recording) == file.facts.recording_hash) {
-        shape = frames_of(recording, file.facts.split, FrameSet::train);
-        frames = frames_of(recording, file.facts.split, FrameSet::calibration);
-    } else {
+void calibrate(TreeFile& file, FrameSource& source, const CalibrateConfig& config) {
+    const RecordingReader& recording = source.recording();
+    check_recording(file.facts.body_hash, file.W.cols(), recording);
+    if (source.W().rows() != file.W.rows())
+        throw std::invalid_argument(fmt::format("frames of a surface of {} vertices for a tree of {}",
+                                                source.W().rows(), file.W.rows()));
+    std::vector<FrameId> shape = frames_of(recording, file.facts.split, FrameSet::train),
+                         frames = frames_of(recording, file.facts.split, FrameSet::calibration);
+    std::vector<FrameId> used = spread(shape, config.shape_poses);
+    used.insert(used.end(), frames.begin(), frames.end());
+    std::ranges::sort(used);
+    if (source.hash(used) != file.facts.recording_hash) {
         TrainingSplit halves = make_split(recording, 0.5, 0, 0);
         shape = frames_of(recording, halves, FrameSet::train);
         frames = frames_of(recording, halves, FrameSet::held_out);
@@ -179,19 +183,24 @@ void calibrate(TreeFile& file, const RecordingReader& recording, const Calibrate
                         recording.path().string()));
     shape = spread(shape, config.shape_poses);
     if (file.tree.nbd)
-        fit_coordinate_spread(scaled_coordinates(body, recording, shape, *file.tree.nbd), *file.tree.nbd);
+        fit_coordinate_spread(scaled_coordinates(source, shape, *file.tree.nbd), *file.tree.nbd);
     file.tree.calibrations.clear();
-    const auto tree = std::make_shared<const CollisionTree>(file.tree);
+    const auto tree = refer_to(file.tree);
     for (const BoundKind kind : bound_kinds) {
         if (!can_miss(kind) || !has_bounds(file.tree, kind)) continue;
-        const BoundScores known = score_shape(body, *tree, kind, recording, shape);
-        const BoundScores scores = score_bounds(body, tree, kind, recording, frames);
+        const BoundScores known = score_shape(file.X, tree, kind, source, shape);
+        const BoundScores scores = score_bounds(file.X, tree, kind, source, frames);
         try {
             file.tree.calibrations[kind] = calibrate(tree->spheres, known, scores, config);
         } catch (const std::runtime_error& e) {
             throw std::runtime_error(fmt::format("{} bounds: {}", name(kind), e.what()));
         }
     }
+}
+
+void calibrate(TreeFile& file, const RecordingReader& recording, const CalibrateConfig& config) {
+    FrameSource source(file.W, recording);
+    calibrate(file, source, config);
 }
 
 }  // namespace nbd

@@ -4,6 +4,7 @@
 
 #include "collision/bounds/calibration.hpp"
 #include "training/calibrate/bound_scores.hpp"
+#include "training/files/frame_source.hpp"
 #include "training/files/tree_file.hpp"
 
 namespace nbd {
@@ -52,7 +53,11 @@ std::vector<double> miss_rates(const SphereTree& tree, const Calibration& calibr
 /// the spread of the modal coordinates on the shape's poses, for `nbd` bounds. On the recording that the tree
 /// was trained on, the shape comes from the training poses and the scores from the trajectories kept for
 /// calibration. On another recording of the body, each comes from half of the complete trajectories. Throws
-/// as above, and std::runtime_error if no trajectories are left.
+/// as above, and std::runtime_error if no trajectories are left or the recording is of another body.
+/// source: frames embedded with the tree's W.
+void calibrate(TreeFile& file, FrameSource& source, const CalibrateConfig& config);
+
+/// The same with a FrameSource of its own.
 void calibrate(TreeFile& file, const RecordingReader& recording, const CalibrateConfig& config);
 
 }  // namespace nbd

@@ -2,17 +2,17 @@
 
 #include <Eigen/Cholesky>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace nbd {
 
-PoseRows scaled_coordinates(const SurfaceBody& body, const RecordingReader& recording,
-                            std::span<const FrameId> frames, const NbdModel& model) {
+PoseRows scaled_coordinates(FrameSource& source, std::span<const FrameId> frames, const NbdModel& model) {
     const Eigen::Index m = model.mode_count();
     PoseRows scaled(static_cast<Eigen::Index>(frames.size()), m);
     std::vector<ModalCoordinatesScratch> scratch(frame_slots);
     std::vector<Eigen::VectorXf> z(frame_slots, Eigen::VectorXf(m));
-    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
         const auto s = static_cast<std::size_t>(slot);
         modal_coordinates(model.modes, x, scratch[s], z[s]);
         scaled.row(index) = (z[s] - model.z_centre).cwiseProduct(model.z_scale).transpose();
@@ -20,7 +20,7 @@ PoseRows scaled_coordinates(const SurfaceBody& body, const RecordingReader& reco
     return scaled;
 }
 
-void fit_coordinate_spread(const PoseRows& z, NbdModel& model) {
+CoordinateSpread coordinate_spread(const PoseRows& z) {
     if (z.rows() == 0)
         throw std::invalid_argument("no poses to measure the spread of the modal coordinates on");
     const Eigen::Index m = z.cols();
@@ -31,8 +31,14 @@ void fit_coordinate_spread(const PoseRows& z, NbdModel& model) {
     constexpr double ridge = 1e-3;  // of the mean variance of a coordinate
     covariance.diagonal().array() += ridge * covariance.trace() / static_cast<double>(m) + 1e-12;
     const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-    model.z_mean = mean.transpose().cast<float>();
-    model.z_whitening = factor.matrixL().solve(Eigen::MatrixXd::Identity(m, m)).cast<float>();
+    return {mean.transpose().cast<float>(),
+            factor.matrixL().solve(Eigen::MatrixXd::Identity(m, m)).cast<float>()};
+}
+
+void fit_coordinate_spread(const PoseRows& z, NbdModel& model) {
+    CoordinateSpread spread = coordinate_spread(z);
+    model.z_mean = std::move(spread.mean);
+    model.z_whitening = std::move(spread.whitening);
 }
 
 }  // namespace nbd

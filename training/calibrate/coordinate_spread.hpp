@@ -3,18 +3,26 @@
 #include <span>
 
 #include "collision/bounds/learned/nbd_model.hpp"
-#include "training/files/frame_stream.hpp"
+#include "training/files/frame_source.hpp"
 #include "training/networks/mlp.hpp"
 
 namespace nbd {
 
-/// The scaled modal coordinates of the frames, [poses, m]. Streams; same bits on any number of threads.
-PoseRows scaled_coordinates(const SurfaceBody& body, const RecordingReader& recording,
-                            std::span<const FrameId> frames, const NbdModel& model);
+/// NbdModel::z_mean and z_whitening.
+struct CoordinateSpread {
+    Eigen::VectorXf mean;       // [m]
+    Eigen::MatrixXf whitening;  // [m, m]
+};
 
-/// Measures the spread of scaled modal coordinates: sets NbdModel::z_mean and z_whitening from their mean and
-/// covariance, with a small ridge for directions that the poses hardly show. z: [poses, m]; throws
-/// std::invalid_argument if it has no row.
+/// Computes the scaled modal coordinates of poses, [poses, m]. Visits the frames once; same bits on any
+/// number of threads.
+PoseRows scaled_coordinates(FrameSource& source, std::span<const FrameId> frames, const NbdModel& model);
+
+/// Measures where scaled modal coordinates of poses lie, from their covariance with a little ridge for
+/// directions that the poses hardly show. z: at least one row, else throws std::invalid_argument.
+CoordinateSpread coordinate_spread(const PoseRows& z);
+
+/// Sets z_mean and z_whitening of the model to coordinate_spread(z).
 void fit_coordinate_spread(const PoseRows& z, NbdModel& model);
 
 }  // namespace nbd

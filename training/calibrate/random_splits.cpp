@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "training/calibrate/shape_scores.hpp"
-#include "training/files/recording_hash.hpp"
 #include "training/files/split.hpp"
 
 namespace nbd {
@@ -45,10 +44,7 @@ std::vector<RandomSplitsRow> check_random_splits(const SphereTree& tree, const B
 
 std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind kind,
                                                  const RecordingReader& recording, int splits) {
-    if (recording_hash(recording) != file.facts.recording_hash)
-        throw std::invalid_argument("random splits need the recording that the tree was trained on");
-    const SurfaceBody body = surface_body(file);
-    const auto tree = std::make_shared<const CollisionTree>(file.tree);
+    const auto tree = refer_to(file.tree);
     std::vector<FrameId> pool = frames_of(recording, file.facts.split, FrameSet::calibration);
     const std::vector<FrameId> held_out = frames_of(recording, file.facts.split, FrameSet::held_out);
     pool.insert(pool.end(), held_out.begin(), held_out.end());
@@ -58,8 +54,14 @@ std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind
         config = {.miss_rate = found->second.miss_rate, .confidence = found->second.confidence};
     const std::vector<FrameId> known =
         spread(frames_of(recording, file.facts.split, FrameSet::train), config.shape_poses);
-    return check_random_splits(tree->spheres, score_shape(body, *tree, kind, recording, known),
-                               score_bounds(body, tree, kind, recording, pool), config, splits);
+    std::vector<FrameId> used = known;
+    used.insert(used.end(), pool.begin(), pool.end());
+    std::ranges::sort(used);
+    FrameSource source(file.W, recording);
+    if (source.hash(used) != file.facts.recording_hash)
+        throw std::invalid_argument("random splits need the recording of the training");
+    return check_random_splits(tree->spheres, score_shape(file.X, tree, kind, source, known),
+                               score_bounds(file.X, tree, kind, source, pool), config, splits);
 }
 
 std::string to_text(const std::vector<RandomSplitsRow>& rows) {

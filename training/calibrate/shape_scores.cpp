@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "collision/bounds/learned/nbd_bound.hpp"
 #include "training/calibrate/coordinate_spread.hpp"
 
 namespace nbd {
@@ -21,35 +22,48 @@ std::vector<int> folds_of(std::span<const FrameId> frames) {
     return fold;
 }
 
-}  // namespace
-
-BoundScores score_shape(const SurfaceBody& body, const CollisionTree& tree, BoundKind kind,
-                        const RecordingReader& recording, std::span<const FrameId> frames) {
-    const auto shared = [](const CollisionTree& t) { return std::make_shared<const CollisionTree>(t); };
-    const std::vector<int> fold = folds_of(frames);
-    if (kind != BoundKind::nbd || fold.empty() || std::ranges::max(fold) == 0)
-        return score_bounds(body, shared(tree), kind, recording, frames);
-    CollisionTree others = tree;
-    const PoseRows z = scaled_coordinates(body, recording, frames, *tree.nbd);
+/// Scores of `nbd` bounds, each pose by the spread of the modal coordinates of the other folds' poses.
+BoundScores score_by_other_folds(const CollisionTree& tree, FrameSource& source,
+                                 std::span<const FrameId> frames, std::span<const int> fold) {
     const auto poses = static_cast<Eigen::Index>(frames.size()),
                nodes = static_cast<Eigen::Index>(tree.spheres.nodes.size());
-    BoundScores scores{std::vector<int>(frames.size()), PoseRows(poses, nodes), PoseRows(poses, nodes)};
+    BoundScores scores{trajectories_of(source.recording(), frames), PoseRows(poses, nodes),
+                       PoseRows(poses, nodes)};
+    PoseRows z(poses, tree.nbd->mode_count());
+    std::vector<NbdBound> bounds(frame_slots, NbdBound(tree.spheres, *tree.nbd));
+    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
+        NbdBound& bound = bounds[static_cast<std::size_t>(slot)];
+        bound.begin_pose(x);
+        z.row(index) = bound.scaled_coordinates().transpose();
+        for (int i = 0; i < nodes; ++i) {
+            scores.excess(index, i) = sphere_excess(x, tree.spheres.node_vertices(i), bound.bound(i));
+            scores.ood_score(index, i) = bound.outside(i);
+        }
+    });
     for (int left_out = 0; left_out < folds; ++left_out) {
         std::vector<Eigen::Index> rows, other_rows;
-        std::vector<FrameId> own;
-        for (std::size_t i = 0; i < frames.size(); ++i) {
+        for (std::size_t i = 0; i < fold.size(); ++i)
             (fold[i] == left_out ? rows : other_rows).push_back(static_cast<Eigen::Index>(i));
-            if (fold[i] == left_out) own.push_back(frames[i]);
+        if (rows.empty()) continue;
+        const CoordinateSpread spread = coordinate_spread(z(other_rows, Eigen::all));
+        Eigen::VectorXf difference(z.cols()), whitened(z.cols());
+        for (const Eigen::Index p : rows) {
+            const float coordinates = coordinate_ood_score(spread.mean, spread.whitening,
+                                                           z.row(p).transpose(), difference, whitened);
+            for (float& score : scores.ood_score.row(p)) score = nbd_ood_score(coordinates, score);
         }
-        if (own.empty()) continue;
-        fit_coordinate_spread(z(other_rows, Eigen::all), *others.nbd);
-        const BoundScores part = score_bounds(body, shared(others), kind, recording, own);
-        for (std::size_t i = 0; i < rows.size(); ++i)
-            scores.trajectories[static_cast<std::size_t>(rows[i])] = part.trajectories[i];
-        scores.excess(rows, Eigen::all) = part.excess;
-        scores.ood_score(rows, Eigen::all) = part.ood_score;
     }
     return scores;
+}
+
+}  // namespace
+
+BoundScores score_shape(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
+                        FrameSource& source, std::span<const FrameId> frames) {
+    const std::vector<int> fold = folds_of(frames);
+    if (kind != BoundKind::nbd || fold.empty() || std::ranges::max(fold) == 0)
+        return score_bounds(X, tree, kind, source, frames);
+    return score_by_other_folds(*tree, source, frames, fold);
 }
 
 }  // namespace nbd

@@ -6,11 +6,10 @@
 
 namespace nbd {
 
-/// Scores bounds on the poses that set the shape of the calibration: limits and first margins. As
-/// score_bounds(), except for `nbd` bounds: their coordinate spread was measured on these very poses, which
-/// would therefore score lower than fresh poses. So each pose is scored with the spread of the others,
-/// leaving out a fifth of the trajectories at a time.
-BoundScores score_shape(const SurfaceBody& body, const CollisionTree& tree, BoundKind kind,
-                        const RecordingReader& recording, std::span<const FrameId> frames);
+/// Scores a bound on the poses that set the shape of its margins. As score_bounds(), except for `nbd`: its
+/// spread of modal coordinates comes from these same poses, which makes them look closer than fresh poses. So
+/// each pose is scored with the spread of the others, leaving out a fifth of the trajectories at a time.
+BoundScores score_shape(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
+                        FrameSource& source, std::span<const FrameId> frames);
 
 }  // namespace nbd

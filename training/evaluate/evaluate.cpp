@@ -154,7 +154,7 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
 }
 
 std::vector<TestFrames> test_frames(const TreeFile& file, const RecordingReader& recording) {
-    check_recording(surface_body(file), recording);
+    check_recording(file.facts.body_hash, file.W.cols(), recording);
     std::vector<TestFrames> sets;
     if (const std::string& known = file.facts.recording_hash;
         recording_hash(recording) == known || recording.label("remapped_from_sha256") == known) {
@@ -175,7 +175,7 @@ std::vector<TestFrames> test_frames(const TreeFile& file, const RecordingReader&
 std::vector<EvaluationRow> evaluate(const TreeFile& file, const RecordingReader& recording,
                                     const EvaluateConfig& config) {
     const SurfaceBody body = surface_body(file);
-    const auto tree = std::make_shared<const CollisionTree>(file.tree);
+    const auto tree = refer_to(file.tree);
     std::vector<EvaluationRow> rows;
     for (const TestFrames& set : test_frames(file, recording)) {
         const auto more = evaluate_frames(body, tree, recording, set.frames, set.name, config);

@@ -70,6 +70,10 @@ class RecordingReader {
     /// Throws std::out_of_range on a range outside the trajectory, std::runtime_error on damaged data or
     /// non-finite positions.
     void read(int trajectory, int begin, int count, Vertices& x) const;
+    /// How many frames read() has read so far, each as often as it was read.
+    std::int64_t frames_read() const noexcept;
+    /// How many frames all trajectories have together.
+    std::int64_t frames() const noexcept;
     std::vector<double> times(int trajectory) const;
     /// Number of pressing contacts in each frame; empty if not recorded.
     std::vector<std::int32_t> contacts(int trajectory) const;

@@ -9,7 +9,9 @@
 
 namespace nbd {
 
-std::string recording_hash(const RecordingReader& recording) {
+std::string recording_hash(
+    const RecordingReader& recording,
+    const std::function<void(int trajectory, int begin, int count, const Vertices& nodes)>& seen) {
     constexpr int frames_at_once = 64;
     h5::Sha256 hash;
     Vertices x;
@@ -20,8 +22,10 @@ std::string recording_hash(const RecordingReader& recording) {
             fmt::format("{} {} {} {}\n", info.id, info.frames, recording.nodes(i), info.failure);
         hash.add(std::as_bytes(std::span(head)));
         for (int begin = 0; begin < info.frames; begin += frames_at_once) {
-            recording.read(i, begin, std::min(frames_at_once, info.frames - begin), x);
+            const int count = std::min(frames_at_once, info.frames - begin);
+            recording.read(i, begin, count, x);
             hash.add(std::as_bytes(std::span(x.data(), static_cast<std::size_t>(x.size()))));
+            if (seen) seen(i, begin, count, x);
         }
     }
     return hash.hex();

@@ -59,6 +59,7 @@ struct RecordingReader::Impl {
     std::vector<TrajectoryInfo> infos;
     std::unique_ptr<h5::Reader> shard;  // the shard read last
     std::string shard_name;
+    std::int64_t frames_read = 0;
 
     explicit Impl(const std::filesystem::path& path) : file(path, view_format) {
         for (const std::string& name : file.children("trajectories"))
@@ -114,6 +115,12 @@ RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
 const std::filesystem::path& RecordingReader::path() const noexcept { return impl_->file.path(); }
 const std::vector<TrajectoryInfo>& RecordingReader::trajectories() const noexcept { return impl_->infos; }
 int RecordingReader::nodes(int trajectory) const { return impl_->at(trajectory).nodes; }
+std::int64_t RecordingReader::frames_read() const noexcept { return impl_->frames_read; }
+std::int64_t RecordingReader::frames() const noexcept {
+    std::int64_t count = 0;
+    for (const TrajectoryInfo& info : impl_->infos) count += info.frames;
+    return count;
+}
 std::vector<double> RecordingReader::times(int trajectory) const { return impl_->at(trajectory).times; }
 std::vector<std::int32_t> RecordingReader::contacts(int trajectory) const {
     return impl_->at(trajectory).contacts;
@@ -132,6 +139,7 @@ void RecordingReader::read(int trajectory, int begin, int count, Vertices& x) co
     x.resize(Eigen::Index{count} * t.nodes, 3);
     const h5::Reader& file = impl_->source(t);
     file.read_rows(t.positions, static_cast<std::size_t>(begin), static_cast<std::size_t>(count), x.data());
+    impl_->frames_read += count;
     if (x.allFinite()) return;
     for (Eigen::Index i = 0; i < x.rows(); ++i)
         if (!x.row(i).allFinite())

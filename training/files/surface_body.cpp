@@ -33,15 +33,4 @@ SurfaceBody make_surface_body(VerticesRef X, FacesRef F, const SurfaceEmbedding&
     return body;
 }
 
-void apply_embedding(const SurfaceEmbedding& W, VerticesRef nodes, Vertices& x) {
-    x.resize(W.rows(), 3);
-    const int *begin = W.outerIndexPtr(), *node = W.innerIndexPtr();
-    const float* weight = W.valuePtr();
-    for (Eigen::Index v = 0; v < W.rows(); ++v) {
-        Eigen::RowVector3f sum = Eigen::RowVector3f::Zero();
-        for (int i = begin[v]; i < begin[v + 1]; ++i) sum += weight[i] * nodes.row(node[i]);
-        x.row(v) = sum;
-    }
-}
-
 }  // namespace nbd

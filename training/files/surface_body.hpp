@@ -1,9 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/SparseCore>
 #include <string>
 
+#include "collision/geometry/embedding.hpp"
 #include "collision/geometry/geometry.hpp"
 #include "collision/geometry/tet_mesh.hpp"
 
@@ -12,9 +12,6 @@ namespace nbd {
 /// Modes on a surface, [3 n, m], vertex-major and row-major. Rows 3 v .. 3 v + 2 of vertex v are contiguous,
 /// so the same memory is also the [n, 3 m] matrix whose rows are clustered.
 using ModeRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// x_surface = W x_nodes, rows sum to 1. [n, N].
-using SurfaceEmbedding = Eigen::SparseMatrix<float, Eigen::RowMajor>;
 
 /// A body as training needs it: its collision surface and how recorded node positions move it.
 struct SurfaceBody {
@@ -30,8 +27,5 @@ struct SurfaceBody {
 /// std::invalid_argument on mismatched shapes or a non-finite number.
 SurfaceBody make_surface_body(VerticesRef X, FacesRef F, const SurfaceEmbedding& W,
                               Eigen::Ref<const Eigen::MatrixXf> node_modes, std::string hash);
-
-/// x = W nodes. nodes: [N, 3]; x: out, [n, 3], resized if needed.
-void apply_embedding(const SurfaceEmbedding& W, VerticesRef nodes, Vertices& x);
 
 }  // namespace nbd

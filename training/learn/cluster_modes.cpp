@@ -35,7 +35,7 @@ Eigen::VectorXf exact_z(const SurfaceBody& body, VerticesRef x) {
 
 }  // namespace
 
-ClusteredModesChoice cluster_modes(const SurfaceBody& body, const RecordingReader& recording,
+ClusteredModesChoice cluster_modes(const SurfaceBody& body, FrameSource& source,
                                    std::span<const FrameId> frames, const ClusterModesConfig& config) {
     if (config.initialisations < 1)
         throw std::invalid_argument(
@@ -55,7 +55,7 @@ ClusteredModesChoice cluster_modes(const SurfaceBody& body, const RecordingReade
     Eigen::MatrixXd error(poses, config.initialisations);
     Eigen::VectorXd length(poses);
     std::vector<ModalCoordinatesScratch> scratch(frame_slots);
-    for_each_frame(body, recording, sample, [&](int slot, int index, VerticesRef x) {
+    source.for_each_frame(sample, [&](int slot, int index, VerticesRef x) {
         const Eigen::VectorXf z = exact_z(body, x);
         length[index] = static_cast<double>(z.norm());
         Eigen::VectorXf zhat(m);

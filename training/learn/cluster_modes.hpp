@@ -3,7 +3,8 @@
 #include <span>
 
 #include "collision/bounds/learned/modal_coordinates.hpp"
-#include "training/files/frame_stream.hpp"
+#include "training/files/frame_source.hpp"
+#include "training/files/surface_body.hpp"
 #include "training/learn/k_means.hpp"
 
 namespace nbd {
@@ -19,11 +20,11 @@ struct ClusteredModesChoice {
     double z_error = 0;  // mean |z - zhat| / |z| over the deciding poses
 };
 
-/// Clusters the rows of U to get representatives and weights. Of several runs of k-means, keeps the one with
-/// the least mean |z - zhat| over training poses (section 3.4 of the paper). z is exact: from the full rigid
-/// alignment and all vertices. body.U needs at least one mode. Same bits on any number of threads. Throws
+/// Chooses representatives and weights by clustering U's rows, and keeps the initialisation with the least
+/// mean |z - zhat| over training poses (section 3.4 of the paper). z are the exact modal coordinates: full
+/// rigid alignment, all vertices. body.U: at least one mode. Same bits on any number of threads. Throws
 /// std::invalid_argument on a config out of range.
-ClusteredModesChoice cluster_modes(const SurfaceBody& body, const RecordingReader& recording,
+ClusteredModesChoice cluster_modes(const SurfaceBody& body, FrameSource& source,
                                    std::span<const FrameId> frames, const ClusterModesConfig& config);
 
 }  // namespace nbd

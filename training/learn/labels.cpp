@@ -19,14 +19,13 @@ LabelFrame label_frame(std::string_view text) {
 }
 
 PoseLabels compute_labels(const SurfaceBody& body, const SphereTree& tree, const ClusteredModes& modes,
-                          const RecordingReader& recording, std::span<const FrameId> frames,
-                          LabelFrame frame) {
+                          FrameSource& source, std::span<const FrameId> frames, LabelFrame frame) {
     const auto poses = static_cast<Eigen::Index>(frames.size());
     const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
     PoseLabels labels{PoseRows(poses, modes.U.cols()), PoseRows(poses, MlpShape::outputs * nodes)};
     const Eigen::VectorXf ones = Eigen::VectorXf::Ones(body.X.rows());
     std::vector<ModalCoordinatesScratch> scratch(frame_slots);
-    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
         RigidTransform align = modal_coordinates(modes, x, scratch[static_cast<std::size_t>(slot)],
                                                  labels.z.row(index).transpose());
         if (frame == LabelFrame::full) align = match_shape(body.X, x, ones);

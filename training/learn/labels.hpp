@@ -5,7 +5,8 @@
 
 #include "collision/bounds/learned/modal_coordinates.hpp"
 #include "collision/topology/sphere_tree.hpp"
-#include "training/files/frame_stream.hpp"
+#include "training/files/frame_source.hpp"
+#include "training/files/surface_body.hpp"
 #include "training/networks/mlp.hpp"
 
 namespace nbd {
@@ -28,10 +29,9 @@ struct PoseLabels {
                        // in metres (equation 5)
 };
 
-/// Streams the frames once, so the positions need not fit in memory. Same bits on any number of threads.
+/// Visits the frames once. Same bits on any number of threads.
 PoseLabels compute_labels(const SurfaceBody& body, const SphereTree& tree, const ClusteredModes& modes,
-                          const RecordingReader& recording, std::span<const FrameId> frames,
-                          LabelFrame frame);
+                          FrameSource& source, std::span<const FrameId> frames, LabelFrame frame);
 
 /// Centre and half width of every column's range.
 struct ColumnRange {

@@ -38,9 +38,8 @@ float largest_distance(VerticesRef x, std::span<const int> vertices, const Eigen
 
 }  // namespace
 
-SampleReach measure_reach(const SurfaceBody& body, const SphereTree& tree, const LearnedModel& model,
-                          const RecordingReader& recording, std::span<const FrameId> frames,
-                          std::uint64_t seed, bool with_samples) {
+SampleReach measure_reach(const SphereTree& tree, const LearnedModel& model, FrameSource& source,
+                          std::span<const FrameId> frames, std::uint64_t seed, bool with_samples) {
     const auto poses = static_cast<Eigen::Index>(frames.size());
     const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
     SampleReach reach;
@@ -57,7 +56,7 @@ SampleReach measure_reach(const SurfaceBody& body, const SphereTree& tree, const
     const auto all_samples = static_cast<Eigen::Index>(model.samples.size());
     std::vector<Scratch> scratch(frame_slots);
     for (Scratch& s : scratch) s.sum = s.square_sum = Eigen::ArrayXd::Zero(all_samples);
-    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
         auto& [turned, boxes, sum, square_sum] = scratch[static_cast<std::size_t>(slot)];
         const auto& f = frames[static_cast<std::size_t>(index)];
         const auto stream =

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "collision/bounds/learned/learned_model.hpp"
-#include "training/files/frame_stream.hpp"
+#include "training/files/frame_source.hpp"
 #include "training/networks/mlp.hpp"
 
 namespace nbd {
@@ -22,11 +22,9 @@ struct SampleReach {
     std::vector<PoseRows> samples;  // [nodes] of [poses, samples]: distances from the centre; if requested
 };
 
-/// Measures the reach of all nodes; streams the frames once. model: gives samples and centres; its reach is
-/// ignored. with_samples: fill SampleReach::samples. seed: of the boxes' axes. Same bits on any number of
-/// threads.
-SampleReach measure_reach(const SurfaceBody& body, const SphereTree& tree, const LearnedModel& model,
-                          const RecordingReader& recording, std::span<const FrameId> frames,
-                          std::uint64_t seed, bool with_samples);
+/// Visits the frames once. model: whose samples and centres are given; its reach is ignored. with_samples:
+/// fill SampleReach::samples. seed: of the boxes' axes. Same bits on any number of threads.
+SampleReach measure_reach(const SphereTree& tree, const LearnedModel& model, FrameSource& source,
+                          std::span<const FrameId> frames, std::uint64_t seed, bool with_samples);
 
 }  // namespace nbd

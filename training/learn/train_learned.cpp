@@ -17,14 +17,14 @@ namespace {
 constexpr std::size_t pose_bytes = std::size_t{512} << 20;
 
 /// At most `most` of the surface's poses, evenly spread, as many as memory allows.
-std::vector<Vertices> some_poses(const SurfaceBody& body, const RecordingReader& recording,
-                                 std::span<const FrameId> frames, int most) {
-    const auto bytes = static_cast<std::size_t>(std::max<Eigen::Index>(body.X.size(), 1)) * sizeof(float);
+std::vector<Vertices> some_poses(FrameSource& source, std::span<const FrameId> frames, int most) {
+    const auto bytes =
+        static_cast<std::size_t>(std::max<Eigen::Index>(3 * source.W().rows(), 1)) * sizeof(float);
     const auto fit = static_cast<int>(std::clamp<std::size_t>(pose_bytes / bytes, 1, 1'000'000));
     const std::vector<FrameId> chosen = spread(frames, std::min(most, fit));
     std::vector<Vertices> poses(chosen.size());
-    for_each_frame(body, recording, chosen,
-                   [&](int, int index, VerticesRef x) { poses[static_cast<std::size_t>(index)] = x; });
+    source.for_each_frame(chosen,
+                          [&](int, int index, VerticesRef x) { poses[static_cast<std::size_t>(index)] = x; });
     return poses;
 }
 
@@ -90,13 +90,13 @@ void check_learned_config(const LearnedConfig& config) {
             fmt::format("miss rate of boxes {}, allowed is [0, 1)", config.box_miss_rate));
 }
 
-LearnedModel choose_samples(const SurfaceBody& body, const SphereTree& tree, const RecordingReader& recording,
+LearnedModel choose_samples(const SurfaceBody& body, const SphereTree& tree, FrameSource& source,
                             std::span<const FrameId> frames, const LearnedConfig& config) {
     check_learned_config(config);
     if (frames.empty()) throw std::invalid_argument("no pose to choose samples from");
     SamplesConfig samples = config.samples;
     samples.seed = counter_random(config.seed, 0, 0);
-    const std::vector<Vertices> poses = some_poses(body, recording, frames, config.sample_poses);
+    const std::vector<Vertices> poses = some_poses(source, frames, config.sample_poses);
     std::vector<NodeSamples> nodes(tree.nodes.size());
     parallel_for(
         static_cast<int>(nodes.size()),
@@ -138,15 +138,15 @@ void fit_sample_reach(const SampleReach& reach, const LearnedConfig& config, Lea
         1);
 }
 
-LearnedModel train_learned(const SurfaceBody& body, const SphereTree& tree, const RecordingReader& recording,
+LearnedModel train_learned(const SurfaceBody& body, const SphereTree& tree, FrameSource& source,
                            std::span<const FrameId> frames, const LearnedConfig& config,
                            const std::function<void(std::string_view)>& stage) {
     if (stage) stage("choosing samples");
-    LearnedModel model = choose_samples(body, tree, recording, frames, config);
+    LearnedModel model = choose_samples(body, tree, source, frames, config);
     if (stage) stage("fitting learned bounds");
-    fit_sample_reach(measure_reach(body, tree, model, recording, frames, counter_random(config.seed, 2, 0),
-                                   config.network),
-                     config, model);
+    fit_sample_reach(
+        measure_reach(tree, model, source, frames, counter_random(config.seed, 2, 0), config.network), config,
+        model);
     return model;
 }
 

@@ -4,7 +4,8 @@
 #include <string_view>
 
 #include "collision/bounds/learned/learned_model.hpp"
-#include "training/files/frame_stream.hpp"
+#include "training/files/frame_source.hpp"
+#include "training/files/surface_body.hpp"
 #include "training/learn/sample_reach.hpp"
 #include "training/learn/samples.hpp"
 #include "training/networks/radius_network.hpp"
@@ -24,16 +25,16 @@ struct LearnedConfig {
 /// Throws std::invalid_argument naming the option that is out of range.
 void check_learned_config(const LearnedConfig& config);
 
-/// Trains learned bounds. Streams the frames twice. Memory holds the poses that samples are chosen from (at
-/// most 512 MiB) and a few numbers per pose and node. Same bits on any number of threads.
-/// stage: called at the start of each stage with its name; may be empty.
-/// Throws std::invalid_argument on a bad config or no frames.
-LearnedModel train_learned(const SurfaceBody& body, const SphereTree& tree, const RecordingReader& recording,
+/// Trains learned bounds. Visits the frames twice. Beside what `source` keeps, memory holds the poses from
+/// which samples are chosen (at most 512 MiB) and a few numbers per pose and node. Same bits on any number of
+/// threads. stage: called at the start of each stage with its name; may be empty. Throws
+/// std::invalid_argument on a bad config or no frames.
+LearnedModel train_learned(const SurfaceBody& body, const SphereTree& tree, FrameSource& source,
                            std::span<const FrameId> frames, const LearnedConfig& config,
                            const std::function<void(std::string_view)>& stage = {});
 
 /// First half of train_learned(): samples and centres, with a reach of 0.
-LearnedModel choose_samples(const SurfaceBody& body, const SphereTree& tree, const RecordingReader& recording,
+LearnedModel choose_samples(const SurfaceBody& body, const SphereTree& tree, FrameSource& source,
                             std::span<const FrameId> frames, const LearnedConfig& config);
 
 /// Second half of train_learned(): fits the reach of all nodes to the measurements, and trains networks if

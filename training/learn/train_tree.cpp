@@ -6,10 +6,11 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "collision/base/counter_random.hpp"
 #include "collision/bounds/learned/bd_model.hpp"
-#include "training/files/recording_hash.hpp"
+#include "training/files/frame_stream.hpp"
 #include "training/networks/checkpoint.hpp"
 #include "training/networks/linear_centre.hpp"
 #include "training/networks/round_networks.hpp"
@@ -109,15 +110,15 @@ NbdModel train_model(const ClusteredModes& modes, PoseLabels& labels, const Trai
 }
 
 /// Fills in the tree's clustered modes, BD-Tree and networks.
-void train_nbd(const SurfaceBody& body, const RecordingReader& recording, std::span<const FrameId> frames,
+void train_nbd(const SurfaceBody& body, FrameSource& source, std::span<const FrameId> frames,
                const TrainConfig& config, const TrainRun& run, TreeFile& file) {
     run.enter("clustering modes");
-    const ClusteredModesChoice choice = cluster_modes(body, recording, frames, config.clusters);
+    const ClusteredModesChoice choice = cluster_modes(body, source, frames, config.clusters);
     file.facts.z_error = choice.z_error;
     file.tree.bd = build_bd_model(file.tree.spheres, Eigen::MatrixXf(body.U), choice.modes);
     run.enter("computing labels");
     PoseLabels labels =
-        compute_labels(body, file.tree.spheres, choice.modes, recording, frames, config.label_frame);
+        compute_labels(body, file.tree.spheres, choice.modes, source, frames, config.label_frame);
     run.enter("training networks");
     file.tree.nbd = train_model(choice.modes, labels, config, run, file.facts.node_loss);
 }
@@ -175,8 +176,8 @@ std::string to_json(const TrainConfig& c) {
     return json.dump();
 }
 
-TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainConfig config,
-                    const TrainRun& run) {
+TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, const TrainRun& run) {
+    const RecordingReader& recording = source.recording();
     check_config(config, body);
     check_recording(body, recording);
     config.clusters.k_means.seed = counter_random(config.seed, 1, 0);
@@ -199,7 +200,10 @@ TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainCon
                                              recording.path().string(), facts.poses, needed));
 
     run.enter("reading");
-    facts.recording_hash = recording_hash(recording);
+    std::vector<FrameId> used = frames_of(recording, facts.split, FrameSet::calibration);
+    used.insert(used.end(), frames.begin(), frames.end());
+    std::ranges::sort(used);
+    facts.recording_hash = source.hash(used);
     file.tree.vertex_count = static_cast<int>(body.X.rows());
     file.tree.faces = body.F;
     file.X = body.X;
@@ -213,11 +217,16 @@ TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainCon
             build_certified_model(file.tree.spheres, body.F, body.solid, body.W, config.certified);
     }
     if (trains(config, BoundKind::learned_spheres))
-        file.tree.learned =
-            train_learned(body, file.tree.spheres, recording, frames, config.learned, run.stage);
+        file.tree.learned = train_learned(body, file.tree.spheres, source, frames, config.learned, run.stage);
     if (run.hooks.cancel && *run.hooks.cancel) throw TrainingCancelled("training was stopped");
-    if (trains(config, BoundKind::nbd)) train_nbd(body, recording, frames, config, run, file);
+    if (trains(config, BoundKind::nbd)) train_nbd(body, source, frames, config, run, file);
     return file;
+}
+
+TreeFile train_tree(SurfaceBody body, const RecordingReader& recording, TrainConfig config,
+                    const TrainRun& run) {
+    FrameSource source(body.W, recording);
+    return train_tree(std::move(body), source, std::move(config), run);
 }
 
 }  // namespace nbd

@@ -194,8 +194,9 @@ std::vector<LearnedAblationRow> ablate_learned_bounds(const SurfaceBody& body,
     const Frames frames = split_frames(recording, config);
     const std::vector<FrameId> timed = spread(frames.test, 20);
     std::vector<Vertices> poses(timed.size());
-    for_each_frame(body, recording, timed,
-                   [&](int, int index, VerticesRef x) { poses[static_cast<std::size_t>(index)] = x; });
+    FrameSource source(body.W, recording);
+    source.for_each_frame(timed,
+                          [&](int, int index, VerticesRef x) { poses[static_cast<std::size_t>(index)] = x; });
     std::vector<std::vector<int>> levels(static_cast<std::size_t>(tree.depth()) + 1);
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i)
         levels[static_cast<std::size_t>(tree.nodes[static_cast<std::size_t>(i)].depth)].push_back(i);
@@ -208,10 +209,9 @@ std::vector<LearnedAblationRow> ablate_learned_bounds(const SurfaceBody& body,
             LearnedConfig learned = config.learned;
             learned.samples.rule = rule;
             learned.samples.count = samples;
-            LearnedModel model = choose_samples(body, tree, recording, frames.train, learned);
+            LearnedModel model = choose_samples(body, tree, source, frames.train, learned);
             const auto measure = [&](const std::vector<FrameId>& set) {
-                return measure_reach(body, tree, model, recording, set, counter_random(learned.seed, 2, 0),
-                                     true);
+                return measure_reach(tree, model, source, set, counter_random(learned.seed, 2, 0), true);
             };
             const Measured sets{measure(frames.train), measure(frames.calibration), measure(frames.test)};
             fit_sample_reach(sets.train, learned, model);

@@ -37,14 +37,13 @@ void NbdBound::begin_pose(VerticesRef x) noexcept {
 }
 
 float NbdBound::ood_score(int node) noexcept {
-    if (!(pose_ood_score_ >= 0)) {
-        pose_ood_score_ = 0;
-        if (const auto m = static_cast<float>(model_->z_mean.size()); m > 0) {
-            difference_ = zn_.numbers() - model_->z_mean;
-            whitened_.noalias() = model_->z_whitening * difference_;
-            pose_ood_score_ = std::sqrt(whitened_.squaredNorm() / m);
-        }
-    }
+    if (!(pose_ood_score_ >= 0))
+        pose_ood_score_ =
+            coordinate_ood_score(model_->z_mean, model_->z_whitening, zn_.numbers(), difference_, whitened_);
+    return nbd_ood_score(pose_ood_score_, outside(node));
+}
+
+float NbdBound::outside(int node) const noexcept {
     const SphereTree::Node& n = tree_->nodes[static_cast<std::size_t>(node)];
     const auto begin = static_cast<std::size_t>(seen_begin_[static_cast<std::size_t>(n.vertex_begin)]),
                end = static_cast<std::size_t>(seen_begin_[static_cast<std::size_t>(n.vertex_end)]);
@@ -53,8 +52,7 @@ float NbdBound::ood_score(int node) noexcept {
         squared = std::max(squared, (scratch_.x.row(row).transpose() - last_.c).squaredNorm());
     float outside = 0 * (last_.c.sum() + last_.r);  // NaN if the sphere is not finite
     if (squared > last_.r * last_.r) outside = std::sqrt(squared) / last_.r - 1;
-    constexpr float radii = 20;  // one radius outside counts as this many standard deviations
-    return pose_ood_score_ + radii * outside;
+    return outside;
 }
 
 }  // namespace nbd

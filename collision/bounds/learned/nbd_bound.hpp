@@ -32,6 +32,13 @@ class NbdBound {
     /// networks get wrong.
     float ood_score(int node) noexcept;
 
+    /// The pose's scaled modal coordinates, [m], valid until the next pose.
+    Eigen::Map<const Eigen::VectorXf> scaled_coordinates() const noexcept { return zn_.numbers(); }
+
+    /// How far the node's representatives stand outside the sphere that bound() gave last, in its radii, 0 or
+    /// more; NaN where the sphere is not finite.
+    float outside(int node) const noexcept;
+
  private:
     const SphereTree* tree_;
     const NbdModel* model_;

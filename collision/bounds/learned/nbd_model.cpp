@@ -36,6 +36,16 @@ void nbd_spheres(const NbdModel& model, const SphereTree& tree, int first, const
     }
 }
 
+float coordinate_ood_score(const Eigen::VectorXf& mean, const Eigen::MatrixXf& whitening,
+                           Eigen::Ref<const Eigen::VectorXf> zn, Eigen::VectorXf& difference,
+                           Eigen::VectorXf& whitened) noexcept {
+    const auto m = static_cast<float>(mean.size());
+    if (!(m > 0)) return 0;
+    difference = zn - mean;
+    whitened.noalias() = whitening * difference;
+    return std::sqrt(whitened.squaredNorm() / m);
+}
+
 void check_nbd_model(const NbdModel& model, const SphereTree& tree, int vertex_count) {
     check_clustered_modes(model.modes, vertex_count);
     const int m = model.mode_count();

@@ -34,6 +34,20 @@ struct NbdModel {
 void nbd_spheres(const NbdModel& model, const SphereTree& tree, int first, const FixedVector& zn,
                  std::span<Sphere> spheres) noexcept;
 
+/// Returns the distance of scaled modal coordinates zn, [m], from those of known poses, in standard
+/// deviations: the root mean square over uncorrelated directions; 0 if `mean` is empty. mean, whitening: see
+/// NbdModel. difference, whitened: scratch, [m].
+float coordinate_ood_score(const Eigen::VectorXf& mean, const Eigen::MatrixXf& whitening,
+                           Eigen::Ref<const Eigen::VectorXf> zn, Eigen::VectorXf& difference,
+                           Eigen::VectorXf& whitened) noexcept;
+
+/// Returns the out-of-distribution score of a node from that of the modal coordinates and the distance of its
+/// representatives outside of its sphere, in radii; see NbdBound.
+inline float nbd_ood_score(float coordinates, float outside) noexcept {
+    constexpr float radii = 20;  // one radius outside counts as this many standard deviations
+    return coordinates + radii * outside;
+}
+
 /// Validates a model read from a file. Throws std::invalid_argument, saying what is wrong, unless it fits a
 /// tree over a surface of `vertex_count` vertices.
 void check_nbd_model(const NbdModel& model, const SphereTree& tree, int vertex_count);

@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <mutex>
 #include <set>
 
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/training/bar.hpp"
+#include "training/files/recording_hash.hpp"
 
 namespace nbd {
 namespace {
@@ -61,6 +63,99 @@ TEST_F(FrameStream, RejectsARecordingOfAnotherBody) {
     other.W.conservativeResize(other.W.rows(), 50);
     EXPECT_NE(error_of([&] { check_recording(other, data); }).find("has 36 nodes, but the body has 50"),
               std::string::npos);
+}
+
+using FrameSourceTest = test::FileTest;
+
+/// Surface positions of all frames in their order, and slots by frame.
+struct Pass {
+    std::vector<Vertices> x;
+    std::vector<int> slots;
+    bool operator==(const Pass&) const = default;
+};
+
+Pass pass(FrameSource& source, std::span<const FrameId> frames) {
+    Pass seen{std::vector<Vertices>(frames.size()), std::vector<int>(frames.size())};
+    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
+        seen.x[static_cast<std::size_t>(index)] = x;
+        seen.slots[static_cast<std::size_t>(index)] = slot;
+    });
+    return seen;
+}
+
+TEST_F(FrameSourceTest, GivesTheSamePassesWhateverItHasRoomFor) {
+    const Bar fine(3, 4), coarse(3, 1);  // more vertices than nodes, and fewer
+    ASSERT_GT(fine.body.X.rows(), Bar::nodes);
+    ASSERT_LT(coarse.body.X.rows(), Bar::nodes);
+    fine.record(folder / "data.h5", 3, 150, 7, {1});
+    for (const Bar* bar : {&fine, &coarse}) {
+        const auto bytes = [](Eigen::Index rows) { return static_cast<std::size_t>(rows) * 12; };
+        const std::size_t surface = bytes(bar->body.X.rows()), nodes = bytes(Bar::nodes);
+        const RecordingReader streamed(folder / "data.h5");
+        FrameSource none(bar->body.W, streamed, 0);
+        const auto all = complete_frames(streamed);  // 300, of two trajectories
+        ASSERT_EQ(all.size(), 300u);
+        const auto some = spread(all, 70);
+        const Pass every = pass(none, all), few = pass(none, some);
+        EXPECT_EQ(none.kept_bytes(), 0u);
+        EXPECT_GE(streamed.frames_read(), 500);
+        for (const std::size_t room : {nodes, 100 * nodes, 300 * nodes, 450 * surface})
+            for (const bool hashed : {false, true}) {
+                const RecordingReader data(folder / "data.h5");
+                FrameSource source(bar->body.W, data, room);
+                if (hashed) {
+                    EXPECT_EQ(source.hash(some), recording_hash(streamed));
+                }
+                EXPECT_EQ(pass(source, some), few) << room;
+                EXPECT_EQ(pass(source, all), every) << room;
+                EXPECT_EQ(pass(source, some), few) << room;
+                EXPECT_LE(source.kept_bytes(), room);
+                const std::size_t of_frame = std::min(surface, room < 450 * surface ? nodes : surface);
+                EXPECT_EQ(source.kept_bytes(), std::min(room / of_frame, all.size()) * of_frame) << room;
+                const auto read = data.frames_read();
+                source.for_each_pose(some, [&](int, int index, VerticesRef x, VerticesRef at) {
+                    const FrameId id = some[static_cast<std::size_t>(index)];
+                    EXPECT_EQ(Vertices(x), few.x[static_cast<std::size_t>(index)]);
+                    EXPECT_EQ(Vertices(at), fine.frame(7, id.trajectory, id.frame));
+                });
+                if (room == 300 * nodes && bar == &fine) {
+                    EXPECT_EQ(data.frames_read(), read);  // nodes are kept
+                }
+            }
+    }
+}
+
+TEST_F(FrameSourceTest, ReadsEveryFrameOnceWhereThereIsRoom) {
+    const Bar bar(3, 2);
+    bar.record(folder / "data.h5", 4, 100, 7);
+    const RecordingReader data(folder / "data.h5");
+    FrameSource source(bar.body.W, data, 400 * static_cast<std::size_t>(bar.body.X.rows()) * 12);
+    const auto frames = complete_frames(data);
+    source.hash(frames);
+    for (int i = 0; i < 3; ++i) pass(source, frames);
+    source.hash();
+    EXPECT_EQ(data.frames(), 400);
+    EXPECT_EQ(data.frames_read(), 400);
+}
+
+TEST_F(FrameSourceTest, RefusesFramesOfAnotherBody) {
+    const Bar bar(3, 2);
+    bar.record(folder / "data.h5", 2, 5, 7);
+    const RecordingReader data(folder / "data.h5");
+    SurfaceEmbedding W = bar.body.W;
+    W.conservativeResize(W.rows(), 50);
+    FrameSource source(W, data);
+    EXPECT_NE(error_of([&] {
+                  source.hash(complete_frames(data));
+              }).find("trajectory 0 has 36 nodes, but the embedding has 50"),
+              std::string::npos);
+    EXPECT_NE(error_of([&] { pass(source, complete_frames(data)); }).find("but the embedding has 50"),
+              std::string::npos);
+}
+
+TEST(FrameMemory, IsPartOfWhatTheMachineHas) {
+    EXPECT_GT(default_frame_memory(), std::size_t{1} << 20);
+    EXPECT_LT(default_frame_memory(), std::size_t{1} << 50);
 }
 
 }  // namespace

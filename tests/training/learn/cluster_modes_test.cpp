@@ -21,8 +21,9 @@ class ClusterModes : public test::FileTest {
     }
     ClusteredModesChoice choose(int clusters, int initialisations) {
         const RecordingReader data(folder / "data.h5");
+        FrameSource source(bar.body.W, data);
         return cluster_modes(
-            bar.body, data, complete_frames(data),
+            bar.body, source, complete_frames(data),
             {.k_means = {.clusters = clusters}, .initialisations = initialisations, .poses = 60});
     }
     Bar bar{12, 3};

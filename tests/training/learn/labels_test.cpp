@@ -21,7 +21,8 @@ class Labels : public test::FileTest {
     SphereTree tree = build_sphere_tree(bar.body.X, bar.body.F, {.depth = 3});
 
     ClusteredModes modes(const RecordingReader& data) {
-        return cluster_modes(bar.body, data, complete_frames(data),
+        FrameSource source(bar.body.W, data);
+        return cluster_modes(bar.body, source, complete_frames(data),
                              {.k_means = {.clusters = 40}, .initialisations = 1})
             .modes;
     }
@@ -41,9 +42,10 @@ TEST_F(Labels, AreZeroForARigidlyMovedRestPose) {
         file.finish();
     }
     const RecordingReader data(folder / "data.h5");
+    FrameSource source(bar.body.W, data);
     for (const LabelFrame frame : {LabelFrame::clustered, LabelFrame::full}) {
         const PoseLabels labels =
-            compute_labels(bar.body, tree, modes(data), data, complete_frames(data), frame);
+            compute_labels(bar.body, tree, modes(data), source, complete_frames(data), frame);
         ASSERT_EQ(labels.spheres.rows(), 20);
         ASSERT_EQ(labels.spheres.cols(), 4 * static_cast<int>(tree.nodes.size()));
         // At 200 m from the origin, float32 positions are accurate to 8e-6 m.
@@ -55,9 +57,10 @@ TEST_F(Labels, AreZeroForARigidlyMovedRestPose) {
 TEST_F(Labels, ReproduceTheExactWorldSpheresInTheClusteredFrame) {
     bar.record(folder / "data.h5", 2, 25, 3);
     const RecordingReader data(folder / "data.h5");
+    FrameSource source(bar.body.W, data);
     const ClusteredModes chosen = modes(data);
     const auto frames = complete_frames(data);
-    const PoseLabels labels = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::clustered);
+    const PoseLabels labels = compute_labels(bar.body, tree, chosen, source, frames, LabelFrame::clustered);
     ModalCoordinatesScratch scratch;
     Eigen::VectorXf z(12);
     double largest = 0;
@@ -73,20 +76,21 @@ TEST_F(Labels, ReproduceTheExactWorldSpheresInTheClusteredFrame) {
             largest = std::max(largest, static_cast<double>(label.norm()));
         }
     };
-    test::on_threads(1, [&] { for_each_frame(bar.body, data, frames, compare); });
+    test::on_threads(1, [&] { source.for_each_frame(frames, compare); });
     EXPECT_GT(largest, 0.2);
 }
 
 TEST_F(Labels, AlignToAllVerticesInTheFullFrame) {
     bar.record(folder / "data.h5", 2, 10, 3);
     const RecordingReader data(folder / "data.h5");
+    FrameSource source(bar.body.W, data);
     const ClusteredModes chosen = modes(data);
     const auto frames = complete_frames(data);
-    const auto full = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::full);
-    const auto clustered = compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::clustered);
+    const auto full = compute_labels(bar.body, tree, chosen, source, frames, LabelFrame::full);
+    const auto clustered = compute_labels(bar.body, tree, chosen, source, frames, LabelFrame::clustered);
     EXPECT_EQ(full.z, clustered.z);
     EXPECT_NE(full.spheres, clustered.spheres);
-    for_each_frame(bar.body, data, frames, [&](int, int index, VerticesRef x) {
+    source.for_each_frame(frames, [&](int, int index, VerticesRef x) {
         const auto align = match_shape(bar.body.X, x, Eigen::VectorXf::Ones(x.rows()));
         const Sphere exact = bounding_sphere(x, tree.node_vertices(0));
         EXPECT_LT(
@@ -99,9 +103,10 @@ TEST_F(Labels, AlignToAllVerticesInTheFullFrame) {
 TEST_F(Labels, AreTheSameBitsOnAnyNumberOfThreads) {
     bar.record(folder / "data.h5", 3, 50, 3);
     const RecordingReader data(folder / "data.h5");
+    FrameSource source(bar.body.W, data);
     const ClusteredModes chosen = modes(data);
     const auto frames = complete_frames(data);
-    const auto run = [&] { return compute_labels(bar.body, tree, chosen, data, frames, LabelFrame::full); };
+    const auto run = [&] { return compute_labels(bar.body, tree, chosen, source, frames, LabelFrame::full); };
     const auto one = test::on_threads(1, run), two = test::on_threads(2, run);
     EXPECT_EQ(one.z, two.z);
     EXPECT_EQ(one.spheres, two.spheres);

@@ -27,7 +27,8 @@ class TrainLearned : public test::FileTest {
     }
     LearnedModel train(const LearnedConfig& config) const {
         const RecordingReader data(folder / "data.h5");
-        return train_learned(bar.body, tree, data, complete_frames(data), config);
+        FrameSource source(bar.body.W, data);
+        return train_learned(bar.body, tree, source, complete_frames(data), config);
     }
     /// Calls f(node, sphere, ood_score, exact sphere) for all nodes in all frames of a recording.
     template <class F>
@@ -127,12 +128,13 @@ TEST_F(TrainLearned, ScoresUnusualPosesHigherThanTrainingPoses) {
 
 TEST_F(TrainLearned, BoxesKeepTheGivenMissRate) {
     const RecordingReader data(folder / "data.h5");
+    FrameSource source(bar.body.W, data);
     const auto frames = complete_frames(data);
     for (const double miss_rate : {0., 0.1}) {
         LearnedConfig config{.samples = {.rule = SampleRule::spread, .count = 16},
                              .box_miss_rate = miss_rate};
-        LearnedModel model = choose_samples(bar.body, tree, data, frames, config);
-        const SampleReach reach = measure_reach(bar.body, tree, model, data, frames, 5, false);
+        LearnedModel model = choose_samples(bar.body, tree, source, frames, config);
+        const SampleReach reach = measure_reach(tree, model, source, frames, 5, false);
         fit_sample_reach(reach, config, model);
         int wide = 0;
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
@@ -169,7 +171,8 @@ TEST_F(TrainLearned, RejectsInvalidOptionsAndMissingPoses) {
     EXPECT_EQ(error({.networks = {.quantile = 1}}), "quantile of a radius network 1, allowed is [0, 1)");
     EXPECT_EQ(error({.box_miss_rate = 1}), "miss rate of boxes 1, allowed is [0, 1)");
     const RecordingReader data(folder / "data.h5");
-    EXPECT_EQ(test::refusal([&] { train_learned(bar.body, tree, data, {}, {}); }),
+    FrameSource source(bar.body.W, data);
+    EXPECT_EQ(test::refusal([&] { train_learned(bar.body, tree, source, {}, {}); }),
               "no pose to choose samples from");
 }
 

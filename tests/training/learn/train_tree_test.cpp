@@ -7,6 +7,7 @@
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
+#include "training/calibrate/calibrate.hpp"
 
 namespace nbd {
 namespace {
@@ -67,6 +68,40 @@ TEST_F(TrainTree, GivesTheSameBitsOnAnyNumberOfThreads) {
     const auto data = recording();
     const auto run = [&] { return train_tree(bar.body, data, quick()); };
     expect_same(test::on_threads(1, run), test::on_threads(2, run));
+}
+
+TEST_F(TrainTree, ReadsTheRecordingOnceAndGivesTheSameBitsAsWhenItIsStreamed) {
+    recording(16, 60);
+    struct Run {
+        TreeFile file;
+        double reads;
+    };
+    const auto run = [&](std::size_t memory, int threads) {
+        const RecordingReader data(folder / "data.h5");
+        FrameSource source(bar.body.W, data, memory);
+        return test::on_threads(threads, [&] {
+            Run run{train_tree(bar.body, source, quick()), 0};
+            calibrate(run.file, source, {.miss_rate = 0.05});
+            run.reads = static_cast<double>(data.frames_read()) / static_cast<double>(data.frames());
+            return run;
+        });
+    };
+    const Run kept = run(std::size_t{1} << 30, 2), streamed = run(0, 2), part = run(50'000, 1);
+    EXPECT_EQ(kept.reads, 1);
+    EXPECT_GT(streamed.reads, 5);
+    EXPECT_GT(part.reads, 1);
+    EXPECT_LT(part.reads, streamed.reads);
+    for (const Run* other : {&streamed, &part}) {
+        expect_same(kept.file, other->file);
+        EXPECT_EQ(kept.file.facts.recording_hash, other->file.facts.recording_hash);
+        EXPECT_EQ(kept.file.tree.nbd->z_mean, other->file.tree.nbd->z_mean);
+        EXPECT_EQ(kept.file.tree.nbd->z_whitening, other->file.tree.nbd->z_whitening);
+        ASSERT_EQ(kept.file.tree.calibrations.size(), 4u);
+        for (const auto& [kind, calibration] : kept.file.tree.calibrations) {
+            EXPECT_EQ(calibration.margins, other->file.tree.calibrations.at(kind).margins) << name(kind);
+            EXPECT_EQ(calibration.limits, other->file.tree.calibrations.at(kind).limits) << name(kind);
+        }
+    }
 }
 
 TEST_F(TrainTree, GivesTheSameBitsAfterResumingFromACheckpoint) {

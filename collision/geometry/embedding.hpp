@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <type_traits>
+
+namespace nbd {
+
+/// Weights W that carry the nodes of a coarser mesh to a surface: x = W nodes, rows sum to 1.
+/// [surface vertices, nodes].
+template <class Scalar>
+using EmbeddingOf = Eigen::SparseMatrix<Scalar, Eigen::RowMajor>;
+using Embedding = EmbeddingOf<double>;
+using SurfaceEmbedding = EmbeddingOf<float>;
+
+/// Position of one surface vertex: the sum of weights[k] * (node columns[k]) for k = 0 to count - 1, added in
+/// this order. nodes: the nodes' coordinates, `stride` numbers apart.
+template <class Scalar>
+Eigen::Matrix<Scalar, 1, 3> embedded_position(int count, const int* columns, const Scalar* weights,
+                                              const Scalar* nodes, Eigen::Index stride) noexcept {
+    using Row = Eigen::Matrix<Scalar, 1, 3>;
+    Row sum = Row::Zero();
+    for (int k = 0; k < count; ++k) sum += weights[k] * Eigen::Map<const Row>(nodes + stride * columns[k]);
+    return sum;
+}
+
+/// x = W nodes, row by row in the order of embedded_position(). nodes: [W.cols(), 3]. x: out, [W.rows(), 3],
+/// allocated only when its size differs; must not overlap `nodes`.
+template <class Scalar>
+void apply_embedding(
+    const EmbeddingOf<Scalar>& W,
+    const std::type_identity_t<Eigen::Ref<const Eigen::Matrix<Scalar, Eigen::Dynamic, 3, Eigen::RowMajor>>>&
+        nodes,
+    Eigen::Matrix<Scalar, Eigen::Dynamic, 3, Eigen::RowMajor>& x) {
+    x.resize(W.rows(), 3);
+    const int *begin = W.outerIndexPtr(), *counts = W.innerNonZeroPtr();  // no counts: W is compressed
+    for (Eigen::Index v = 0; v < W.rows(); ++v)
+        x.row(v) =
+            embedded_position(counts ? counts[v] : begin[v + 1] - begin[v], W.innerIndexPtr() + begin[v],
+                              W.valuePtr() + begin[v], nodes.data(), nodes.outerStride());
+}
+
+/// Likewise, returned.
+template <class Scalar>
+Eigen::Matrix<Scalar, Eigen::Dynamic, 3, Eigen::RowMajor> embedded(
+    const EmbeddingOf<Scalar>& W,
+    const std::type_identity_t<Eigen::Ref<const Eigen::Matrix<Scalar, Eigen::Dynamic, 3, Eigen::RowMajor>>>&
+        nodes) {
+    Eigen::Matrix<Scalar, Eigen::Dynamic, 3, Eigen::RowMajor> x;
+    apply_embedding(W, nodes, x);
+    return x;
+}
+
+}  // namespace nbd
