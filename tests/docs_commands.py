@@ -21,6 +21,7 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -104,7 +105,7 @@ class Help:
 
     def text(self, *command):
         if command not in self.known:
-            run = subprocess.run([*command, "--help"], env=self.environment, capture_output=True, text=True)
+            run = subprocess.run([*command, "--help"], env=self.environment, capture_output=True, text=True, timeout=60)
             if run.returncode != 0:
                 raise Failure(f"{' '.join(command)}: there is no such command")
             self.known[command] = run.stdout
@@ -194,13 +195,17 @@ def run(text, folder, environment):
     start = time.monotonic()
     kept = folder / ".environment"
     script = f"set -eu -o pipefail\n{text}\nenv -0 > '{kept}'"
-    try:
-        done = subprocess.run(["bash", "-c", script], cwd=folder, env=environment, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, text=True, timeout=SECONDS_FOR_ONE_COMMAND)
-    except subprocess.TimeoutExpired:
-        raise Failure(f"still running after {SECONDS_FOR_ONE_COMMAND} s: {text}") from None
-    if done.returncode != 0:
-        raise Failure(f"exit status {done.returncode}: {text}\n{done.stdout[-4000:]}")
+    with open(folder / ".output", "w+") as output:
+        shell = subprocess.Popen(["bash", "-c", script], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                                 stdout=output, stderr=subprocess.STDOUT, start_new_session=True)
+        try:
+            status = shell.wait(SECONDS_FOR_ONE_COMMAND)
+        except subprocess.TimeoutExpired:
+            os.killpg(shell.pid, signal.SIGKILL)
+            shell.wait()
+            raise Failure(f"still running after {SECONDS_FOR_ONE_COMMAND} s: {text}") from None
+    if status != 0:
+        raise Failure(f"exit status {status}: {text}\n{(folder / '.output').read_text()[-4000:]}")
     exported = dict(pair.split("=", 1) for pair in kept.read_text().split("\0") if "=" in pair)
     environment.clear()
     environment.update(exported)
