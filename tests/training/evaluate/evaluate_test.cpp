@@ -109,7 +109,7 @@ TEST_F(Evaluate, KeepsTheSplitForPartOfARemappedRecording) {
     const RecordingReader remapped(folder / "remapped.h5");
     for (const FrameId& frame : sets.back().frames)
         EXPECT_EQ(remapped.trajectories()[static_cast<std::size_t>(frame.trajectory)].id, held_out);
-    const auto foreign = copy("other.h5", std::string(64, '0'));
+    const auto foreign = copy("foreign.h5", std::string(64, '0'));
     ASSERT_EQ(foreign.size(), 1u);
     EXPECT_EQ(foreign[0].name, "other recording");
     EXPECT_EQ(foreign[0].frames.size(), 10u);
