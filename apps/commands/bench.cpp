@@ -15,6 +15,7 @@ namespace nbd {
 
 void add_bench(CLI::App& app) {
     CLI::App* command = app.add_subcommand("bench", "Now a program of its own: nbdtree-bench");
+    command->set_help_flag("");  // --help is for the program, too
     command->prefix_command()->group("");
     command->final_callback([command] {
         notice(

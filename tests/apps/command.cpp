@@ -29,7 +29,8 @@ std::string temporary_file() {
 Running::Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
                  const char* program)
     : out_(temporary_file()), err_(temporary_file()) {
-    std::vector<char*> argv{const_cast<char*>(program)};
+    std::string name = std::filesystem::path(program).filename();
+    std::vector<char*> argv{name.data()};
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
     process_ = fork();

@@ -27,7 +27,8 @@ class OldFiles : public ::testing::Test {
 TEST_F(OldFiles, TreesOfRelease01LoadWholeWithANotice) {
     const TreeFile file = load_tree(folder / "tree.h5");
     ASSERT_EQ(notices.size(), 1u);
-    EXPECT_NE(notices[0].find("tree.h5: is a tree of release 0.1"), std::string::npos) << notices[0];
+    EXPECT_NE(notices[0].find("tree.h5: this tree file is from release 0.1"), std::string::npos)
+        << notices[0];
     ASSERT_TRUE(file.tree.nbd && file.tree.learned && file.tree.bd && file.tree.certified);
     EXPECT_GT(file.tree.nbd->z_mean.size(), 0);
     EXPECT_GT(file.facts.z_error, 0);
@@ -38,7 +39,7 @@ TEST_F(OldFiles, TreesOfRelease01LoadWholeWithANotice) {
 TEST_F(OldFiles, FlatTreesOfRelease01HoldTheSameTree) {
     const CollisionTree flat = load_flat_tree(folder / "tree.nbd");
     ASSERT_EQ(notices.size(), 1u);
-    EXPECT_NE(notices[0].find("flat tree of release 0.1"), std::string::npos) << notices[0];
+    EXPECT_NE(notices[0].find("flat tree is from release 0.1"), std::string::npos) << notices[0];
     EXPECT_EQ(write_flat_tree(flat), write_flat_tree(load_tree(folder / "tree.h5").tree));
 }
 

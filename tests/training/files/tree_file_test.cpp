@@ -230,7 +230,7 @@ constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 const BrokenTree broken_trees[] = {
     {"is a file of format 'nbdtree recording'; allowed: 'nbdtree tree'",
      [](EditFile& f) { f.set_attribute("/", "format", "nbdtree recording"); }},
-    {"is a file of 'nbdtree tree' version 2", [](EditFile& f) { f.set_attribute("/", "format_version", 2); }},
+    {"is a file of 'nbdtree tree' version 3", [](EditFile& f) { f.set_attribute("/", "format_version", 3); }},
     {"has no attribute 'body_sha256'", [](EditFile& f) { f.remove_attribute("/", "body_sha256"); }},
     {"dataset 'surface/vertices' is 64 x 2; allowed: n x 3",
      [](EditFile& f) {
