@@ -31,8 +31,7 @@ int fail(std::string_view program, int status, std::string_view message) {
 /// Message that names an unknown command or its absence, and lists the known commands.
 std::string unknown_command(const CLI::App& app) {
     std::string names;
-    for (const CLI::App* command :
-         app.get_subcommands([](const CLI::App* c) { return !c->get_group().empty(); }))
+    for (const CLI::App* command : app.get_subcommands(nullptr))
         names += (names.empty() ? "" : ", ") + command->get_name();
     const std::vector<std::string> rest = app.remaining();
     return fmt::format(

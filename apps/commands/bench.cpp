@@ -4,33 +4,24 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "apps/commands/commands.hpp"
-#include "collision/base/notice.hpp"
 
 namespace nbd {
 
-void add_bench(CLI::App& app) {
-    CLI::App* command = app.add_subcommand("bench", "Now a program of its own: nbdtree-bench");
-    command->set_help_flag("");  // --help is for the program, too
-    command->prefix_command()->group("");
-    command->final_callback([command] {
-        notice(
-            "`nbdtree bench` is now the program `nbdtree-bench`; release 0.3 will not accept the old "
-            "command");
-        const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "nbdtree-bench";
-        std::vector<std::string> arguments = command->remaining();
-        arguments.insert(arguments.begin(), program.string());
-        std::vector<char*> argv;
-        for (std::string& argument : arguments) argv.push_back(argument.data());
-        argv.push_back(nullptr);
-        execv(program.c_str(), argv.data());
-        throw std::runtime_error(
-            fmt::format("{}: cannot be run: {}", program.string(), std::strerror(errno)));
-    });
+int run_bench_program(char** argv) {
+    fmt::print(
+        stderr,
+        "nbdtree: warning: `nbdtree bench` is now the program `nbdtree-bench`; release 0.3 will not accept "
+        "the old command\n");
+    std::error_code error;
+    std::string program =
+        std::filesystem::read_symlink("/proc/self/exe", error).replace_filename("nbdtree-bench").string();
+    argv[0] = program.data();
+    execv(program.c_str(), argv);
+    fmt::print(stderr, "nbdtree: error: {}: cannot be run: {}\n", program, std::strerror(errno));
+    return 1;
 }
 
 }  // namespace nbd

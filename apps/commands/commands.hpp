@@ -23,7 +23,9 @@ void add_validate(CLI::App& app, Output& out);
 void add_collide(CLI::App& app, Output& out);
 void add_inspect(CLI::App& app, Output& out);
 
-/// The command `bench` of release 0.1: prints a notice and runs the program `nbdtree-bench`.
-void add_bench(CLI::App& app);
+/// `nbdtree bench ARGUMENTS` of release 0.1: runs `nbdtree-bench ARGUMENTS` in place of this process, with a
+/// warning. argv: begins with "bench" and ends with a null pointer. Returns the exit status if the program
+/// cannot be run.
+int run_bench_program(char** argv);
 
 }  // namespace nbd

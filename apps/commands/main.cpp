@@ -1,8 +1,11 @@
 // The program `nbdtree`.
+#include <string_view>
+
 #include "apps/cli/program.hpp"
 #include "apps/commands/commands.hpp"
 
 int main(int argc, char** argv) {
+    if (argc > 1 && std::string_view(argv[1]) == "bench") return nbd::run_bench_program(argv + 1);
     const auto add_commands = [](CLI::App& app, nbd::Output& out) {
         nbd::add_mesh(app, out);
         nbd::add_modes(app, out);
@@ -19,7 +22,6 @@ int main(int argc, char** argv) {
         nbd::add_validate(app, out);
         nbd::add_collide(app, out);
         nbd::add_inspect(app, out);
-        nbd::add_bench(app);
     };
     return nbd::run_program({.name = "nbdtree",
                              .description = "Deformable solids with learned collision culling.",
