@@ -90,10 +90,9 @@ std::vector<Vertices> crowd_poses(const BenchBody& body, const RecordingReader& 
         apply_embedding(body.surface.W, nodes, x);
         const Eigen::RowVector3f centre = x.colwise().mean();
         const Eigen::Matrix3f turn = random.orientation().toRotationMatrix().cast<float>();
-        const Eigen::RowVector3f place(static_cast<float>(i % side), static_cast<float>(i / side % side),
-                                       static_cast<float>(i / (side * side)));
+        const Eigen::RowVector3i cell(i % side, i / side % side, i / (side * side));
         poses[static_cast<std::size_t>(i)] =
-            ((x.rowwise() - centre) * turn.transpose()).rowwise() + step * place;
+            ((x.rowwise() - centre) * turn.transpose()).rowwise() + step * cell.cast<float>();
     }
     return poses;
 }
