@@ -116,8 +116,8 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
         EXPECT_EQ(pairs(beam, "moved.obj", {"--instructions", instructions}), exact) << instructions;
     }
 
-    const Ran times = run_bench(folder / "", {"kernels", "tree.h5", "data.h5", "--nodes", "4", "--poses",
-                                        "1", "--instructions", "plain"});
+    const Ran times = run_bench(folder / "", {"kernels", "tree.h5", "data.h5", "--nodes", "4", "--poses", "1",
+                                              "--instructions", "plain"});
     EXPECT_NE(times.out.find("plain kernels"), std::string::npos) << times.out << times.err;
 
     const auto exported = json_of({"export", "--flat", "tree.h5", "-o", "tree.nbd"});
