@@ -15,7 +15,7 @@ void Output::text(std::string_view line) const {
 
 void Output::warning(std::string_view line) const {
     end_progress();
-    fmt::print(stderr, "nbdtree: warning: {}\n", line);
+    fmt::print(stderr, "{}: warning: {}\n", program, line);
 }
 
 void Output::result(const nlohmann::ordered_json& value) const {

@@ -15,6 +15,7 @@ class Output {
  public:
     bool quiet = false;
     bool json = false;
+    std::string program;       // begins warnings
     std::string command_line;  // as typed, quoted for a shell
 
     /// Prints a line or a table; nothing with --quiet or --json.

@@ -98,12 +98,14 @@ int flush_output(std::string_view program) {
     return fail(program, 1, fmt::format("standard output: cannot write: {}", std::strerror(errno)));
 }
 
+std::string running_program;  // begins the libraries' warnings
+
 /// Prints warnings of the libraries, each line only once.
 void say_once(std::string_view line) {
     static std::mutex mutex;
     static std::set<std::string, std::less<>> said;
     const std::lock_guard lock(mutex);
-    if (said.emplace(line).second) fmt::print(stderr, "nbdtree: warning: {}\n", line);
+    if (said.emplace(line).second) fmt::print(stderr, "{}: warning: {}\n", running_program, line);
 }
 
 }  // namespace
@@ -114,8 +116,10 @@ int run_program(const Program& program, int argc, char** argv) {
     app.require_subcommand(1);
     app.fallthrough();  // global options may follow the command's own
 
+    running_program = program.name;
     set_notice_handler(say_once);
     Output out;
+    out.program = program.name;
     for (int i = 0; i < argc; ++i) out.command_line += (i == 0 ? "" : " ") + quoted(argv[i]);
     int threads = 0;
     app.add_flag("-q,--quiet", out.quiet, "Print errors and warnings only, no progress and no tables");

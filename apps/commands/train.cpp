@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "apps/commands/commands.hpp"
 #include "apps/sharing/rank.hpp"
 #include "apps/train/shared_training.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "training/calibrate/calibrate.hpp"
 #include "training/files/recording.hpp"
 #include "training/learn/train_tree.hpp"
@@ -77,8 +77,7 @@ void run(const TrainArguments& arguments, Output& out) {
         throw std::runtime_error(
             fmt::format("{0}: has no modes, which nbd bounds need; compute them with: nbdtree modes {0}",
                         arguments.body));
-    using Clock = std::chrono::steady_clock;
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const RecordingReader recording(arguments.recording);
     SurfaceBody surface = surface_body(body);
     FrameSource source(surface.W, recording, frame_memory(arguments, rank));
@@ -101,7 +100,7 @@ void run(const TrainArguments& arguments, Output& out) {
         std::filesystem::remove(settings.checkpoint);
     }
     if (together && nbd) shared.leave();
-    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const double seconds = watch.seconds();
 
     const TrainingFacts& facts = file.facts;
     const auto nodes = file.tree.spheres.nodes.size();

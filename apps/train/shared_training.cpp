@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <fstream>
 #include <functional>
 #include <mutex>
@@ -11,14 +10,13 @@
 #include <system_error>
 
 #include "apps/sharing/claims.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "training/networks/checkpoint.hpp"
 #include "training/networks/pose_blocks.hpp"
 
 namespace nbd {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 std::filesystem::path made(const std::filesystem::path& folder) {
     std::error_code error;
@@ -86,7 +84,7 @@ class Networks {
         if (!hooks_.progress) return;
         const std::lock_guard lock(speaking_);
         TrainingProgress progress{.nodes_done = ++seen_, .nodes = static_cast<int>(networks_.size())};
-        progress.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+        progress.seconds = watch_.seconds();
         progress.seconds_left = progress.seconds / seen_ * (progress.nodes - seen_);
         hooks_.progress(progress);
     }
@@ -101,7 +99,7 @@ class Networks {
     std::vector<TrainedMlp>& networks_;
     std::mutex speaking_;
     int seen_ = 0;
-    Clock::time_point start_ = Clock::now();
+    Stopwatch watch_;
 };
 
 }  // namespace

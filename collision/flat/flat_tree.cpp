@@ -54,7 +54,7 @@ constexpr auto nbd_fields = [](auto& file, auto& nbd) {
     file.field("nbd/z_scale", z_scale);
     file.field("nbd/weights", weights);
     if constexpr (!std::is_const_v<std::remove_reference_t<decltype(nbd)>>) {
-        networks = ByteNetworks(nbd.mode_count(), hidden, weights);
+        networks = NbdNetworks(nbd.mode_count(), hidden, weights);
         if (networks.weights() != weights)
             throw std::invalid_argument("NBD-Tree: has weights that are not rounded to bytes");
     }

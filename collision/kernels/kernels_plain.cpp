@@ -10,7 +10,7 @@ namespace {
 
 #include "collision/kernels/lanes_plain.inl"
 // The bodies use the lanes above, so they come second.
-#include "collision/kernels/bodies.inl"
+#include "collision/kernels/kernels.inl"
 
 }  // namespace
 

@@ -70,9 +70,9 @@ NbdModel random_model(const SphereTree& tree, const ClusteredModes& modes, int h
     model.z_centre = Eigen::VectorXf::NullaryExpr(m, [&](Eigen::Index) { return 0.1f * uniform(random); });
     model.z_scale = Eigen::VectorXf::NullaryExpr(m, [&](Eigen::Index) { return 0.05f * uniform(random); });
     std::vector<float> weights(tree.nodes.size() *
-                               static_cast<std::size_t>(ByteNetworks::weight_count(m, hidden)));
+                               static_cast<std::size_t>(NbdNetworks::weight_count(m, hidden)));
     for (float& w : weights) w = 0.3f * uniform(random);
-    model.networks = ByteNetworks(m, hidden, weights);
+    model.networks = NbdNetworks(m, hidden, weights);
     const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
     model.out_centre = Eigen::MatrixXf::NullaryExpr(
         4, nodes, [&](Eigen::Index, Eigen::Index) { return 0.05f * uniform(random); });

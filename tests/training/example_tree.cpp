@@ -32,9 +32,9 @@ TreeFile example_tree(const ExampleTree& config) {
     tree.nbd->z_scale = Eigen::VectorXf::Random(config.modes);
     constexpr int hidden = 32;
     const Eigen::VectorXf weights =
-        Eigen::VectorXf::Random(nodes * ByteNetworks::weight_count(config.modes, hidden));
-    tree.nbd->networks = ByteNetworks(config.modes, hidden,
-                                      std::span(weights.data(), static_cast<std::size_t>(weights.size())));
+        Eigen::VectorXf::Random(nodes * NbdNetworks::weight_count(config.modes, hidden));
+    tree.nbd->networks = NbdNetworks(config.modes, hidden,
+                                     std::span(weights.data(), static_cast<std::size_t>(weights.size())));
     tree.nbd->out_centre = Eigen::MatrixXf::Random(NbdModel::outputs, nodes);
     tree.nbd->out_scale = Eigen::MatrixXf::Random(NbdModel::outputs, nodes);
     tree.nbd->centre_map = FixedMatrix(Eigen::MatrixXf::Random(config.modes, 3 * nodes));

@@ -77,7 +77,7 @@ void check(const SurfaceBody& body, const CollisionTree& tree, std::span<const F
     if (config.margins.empty()) throw std::invalid_argument("no margins to evaluate");
     for (const double margin : config.margins)
         if (!(margin >= 0 && std::isfinite(margin)))
-            throw std::invalid_argument(fmt::format("margin {}, allowed is 0 or more", margin));
+            throw std::invalid_argument(fmt::format("margin {}; allowed: 0 or more", margin));
     if (frames.empty()) throw std::invalid_argument(fmt::format("{}: no frames to evaluate", name));
     if (tree.vertex_count != body.X.rows())
         throw std::invalid_argument(fmt::format("the tree has {} vertices, but the body's surface has {}",

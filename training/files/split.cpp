@@ -16,7 +16,7 @@ namespace {
 
 void check_share(const char* what, double share) {
     if (!(share >= 0 && share < 1))
-        throw std::invalid_argument(fmt::format("share of {} {}, allowed is [0, 1)", what, share));
+        throw std::invalid_argument(fmt::format("share of {} {}; allowed: [0, 1)", what, share));
 }
 
 }  // namespace

@@ -135,15 +135,15 @@ NbdModel read_nbd(const h5::Reader& file, std::size_t nodes, bool& as_stored) {
     NbdModel nbd;
     nbd.modes = read_modes(file, "nbd/modes");
     const std::int64_t hidden = file.int_attribute("nbd", "hidden");
-    if (hidden < 1 || hidden > ByteNetworks::max_hidden)
+    if (hidden < 1 || hidden > NbdNetworks::max_hidden)
         file.refuse(fmt::format("the networks have {} hidden units", hidden),
-                    fmt::format("1 to {}", ByteNetworks::max_hidden));
+                    fmt::format("1 to {}", NbdNetworks::max_hidden));
     const auto m = static_cast<std::size_t>(nbd.mode_count());
     nbd.z_centre = file.matrix<Eigen::VectorXf>("nbd/z_centre", m);
     nbd.z_scale = file.matrix<Eigen::VectorXf>("nbd/z_scale", m);
-    const int per_node = ByteNetworks::weight_count(nbd.mode_count(), static_cast<int>(hidden));
+    const int per_node = NbdNetworks::weight_count(nbd.mode_count(), static_cast<int>(hidden));
     const auto weights = file.read<float>("nbd/weights", {nodes, static_cast<std::size_t>(per_node)});
-    nbd.networks = ByteNetworks(nbd.mode_count(), static_cast<int>(hidden), weights);
+    nbd.networks = NbdNetworks(nbd.mode_count(), static_cast<int>(hidden), weights);
     as_stored = nbd.networks.weights() == weights;
     nbd.out_centre = file.matrix<Eigen::MatrixXf>("nbd/out_centre", NbdModel::outputs, nodes);
     nbd.out_scale = file.matrix<Eigen::MatrixXf>("nbd/out_scale", NbdModel::outputs, nodes);

@@ -15,7 +15,7 @@ std::string_view name(LabelFrame frame) noexcept { return frame == LabelFrame::f
 LabelFrame label_frame(std::string_view text) {
     for (const LabelFrame frame : {LabelFrame::clustered, LabelFrame::full})
         if (text == name(frame)) return frame;
-    throw std::invalid_argument(fmt::format("label frame \"{}\", allowed are clustered and full", text));
+    throw std::invalid_argument(fmt::format("label frame \"{}\"; allowed: clustered and full", text));
 }
 
 PoseLabels compute_labels(const SurfaceBody& body, const SphereTree& tree, const ClusteredModes& modes,

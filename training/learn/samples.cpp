@@ -196,7 +196,7 @@ std::string_view name(SampleRule rule) noexcept { return rule == SampleRule::spr
 
 void check_samples_config(const SamplesConfig& c) {
     const auto require = [](bool ok, const char* what, auto value, const char* allowed) {
-        if (!ok) throw std::invalid_argument(fmt::format("{} {}, allowed is {}", what, value, allowed));
+        if (!ok) throw std::invalid_argument(fmt::format("{} {}; allowed: {}", what, value, allowed));
     };
     constexpr int most = LearnedModel::max_samples;
     require(c.count >= 0 && c.count <= most && c.count % lanes == 0, "samples of a node:", c.count,

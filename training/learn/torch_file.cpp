@@ -16,7 +16,7 @@ namespace {
 
 const h5::Format torch_format{"nbdtree torch", 1};
 
-/// Writes one layer's matrices, or its biases if cols is 0, of all nodes. all: ByteNetworks::weights().
+/// Writes one layer's matrices, or its biases if cols is 0, of all nodes. all: NbdNetworks::weights().
 /// first: offset of the layer in a node's weights.
 void write_layer(h5::Writer& file, const std::string& name, std::span<const float> all, std::size_t nodes,
                  int first, int rows, int cols) {

@@ -80,14 +80,14 @@ void check_learned_config(const LearnedConfig& config) {
     check_samples_config(config.samples);
     check_network_config(config.networks);
     if (config.networks.hidden != LearnedModel::hidden)
-        throw std::invalid_argument(fmt::format("radius networks {} wide, allowed is {}",
+        throw std::invalid_argument(fmt::format("radius networks {} wide; allowed: {}",
                                                 config.networks.hidden, LearnedModel::hidden));
     if (config.sample_poses < 1)
         throw std::invalid_argument(
             fmt::format("{} poses to choose samples from, at least 1 needed", config.sample_poses));
     if (!(config.box_miss_rate >= 0 && config.box_miss_rate < 1))
         throw std::invalid_argument(
-            fmt::format("miss rate of boxes {}, allowed is [0, 1)", config.box_miss_rate));
+            fmt::format("miss rate of boxes {}; allowed: [0, 1)", config.box_miss_rate));
 }
 
 LearnedModel choose_samples(const SurfaceBody& body, const SphereTree& tree, FrameSource& source,

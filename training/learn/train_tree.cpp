@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
 
 #include "collision/base/counter_random.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "collision/bounds/learned/bd_model.hpp"
 #include "training/files/frame_stream.hpp"
 #include "training/networks/checkpoint.hpp"
@@ -18,12 +18,6 @@
 namespace nbd {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 bool trains(const TrainConfig& config, BoundKind kind) {
     return std::ranges::find(config.bounds, kind) != config.bounds.end();
@@ -38,9 +32,9 @@ void check_config(const TrainConfig& config, const SurfaceBody& body) {
         throw std::invalid_argument("no bounds to train; allowed: nbd, learned_spheres");
     check_mlp_config(config.mlp);
     check_learned_config(config.learned);
-    if (config.modes < 1 || config.modes > ByteNetworks::max_inputs)
+    if (config.modes < 1 || config.modes > NbdNetworks::max_inputs)
         throw std::invalid_argument(
-            fmt::format("{} modes, allowed are 1 to {}", config.modes, ByteNetworks::max_inputs));
+            fmt::format("{} modes; allowed: 1 to {}", config.modes, NbdNetworks::max_inputs));
     if (trains(config, BoundKind::nbd) && body.U.cols() < 1)
         throw std::invalid_argument("the body has no modes; run `nbdtree modes` first");
 }
@@ -59,11 +53,11 @@ std::vector<TrainedMlp> train_networks(const PoseRows& inputs, const PoseRows& t
     }
     const std::string key = training_key(inputs, targets, config);
     load_checkpoint(run.checkpoint, key, networks);
-    auto saved = Clock::now();
+    Stopwatch since_save;
     const auto node_done = [&] {
-        if (seconds_since(saved) < run.checkpoint_seconds) return;
+        if (since_save.seconds() < run.checkpoint_seconds) return;
         save_checkpoint(run.checkpoint, key, networks);
-        saved = Clock::now();
+        since_save = {};
     };
     try {
         train_mlps(inputs, targets, config, run.hooks, node_done, networks);

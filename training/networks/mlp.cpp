@@ -80,7 +80,7 @@ void check_mlp_shape(const MlpShape& shape) {
         throw std::invalid_argument(fmt::format("network has {} inputs, at least 1 needed", shape.inputs));
     if (shape.hidden != 16 && shape.hidden != 32 && shape.hidden != 64)
         throw std::invalid_argument(
-            fmt::format("hidden layers of {} neurons, allowed are 16, 32 and 64", shape.hidden));
+            fmt::format("hidden layers of {} neurons; allowed: 16, 32 and 64", shape.hidden));
 }
 
 Eigen::VectorXf initial_weights(const MlpShape& shape, std::uint64_t seed, std::uint64_t stream) {

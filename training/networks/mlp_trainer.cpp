@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
 #include <mutex>
 #include <numeric>
 
+#include "collision/base/stopwatch.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "training/networks/adam.hpp"
 #include "training/networks/shuffle.hpp"
@@ -51,14 +51,14 @@ void check_mlp_config(const MlpConfig& c) {
     check_mlp_shape({.hidden = c.hidden});
     if (c.batch < 1) fail("batch of {} poses, at least 1 needed", c.batch);
     if (!(c.learning_rate > 0 && c.learning_rate <= 1))
-        fail("learning rate {}, allowed is (0, 1]", c.learning_rate);
+        fail("learning rate {}; allowed: (0, 1]", c.learning_rate);
     if (!(c.min_learning_rate > 0 && c.min_learning_rate <= c.learning_rate))
-        fail("lowest learning rate {}, allowed is (0, {}]", c.min_learning_rate, c.learning_rate);
+        fail("lowest learning rate {}; allowed: (0, {}]", c.min_learning_rate, c.learning_rate);
     if (!(c.weight_decay >= 0 && c.weight_decay <= 1))
-        fail("weight decay {}, allowed is [0, 1]", c.weight_decay);
-    if (!(c.decay > 0 && c.decay < 1)) fail("learning rate decay {}, allowed is (0, 1)", c.decay);
+        fail("weight decay {}; allowed: [0, 1]", c.weight_decay);
+    if (!(c.decay > 0 && c.decay < 1)) fail("learning rate decay {}; allowed: (0, 1)", c.decay);
     if (c.patience < 0) fail("patience of {} epochs, at least 0 needed", c.patience);
-    if (!(c.improvement >= 0 && c.improvement < 1)) fail("improvement {}, allowed is [0, 1)", c.improvement);
+    if (!(c.improvement >= 0 && c.improvement < 1)) fail("improvement {}; allowed: [0, 1)", c.improvement);
     if (!has_arithmetic(c.arithmetic))
         fail("this program was built without {} arithmetic", name(c.arithmetic));
     if (c.max_epochs < 1) fail("epoch limit {}, at least 1 needed", c.max_epochs);
@@ -127,8 +127,7 @@ void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig
         }
     }
 
-    using Clock = std::chrono::steady_clock;
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const int resumed = progress.nodes_done;
     const PoseBlocks poses(inputs, config.arithmetic, config.seed);
     std::mutex report;
@@ -144,7 +143,7 @@ void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig
             networks[static_cast<std::size_t>(node)] = std::move(*network);
             ++progress.nodes_done;
             progress.mean_loss = loss_sum / progress.nodes_done;
-            progress.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+            progress.seconds = watch.seconds();
             progress.seconds_left =
                 progress.seconds / (progress.nodes_done - resumed) * (nodes - progress.nodes_done);
             if (node_done) node_done();

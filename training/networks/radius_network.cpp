@@ -211,7 +211,7 @@ Eigen::VectorXf apply_network(const Eigen::VectorXf& w, const PoseRows& distance
 
 void check_network_config(const RadiusNetworkConfig& c) {
     const auto require = [](bool ok, const char* what, auto value, const char* allowed) {
-        if (!ok) throw std::invalid_argument(fmt::format("{} {}, allowed is {}", what, value, allowed));
+        if (!ok) throw std::invalid_argument(fmt::format("{} {}; allowed: {}", what, value, allowed));
     };
     require(c.epochs >= 1, "epochs of a radius network:", c.epochs, "1 or more");
     require(c.batch >= 1, "batch of a radius network:", c.batch, "1 or more");

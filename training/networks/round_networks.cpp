@@ -7,9 +7,9 @@
 
 namespace nbd {
 
-ByteNetworks round_networks(const MlpShape& shape, std::span<const float> weights, const PoseRows& z,
-                            const PoseRows& targets) {
-    const ByteNetworks rounded(shape.inputs, shape.hidden, weights);
+NbdNetworks round_networks(const MlpShape& shape, std::span<const float> weights, const PoseRows& z,
+                           const PoseRows& targets) {
+    const NbdNetworks rounded(shape.inputs, shape.hidden, weights);
     constexpr Eigen::Index max_poses = 1000;
     const Eigen::Index poses = std::min(z.rows(), max_poses);
     const auto pose = [&](Eigen::Index i) { return i * z.rows() / poses; };

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "collision/bounds/learned/byte_networks.hpp"
+#include "collision/bounds/learned/nbd_networks.hpp"
 #include "training/networks/mlp.hpp"
 
 namespace nbd {
@@ -12,7 +12,7 @@ namespace nbd {
 /// linear part of the centres is rounded separately, to 14 bits.
 /// weights: of all nodes, see MlpShape. z: [poses, inputs], scaled. targets: [poses, 4 nodes], scaled.
 /// Same bits on any number of threads.
-ByteNetworks round_networks(const MlpShape& shape, std::span<const float> weights, const PoseRows& z,
-                            const PoseRows& targets);
+NbdNetworks round_networks(const MlpShape& shape, std::span<const float> weights, const PoseRows& z,
+                           const PoseRows& targets);
 
 }  // namespace nbd

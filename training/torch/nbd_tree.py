@@ -27,7 +27,7 @@ class NbdTree(torch.nn.Module):
         R = U @ Vh
         return R.float(), (mean_x - R @ mean_X).float()
 
-    def code(self, x, R, t):
+    def coordinates(self, x, R, t):
         """The scaled modal coordinates [poses, modes] of representatives x."""
         offset = ((x - t[:, None]) @ R - self.X) * self.w[:, None]
         return (offset.flatten(1) @ self.U - self.z_centre) * self.z_scale
@@ -41,7 +41,7 @@ class NbdTree(torch.nn.Module):
     def forward(self, x):
         x = x[:, self.representatives]
         R, t = self.align(x)
-        zn = self.code(x, R, t)
+        zn = self.coordinates(x, R, t)
         spheres = self.networks(zn) * self.out_scale + self.out_centre + self.rest
         centres = spheres[..., :3] + torch.einsum("nam,pm->pna", self.centre_map, zn)
         centres = centres @ R.transpose(1, 2) + t[:, None]

@@ -80,7 +80,7 @@ class Tree:
         x = x.reshape(-1, poses, 3).transpose(0, 1)
         y = x[:, self.representatives]
         R, t = self.align(y)
-        codes = (((y - t[:, None]) @ R - self.X) * self.w[:, None]).flatten(1) @ self.U
+        Z = (((y - t[:, None]) @ R - self.X) * self.w[:, None]).flatten(1) @ self.U
         spheres = torch.empty(poses, len(self.vertices), 4, device=x.device)
         for i, vertices in enumerate(self.vertices):
             own = x[:, vertices]
@@ -88,7 +88,7 @@ class Tree:
             radius = (own - centre[:, None]).norm(dim=2).amax(1)
             spheres[:, i, :3] = ((centre - t)[:, None] @ R)[:, 0]
             spheres[:, i, 3] = radius
-        return codes, spheres - self.rest
+        return Z, spheres - self.rest
 
 
 def scaled(x, together=False):
@@ -101,15 +101,15 @@ def scaled(x, together=False):
     return (x - centre) * torch.where(half > 1e-38, 1 / half, torch.zeros_like(half)), centre, half
 
 
-def linear_centres(codes, spheres):
+def linear_centres(Z, spheres):
     """Ridge regression of the centres on scaled modal coordinates: the map [m, 3 nodes], and spheres minus its part."""
-    Z = codes.double()
+    Z = Z.double()
     Z = Z - Z.mean(0)
     moments = Z.t() @ Z
     moments.diagonal().add_(1e-4 * moments.trace() / len(moments) + 1e-30)
     found = torch.linalg.solve(moments, Z.t() @ spheres[..., :3].double().flatten(1)).float()
     rest = spheres.clone()
-    rest[..., :3] -= (codes @ found).view(*spheres.shape[:2], 3)
+    rest[..., :3] -= (Z @ found).view(*spheres.shape[:2], 3)
     return found, rest
 
 
@@ -125,8 +125,8 @@ class Networks(torch.nn.Module):
         )
         self.b = torch.nn.ParameterList([torch.nn.Parameter(torch.zeros(nodes, o, 1)) for o, _ in sizes])
 
-    def forward(self, codes):
-        h = codes.t().expand(self.W[0].shape[0], -1, -1)
+    def forward(self, Z):
+        h = Z.t().expand(self.W[0].shape[0], -1, -1)
         h = torch.relu(torch.baddbmm(self.b[0], self.W[0], h))
         h = torch.relu(torch.baddbmm(self.b[1], self.W[1], h))
         return torch.baddbmm(self.b[2], self.W[2], h).permute(2, 0, 1)  # [poses, nodes, 4]
@@ -139,19 +139,19 @@ class Networks(torch.nn.Module):
         return torch.cat(parts, 1)
 
 
-def train(codes, targets, options):
+def train(Z, targets, options):
     """Adam on the mean squared error; each node's learning rate falls on its own plateaus."""
     poses, nodes = targets.shape[:2]
-    networks = Networks(nodes, codes.shape[1], options.hidden).to(codes.device)
+    networks = Networks(nodes, Z.shape[1], options.hidden).to(Z.device)
     parameters = list(networks.parameters())
     optimizer = torch.optim.Adam(parameters, lr=1.0)  # each node's rate is applied to the step below
-    rate = torch.full((nodes,), options.rate, device=codes.device)
-    best = torch.full((nodes,), float("inf"), device=codes.device)
-    idle = torch.zeros(nodes, device=codes.device)
+    rate = torch.full((nodes,), options.rate, device=Z.device)
+    best = torch.full((nodes,), float("inf"), device=Z.device)
+    idle = torch.zeros(nodes, device=Z.device)
     for epoch in range(options.epochs):
-        order, sums = torch.randperm(poses, device=codes.device), torch.zeros(nodes, device=codes.device)
+        order, sums = torch.randperm(poses, device=Z.device), torch.zeros(nodes, device=Z.device)
         for batch in order.split(options.batch):
-            loss = (networks(codes[batch]) - targets[batch]).square().mean((0, 2))
+            loss = (networks(Z[batch]) - targets[batch]).square().mean((0, 2))
             optimizer.zero_grad()
             loss.sum().backward()
             before = [p.detach().clone() for p in parameters]
@@ -171,7 +171,7 @@ def train(codes, targets, options):
             break
     with torch.no_grad():
         loss = sum((networks(c) - t).square().mean((0, 2)) * len(c) for c, t in
-                   zip(codes.split(1024), targets.split(1024))) / poses
+                   zip(Z.split(1024), targets.split(1024))) / poses
     return networks.flat().detach(), loss
 
 
@@ -225,20 +225,20 @@ def main():
     torch.manual_seed(options.seed)
 
     tree = Tree(options.tree, options.device)
-    codes, spheres = [], []
+    Z, spheres = [], []
     with h5py.File(options.data) as data:
         for frames in tree.frames(data):
             for part in torch.from_numpy(frames).split(64):
                 c, s = tree.labels(part.to(options.device))
-                codes.append(c)
+                Z.append(c)
                 spheres.append(s)
-    codes, z_centre, z_half = scaled(torch.cat(codes))
+    Z, z_centre, z_half = scaled(torch.cat(Z))
     spheres = torch.cat(spheres)
     if options.linear_centre:
-        centre_map, spheres = linear_centres(codes, spheres)
+        centre_map, spheres = linear_centres(Z, spheres)
     targets, out_centre, out_half = scaled(spheres, together=options.linear_centre)
-    print(f"{len(codes)} training poses, {targets.shape[1]} nodes, on {options.device}", flush=True)
-    weights, loss = train(codes, targets, options)
+    print(f"{len(Z)} training poses, {targets.shape[1]} nodes, on {options.device}", flush=True)
+    weights, loss = train(Z, targets, options)
     numbers = {
         "z_centre": z_centre,
         "z_scale": torch.where(z_half > 1e-38, 1 / z_half, torch.zeros_like(z_half)),
@@ -250,7 +250,7 @@ def main():
         numbers["centre_map"] = centre_map
     numbers = {name: values.cpu().numpy() for name, values in numbers.items()}
     write(options.tree, options.output, numbers, options.hidden,
-          {"node_loss": loss.cpu().numpy(), "poses": len(codes)})
+          {"node_loss": loss.cpu().numpy(), "poses": len(Z)})
     print(f"{options.output}: mean loss {loss.mean():.3e}")
 
 

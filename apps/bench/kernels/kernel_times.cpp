@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <stdexcept>
 
 #include "apps/bench/kernels/plain_bounds.hpp"
 #include "apps/bench/measure/median.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "collision/bounds/learned/learned_boxes.hpp"
 #include "collision/bounds/learned/learned_spheres.hpp"
 #include "collision/bounds/learned/nbd_bound.hpp"
@@ -26,11 +26,11 @@ double nanoseconds(int count, const F& f) {
     volatile float sink = 0;
     for (int round = 0; round <= rounds; ++round) {
         float sum = 0;
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         for (int i = 0; i < count; ++i) sum += f(i);
-        const std::chrono::duration<double, std::nano> time = std::chrono::steady_clock::now() - start;
+        const double seconds = watch.seconds();
         sink = sink + sum;
-        if (round > 0) times.push_back(time.count() / count);
+        if (round > 0) times.push_back(1e9 * seconds / count);
     }
     return median(times);
 }
@@ -83,7 +83,7 @@ class Stopwatches {
     }
 
     /// Times the modal coordinates of a pose.
-    KernelTime code() const {
+    KernelTime coordinates() const {
         const NbdModel& model = *tree_.nbd;
         const PlainNbd plainly(model);
         ModalCoordinatesScratch scratch;
@@ -92,13 +92,13 @@ class Stopwatches {
         KernelTime time{.name = "modal coordinates"};
         for (const Vertices& x : poses_) {
             modal_coordinates(model.modes, x, scratch, z);
-            const Eigen::VectorXf plain = plainly.code(x);
+            const Eigen::VectorXf plain = plainly.coordinates(x);
             time.difference = worse(time.difference, static_cast<double>((z - plain).norm() / plain.norm()));
             ours_ns.push_back(nanoseconds(1, [&](int) {
                 modal_coordinates(model.modes, x, scratch, z);
                 return z[0];
             }));
-            plain_ns.push_back(nanoseconds(1, [&](int) { return plainly.code(x)[0]; }));
+            plain_ns.push_back(nanoseconds(1, [&](int) { return plainly.coordinates(x)[0]; }));
         }
         time.ours_ns = median(ours_ns);
         time.plain_ns = median(plain_ns);
@@ -164,7 +164,7 @@ std::vector<KernelTime> time_kernels(const CollisionTree& tree, std::span<const 
             },
             [&](int i) { return plainly.sphere(tree.spheres, i, plain_zn); }));
         times.back().max_difference = 5e-3;  // the networks are rounded to bytes
-        times.push_back(watch.code());
+        times.push_back(watch.coordinates());
     }
     for (const KernelTime& time : times)
         if (!(time.difference <= time.max_difference))

@@ -4,12 +4,12 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "collision/base/counter_random.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
@@ -136,14 +136,13 @@ void add_node(const Measured& sets, const LearnedModel& model, std::size_t node,
 /// Time per sphere, median over rounds; nodes of the depth in turn, for one pose after another.
 double nanoseconds_of_spheres(const LearnedModel& model, const std::vector<int>& nodes,
                               const std::vector<Vertices>& poses) {
-    using Clock = std::chrono::steady_clock;
     std::vector<double> rounds;
     float sum = 0;
     for (int round = 0; round < 9; ++round) {
-        const auto start = Clock::now();
+        const Stopwatch watch;
         for (const Vertices& x : poses)
             for (const int node : nodes) sum += learned_sphere(model, node, x).sphere.r;
-        rounds.push_back(std::chrono::duration<double, std::nano>(Clock::now() - start).count());
+        rounds.push_back(1e9 * watch.seconds());
     }
     if (!std::isfinite(sum)) throw std::runtime_error("a learned sphere is not finite");
     std::ranges::nth_element(rounds, rounds.begin() + 4);

@@ -76,7 +76,7 @@ Sphere PlainNbd::sphere(const SphereTree& tree, int node, const Eigen::VectorXf&
     return {rest.c + o.head<3>(), std::max(0.f, rest.r + o[3])};
 }
 
-Eigen::VectorXf PlainNbd::code(VerticesRef x) const {
+Eigen::VectorXf PlainNbd::coordinates(VerticesRef x) const {
     const ClusteredModes& modes = model_->modes;
     const Eigen::MatrixX3d p = rows_of(x, modes.representatives).cast<double>(), X = modes.X.cast<double>();
     const Eigen::VectorXd w = modes.w.cast<double>();

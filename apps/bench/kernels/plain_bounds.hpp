@@ -23,7 +23,7 @@ class PlainNbd {
     /// The node's sphere in the aligned frame. zn: scaled modal coordinates.
     Sphere sphere(const SphereTree& tree, int node, const Eigen::VectorXf& zn) const;
     /// The modal coordinates of a pose, not scaled.
-    Eigen::VectorXf code(VerticesRef x) const;
+    Eigen::VectorXf coordinates(VerticesRef x) const;
 
  private:
     const NbdModel* model_;

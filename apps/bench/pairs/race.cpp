@@ -3,21 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <stdexcept>
 
 #include "apps/bench/measure/heap.hpp"
 #include "apps/bench/measure/median.hpp"
 #include "apps/bench/pairs/lazy_boxes.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "collision/query/missing_pairs.hpp"
 
 namespace nbd {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double microseconds(Clock::duration time) { return std::chrono::duration<double, std::micro>(time).count(); }
 
 /// A scene on one surface, with its reference pairs.
 struct Stage {
@@ -68,16 +64,16 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
         return row;
     }
     std::vector<double> update, query, total;
-    const Clock::time_point started = Clock::now();
+    const Stopwatch race_time;
     // Round 0 warms up and checks the answers.
     for (int round = 0; round <= config.rounds; ++round) {
         for (std::size_t s = 0; s < stages.size(); ++s) {
             stand.enter(stages[s], scenes[s]);
-            const Clock::time_point begin = Clock::now();
+            const Stopwatch watch;
             method->update({stand.a, stand.nodes_a}, {stand.b, stand.nodes_b});
-            const Clock::time_point middle = Clock::now();
+            const double updated = watch.microseconds();
             const std::span<const FacePair> found = method->query();
-            const Clock::time_point end = Clock::now();
+            const double finished = watch.microseconds();
             if (round == 0) {
                 row.pairs += static_cast<double>(stages[s].truth.size()) / static_cast<double>(stages.size());
                 if (!entry.answers) continue;
@@ -85,13 +81,13 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
                 row.invented += missing_pairs(found, stages[s].truth);
                 continue;
             }
-            update.push_back(microseconds(middle - begin));
-            query.push_back(microseconds(end - middle));
-            total.push_back(microseconds(end - begin));
+            update.push_back(updated);
+            query.push_back(finished - updated);
+            total.push_back(finished);
         }
         if (round == 0) row.bytes = heap_bytes() - heap;
         row.rounds = round;
-        if (round > 0 && microseconds(Clock::now() - started) > 1e6 * config.max_seconds) break;
+        if (round > 0 && race_time.seconds() > config.max_seconds) break;
     }
     row.update_us = median(update);
     row.query_us = median(query);

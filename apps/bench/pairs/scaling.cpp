@@ -5,7 +5,6 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "apps/bench/pairs/crowd.hpp"
 #include "apps/bench/pairs/own_methods.hpp"
 #include "apps/drawing/chart.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
@@ -43,24 +43,20 @@ Executor on_threads(int threads) {
 
 CrowdRow time_crowd(const std::string& method, int threads, Crowd& crowd, std::span<const Vertices> poses,
                     const RaceConfig& config) {
-    using Clock = std::chrono::steady_clock;
-    const auto microseconds = [](Clock::duration time) {
-        return std::chrono::duration<double, std::micro>(time).count();
-    };
     CrowdRow row{.method = method, .bodies = static_cast<int>(poses.size()), .threads = threads};
     std::vector<double> update, query, total;
-    const Clock::time_point started = Clock::now();
+    const Stopwatch race_time;
     for (int round = 0; round <= config.rounds; ++round) {
-        const Clock::time_point begin = Clock::now();
+        const Stopwatch watch;
         crowd.update(poses);
-        const Clock::time_point middle = Clock::now();
+        const double updated = watch.microseconds();
         row.pairs = crowd.pairs();
-        const Clock::time_point end = Clock::now();
+        const double finished = watch.microseconds();
         if (round == 0) continue;  // warms up
-        update.push_back(microseconds(middle - begin));
-        query.push_back(microseconds(end - middle));
-        total.push_back(microseconds(end - begin));
-        if (microseconds(end - started) > 1e6 * config.max_seconds) break;
+        update.push_back(updated);
+        query.push_back(finished - updated);
+        total.push_back(finished);
+        if (race_time.seconds() > config.max_seconds) break;
     }
     row.update_us = median(update);
     row.query_us = median(query);

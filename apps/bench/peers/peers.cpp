@@ -1,5 +1,10 @@
 #include "apps/bench/peers/peers.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
 namespace nbd {
 
 std::vector<PairMethodEntry> peer_methods() {
@@ -22,18 +27,14 @@ std::vector<PairMethodEntry> peer_methods() {
 
 std::vector<std::string> missing_peers() {
     std::vector<std::string> lines;
-#ifndef NBD_WITH_EMBREE
-    lines.push_back("embree: not found when this program was built (Debian: libembree-dev)");
-#endif
-#ifndef NBD_WITH_BULLET
-    lines.push_back("bullet: not found when this program was built (Debian: libbullet-dev)");
-#endif
-#ifndef NBD_WITH_FCL
-    lines.push_back("fcl: not found when this program was built (Debian: libfcl-dev)");
-#endif
-#ifndef NBD_WITH_CGAL
-    lines.push_back("cgal: not found when this program was built (Debian: libcgal-dev)");
-#endif
+    const std::vector<PairMethodEntry> found = peer_methods();
+    for (const auto& [method, package] : {std::pair{"embree", "libembree-dev"},
+                                          {"bullet dbvt", "libbullet-dev"},
+                                          {"fcl", "libfcl-dev"},
+                                          {"cgal", "libcgal-dev"}})
+        if (std::ranges::find(found, method, &PairMethodEntry::name) == found.end())
+            lines.push_back(
+                fmt::format("{}: not found when this program was built (Debian: {})", method, package));
     return lines;
 }
 

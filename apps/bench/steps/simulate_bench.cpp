@@ -3,22 +3,22 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "apps/bench/measure/median.hpp"
 #include "apps/bench/steps/simulate_scenes.hpp"
 #include "apps/bench/steps/textbook_assembly.hpp"
 #include "apps/cli/interrupt.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {
 namespace {
 
 double milliseconds(auto&& work) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     work();
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return 1e3 * watch.seconds();
 }
 
 /// A world and the cost of its steps.

@@ -6,7 +6,7 @@
 
 namespace nbd {
 
-static_assert(GatedBound<NbdBound> && ByteNetworks::max_at_once >= 2);
+static_assert(GatedBound<NbdBound> && NbdNetworks::max_at_once >= 2);
 
 NbdBound::NbdBound(const SphereTree& tree, const NbdModel& model)
     : tree_(&tree),

@@ -18,7 +18,7 @@ void require(bool ok, const Parts&... parts) {
 
 void nbd_spheres(const NbdModel& model, const SphereTree& tree, int first, const FixedVector& zn,
                  std::span<Sphere> spheres) noexcept {
-    constexpr int most = ByteNetworks::max_at_once;
+    constexpr int most = NbdNetworks::max_at_once;
     Eigen::Array4f results[most];
     Eigen::Matrix<float, 3, most> linear = Eigen::Matrix<float, 3, most>::Zero();
     const auto count = static_cast<Eigen::Index>(spheres.size());

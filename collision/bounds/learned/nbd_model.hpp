@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <span>
 
-#include "collision/bounds/learned/byte_networks.hpp"
 #include "collision/bounds/learned/modal_coordinates.hpp"
+#include "collision/bounds/learned/nbd_networks.hpp"
 #include "collision/topology/sphere_tree.hpp"
 
 namespace nbd {
@@ -15,10 +15,10 @@ namespace nbd {
 /// paper, a linear part of the centre, dc += centre_map^T zn, may be added: a node's centre is nearly linear
 /// in z, and the network learns only the remainder.
 struct NbdModel {
-    static constexpr int outputs = ByteNetworks::outputs;  // dc x y z, dr
+    static constexpr int outputs = NbdNetworks::outputs;  // dc x y z, dr
     ClusteredModes modes;
     Eigen::VectorXf z_centre, z_scale;      // [m]
-    ByteNetworks networks;                  // one per node
+    NbdNetworks networks;                   // one per node
     Eigen::MatrixXf out_centre, out_scale;  // [4, nodes]
     FixedMatrix centre_map;                 // [m, 3 * nodes], x y z of node 0 first; empty: no linear part
     /// Distribution of zn over known poses: its mean [m], and a matrix [m, m] that maps differences from the
@@ -29,7 +29,7 @@ struct NbdModel {
     int mode_count() const noexcept { return static_cast<int>(modes.U.cols()); }
 };
 
-/// Computes the spheres of nodes first to first + spheres.size() - 1, at most ByteNetworks::max_at_once, in
+/// Computes the spheres of nodes first to first + spheres.size() - 1, at most NbdNetworks::max_at_once, in
 /// the aligned frame. zn: scaled modal coordinates [m], after fix(). Radii are never negative.
 void nbd_spheres(const NbdModel& model, const SphereTree& tree, int first, const FixedVector& zn,
                  std::span<Sphere> spheres) noexcept;

@@ -59,7 +59,7 @@ TEST(NbdSphere, MatchesTheKnownSphereOfKnownWeights) {
     w[0] = 1, w[1] = -1;                                            // W1 [2, 1]
     w[4] = 1, w[7] = 1;                                             // W2 [2, 2] after b1
     w[10] = 2, w[11 + 2] = 5, w[14 + 1] = 3;                        // W3 [4, 2] after b2
-    model.networks = ByteNetworks(1, 2, weights);
+    model.networks = NbdNetworks(1, 2, weights);
     model.out_scale.setConstant(0.1f);
     model.out_centre.setConstant(0.01f);
     const auto at = [&](int node, float z) {
@@ -110,7 +110,7 @@ TEST(CheckNbdModel, ReportsEachKindOfInvalidModel) {
     EXPECT_EQ(error([](M& m) { m.modes.w[0] = -1; }), "modes: weight 0 is -1, allowed: finite and above 0");
     EXPECT_EQ(error([](M& m) { m.networks = {}; }), "NBD-Tree: has 0 networks of 0 inputs instead of 3 of 3");
     EXPECT_EQ(error([](M& m) {
-                  m.networks = ByteNetworks(2, 1, std::vector<float>(3 * ByteNetworks::weight_count(2, 1)));
+                  m.networks = NbdNetworks(2, 1, std::vector<float>(3 * NbdNetworks::weight_count(2, 1)));
               }),
               "NBD-Tree: has 3 networks of 2 inputs instead of 3 of 3");
     EXPECT_EQ(error([](M& m) { m.z_scale.conservativeResize(2); }),

@@ -81,8 +81,8 @@ TEST_F(CoordinateSpread, ScoresItsOwnPosesAsIfTheyWereHeldOut) {
     model.modes = cluster_modes(bar.body, source, frames, {.k_means = {.clusters = 40}}).modes;
     model.z_centre = Eigen::VectorXf::Zero(6);
     model.z_scale = Eigen::VectorXf::Ones(6);
-    const std::vector<float> weights(3 * static_cast<std::size_t>(ByteNetworks::weight_count(6, 4)), 0.f);
-    model.networks = ByteNetworks(6, 4, weights);
+    const std::vector<float> weights(3 * static_cast<std::size_t>(NbdNetworks::weight_count(6, 4)), 0.f);
+    model.networks = NbdNetworks(6, 4, weights);
     model.out_centre = model.out_scale = Eigen::MatrixXf::Zero(4, 3);
     model.out_centre.row(3).setConstant(10);  // large enough to hold every representative
     fit_coordinate_spread(scaled_coordinates(source, frames, model), model);

@@ -174,7 +174,7 @@ TEST_F(Evaluate, WritesTables) {
 }
 
 TEST_F(Evaluate, RejectsInvalidInput) {
-    EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {-0.1}}); }), "margin -0.1, allowed is 0 or more");
+    EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {-0.1}}); }), "margin -0.1; allowed: 0 or more");
     EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {}}); }), "no margins to evaluate");
     TreeFile other = *tree;
     other.facts.body_hash = std::string(64, 'c');

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <sstream>
 
@@ -173,7 +174,7 @@ TEST_F(RecordingFile, HashesItsPositionsOnly) {
     EXPECT_NE(recording_hash(RecordingReader(folder / "b.h5")), hash);
 }
 
-std::string read_everything(const std::filesystem::path& path) {
+std::string read_recording(const std::filesystem::path& path) {
     const RecordingReader file(path);
     std::ostringstream text;
     text << recording_hash(file);
@@ -186,7 +187,7 @@ std::string read_everything(const std::filesystem::path& path) {
 
 TEST_F(RecordingFile, DetectsRandomDamage) {
     write_recording(folder / "data.h5", 12);  // more than fit into the header of an HDF5 group
-    test::expect_damage_is_found(folder / "data.h5", read_everything);
+    test::expect_damage_is_found(folder / "data.h5", read_recording);
 }
 
 struct BrokenRecording {
@@ -205,12 +206,11 @@ TEST_P(BrokenRecordingFile, IsRejectedInOneLine) {
         EditFile file(path);
         GetParam().edit(file);
     }
-    const std::string error = error_of([&] { read_everything(path); });
+    const std::string error = error_of([&] { read_recording(path); });
     test::expect_clear(error, path);
     EXPECT_NE(error.find(GetParam().what), std::string::npos) << error;
 }
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* second = "trajectories/000001";
 
 const BrokenRecording broken_recordings[] = {
@@ -241,11 +241,9 @@ const BrokenRecording broken_recordings[] = {
     {"frame 4 of 'trajectories/000001' has time 0.1 s; allowed: finite, later than 0.3",
      [](EditFile& f) { f.set("trajectories/000001/times", 4, 0.1); }},
     {"frame 0 of 'trajectories/000001' has time nan s",
-     [](EditFile& f) { f.set("trajectories/000001/times", 0, nan); }},
+     [](EditFile& f) { f.set("trajectories/000001/times", 0, std::nan("")); }},
     {"node 4 in frame 2 of trajectory 1 is not finite; allowed: finite positions",
-     [](EditFile& f) {
-         f.set("trajectories/000001/positions", 2 * 21 + 4 * 3 + 1, static_cast<float>(nan));
-     }},
+     [](EditFile& f) { f.set("trajectories/000001/positions", 2 * 21 + 4 * 3 + 1, std::nanf("")); }},
     {"'trajectories/000001' has id -1; allowed: 0 to 2147483647",
      [](EditFile& f) { f.set_attribute(second, "id", -1); }},
     {"has id 0, which another trajectory has too; allowed: each id once",

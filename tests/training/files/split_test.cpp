@@ -77,7 +77,7 @@ TEST_F(Split, TakesCalibrationTrajectoriesFromTheRest) {
     EXPECT_TRUE(make_split(recording(1, 4), 0, 0, 1, 0.5).calibration_trajectories.empty());
     EXPECT_EQ(make_split(recording(2, 4), 0, 0, 1, 0.1).calibration_trajectories.size(), 1u);
     EXPECT_EQ(error_of([&] { make_split(data, 0, 0, 1, 1); }),
-              "share of calibration trajectories 1, allowed is [0, 1)");
+              "share of calibration trajectories 1; allowed: [0, 1)");
 }
 
 TEST_F(Split, HoldsOutAndKeepsAtLeastOneTrajectory) {
@@ -102,9 +102,9 @@ TEST_F(Split, RejectsARecordingWithoutCompleteTrajectories) {
 TEST_F(Split, RejectsSharesOutOfRange) {
     const auto data = recording(2, 4);
     EXPECT_EQ(error_of([&] { make_split(data, 1, 0, 1); }),
-              "share of held-out trajectories 1, allowed is [0, 1)");
+              "share of held-out trajectories 1; allowed: [0, 1)");
     EXPECT_EQ(error_of([&] { make_split(data, 0, -0.5, 1); }),
-              "share of random test frames -0.5, allowed is [0, 1)");
+              "share of random test frames -0.5; allowed: [0, 1)");
 }
 
 TEST(Spread, SpacesFramesEvenlyWithoutRepeats) {

@@ -133,7 +133,7 @@ TEST(LabelFrame, NamesRoundTrip) {
     EXPECT_EQ(label_frame("full"), LabelFrame::full);
     EXPECT_EQ(label_frame("clustered"), LabelFrame::clustered);
     EXPECT_EQ(test::error_of([] { label_frame("none"); }),
-              "label frame \"none\", allowed are clustered and full");
+              "label frame \"none\"; allowed: clustered and full");
 }
 
 }  // namespace

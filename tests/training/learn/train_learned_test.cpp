@@ -160,16 +160,16 @@ TEST_F(TrainLearned, GivesTheSameBitsOnAnyNumberOfThreads) {
 TEST_F(TrainLearned, RejectsInvalidOptionsAndMissingPoses) {
     const auto error = [&](const LearnedConfig& config) { return test::refusal([&] { train(config); }); };
     EXPECT_EQ(error({.samples = {.count = 17}}),
-              "samples of a node: 17, allowed is 0 or a multiple of 16 up to 128");
+              "samples of a node: 17; allowed: 0 or a multiple of 16 up to 128");
     EXPECT_EQ(error({.samples = {.max_count = 0}}),
-              "maximum samples of a node: 0, allowed is a multiple of 16 up to 128");
+              "maximum samples of a node: 0; allowed: a multiple of 16 up to 128");
     EXPECT_EQ(error({.samples = {.exact_vertices = 129}}),
-              "maximum vertices of an exact node: 129, allowed is 16 to 128");
-    EXPECT_EQ(error({.samples = {.tolerance = -1}}), "tolerance of the samples -1, allowed is 0 or more");
+              "maximum vertices of an exact node: 129; allowed: 16 to 128");
+    EXPECT_EQ(error({.samples = {.tolerance = -1}}), "tolerance of the samples -1; allowed: 0 or more");
     EXPECT_EQ(error({.sample_poses = 0}), "0 poses to choose samples from, at least 1 needed");
-    EXPECT_EQ(error({.networks = {.epochs = 0}}), "epochs of a radius network: 0, allowed is 1 or more");
-    EXPECT_EQ(error({.networks = {.quantile = 1}}), "quantile of a radius network 1, allowed is [0, 1)");
-    EXPECT_EQ(error({.box_miss_rate = 1}), "miss rate of boxes 1, allowed is [0, 1)");
+    EXPECT_EQ(error({.networks = {.epochs = 0}}), "epochs of a radius network: 0; allowed: 1 or more");
+    EXPECT_EQ(error({.networks = {.quantile = 1}}), "quantile of a radius network 1; allowed: [0, 1)");
+    EXPECT_EQ(error({.box_miss_rate = 1}), "miss rate of boxes 1; allowed: [0, 1)");
     const RecordingReader data(folder / "data.h5");
     FrameSource source(bar.body.W, data);
     EXPECT_EQ(test::refusal([&] { train_learned(bar.body, tree, source, {}, {}); }),

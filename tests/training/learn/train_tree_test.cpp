@@ -158,17 +158,16 @@ TEST_F(TrainTree, RejectsTooFewPosesAndInvalidOptions) {
         return error_of([&] { train_tree(bar.body, data, config); });
     };
     EXPECT_NE(error([](auto&) {}).find("training poses, at least 32 needed"), std::string::npos);
-    EXPECT_EQ(error([](auto& c) { c.modes = 0; }), "0 modes, allowed are 1 to 1024");
-    EXPECT_EQ(error([](auto& c) { c.modes = 1025; }), "1025 modes, allowed are 1 to 1024");
+    EXPECT_EQ(error([](auto& c) { c.modes = 0; }), "0 modes; allowed: 1 to 1024");
+    EXPECT_EQ(error([](auto& c) { c.modes = 1025; }), "1025 modes; allowed: 1 to 1024");
     EXPECT_EQ(error([](auto& c) { c.bounds = {}; }), "no bounds to train; allowed: nbd, learned_spheres");
     EXPECT_EQ(error([](auto& c) { c.bounds = {BoundKind::bd}; }),
               "bd bounds are not trained; allowed: nbd, learned_spheres");
     EXPECT_EQ(error([](auto& c) { c.learned.sample_poses = 0; }),
               "0 poses to choose samples from, at least 1 needed");
     EXPECT_EQ(error([](auto& c) { c.held_out_share = 2; }),
-              "share of held-out trajectories 2, allowed is [0, 1)");
-    EXPECT_EQ(error([](auto& c) { c.mlp.hidden = 7; }),
-              "hidden layers of 7 neurons, allowed are 16, 32 and 64");
+              "share of held-out trajectories 2; allowed: [0, 1)");
+    EXPECT_EQ(error([](auto& c) { c.mlp.hidden = 7; }), "hidden layers of 7 neurons; allowed: 16, 32 and 64");
 }
 
 TEST_F(TrainTree, RejectsAnotherBodysRecordingAndABodyWithoutModes) {

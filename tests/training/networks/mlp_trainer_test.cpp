@@ -121,14 +121,14 @@ TEST(MlpTrainer, ReportsProgressUntilTheLastNode) {
 }
 
 TEST(MlpTrainer, NamesTheOptionThatIsOutOfRange) {
-    EXPECT_EQ(error_of({.hidden = 20}), "hidden layers of 20 neurons, allowed are 16, 32 and 64");
+    EXPECT_EQ(error_of({.hidden = 20}), "hidden layers of 20 neurons; allowed: 16, 32 and 64");
     EXPECT_EQ(error_of({.batch = 0}), "batch of 0 poses, at least 1 needed");
-    EXPECT_EQ(error_of({.learning_rate = -1}), "learning rate -1, allowed is (0, 1]");
-    EXPECT_EQ(error_of({.min_learning_rate = 1}), "lowest learning rate 1, allowed is (0, 0.005]");
-    EXPECT_EQ(error_of({.weight_decay = -1}), "weight decay -1, allowed is [0, 1]");
-    EXPECT_EQ(error_of({.decay = 1}), "learning rate decay 1, allowed is (0, 1)");
+    EXPECT_EQ(error_of({.learning_rate = -1}), "learning rate -1; allowed: (0, 1]");
+    EXPECT_EQ(error_of({.min_learning_rate = 1}), "lowest learning rate 1; allowed: (0, 0.005]");
+    EXPECT_EQ(error_of({.weight_decay = -1}), "weight decay -1; allowed: [0, 1]");
+    EXPECT_EQ(error_of({.decay = 1}), "learning rate decay 1; allowed: (0, 1)");
     EXPECT_EQ(error_of({.patience = -1}), "patience of -1 epochs, at least 0 needed");
-    EXPECT_EQ(error_of({.improvement = 1}), "improvement 1, allowed is [0, 1)");
+    EXPECT_EQ(error_of({.improvement = 1}), "improvement 1; allowed: [0, 1)");
     EXPECT_EQ(error_of({.max_epochs = 0}), "epoch limit 0, at least 1 needed");
 }
 

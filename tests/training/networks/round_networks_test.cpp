@@ -7,7 +7,7 @@
 namespace nbd {
 namespace {
 
-Eigen::Array4f given(const ByteNetworks& networks, int node, const PoseRows& z, Eigen::Index pose) {
+Eigen::Array4f given(const NbdNetworks& networks, int node, const PoseRows& z, Eigen::Index pose) {
     FixedVector x(z.cols());
     x.numbers() = z.row(pose).transpose();
     x.fix();
@@ -27,7 +27,7 @@ TEST(RoundNetworks, RemovesTheMeanError) {
     const PoseRows z = PoseRows::Random(poses, shape.inputs);
     const PoseRows targets = PoseRows::Random(poses, MlpShape::outputs * nodes).array() + 0.5f;
     const std::span<const float> all(weights.data(), static_cast<std::size_t>(weights.size()));
-    const ByteNetworks plain(shape.inputs, shape.hidden, all),
+    const NbdNetworks plain(shape.inputs, shape.hidden, all),
         centred = round_networks(shape, all, z, targets);
     for (int node = 0; node < nodes; ++node) {
         Eigen::Array4f before = Eigen::Array4f::Zero(), after = before;

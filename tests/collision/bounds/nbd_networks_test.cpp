@@ -1,4 +1,4 @@
-#include "collision/bounds/learned/byte_networks.hpp"
+#include "collision/bounds/learned/nbd_networks.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace nbd {
 namespace {
 
-Eigen::Array4f evaluated(const ByteNetworks& networks, int i, const FixedVector& x) {
+Eigen::Array4f evaluated(const NbdNetworks& networks, int i, const FixedVector& x) {
     Eigen::Array4f result;
     networks.evaluate(i, x, {&result, 1});
     return result;
@@ -24,10 +24,10 @@ std::vector<float> random_weights(int count, unsigned seed) {
     return weights;
 }
 
-TEST(ByteNetworks, RoundEachRowToEightBitsOfItsLargestWeight) {
+TEST(NbdNetworks, RoundEachRowToEightBitsOfItsLargestWeight) {
     const int inputs = 5, hidden = 3;
-    const std::vector<float> weights = random_weights(2 * ByteNetworks::weight_count(inputs, hidden), 1);
-    const ByteNetworks networks(inputs, hidden, weights);
+    const std::vector<float> weights = random_weights(2 * NbdNetworks::weight_count(inputs, hidden), 1);
+    const NbdNetworks networks(inputs, hidden, weights);
     const std::vector<float> rounded = networks.weights();
     ASSERT_EQ(networks.count(), 2);
     ASSERT_EQ(rounded.size(), weights.size());
@@ -38,26 +38,26 @@ TEST(ByteNetworks, RoundEachRowToEightBitsOfItsLargestWeight) {
     for (int o = 0; o < hidden; ++o) EXPECT_EQ(rounded[15 + o], weights[15 + o]);  // b1
 }
 
-TEST(ByteNetworks, RoundOnlyOnce) {
+TEST(NbdNetworks, RoundOnlyOnce) {
     for (const int inputs : {1, 5, 128, 200})
         for (const int hidden : {1, 16, 33}) {
-            const ByteNetworks networks(inputs, hidden,
-                                        random_weights(3 * ByteNetworks::weight_count(inputs, hidden), 2));
+            const NbdNetworks networks(inputs, hidden,
+                                       random_weights(3 * NbdNetworks::weight_count(inputs, hidden), 2));
             const std::vector<float> rounded = networks.weights();
-            EXPECT_EQ(ByteNetworks(inputs, hidden, rounded).weights(), rounded);
+            EXPECT_EQ(NbdNetworks(inputs, hidden, rounded).weights(), rounded);
         }
 }
 
-TEST(ByteNetworks, DoNotOverflowForTheLargestWeightsAndInputs) {
-    const int inputs = ByteNetworks::max_inputs, hidden = 1;
-    std::vector<float> weights(static_cast<std::size_t>(ByteNetworks::weight_count(inputs, hidden)), 0.f);
+TEST(NbdNetworks, DoNotOverflowForTheLargestWeightsAndInputs) {
+    const int inputs = NbdNetworks::max_inputs, hidden = 1;
+    std::vector<float> weights(static_cast<std::size_t>(NbdNetworks::weight_count(inputs, hidden)), 0.f);
     weights[static_cast<std::size_t>(inputs) + 1] = 1;  // W2
     weights[static_cast<std::size_t>(inputs) + 3] = 1;  // W3, first output
     const float most = 1.99999f;                        // rounds to the largest fixed-point number
     EXPECT_EQ(shapes::fixed(Eigen::VectorXf::Constant(inputs, most)).fixed()[0], Kernels::max_fixed);
     for (const float sign : {1.f, -1.f}) {
         std::fill_n(weights.begin(), inputs, sign * 127.f);  // W1
-        const ByteNetworks network(inputs, hidden, weights);
+        const NbdNetworks network(inputs, hidden, weights);
         const Eigen::Array4f o = evaluated(network, 0,
                                            shapes::fixed(Eigen::VectorXf::Constant(inputs, sign * most))),
                              none = evaluated(network, 0,
@@ -68,30 +68,29 @@ TEST(ByteNetworks, DoNotOverflowForTheLargestWeightsAndInputs) {
     }
 }
 
-TEST(ByteNetworks, GiveTheSameResultsAloneAndInGroups) {
+TEST(NbdNetworks, GiveTheSameResultsAloneAndInGroups) {
     for (const int hidden : {1, 16, 33, 128}) {
-        const ByteNetworks networks(20, hidden,
-                                    random_weights(5 * ByteNetworks::weight_count(20, hidden), 4));
+        const NbdNetworks networks(20, hidden, random_weights(5 * NbdNetworks::weight_count(20, hidden), 4));
         const FixedVector x = shapes::fixed(Eigen::VectorXf::LinSpaced(20, -0.7f, 1.2f));
-        std::array<Eigen::Array4f, ByteNetworks::max_at_once> together;
-        for (int first = 0; first + ByteNetworks::max_at_once <= 5; ++first) {
+        std::array<Eigen::Array4f, NbdNetworks::max_at_once> together;
+        for (int first = 0; first + NbdNetworks::max_at_once <= 5; ++first) {
             networks.evaluate(first, x, together);
-            for (int i = 0; i < ByteNetworks::max_at_once; ++i)
+            for (int i = 0; i < NbdNetworks::max_at_once; ++i)
                 EXPECT_TRUE(
                     (together[static_cast<std::size_t>(i)] == evaluated(networks, first + i, x)).all());
         }
     }
 }
 
-TEST(ByteNetworks, GiveNanForNonFiniteInputs) {
-    const ByteNetworks network(3, 2, random_weights(ByteNetworks::weight_count(3, 2), 3));
+TEST(NbdNetworks, GiveNanForNonFiniteInputs) {
+    const NbdNetworks network(3, 2, random_weights(NbdNetworks::weight_count(3, 2), 3));
     for (const float bad : {NAN, INFINITY})
         EXPECT_TRUE(evaluated(network, 0, shapes::fixed(Eigen::Vector3f(0, bad, 1))).isNaN().all());
 }
 
-TEST(ByteNetworks, RejectInvalidSizesAndWeights) {
+TEST(NbdNetworks, RejectInvalidSizesAndWeights) {
     const auto error = [](int inputs, int hidden, std::vector<float> weights) {
-        return test::refusal([&] { ByteNetworks(inputs, hidden, weights); });
+        return test::refusal([&] { NbdNetworks(inputs, hidden, weights); });
     };
     EXPECT_EQ(error(0, 1, {}), "NBD-Tree: 0 inputs, allowed: 1 to 1024");
     EXPECT_EQ(error(1025, 1, {}), "NBD-Tree: 1025 inputs, allowed: 1 to 1024");

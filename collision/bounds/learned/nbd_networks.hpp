@@ -16,16 +16,16 @@ namespace nbd {
 /// Small ReLU networks of one shape, with two hidden layers of equal width and one-byte weights: a network of
 /// the paper takes 6.6 kB. Each output of a layer has its own scale. The inputs of a layer are rounded
 /// relative to the largest of them: the networks' inputs to 14 bits, hidden values to 8.
-class ByteNetworks {
+class NbdNetworks {
  public:
     static constexpr int outputs = MlpShape::outputs, max_hidden = Kernels::max_hidden;
     static constexpr int max_inputs = Kernels::max_inputs;
 
-    ByteNetworks() = default;
+    NbdNetworks() = default;
     /// weights: network after network, each in the order of MlpShape. Rounds the weights; rounded weights
     /// stay the same. Throws std::invalid_argument on a shape that is not allowed, on a number of weights
     /// that is not a multiple of weight_count(), and on weights that are not finite.
-    ByteNetworks(int inputs, int hidden, std::span<const float> weights);
+    NbdNetworks(int inputs, int hidden, std::span<const float> weights);
 
     int inputs() const noexcept { return inputs_; }
     int hidden() const noexcept { return hidden_; }

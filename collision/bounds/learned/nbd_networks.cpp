@@ -1,4 +1,4 @@
-#include "collision/bounds/learned/byte_networks.hpp"
+#include "collision/bounds/learned/nbd_networks.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -26,7 +26,7 @@ float scale_for(float largest) noexcept {
 
 }  // namespace
 
-ByteNetworks::ByteNetworks(int inputs, int hidden, std::span<const float> weights)
+NbdNetworks::NbdNetworks(int inputs, int hidden, std::span<const float> weights)
     : inputs_(inputs), hidden_(hidden) {
     require(inputs >= 1 && inputs <= max_inputs, inputs, " inputs, allowed: 1 to ", max_inputs);
     require(hidden >= 1 && hidden <= max_hidden, "hidden width ", hidden, ", allowed: 1 to ", max_hidden);
@@ -68,7 +68,7 @@ ByteNetworks::ByteNetworks(int inputs, int hidden, std::span<const float> weight
         }
 }
 
-std::vector<float> ByteNetworks::weights() const {
+std::vector<float> NbdNetworks::weights() const {
     std::vector<float> weights;
     weights.reserve(static_cast<std::size_t>(count_) * static_cast<std::size_t>(weight_count()));
     for (int i = 0; i < count_; ++i)
@@ -82,7 +82,7 @@ std::vector<float> ByteNetworks::weights() const {
     return weights;
 }
 
-ByteLayer ByteNetworks::layer(int i, int layer) const noexcept {
+ByteLayer NbdNetworks::layer(int i, int layer) const noexcept {
     const Place &place = places_[static_cast<std::size_t>(layer)], &whole = places_.back();
     const std::ptrdiff_t output = std::ptrdiff_t{i} * whole.outputs + place.outputs;
     const int outputs = padded(layer_outputs(layer));
@@ -95,8 +95,8 @@ ByteLayer ByteNetworks::layer(int i, int layer) const noexcept {
             .relu = layer < layers - 1};
 }
 
-void ByteNetworks::evaluate(int first, const FixedVector& x, std::span<Eigen::Array4f> results,
-                            const FixedColumns& columns, float* products) const noexcept {
+void NbdNetworks::evaluate(int first, const FixedVector& x, std::span<Eigen::Array4f> results,
+                           const FixedColumns& columns, float* products) const noexcept {
     ByteLayer all[max_at_once][layers];
     const auto count = static_cast<int>(results.size());
     for (int i = 0; i < count; ++i)
