@@ -17,7 +17,7 @@ constexpr ElementType element_types[] = {
     {},      {2, 1},  {3, 2},  {4, 2},  {4, 3}, {8, 3}, {6, 3},  {5, 3},  {3, 1},  {6, 2}, {9, 2},
     {10, 3}, {27, 3}, {18, 3}, {14, 3}, {1, 0}, {8, 2}, {20, 3}, {15, 3}, {13, 3}, {9, 2}, {10, 2},
     {12, 2}, {15, 2}, {15, 2}, {21, 2}, {4, 1}, {5, 1}, {6, 1},  {20, 3}, {35, 3}, {56, 3}};
-constexpr int tetrahedron = 4;
+constexpr int gmsh_tetrahedron = 4;
 
 class GmshReader {
  public:
@@ -134,7 +134,7 @@ class GmshReader {
         const bool known = number > 0 && number < static_cast<int>(std::size(element_types));
         if (!known) in_.fail(fmt::format("element type {} is not known", number));
         const ElementType type = element_types[number];
-        if (type.dimension == 3 && number != tetrahedron)
+        if (type.dimension == 3 && number != gmsh_tetrahedron)
             in_.fail(
                 fmt::format("a volume element of type {} with {} nodes; only 4-node tetrahedra are allowed",
                             number, type.nodes));
@@ -144,7 +144,7 @@ class GmshReader {
     /// Reads the nodes of one element. get: reads the next tag.
     template <class Get>
     void read_corners(int number, const ElementType& type, Get get) {
-        if (number != tetrahedron) {
+        if (number != gmsh_tetrahedron) {
             for (int c = 0; c < type.nodes; ++c) get();
             ++content_.other_cells;
             return;

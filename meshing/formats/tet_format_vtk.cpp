@@ -11,7 +11,7 @@
 namespace nbd {
 namespace {
 
-constexpr int tetrahedron = 10;
+constexpr int vtk_tetrahedron = 10;
 
 /// Corner count of a point, line or surface cell type; 0 if any number is allowed.
 int corners_of(int cell_type) {
@@ -146,14 +146,14 @@ class VtkReader {
         for (std::size_t c = 0; c < n; ++c) {
             const int type = in_.int32();
             const auto corners = offsets_[c + 1] - offsets_[c];
-            if (is_volume(type) && (type != tetrahedron || corners != 4))
+            if (is_volume(type) && (type != vtk_tetrahedron || corners != 4))
                 in_.fail(fmt::format(
                     "cell {} is a volume of type {} with {} corners; only 4-node tetrahedra are allowed", c,
                     type, corners));
             if (const int allowed = corners_of(type); allowed != 0 && corners != allowed)
                 in_.fail(
                     fmt::format("cell {} of type {} has {} corners; allowed: {}", c, type, corners, allowed));
-            if (type != tetrahedron) {
+            if (type != vtk_tetrahedron) {
                 ++content_.other_cells;
                 continue;
             }
