@@ -38,10 +38,11 @@ std::string describe(BoundKind kind, const Calibration& calibration, const Spher
         "{} "
         "poses of {} trajectories; mean margins by depth{}",
         name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence, calibration.poses,
-        calibration.trajectories, calibration.limits.empty() ? "" : ", at the edge of the range");
+        calibration.trajectories,
+        calibration.limits.empty() ? "" : ", for inputs at the edge of the calibrated range");
     for (std::size_t depth = 0; depth < sums.size(); ++depth)
         text += fmt::format(" {:.2f}", 100 * sums[depth] / counts[depth]);
-    return text + " %";
+    return text + (kind == BoundKind::learned_boxes ? " % of a spread of the samples" : " % of the radius");
 }
 
 }  // namespace nbd

@@ -87,7 +87,10 @@ std::vector<CoverageRow> measure_coverage(const SurfaceBody& body,
                                           const RecordingReader& recording, std::span<const FrameId> frames) {
     const auto calibration = tree->calibrations.find(kind);
     if (calibration == tree->calibrations.end())
-        throw std::invalid_argument(fmt::format("{} bounds of the tree are not calibrated", name(kind)));
+        throw std::invalid_argument(
+            can_miss(kind)
+                ? fmt::format("{} bounds of the tree are not calibrated", name(kind))
+                : fmt::format("{} bounds never miss, so they have no coverage to measure", name(kind)));
     if (frames.empty()) throw std::invalid_argument("no frame to measure coverage on");
     std::vector<PosedTree> posed;
     for (int slot = 0; slot < frame_slots; ++slot) posed.emplace_back(tree, kind);

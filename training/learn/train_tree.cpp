@@ -190,8 +190,10 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
     facts.poses = static_cast<int>(frames.size());
     const int needed = trains(config, BoundKind::nbd) ? config.mlp.batch : 1;
     if (facts.poses < needed)
-        throw std::runtime_error(fmt::format("{}: {} training poses, at least {} needed",
-                                             recording.path().string(), facts.poses, needed));
+        throw std::runtime_error(
+            fmt::format("{}: {} training poses; allowed: at least {} for these bounds; record more "
+                        "trajectories or frames",
+                        recording.path().string(), facts.poses, needed));
 
     run.enter("reading");
     std::vector<FrameId> used = frames_of(recording, facts.split, FrameSet::calibration);

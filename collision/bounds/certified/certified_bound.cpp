@@ -51,8 +51,8 @@ void CertifiedBound::place(const CertifiedModel::Cell& cell, const Eigen::Vector
     const Eigen::Matrix3f& G = motion_[static_cast<std::size_t>(cell.carrier)].G;
     const Eigen::Vector3f anchor = position(cell.anchor) - origin, centre = anchor + G * cell.m;
     const Eigen::Matrix3f M = G * cell.B;
-    // Two bounds, of which the smaller counts: the worst region for the whole path, or each region for its
-    // part.
+    // The smaller of two bounds counts: one takes the worst region for the whole path, the other each region
+    // for its part.
     float worst_stretch = 0, worst_deviation = 0, stretch = 0, deviation = 0;
     for (int k = cell.leg_begin; k < cell.leg_end; ++k) {
         const auto [pair, length] = model_->legs[static_cast<std::size_t>(k)];

@@ -11,7 +11,7 @@ FixedMatrix::FixedMatrix(const Eigen::Ref<const Eigen::MatrixXf>& numbers)
         column.numbers() = numbers.col(c);
         column.fix();
         scales_[c] = column.scale();
-        // Sums of products could overflow with the largest number of all.
+        // Sums of products could overflow if a factor were max_fixed.
         constexpr std::int16_t most = Kernels::max_fixed - 1;
         for (Eigen::Index r = 0; r < FixedVector::padded(rows_); ++r)
             fixed_.push_back(std::clamp<std::int16_t>(column.fixed()[r], -most, most));

@@ -12,8 +12,8 @@ namespace {
 SampleBox sample_box(std::span<const int> samples, const LearnedModel::BoxFit& fit, bool exact,
                      const Positions& x) noexcept {
     const int *rows = samples.data(), *end = rows + samples.size();
-    // Offsets from the first sample keep their digits far from the origin. Two independent chains of each,
-    // since every step waits for the previous one.
+    // Offsets from the first sample keep their digits far from the origin. Two sums of each run in
+    // parallel, since each addition waits for the one before.
     const Eigen::Array4f first = x[*rows];
     Eigen::Array4f lo[2] = {first, first}, hi[2] = {first, first};
     Eigen::Array4f sum[2] = {Eigen::Array4f::Zero(), Eigen::Array4f::Zero()}, squares[2] = {sum[0], sum[0]};
