@@ -19,18 +19,21 @@ struct CollideArguments {
     float distance = -1;
 };
 
-PosedTree posed(const PosedSurface& surface, const CollideArguments& arguments) {
-    const BoundKind asked = bound_kind(arguments.bounds),
-                    kind = surface.learned || is_exact(asked) ? asked : BoundKind::exact;
-    PosedTree tree(surface.tree, kind, arguments.margin);
-    tree.begin_pose(surface.x, surface.motion);
+PosedTree posed(const PosedSurface& surface, BoundKind asked, std::optional<float> margin) {
+    const BoundKind kind = surface.learned || is_exact(asked) ? asked : BoundKind::exact;
+    PosedTree tree(surface.tree, kind, margin);
+    if (kind == BoundKind::affine)
+        tree.begin_pose_of_nodes(surface.nodes);
+    else
+        tree.begin_pose(surface.x, surface.motion);
     return tree;
 }
 
 void run(const CollideArguments& arguments, Output& out) {
     if (!arguments.pairs.empty()) check_output(arguments.pairs, {arguments.a, arguments.b});
-    const PosedSurface a = read_pose(arguments.a), b = read_pose(arguments.b);
-    PosedTree tree_a = posed(a, arguments), tree_b = posed(b, arguments);
+    const BoundKind bounds = bound_kind(arguments.bounds);
+    const PosedSurface a = read_pose(arguments.a, bounds), b = read_pose(arguments.b, bounds);
+    PosedTree tree_a = posed(a, bounds, arguments.margin), tree_b = posed(b, bounds, arguments.margin);
     PairQuery query;
     const std::span<const FacePair> pairs = arguments.distance < 0
                                                 ? query.intersecting(tree_a, tree_b)

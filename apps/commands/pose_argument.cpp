@@ -42,9 +42,23 @@ Vertices surface_pose(const TreeFile& file, const std::string& path) {
     return mesh.X.cast<float>();
 }
 
+/// Gives the tree of a file affine bounds. argument: as the command line names the pose.
+void prepare_affine(TreeFile& file, const Vertices& nodes, const std::string& argument) {
+    if (nodes.rows() == 0)
+        throw std::runtime_error(fmt::format(
+            "{}: affine bounds need the nodes of a pose; allowed: TREE.h5@RECORDING.h5:trajectory:frame",
+            argument));
+    if (file.solid.X.rows() != file.W.cols())
+        throw std::runtime_error(fmt::format(
+            "{}: the tree has no rest positions of its nodes, which affine bounds need; allowed: a tree "
+            "trained on a body with tetrahedra",
+            argument));
+    hang_on_nodes(file.tree, file.W, file.solid.X.cast<float>());
+}
+
 }  // namespace
 
-PosedSurface read_pose(const std::string& argument) {
+PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
     const std::size_t at = argument.find('@');
     if (at == std::string::npos) {
         const TriMesh mesh = read_surface(argument);
@@ -62,12 +76,13 @@ PosedSurface read_pose(const std::string& argument) {
     Vertices x = std::regex_match(pose, part, std::regex("(.+):([0-9]{1,9}):([0-9]{1,9})"))
                      ? recorded_pose(file, part[1], std::stoi(part[2]), std::stoi(part[3]), nodes)
                      : surface_pose(file, pose);
-    if (file.tree.certified && nodes.rows() > 0) {
+    if (bounds == BoundKind::affine) prepare_affine(file, nodes, argument);
+    if (bounds == BoundKind::certified && file.tree.certified && nodes.rows() > 0) {
         SolidMeter meter(file.solid, std::make_shared<const TetRegions>(file.tree.certified->regions));
         const std::span<const RegionMotion> measured = meter.measure(nodes);
         motion.assign(measured.begin(), measured.end());
     }
-    return {std::make_shared<const CollisionTree>(std::move(file.tree)), std::move(x), true,
+    return {std::make_shared<const CollisionTree>(std::move(file.tree)), std::move(x), true, std::move(nodes),
             std::move(motion)};
 }
 

@@ -15,8 +15,8 @@ inline void prefetch_line([[maybe_unused]] const void* address) noexcept {
 /// Prefetches all cache lines of an array.
 template <class T>
 void prefetch_lines(std::span<const T> array) noexcept {
-    constexpr std::size_t line = 64 / sizeof(T);
-    for (std::size_t i = 0; i < array.size(); i += line) prefetch_line(array.data() + i);
+    const auto* bytes = reinterpret_cast<const char*>(array.data());
+    for (std::size_t i = 0; i < array.size_bytes(); i += 64) prefetch_line(bytes + i);
 }
 
 }  // namespace nbd

@@ -101,7 +101,8 @@ constexpr auto certified_fields = [](auto& file, auto& certified) {
 };
 
 constexpr auto tree_fields = [](auto& file, auto& tree) {
-    auto& [vertex_count, faces, spheres, bd, nbd, learned, certified, calibrations] = tree;
+    // `affine` is not stored: whoever has the nodes and W calls hang_on_nodes() again.
+    auto& [vertex_count, faces, spheres, bd, nbd, learned, certified, affine, calibrations] = tree;
     file.field("surface/vertex_count", vertex_count);
     file.field("surface/faces", faces);
     sphere_fields(file, spheres);

@@ -33,6 +33,9 @@ class EmbeddedPositions {
     }
     void compute_all() noexcept;
 
+    /// The nodes of this pose, with their own stride.
+    Rows nodes() const noexcept { return {nodes_, node_count_, 3, Eigen::OuterStride<>(stride_)}; }
+
     /// [vertex_count, 3], with a stride of four floats. Rows not computed in this pose hold older positions.
     Rows rows() const noexcept { return {x_.data(), vertex_count(), 3, Eigen::OuterStride<>(4)}; }
 

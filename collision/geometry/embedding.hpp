@@ -4,6 +4,8 @@
 #include <Eigen/SparseCore>
 #include <type_traits>
 
+#include "collision/geometry/geometry.hpp"
+
 namespace nbd {
 
 /// Weights W that carry the nodes of a coarser mesh to a surface: x = W nodes, rows sum to 1.
@@ -24,6 +26,10 @@ Eigen::Matrix<Scalar, 1, 3> embedded_position(int count, const int* columns, con
     return sum;
 }
 
+/// Likewise in float, without fused products on any machine: all parts of the library get the same bits.
+Eigen::RowVector3f embedded_position(int count, const int* columns, const float* weights, const float* nodes,
+                                     Eigen::Index stride) noexcept;
+
 /// x = W nodes, row by row in the order of embedded_position(). nodes: [W.cols(), 3]. x: out, [W.rows(), 3],
 /// allocated only when its size differs; must not overlap `nodes`.
 template <class Scalar>
@@ -39,6 +45,9 @@ void apply_embedding(
             embedded_position(counts ? counts[v] : begin[v + 1] - begin[v], W.innerIndexPtr() + begin[v],
                               W.valuePtr() + begin[v], nodes.data(), nodes.outerStride());
 }
+
+template <>
+void apply_embedding<float>(const SurfaceEmbedding& W, const VerticesRef& nodes, Vertices& x);
 
 /// Likewise, returned.
 template <class Scalar>

@@ -1,10 +1,15 @@
 #pragma once
 
+#include <array>
+
 #include "collision/geometry/box.hpp"
 #include "collision/geometry/geometry.hpp"
 #include "collision/geometry/positions.hpp"
 
 namespace nbd {
+
+/// Corners of a face, one per column: a register each.
+using FaceCorners = std::array<Eigen::Array4f, 3>;
 
 /// Faces in a pose, in the form that triangle tests read.
 struct PosedFaces {
@@ -13,6 +18,9 @@ struct PosedFaces {
 
     /// Lane 3 is unspecified, see Positions::operator[].
     Eigen::Array4f corner(int face, int k) const noexcept { return x[(*F)(face, k)]; }
+    FaceCorners corners(int face) const noexcept {
+        return {corner(face, 0), corner(face, 1), corner(face, 2)};
+    }
     /// Lane 3 of both corners is unspecified.
     Box box(int face) const noexcept {
         const Eigen::Array4f a = corner(face, 0), b = corner(face, 1), c = corner(face, 2);

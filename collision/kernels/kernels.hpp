@@ -5,6 +5,7 @@
 namespace nbd {
 
 struct BoxPack;
+struct RestBoxes;
 struct TrianglePack;
 
 /// Instruction sets with their own form of the kernels: the library's own (`plain`), AVX2, and AVX-512 with
@@ -40,6 +41,24 @@ struct FixedColumns {
     int rows, count;  // rows: a multiple of 32
 };
 
+/// Nodes that carry a part of a surface, x = W nodes with weights >= 0, and the sixteen children of the part.
+/// `rest` are coordinates in the rest pose, in a frame and a unit of length of their own: integers, so that
+/// they are exact.
+struct AffinePart {
+    const std::int32_t* nodes;  // [count] place of each node's first coordinate in the array of all nodes
+    int count;                  // a multiple of 16; some nodes may be listed more than once
+    /// [16 * carriers] places in `nodes` of the nodes that carry each child: those of child k at k, k + 16
+    /// and so on, some more than once.
+    const std::uint16_t* carrier;
+    int carriers;
+    const std::int16_t* rest;  // of a shared map [3 * count]: all x, then all y, then all z; of own maps
+                               // [16 * 3 * carriers]: x, y and z of sixteen children, carrier after carrier
+    const float* moments;  // xx, xy, xz, yy, yz, zz of the (pseudo-)inverse of the sum of rest rest^T; of own
+                           // maps sixteen of each
+    const float* reach;    // [3], or [3 * 16]: largest magnitude of a coordinate of the nodes, and of a
+                           // centre plus sides
+};
+
 /// The inner loops of queries for one instruction set. All forms give identical bits, except NaN payloads:
 /// integer sums are exact, and float sums run in a fixed order without fused products. Nothing here
 /// allocates.
@@ -71,6 +90,17 @@ struct Kernels {
     /// See triangle_pack.hpp.
     unsigned (*separated_by_plane)(const TrianglePack& s, const TrianglePack& t) noexcept;
     PackVerdict (*edges_meet_faces)(const TrianglePack& s, const TrianglePack& t) noexcept;
+
+    /// Boxes around the children of a part in a pose, from its nodes alone. `rest`: boxes in the frame of
+    /// `part.rest` around X = W rest of the children's vertices. rounding: see AffineModel::rounding.
+    /// scratch: 3 * count floats. The kernel fits an affine map (A, b) to nodes n_i by least squares. What it
+    /// leaves, d_i = n_i - A r_i - b, moves a vertex by a convex mean of d_i: x = A X + b + sum w_i d_i. So
+    /// the box of a child moves with the map and grows by the box of its carriers' d_i. shared_map fits one
+    /// map to all nodes of the part, own_maps one to the carriers of each child.
+    void (*shared_map)(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
+                       float* scratch, BoxPack& boxes) noexcept;
+    void (*own_maps)(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
+                     float* scratch, BoxPack& boxes) noexcept;
 
     /// Rounds `count` numbers x, a multiple of 16, to the nearest fixed[i] * scale. Returns the scale: a
     /// power of 2 for which the largest magnitude in `fixed` is at least max_fixed / 2; 0 if all numbers are

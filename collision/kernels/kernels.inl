@@ -192,6 +192,8 @@ PackVerdict edges_meet_faces(const TrianglePack& first, const TrianglePack& seco
     return {above(certainty.meeting + doubt, 0), above(certainty.apart + doubt, 0)};
 }
 
+#include "collision/kernels/affine.inl"
+
 // Fixed point
 
 /// Exponent of the largest magnitude, biased by 127; 255 if a number is not finite.
@@ -337,6 +339,8 @@ constexpr Kernels make_kernels(InstructionSet instructions) noexcept {
             .near_each = near_each,
             .separated_by_plane = separated_by_plane,
             .edges_meet_faces = edges_meet_faces,
+            .shared_map = shared_map,
+            .own_maps = own_maps,
             .fix = fix,
             .products = products,
             .networks = networks};

@@ -15,6 +15,23 @@ inline void store(const Lanes& a, float* p) noexcept {
     _mm256_storeu_ps(p, a.v[0]);
     _mm256_storeu_ps(p + 8, a.v[1]);
 }
+inline Lanes gather(const float* base, const std::int32_t* offsets) noexcept {
+    const __m256i* at = reinterpret_cast<const __m256i*>(offsets);
+    return {{_mm256_i32gather_ps(base, _mm256_loadu_si256(at), 4),
+             _mm256_i32gather_ps(base, _mm256_loadu_si256(at + 1), 4)}};
+}
+inline Lanes pick(const float* table, int, const std::uint16_t* indices) noexcept {
+    const auto eight = [&](int first) {
+        const __m128i at = _mm_loadu_si128(reinterpret_cast<const __m128i*>(indices + first));
+        return _mm256_i32gather_ps(table, _mm256_cvtepu16_epi32(at), 4);
+    };
+    return {{eight(0), eight(8)}};
+}
+inline Lanes load_shorts(const std::int16_t* p) noexcept {
+    const __m128i* at = reinterpret_cast<const __m128i*>(p);
+    const auto floats = [](__m128i shorts) { return _mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(shorts)); };
+    return {{floats(_mm_loadu_si128(at)), floats(_mm_loadu_si128(at + 1))}};
+}
 inline Lanes all(float x) noexcept { return {{_mm256_set1_ps(x), _mm256_set1_ps(x)}}; }
 inline Lanes operator+(const Lanes& a, const Lanes& b) noexcept {
     return {{_mm256_add_ps(a.v[0], b.v[0]), _mm256_add_ps(a.v[1], b.v[1])}};

@@ -12,6 +12,18 @@ struct Pairs {
 
 inline Lanes load(const float* p) noexcept { return {_mm512_loadu_ps(p)}; }
 inline void store(const Lanes& a, float* p) noexcept { _mm512_storeu_ps(p, a.v); }
+inline Lanes gather(const float* base, const std::int32_t* offsets) noexcept {
+    return {_mm512_i32gather_ps(_mm512_loadu_si512(offsets), base, 4)};
+}
+inline Lanes pick(const float* table, int count, const std::uint16_t* indices) noexcept {
+    const __m512i at = _mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(indices)));
+    if (count > 32) return {_mm512_i32gather_ps(at, table, 4)};
+    return {_mm512_permutex2var_ps(_mm512_loadu_ps(table), at, _mm512_loadu_ps(table + count - 16))};
+}
+inline Lanes load_shorts(const std::int16_t* p) noexcept {
+    const __m256i shorts = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p));
+    return {_mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(shorts))};
+}
 inline Lanes all(float x) noexcept { return {_mm512_set1_ps(x)}; }
 inline Lanes operator+(const Lanes& a, const Lanes& b) noexcept { return {_mm512_add_ps(a.v, b.v)}; }
 inline Lanes operator-(const Lanes& a, const Lanes& b) noexcept { return {_mm512_sub_ps(a.v, b.v)}; }

@@ -25,6 +25,17 @@ inline Lanes load(const float* p) noexcept {
 inline void store(const Lanes& a, float* p) noexcept {
     for (int k = 0; k < 16; ++k) p[k] = a.v[k];
 }
+/// base[offsets[k]] in lane k.
+inline Lanes gather(const float* base, const std::int32_t* offsets) noexcept {
+    return each([&](int k) { return base[offsets[k]]; });
+}
+/// table[indices[k]] in lane k. count: numbers in the table, a multiple of 16.
+inline Lanes pick(const float* table, int, const std::uint16_t* indices) noexcept {
+    return each([&](int k) { return table[indices[k]]; });
+}
+inline Lanes load_shorts(const std::int16_t* p) noexcept {
+    return each([&](int k) { return static_cast<float>(p[k]); });
+}
 inline Lanes all(float x) noexcept {
     return each([&](int) { return x; });
 }

@@ -20,6 +20,12 @@ struct alignas(64) BoxPack {
     inline void grow(float by) noexcept;
 };
 
+/// Sixteen boxes in a part's rest frame, one per lane: centres and the three vectors from the centre to the
+/// middle of a side. Unused lanes hold zeros.
+struct alignas(64) RestBoxes {
+    float centre[3][kernel_lanes], side[3][3][kernel_lanes];  // [axis][box], [side][axis][box]
+};
+
 /// Sixteen triangles, one per lane.
 struct alignas(64) TrianglePack {
     static constexpr int lanes = kernel_lanes;

@@ -6,27 +6,16 @@
 #include <functional>
 
 #include "collision/kernels/lane_mask.hpp"
+#include "collision/query/least_distance.hpp"
 #include "collision/query/near_boxes.hpp"
 #include "collision/tree/posed_tree_state.hpp"
 
 namespace nbd {
 namespace {
 
-/// Covers the rounding of the distances below in double precision, relative to the lengths they come from.
-constexpr double slack = 1e-14;
-
-double least_distance(const Box& s, const Box& t) noexcept {
-    double squared = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double gap = std::max(double{s.lo[axis]} - t.hi[axis], double{t.lo[axis]} - s.hi[axis]);
-        if (gap > 0) squared += gap * gap;
-    }
-    return std::sqrt(squared) * (1 - slack);
-}
-
 double least_distance(const Sphere& s, const Sphere& t) noexcept {
     const double between = (s.c.cast<double>() - t.c.cast<double>()).norm(), radii = double{s.r} + t.r;
-    return std::max(between - radii - slack * (between + radii), 0.);
+    return std::max(between - radii - least_distance_slack * (between + radii), 0.);
 }
 
 double least_distance(PosedTree& a, int i, PosedTree& b, int j) noexcept {
@@ -73,7 +62,7 @@ void ClosestQuery::open_nodes(PosedTree& a, int i, PosedTree& b, int j) noexcept
     const SphereTree::Node& node_b = b.tree().spheres.nodes[static_cast<std::size_t>(j)];
     const bool first_is_larger = node_a.face_end - node_a.face_begin >= node_b.face_end - node_b.face_begin;
     if (node_a.is_leaf() && node_b.is_leaf()) {
-        LeafBoxes &boxes_a = a.state_->boxes, &boxes_b = b.state_->boxes;
+        LeafBoxes &boxes_a = a.state_->spheres().boxes, &boxes_b = b.state_->spheres().boxes;
         const int root_a = boxes_a.root(i), root_b = boxes_b.root(j);
         boxes_a.open(root_a);
         boxes_b.open(root_b);
@@ -127,9 +116,11 @@ void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) noexcept
 }
 
 void ClosestQuery::test_faces(const LeafBoxes& a, int slot_a, const LeafBoxes& b, int slot_b) noexcept {
+    measure({a.face(slot_a), b.face(slot_b)}, a.triangle(slot_a), b.triangle(slot_b));
+}
+
+void ClosestQuery::measure(const FacePair& faces, const Triangle& s, const Triangle& t) noexcept {
     ++triangle_tests_;
-    const Triangle s = a.triangle(slot_a), t = b.triangle(slot_b);
-    const FacePair faces{a.face(slot_a), b.face(slot_b)};
     const double distance = triangle_distance(s, t);
     if (distance < most_ || (distance == most_ && (!closest_ || faces < *closest_))) {
         most_ = distance;
@@ -138,15 +129,10 @@ void ClosestQuery::test_faces(const LeafBoxes& a, int slot_a, const LeafBoxes& b
     }
 }
 
-std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, double most) noexcept {
-    assert(most >= 0);
-    LeafBoxes &boxes_a = a.state_->boxes, &boxes_b = b.state_->boxes;
-    queue_.clear();
-    triangle_tests_ = 0;
-    most_ = most;
-    closest_.reset();
+void ClosestQuery::search_sphere_trees(PosedTree& a, PosedTree& b) noexcept {
+    LeafBoxes &boxes_a = a.state_->spheres().boxes, &boxes_b = b.state_->spheres().boxes;
     push_nodes(a, 0, b, 0);
-    while (!queue_.empty() && queue_.front().distance <= most_ && !(closest_ && most_ == 0)) {
+    while (goes_on()) {
         const Candidate pair = pop();
         if (pair.level == Candidate::nodes)
             open_nodes(a, pair.a, b, pair.b);
@@ -155,6 +141,22 @@ std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, do
         else
             test_faces(boxes_a, pair.a, boxes_b, pair.b);
     }
+}
+
+bool ClosestQuery::goes_on() const noexcept {
+    return !queue_.empty() && queue_.front().distance <= most_ && !(closest_ && most_ == 0);
+}
+
+std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, double most) noexcept {
+    assert(most >= 0);
+    queue_.clear();
+    triangle_tests_ = 0;
+    most_ = most;
+    closest_.reset();
+    if (a.state_->affine_pose() && b.state_->affine_pose())
+        search_affine(*a.state_->affine, *b.state_->affine);
+    else
+        search_sphere_trees(a, b);
     if (!closest_) return std::nullopt;
     return ClosestFaces{*closest_, closest_triangle_triangle(triangles_[0], triangles_[1])};
 }

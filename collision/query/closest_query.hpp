@@ -11,6 +11,8 @@
 namespace nbd {
 
 class LeafBoxes;
+class AffineBoxes;
+struct BoxPack;
 
 /// The closest faces of two bodies and their closest points.
 struct ClosestFaces {
@@ -36,10 +38,10 @@ class ClosestQuery {
     long triangle_tests() const noexcept { return triangle_tests_; }
 
  private:
-    /// A pair of sphere tree nodes, LeafBoxes nodes or face slots, with a lower bound on their distance,
-    /// metres.
+    /// A pair of sphere tree nodes, LeafBoxes nodes or face slots, or of a box tree's clusters, blocks,
+    /// leaves or face slots, with a lower bound on their distance, metres.
     struct Candidate {
-        enum Level { faces, boxes, nodes };
+        enum Level { faces, leaves, boxes, blocks, nodes, clusters, bodies };
         double distance;
         Level level;
         int a, b;
@@ -48,11 +50,18 @@ class ClosestQuery {
 
     void push(const Candidate& candidate) noexcept;
     Candidate pop() noexcept;
+    bool goes_on() const noexcept;
+    void search_sphere_trees(PosedTree& a, PosedTree& b) noexcept;
+    void search_affine(AffineBoxes& a, AffineBoxes& b) noexcept;
     void push_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b) noexcept;
     /// Replace a pair by the pairs of its parts.
     void open_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b) noexcept;
     void open_boxes(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b) noexcept;
     void open_faces(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b) noexcept;
+    void open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int leaf_b) noexcept;
+    void push_children(Candidate::Level level, const BoxPack& s, unsigned in_s, int first_a, const BoxPack& t,
+                       unsigned in_t, int first_b, const Box& whole_t) noexcept;
+    void measure(const FacePair& faces, const Triangle& s, const Triangle& t) noexcept;
     void test_faces(const LeafBoxes& a, int slot_a, const LeafBoxes& b, int slot_b) noexcept;
 
     std::vector<Candidate> queue_;

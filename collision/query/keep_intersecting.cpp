@@ -11,27 +11,29 @@ namespace nbd {
 namespace {
 
 /// Packs up to 16 faces; the lanes left over repeat the last one.
-template <int FacePair::*face>
-TrianglePack pack(const PosedFaces& faces, std::span<const FacePair> pairs) noexcept {
+template <int FacePair::*face, class Posed>
+TrianglePack pack(const Posed& faces, std::span<const FacePair> pairs) noexcept {
     constexpr int lanes = TrianglePack::lanes;
     TrianglePack packed;
-    for (int first = 0; first < lanes; first += 4)
+    for (int first = 0; first < lanes; first += 4) {
+        Eigen::Array44f positions[3];
+        for (int lane = 0; lane < 4; ++lane) {
+            const auto i = std::min(static_cast<std::size_t>(first + lane), pairs.size() - 1);
+            const FaceCorners corners = faces.corners(pairs[i].*face);
+            for (int k = 0; k < 3; ++k) positions[k].col(lane) = corners[static_cast<std::size_t>(k)];
+        }
         for (int k = 0; k < 3; ++k) {
-            Eigen::Array44f positions;
-            for (int lane = 0; lane < 4; ++lane) {
-                const auto i = std::min(static_cast<std::size_t>(first + lane), pairs.size() - 1);
-                positions.col(lane) = faces.corner(pairs[i].*face, k);
-            }
-            const Eigen::Array44f by_axis = positions.transpose();
+            const Eigen::Array44f by_axis = positions[k].transpose();
             for (int axis = 0; axis < 3; ++axis)
                 Eigen::Map<Eigen::Array4f>(packed.corners[k][axis] + first) = by_axis.col(axis);
         }
+    }
     return packed;
 }
 
 /// Filters pairs, up to 16 at a time: `keep` returns a bit for each of them; further bits are ignored.
-template <class Keep>
-void filter(std::vector<FacePair>& pairs, const PosedFaces& a, const PosedFaces& b, const Keep& keep) {
+template <class Posed, class Keep>
+void filter(std::vector<FacePair>& pairs, const Posed& a, const Posed& b, const Keep& keep) {
     std::size_t kept = 0;
     for (std::size_t first = 0; first < pairs.size(); first += TrianglePack::lanes) {
         const auto count = std::min<std::size_t>(TrianglePack::lanes, pairs.size() - first);
@@ -43,9 +45,8 @@ void filter(std::vector<FacePair>& pairs, const PosedFaces& a, const PosedFaces&
     pairs.resize(kept);
 }
 
-}  // namespace
-
-void keep_intersecting(std::vector<FacePair>& pairs, const PosedFaces& a, const PosedFaces& b) noexcept {
+template <class Posed>
+void keep(std::vector<FacePair>& pairs, const Posed& a, const Posed& b) noexcept {
     using Some = std::span<const FacePair>;
     filter(pairs, a, b,
            [](Some, const TrianglePack& s, const TrianglePack& t) { return ~separated_by_plane(s, t); });
@@ -57,6 +58,16 @@ void keep_intersecting(std::vector<FacePair>& pairs, const PosedFaces& a, const 
                 meeting |= 1u << k;
         return meeting;
     });
+}
+
+}  // namespace
+
+void keep_intersecting(std::vector<FacePair>& pairs, const PosedFaces& a, const PosedFaces& b) noexcept {
+    keep(pairs, a, b);
+}
+
+void keep_intersecting(std::vector<FacePair>& pairs, const AffineBoxes& a, const AffineBoxes& b) noexcept {
+    keep(pairs, a, b);
 }
 
 }  // namespace nbd

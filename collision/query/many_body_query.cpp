@@ -10,14 +10,7 @@ namespace {
 /// Box around all points within distance / 2 of the body, if the bound of its root contains the body. The
 /// boxes of two bodies within `distance` of each other touch.
 Box root_box(PosedTree& body, float distance) noexcept {
-    Box box;
-    if (const auto root = body.box(0)) {
-        box = *root;
-    } else {
-        const Sphere& sphere = body.sphere(0);
-        const Eigen::Array3f lo = sphere.c.array() - sphere.r, hi = sphere.c.array() + sphere.r;
-        box = {{lo[0], lo[1], lo[2], 0}, {hi[0], hi[1], hi[2], 0}};
-    }
+    const Box box = body.whole();
     // Each side rounds by an ulp of its coordinate or of the distance.
     const Eigen::Array4f ulps =
         4 * std::numeric_limits<float>::epsilon() * (box.lo.abs().max(box.hi.abs()) + distance);

@@ -36,8 +36,9 @@ void prefetch_ahead(const A& bounds_a, const B& bounds_b, const std::vector<Node
 /// PairQuery's walk over the sphere trees, for one pair of bound types. It goes level by level, so that data
 /// of later nodes can be prefetched. level, next: scratch.
 template <Bound A, Bound B>
-void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, float distance,
-                std::vector<NodePair>& level, std::vector<NodePair>& next, std::vector<LeafPair>& leaf_pairs,
+void walk_nodes(const SphereTree& tree_a, PosedSpheres& a, A& bounds_a, const SphereTree& tree_b,
+                PosedSpheres& b, B& bounds_b, float distance, std::vector<NodePair>& level,
+                std::vector<NodePair>& next, std::vector<LeafPair>& leaf_pairs,
                 QueryCounters& counters) noexcept {
     for (level.assign(1, {0, 0}); !level.empty(); std::swap(level, next)) {
         next.clear();
@@ -45,8 +46,8 @@ void walk_nodes(PosedTreeState& a, A& bounds_a, PosedTreeState& b, B& bounds_b, 
         for (std::size_t i = 0; i < level.size(); ++i) {
             const NodePair pair = level[i];
             prefetch_ahead(bounds_a, bounds_b, level, i);
-            const SphereTree::Node& node_a = a.tree->spheres.nodes[static_cast<std::size_t>(pair.a)];
-            const SphereTree::Node& node_b = b.tree->spheres.nodes[static_cast<std::size_t>(pair.b)];
+            const SphereTree::Node& node_a = tree_a.nodes[static_cast<std::size_t>(pair.a)];
+            const SphereTree::Node& node_b = tree_b.nodes[static_cast<std::size_t>(pair.b)];
             bool first_is_larger;
             if constexpr (BoxBound<A> && BoxBound<B>) {
                 if (apart(bounds_a.box(pair.a), bounds_b.box(pair.b), distance)) continue;
@@ -128,23 +129,47 @@ void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noex
         return a.nodes_out_of_range() + (&a == &b ? 0 : b.nodes_out_of_range());
     };
     const int bounded_before = bounded(), out_of_range_before = out_of_range();
+    PosedSpheres &spheres_a = a.state_->spheres(), &spheres_b = b.state_->spheres();
     std::visit(
         [&](auto& bounds_a, auto& bounds_b) {
-            walk_nodes(*a.state_, bounds_a, *b.state_, bounds_b, distance, stack_, next_, leaf_pairs_,
-                       counters_);
+            walk_nodes(a.tree().spheres, spheres_a, bounds_a, b.tree().spheres, spheres_b, bounds_b, distance,
+                       stack_, next_, leaf_pairs_, counters_);
         },
-        a.state_->bounds, b.state_->bounds);
+        spheres_a.bounds, spheres_b.bounds);
     counters_.nodes_bounded = bounded() - bounded_before;
     counters_.nodes_out_of_range = out_of_range() - out_of_range_before;
     counters_.leaf_pairs = static_cast<long>(leaf_pairs_.size());
 }
 
 template <class Narrow>
+std::span<const FacePair> PairQuery::find_affine_pairs(PosedTree& a, PosedTree& b, float distance,
+                                                       const Narrow& narrow) noexcept {
+    assert(distance >= 0 && std::isfinite(distance));
+    counters_ = {};
+    leaf_pairs_.clear();
+    AffineBoxes &boxes_a = *a.state_->affine, &boxes_b = *b.state_->affine;
+    const auto fitted = [&] { return boxes_a.fitted() + (&a == &b ? 0 : boxes_b.fitted()); };
+    const int fitted_before = fitted();
+    affine_walk_.near_faces(boxes_a, boxes_b, distance, pairs_);
+    counters_.nodes_bounded = fitted() - fitted_before;
+    counters_.node_tests = affine_walk_.counters().node_tests;
+    counters_.leaf_pairs = affine_walk_.counters().leaf_pairs;
+    counters_.box_tests = affine_walk_.counters().box_tests;
+    counters_.triangle_tests = static_cast<long>(pairs_.size());
+    narrow(pairs_, boxes_a, boxes_b);
+    for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
+    std::ranges::sort(pairs_);
+    counters_.face_pairs = static_cast<long>(pairs_.size());
+    return pairs_;
+}
+
+template <class Narrow>
 std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance,
                                                      const Narrow& narrow) noexcept {
+    if (a.state_->affine_pose() && b.state_->affine_pose()) return find_affine_pairs(a, b, distance, narrow);
     find_leaf_pairs(a, b, distance);
     pairs_.clear();
-    LeafBoxes &boxes_a = a.state_->boxes, &boxes_b = b.state_->boxes;
+    LeafBoxes &boxes_a = a.state_->spheres().boxes, &boxes_b = b.state_->spheres().boxes;
     const auto opened = [&] { return boxes_a.opened() + (&a == &b ? 0 : boxes_b.opened()); };
     const long opened_before = opened();
     for (std::size_t i = 0; i < leaf_pairs_.size(); ++i) {
@@ -177,11 +202,13 @@ std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b,
 }
 
 std::span<const FacePair> PairQuery::intersecting(PosedTree& a, PosedTree& b) noexcept {
-    return find_face_pairs(a, b, 0, keep_intersecting);
+    return find_face_pairs(a, b, 0, [](std::vector<FacePair>& pairs, const auto& in_a, const auto& in_b) {
+        keep_intersecting(pairs, in_a, in_b);
+    });
 }
 
 std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float distance) noexcept {
-    const auto keep_near = [&](std::vector<FacePair>& pairs, const PosedFaces& in_a, const PosedFaces& in_b) {
+    const auto keep_near = [&](std::vector<FacePair>& pairs, const auto& in_a, const auto& in_b) {
         std::erase_if(pairs, [&](const FacePair& pair) {
             return !(triangle_distance(in_a.triangle(pair.a), in_b.triangle(pair.b)) <= double{distance});
         });
@@ -190,8 +217,7 @@ std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float di
 }
 
 std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept {
-    return find_face_pairs(a, b, distance,
-                           [](std::vector<FacePair>&, const PosedFaces&, const PosedFaces&) {});
+    return find_face_pairs(a, b, distance, [](std::vector<FacePair>&, const auto&, const auto&) {});
 }
 
 std::span<const LeafPair> PairQuery::leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "collision/query/affine_walk.hpp"
 #include "collision/tree/posed_tree.hpp"
 
 namespace nbd {
@@ -37,8 +38,8 @@ using LeafPair = NodePair;
 class PairQuery {
  public:
     /// Face pairs that have a point in common, sorted by (a, b), without repeats. This is the exact set if
-    /// both trees have `exact` or `boxes` bounds. Learned bounds give a subset: a pair is missed if a node's
-    /// bound misses it.
+    /// both trees have `exact`, `boxes` or `affine` bounds. Learned bounds give a subset: a pair is missed if
+    /// a node's bound misses it.
     std::span<const FacePair> intersecting(PosedTree& a, PosedTree& b) noexcept;
 
     /// Face pairs at most `distance` apart (metres, finite, >= 0); order and exactness as in intersecting().
@@ -59,7 +60,12 @@ class PairQuery {
     std::span<const FacePair> find_face_pairs(PosedTree& a, PosedTree& b, float distance,
                                               const Narrow& narrow) noexcept;
 
+    template <class Narrow>
+    std::span<const FacePair> find_affine_pairs(PosedTree& a, PosedTree& b, float distance,
+                                                const Narrow& narrow) noexcept;
+
     QueryCounters counters_;
+    AffineWalk affine_walk_;
     std::vector<LeafPair> leaf_pairs_;
     std::vector<NodePair> stack_, next_;
     std::vector<FacePair> pairs_;  // during a query: positions in the trees' `faces`

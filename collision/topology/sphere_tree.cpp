@@ -8,6 +8,7 @@
 
 #include "collision/base/message.hpp"
 #include "collision/geometry/bounding_sphere.hpp"
+#include "collision/topology/divide_faces.hpp"
 
 namespace nbd {
 namespace {
@@ -15,56 +16,25 @@ namespace {
 constexpr int max_depth = 20;
 constexpr std::size_t ordered_faces = 4;  // splits inside a leaf stop at this many faces
 
-void check_input(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
+void check_config(const SphereTreeConfig& config) {
     if (config.depth < 0 || config.depth > max_depth)
         throw std::invalid_argument(
             message("sphere tree depth is ", config.depth, ", allowed: 0 to ", max_depth));
     if (config.min_leaf_faces < 1)
         throw std::invalid_argument(
             message("sphere tree min_leaf_faces is ", config.min_leaf_faces, ", allowed: 1 or more"));
-    if (F.rows() == 0)
-        throw std::invalid_argument("a sphere tree needs at least one face, the surface has none");
-    for (Eigen::Index v = 0; v < X.rows(); ++v)
-        if (!X.row(v).allFinite()) throw std::invalid_argument(message("vertex ", v, " is not finite"));
-    for (Eigen::Index f = 0; f < F.rows(); ++f)
-        for (const int v : F.row(f))
-            if (v < 0 || v >= X.rows())
-                throw std::invalid_argument(message("face ", f, " refers to vertex ", v,
-                                                    ", but the surface has ", X.rows(), " vertices"));
-}
-
-Eigen::MatrixX3d face_centroids(VerticesRef X, FacesRef F) {
-    Eigen::MatrixX3d centroids(F.rows(), 3);
-    for (Eigen::Index f = 0; f < F.rows(); ++f)
-        centroids.row(f) =
-            (X.row(F(f, 0)).cast<double>() + X.row(F(f, 1)).cast<double>() + X.row(F(f, 2)).cast<double>()) /
-            3;
-    return centroids;
-}
-
-/// Moves the lower half of the faces, along the longest side of their centroids' box, to the front.
-void split_at_median(std::span<int> faces, const Eigen::MatrixX3d& centroids) {
-    Eigen::RowVector3d lo = centroids.row(faces[0]), hi = lo;
-    for (const int f : faces) {
-        lo = lo.cwiseMin(centroids.row(f));
-        hi = hi.cwiseMax(centroids.row(f));
-    }
-    Eigen::Index axis = 0;
-    (hi - lo).maxCoeff(&axis);
-    std::ranges::nth_element(faces, faces.begin() + static_cast<std::ptrdiff_t>(faces.size() / 2), {},
-                             [&](int f) { return std::pair(centroids(f, axis), f); });
 }
 
 /// Orders the faces of a leaf by further splits, and the last few by index: the order inside the halves that
 /// nth_element leaves depends on the standard library.
-void order_leaf(std::span<int> faces, const Eigen::MatrixX3d& centroids) {
+void order_leaf(std::span<int> faces, const FaceDivision& division) {
     if (faces.size() <= ordered_faces) {
         std::ranges::sort(faces);
         return;
     }
-    split_at_median(faces, centroids);
-    order_leaf(faces.first(faces.size() / 2), centroids);
-    order_leaf(faces.subspan(faces.size() / 2), centroids);
+    division.split(faces, faces.size() / 2);
+    order_leaf(faces.first(faces.size() / 2), division);
+    order_leaf(faces.subspan(faces.size() / 2), division);
 }
 
 std::span<int> node_face_slots(SphereTree& tree, const SphereTree::Node& node) {
@@ -73,16 +43,13 @@ std::span<int> node_face_slots(SphereTree& tree, const SphereTree::Node& node) {
                  static_cast<std::size_t>(node.face_end - node.face_begin));
 }
 
-void split_nodes(SphereTree& tree, const Eigen::MatrixX3d& centroids, const SphereTreeConfig& config) {
+void split_nodes(SphereTree& tree, const FaceDivision& division, const SphereTreeConfig& config) {
     tree.nodes.push_back({.face_end = static_cast<int>(tree.faces.size())});
     for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
         const SphereTree::Node node = tree.nodes[i];
         const int count = node.face_end - node.face_begin;
         if (node.depth == config.depth || count / 2 < config.min_leaf_faces) continue;
-        split_at_median(
-            std::span(tree.faces)
-                .subspan(static_cast<std::size_t>(node.face_begin), static_cast<std::size_t>(count)),
-            centroids);
+        division.split(node_face_slots(tree, node), static_cast<std::size_t>(count / 2));
         const int middle = node.face_begin + count / 2;
         tree.nodes[i].first_child = static_cast<int>(tree.nodes.size());
         tree.nodes.push_back({.depth = node.depth + 1, .face_begin = node.face_begin, .face_end = middle});
@@ -117,9 +84,9 @@ void list_vertices(SphereTree& tree, FacesRef F, Eigen::Index vertex_count) {
 }
 
 /// Orders the faces inside the leaves, then fills the vertex lists and rest spheres.
-void fill_leaves(SphereTree& tree, VerticesRef X, FacesRef F, const Eigen::MatrixX3d& centroids) {
+void fill_leaves(SphereTree& tree, VerticesRef X, FacesRef F, const FaceDivision& division) {
     for (const SphereTree::Node& node : tree.nodes)
-        if (node.is_leaf()) order_leaf(node_face_slots(tree, node), centroids);
+        if (node.is_leaf()) order_leaf(node_face_slots(tree, node), division);
     list_vertices(tree, F, X.rows());
     tree.rest.clear();
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
@@ -152,19 +119,18 @@ std::vector<int> count_faces(const SphereTree& tree, std::span<const int> leaf_o
 }  // namespace
 
 SphereTree build_sphere_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
-    check_input(X, F, config);
+    check_config(config);
+    FaceDivision division(X, F);
     SphereTree tree;
-    tree.faces.resize(static_cast<std::size_t>(F.rows()));
-    std::iota(tree.faces.begin(), tree.faces.end(), 0);
-    const Eigen::MatrixX3d centroids = face_centroids(X, F);
-    split_nodes(tree, centroids, config);
-    fill_leaves(tree, X, F, centroids);
+    tree.faces.assign(division.faces().begin(), division.faces().end());
+    split_nodes(tree, division, config);
+    fill_leaves(tree, X, F, division);
     return tree;
 }
 
 SphereTree sphere_tree_like(const SphereTree& like, std::span<const int> leaf_of_face, VerticesRef X,
                             FacesRef F) {
-    check_input(X, F, {});
+    const FaceDivision division(X, F);
     if (std::cmp_not_equal(leaf_of_face.size(), F.rows()))
         throw std::invalid_argument(
             message("leaf_of_face has ", leaf_of_face.size(), " entries, but the face count is ", F.rows()));
@@ -191,7 +157,7 @@ SphereTree sphere_tree_like(const SphereTree& like, std::span<const int> leaf_of
         node.face_begin = tree.nodes[child].face_begin;
         node.face_end = tree.nodes[child + 1].face_end;
     }
-    fill_leaves(tree, X, F, face_centroids(X, F));
+    fill_leaves(tree, X, F, division);
     return tree;
 }
 

@@ -30,6 +30,8 @@ std::string_view name(BoundKind kind) noexcept {
             return "learned_boxes";
         case BoundKind::certified:
             return "certified";
+        case BoundKind::affine:
+            return "affine";
         case BoundKind::automatic:
             return "auto";
     }
@@ -52,7 +54,7 @@ BoundKind bound_kind(std::string_view text) {
         if (name == nbd::name(kind)) return kind;
     throw std::invalid_argument(
         message("unknown bounds \"", name,
-                "\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, certified, auto"));
+                "\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, certified, affine, auto"));
 }
 
 }  // namespace nbd

@@ -4,14 +4,15 @@
 
 namespace nbd {
 
-enum class BoundKind { exact, boxes, bd, nbd, learned_spheres, learned_boxes, certified, automatic };
+enum class BoundKind { exact, boxes, bd, nbd, learned_spheres, learned_boxes, certified, affine, automatic };
 
 /// All kinds, in order.
 inline constexpr BoundKind bound_kinds[] = {
-    BoundKind::exact,           BoundKind::boxes,         BoundKind::bd,        BoundKind::nbd,
-    BoundKind::learned_spheres, BoundKind::learned_boxes, BoundKind::certified, BoundKind::automatic};
+    BoundKind::exact,     BoundKind::boxes,           BoundKind::bd,
+    BoundKind::nbd,       BoundKind::learned_spheres, BoundKind::learned_boxes,
+    BoundKind::certified, BoundKind::affine,          BoundKind::automatic};
 
-/// "exact", "boxes", "bd", "nbd", "learned_spheres", "learned_boxes", "certified", "auto".
+/// "exact", "boxes", "bd", "nbd", "learned_spheres", "learned_boxes", "certified", "affine", "auto".
 std::string_view name(BoundKind kind) noexcept;
 
 /// Whether bounds of this kind are computed from all vertices of a node and need no model.
@@ -22,12 +23,14 @@ constexpr bool is_exact(BoundKind kind) noexcept {
 /// Whether a vertex of a node may lie outside such a bound, so that the kind needs its own calibration
 /// (`auto` uses the calibration of `learned_boxes`).
 constexpr bool can_miss(BoundKind kind) noexcept {
-    return !is_exact(kind) && kind != BoundKind::certified && kind != BoundKind::automatic;
+    return !is_exact(kind) && kind != BoundKind::certified && kind != BoundKind::affine &&
+           kind != BoundKind::automatic;
 }
 
 /// Whether such a bound is an axis-aligned box; the others are spheres.
 constexpr bool is_box(BoundKind kind) noexcept {
-    return kind == BoundKind::boxes || kind == BoundKind::learned_boxes || kind == BoundKind::automatic;
+    return kind == BoundKind::boxes || kind == BoundKind::learned_boxes || kind == BoundKind::affine ||
+           kind == BoundKind::automatic;
 }
 
 /// The kind with this name, or with a name from release 0.1. Throws std::invalid_argument, listing the known

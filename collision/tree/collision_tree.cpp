@@ -1,6 +1,7 @@
 #include "collision/tree/collision_tree.hpp"
 
 #include <stdexcept>
+#include <utility>
 
 #include "collision/base/message.hpp"
 
@@ -14,6 +15,12 @@ CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig&
     return tree;
 }
 
+void hang_on_nodes(CollisionTree& tree, const SurfaceEmbedding& W, VerticesRef rest) {
+    check_embedding(W, tree.vertex_count, rest);
+    auto boxes = std::make_shared<const WideTree>(build_wide_tree(embedded(W, rest), tree.faces));
+    tree.affine = std::make_shared<const AffineModel>(std::move(boxes), W, rest);
+}
+
 std::shared_ptr<const CollisionTree> shared_exact_tree(VerticesRef X, FacesRef F,
                                                        const SphereTreeConfig& config) {
     return std::make_shared<const CollisionTree>(make_exact_tree(X, F, config));
@@ -24,6 +31,9 @@ void check_collision_tree(const CollisionTree& tree) {
     if (tree.bd) check_bd_model(*tree.bd, tree.spheres, tree.vertex_count);
     if (tree.nbd) check_nbd_model(*tree.nbd, tree.spheres, tree.vertex_count);
     if (tree.learned) check_learned_model(*tree.learned, tree.spheres, tree.vertex_count);
+    if (tree.affine && !is_over(tree.affine->tree(), tree.vertex_count, tree.faces))
+        throw std::invalid_argument(
+            "the affine model is of another surface; allowed: one of the tree's faces");
     if (tree.certified) check_certified_model(*tree.certified, tree.spheres, tree.vertex_count);
     for (const auto& [kind, calibration] : tree.calibrations) {
         if (!has_bounds(tree, kind))
@@ -49,6 +59,8 @@ bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
             return tree.learned && !tree.learned->boxes.empty();
         case BoundKind::certified:
             return tree.certified.has_value();
+        case BoundKind::affine:
+            return tree.affine != nullptr;
     }
     return false;
 }

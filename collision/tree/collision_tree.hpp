@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "collision/bounds/affine/affine_model.hpp"
 #include "collision/bounds/calibration.hpp"
 #include "collision/bounds/certified/certified_model.hpp"
 #include "collision/bounds/learned/bd_model.hpp"
@@ -24,11 +25,16 @@ struct CollisionTree {
     std::optional<NbdModel> nbd;                    // likewise
     std::optional<LearnedModel> learned;            // likewise
     std::optional<CertifiedModel> certified;        // likewise
+    std::shared_ptr<const AffineModel> affine;      // likewise; see hang_on_nodes()
     std::map<BoundKind, Calibration> calibrations;  // absent: the bound has no stated miss rate
 };
 
 /// A tree with exact bounds only, from rest positions X and faces F. Throws as build_sphere_tree().
 CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config = {});
+
+/// Gives a tree `affine` bounds: its surface hangs on nodes, x = W nodes. rest: rest positions of the nodes,
+/// [nodes, 3]. Throws as AffineModel.
+void hang_on_nodes(CollisionTree& tree, const SurfaceEmbedding& W, VerticesRef rest);
 
 /// The same tree as a shared pointer, as PosedTree takes it.
 std::shared_ptr<const CollisionTree> shared_exact_tree(VerticesRef X, FacesRef F,

@@ -13,11 +13,12 @@
 namespace nbd {
 namespace {
 
-using Bounds = decltype(PosedTreeState::bounds);
+using Bounds = decltype(PosedSpheres::bounds);
 
 Bounds make_bounds(const CollisionTree& tree, BoundKind kind, const NodeMargins& margins) {
     if (kind == BoundKind::exact) return ExactBound(tree.spheres);
-    if (kind == BoundKind::boxes) return ExactBoxes(tree.spheres);
+    if (kind == BoundKind::boxes || (kind == BoundKind::affine && tree.affine))
+        return ExactBoxes(tree.spheres);
     if (kind == BoundKind::bd && tree.bd) return BdBound(tree.spheres, *tree.bd);
     if (kind == BoundKind::nbd && tree.nbd) return NbdBound(tree.spheres, *tree.nbd);
     if (kind == BoundKind::learned_spheres && tree.learned) return LearnedSpheres(*tree.learned);
@@ -45,20 +46,28 @@ NodeMargins node_margins(const CollisionTree& tree, BoundKind kind, std::optiona
     return {calibration->second.margins, calibration->second.limits};
 }
 
+std::unique_ptr<PosedSpheres> make_spheres(const CollisionTree& tree, BoundKind kind,
+                                           std::optional<float> margin) {
+    const NodeMargins margins = node_margins(tree, kind, margin);
+    return std::make_unique<PosedSpheres>(
+        PosedSpheres{make_bounds(tree, kind, margins),
+                     SphereCache(tree.spheres, is_box(kind) ? no_margins(tree) : margins), LeafBoxes(tree)});
+}
+
 }  // namespace
 
 PosedTree::PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, std::optional<float> margin) {
     if (!tree) throw std::invalid_argument("a posed tree needs a collision tree, got none");
     if (margin && !(*margin >= 0 && std::isfinite(*margin)))
         throw std::invalid_argument(message("margin is ", *margin, ", allowed: finite and 0 or more"));
-    if (margin.value_or(0.f) > 0 && kind == BoundKind::boxes)
+    if (margin.value_or(0.f) > 0 && (kind == BoundKind::boxes || kind == BoundKind::affine))
         throw std::invalid_argument(message("margin is ", *margin, ", but exact boxes take none"));
     check_collision_tree(*tree);
-    const CollisionTree& t = *tree;
-    const NodeMargins margins = node_margins(t, kind, margin);
-    state_ = std::make_unique<PosedTreeState>(
-        PosedTreeState{std::move(tree), kind, make_bounds(t, kind, margins),
-                       SphereCache(t.spheres, is_box(kind) ? no_margins(t) : margins), LeafBoxes(t)});
+    state_ = std::make_unique<PosedTreeState>(PosedTreeState{std::move(tree), kind, nullptr});
+    if (kind == BoundKind::affine && state_->tree->affine)
+        state_->affine.emplace(state_->tree->affine);
+    else
+        state_->posed_spheres = make_spheres(*state_->tree, kind, margin);
 }
 
 PosedTree::PosedTree(PosedTree&&) noexcept = default;
@@ -67,19 +76,36 @@ PosedTree::~PosedTree() = default;
 
 void PosedTree::begin_pose(VerticesRef x, std::span<const RegionMotion> motion) noexcept {
     assert(x.rows() == state_->tree->vertex_count);
-    state_->begin_pose(x, motion);
+    state_->is_of_nodes = state_->is_stale = false;
+    state_->spheres().begin_pose(x, motion);
 }
 
 void PosedTree::begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion) noexcept {
     assert(x.vertex_count() == state_->tree->vertex_count);
+    if (state_->affine) return begin_pose_of_nodes(x.nodes());
     const CollisionTree& tree = *state_->tree;
     if (is_exact(state_->kind)) x.compute_all();
     if (state_->kind == BoundKind::bd) x.compute(tree.bd->modes.representatives);
     if (state_->kind == BoundKind::nbd) x.compute(tree.nbd->modes.representatives);
-    state_->begin_pose(Positions(x), motion);
+    state_->posed_spheres->begin_pose(Positions(x), motion);
 }
 
-void PosedTreeState::begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept {
+void PosedTree::begin_pose_of_nodes(VerticesRef nodes) noexcept {
+    assert(state_->affine && nodes.rows() == state_->tree->affine->node_count());
+    state_->affine->begin_pose(nodes);
+    state_->is_of_nodes = state_->is_stale = true;
+}
+
+PosedSpheres& PosedTreeState::spheres() noexcept {
+    if (!posed_spheres) posed_spheres = make_spheres(*tree, kind, {});
+    if (std::exchange(is_stale, false)) {
+        affine->make_surface(surface);
+        posed_spheres->begin_pose(surface, {});
+    }
+    return *posed_spheres;
+}
+
+void PosedSpheres::begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept {
     std::visit(
         [&](auto& b) {
             if constexpr (requires { b.begin_pose(x, motion); })
@@ -94,6 +120,28 @@ void PosedTreeState::begin_pose(const Positions& x, std::span<const RegionMotion
     boxes.begin_pose(x);
 }
 
+int PosedSpheres::nodes_bounded() const noexcept {
+    return std::visit(
+        [&](const auto& b) {
+            if constexpr (requires { b.bounded(); })
+                return b.bounded();
+            else
+                return spheres.bounded();
+        },
+        bounds);
+}
+
+int PosedSpheres::nodes_out_of_range() const noexcept {
+    return std::visit(
+        [&](const auto& b) {
+            if constexpr (requires { b.out_of_range(); })
+                return b.out_of_range();
+            else
+                return spheres.out_of_range();
+        },
+        bounds);
+}
+
 std::optional<Box> PosedTree::box(int node) noexcept {
     return std::visit(
         [node](auto& bounds) -> std::optional<Box> {
@@ -102,12 +150,21 @@ std::optional<Box> PosedTree::box(int node) noexcept {
             else
                 return std::nullopt;
         },
-        state_->bounds);
+        state_->spheres().bounds);
 }
 
 const Sphere& PosedTree::sphere(int node) noexcept {
-    return std::visit([&](auto& bounds) -> const Sphere& { return state_->spheres.get(node, bounds); },
-                      state_->bounds);
+    PosedSpheres& posed = state_->spheres();
+    return std::visit([&](auto& bounds) -> const Sphere& { return posed.spheres.get(node, bounds); },
+                      posed.bounds);
+}
+
+Box PosedTree::whole() noexcept {
+    if (const AffineBoxes* affine = state_->affine_pose()) return affine->whole();
+    if (const auto root = box(0)) return *root;
+    const Sphere& root = sphere(0);
+    const Eigen::Array3f lo = root.c.array() - root.r, hi = root.c.array() + root.r;
+    return {{lo[0], lo[1], lo[2], 0}, {hi[0], hi[1], hi[2], 0}};
 }
 
 std::optional<float> PosedTree::ood_score(int node) noexcept {
@@ -120,29 +177,16 @@ std::optional<float> PosedTree::ood_score(int node) noexcept {
                 return std::nullopt;
             }
         },
-        state_->bounds);
+        state_->spheres().bounds);
 }
 
 int PosedTree::nodes_bounded() const noexcept {
-    return std::visit(
-        [&](const auto& bounds) {
-            if constexpr (requires { bounds.bounded(); })
-                return bounds.bounded();
-            else
-                return state_->spheres.bounded();
-        },
-        state_->bounds);
+    const int fitted = state_->affine_pose() ? state_->affine->fitted() : 0;
+    return fitted + (state_->posed_spheres ? state_->posed_spheres->nodes_bounded() : 0);
 }
 
 int PosedTree::nodes_out_of_range() const noexcept {
-    return std::visit(
-        [&](const auto& bounds) {
-            if constexpr (requires { bounds.out_of_range(); })
-                return bounds.out_of_range();
-            else
-                return state_->spheres.out_of_range();
-        },
-        state_->bounds);
+    return state_->posed_spheres ? state_->posed_spheres->nodes_out_of_range() : 0;
 }
 
 const CollisionTree& PosedTree::tree() const noexcept { return *state_->tree; }

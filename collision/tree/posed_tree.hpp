@@ -13,7 +13,9 @@ class EmbeddedPositions;
 struct PosedTreeState;
 
 /// A body's collision tree in its current pose. Each sphere is computed on first use in a pose and cached;
-/// the small box tree below a leaf is refitted on first visit. Before its first pose a body touches nothing.
+/// the small box tree below a leaf is refitted on first visit. A body with `affine` bounds has a box tree
+/// instead, and makes the sphere tree, from all positions of its surface, only when a query with a body of
+/// another kind, or a question about a node, needs it. Before its first pose a body touches nothing.
 /// Reading writes these caches, so only one thread at a time may use a tree.
 class PosedTree {
  public:
@@ -33,18 +35,27 @@ class PosedTree {
     /// vertex here, `bd` and `nbd` read only their representatives, `learned_spheres` and `learned_boxes`
     /// nothing. Queries later read the samples of learned nodes, and all vertices of nodes that are out of
     /// range. motion: for `certified`, one per region of the tree's model, valid as long as x; without it,
-    /// `certified` uses the exact sphere of every node. The other kinds ignore it.
+    /// `certified` uses the exact sphere of every node. The other kinds ignore it. In
+    /// such a pose `affine` bodies have exact boxes, like `boxes`; give them nodes.
     void begin_pose(VerticesRef x, std::span<const RegionMotion> motion = {}) noexcept;
 
     /// Starts a pose with positions that are computed on demand: all of them for `exact` and `boxes`, few for
     /// the other kinds. x: its begin_pose() was called; must stay valid until the next call.
     void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion = {}) noexcept;
 
+    /// Starts a pose of a body with `affine` bounds, and only of such a one: it reads the nodes that carry
+    /// the surface. nodes: [node_count, 3], world space, metres, finite; valid until the next call, likewise.
+    /// A pose given by EmbeddedPositions takes the nodes from there.
+    void begin_pose_of_nodes(VerticesRef nodes) noexcept;
+
     /// World-space sphere of a node in this pose; for bounds that are boxes, the sphere around the box.
     const Sphere& sphere(int node) noexcept;
 
     /// World-space box of a node in this pose; empty for bounds that are spheres.
     std::optional<Box> box(int node) noexcept;
+
+    /// Box around the whole body in this pose, as its bounds have it: that of the root, or around its sphere.
+    Box whole() noexcept;
 
     /// Out-of-distribution score of a node's input in this pose, see GatedBound; empty for bounds without
     /// one.

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <variant>
 
+#include "collision/bounds/affine/affine_boxes.hpp"
 #include "collision/bounds/certified/certified_bound.hpp"
 #include "collision/bounds/exact/exact_bound.hpp"
 #include "collision/bounds/exact/exact_boxes.hpp"
@@ -17,11 +19,9 @@
 
 namespace nbd {
 
-/// The data of a PosedTree, visible to the queries: they take the type of the bounds out of the variant once
-/// and then run without a dispatch per node.
-struct PosedTreeState {
-    std::shared_ptr<const CollisionTree> tree;
-    BoundKind kind;
+/// A pose of the sphere tree, its bounds and the boxes under its leaves. Queries take the type of the bounds
+/// out of the variant once and then run without a dispatch per node.
+struct PosedSpheres {
     std::variant<ExactBound, ExactBoxes, BdBound, NbdBound, LearnedSpheres, LearnedBoxes, CertifiedBound,
                  AutoBoxes>
         bounds;
@@ -29,6 +29,26 @@ struct PosedTreeState {
     LeafBoxes boxes;
 
     void begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept;
+    int nodes_bounded() const noexcept;
+    int nodes_out_of_range() const noexcept;
+};
+
+/// The data of a PosedTree, visible to the queries.
+struct PosedTreeState {
+    std::shared_ptr<const CollisionTree> tree;
+    BoundKind kind;
+    std::unique_ptr<PosedSpheres> posed_spheres;  // null: not needed so far
+    std::optional<AffineBoxes> affine{};          // for `affine`
+    Vertices surface{};                           // for `affine`: positions for posed_spheres
+    bool is_of_nodes = true;                      // for `affine`: the pose was given by nodes
+    bool is_stale = false;                        // for `affine`: posed_spheres has another pose
+
+    /// The boxes that nodes gave; null if the body has other bounds or its pose was given by positions.
+    AffineBoxes* affine_pose() noexcept { return affine && is_of_nodes ? &*affine : nullptr; }
+
+    /// The sphere tree in this pose. `affine` bodies make it, with exact boxes, when a query with a body of
+    /// another kind, or a question about nodes, first needs it; it then reads the whole surface.
+    PosedSpheres& spheres() noexcept;
 };
 
 }  // namespace nbd

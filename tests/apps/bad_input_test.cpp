@@ -125,7 +125,7 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
          "data.h5: has 3 complete trajectories, and holding out 3 of them leaves none to train on"},
         {{"evaluate", "tree.h5", "data.h5", "--bounds", "foo"},
          2,
-         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,auto}"},
+         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,affine,auto}"},
         {train("--bounds", "bd"), 2, "--bounds: bd not in {nbd,learned_spheres}"},
         {train("--samples", "17"), 2, "--samples: is '17'; allowed: 0, 16, 32 .. 128"},
         {{"transfer", "tree.h5", "box.h5"}, 2, "--output is required"},
@@ -143,7 +143,7 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
          "--within: is 'nan'; allowed: a number >= 0"},
         {{"collide", "box.obj", "box.obj", "--bounds", "foo"},
          2,
-         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,auto}"},
+         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,affine,auto}"},
     });
 }
 
@@ -259,7 +259,7 @@ TEST_F(BadInputTest, RejectsInvalidScenes) {
     };
     expect_refused({
         {simulate("x.h5", "--bounds", "foo"), 2,
-         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,auto}"},
+         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,affine,auto}"},
         {simulate("x.h5", "--bounds", "nbd"), 1, "bodies[0] (box): bounds \"nbd\" need a tree"},
         {simulate("x.h5", "--frames", "0"), 2, "--frames: Value 0 not in range 1 to 10000000"},
         {simulate("x.h5", "--audit", "-1"), 2, "--audit: is '-1'; allowed: a number >= 0"},

@@ -1,7 +1,12 @@
 #include "apps/bench/pairs/bench_body.hpp"
 
+#include <fmt/format.h>
+
+#include <stdexcept>
 #include <utility>
 #include <vector>
+
+#include "collision/base/notice.hpp"
 
 namespace nbd {
 namespace {
@@ -17,18 +22,29 @@ std::vector<int> tree_order(const SphereTree& tree, int vertex_count) {
     return number;
 }
 
+/// Gives the tree affine bounds if the rest positions of the nodes are known. Drops the modes.
+BenchBody with_affine_bounds(SurfaceBody surface, CollisionTree tree, TrainingSplit split) {
+    surface.U.resize(0, 0);
+    tree.affine.reset();
+    if (surface.solid.X.rows() == surface.W.cols()) {
+        try {
+            hang_on_nodes(tree, surface.W, surface.solid.X.cast<float>());
+        } catch (const std::invalid_argument& error) {
+            notice(fmt::format("no affine bounds: {}", error.what()));
+        }
+    }
+    return {std::move(surface), std::make_shared<const CollisionTree>(std::move(tree)), std::move(split)};
+}
+
 }  // namespace
 
 BenchBody make_bench_body(SurfaceBody surface) {
-    surface.U.resize(0, 0);
-    auto tree = shared_exact_tree(surface.X, surface.F);
-    return {std::move(surface), std::move(tree), {}};
+    CollisionTree tree = make_exact_tree(surface.X, surface.F);
+    return with_affine_bounds(std::move(surface), std::move(tree), {});
 }
 
 BenchBody make_bench_body(SurfaceBody surface, TreeFile tree) {
-    surface.U.resize(0, 0);
-    return {std::move(surface), std::make_shared<const CollisionTree>(std::move(tree.tree)),
-            std::move(tree.facts.split)};
+    return with_affine_bounds(std::move(surface), std::move(tree.tree), std::move(tree.facts.split));
 }
 
 BenchBody in_tree_order(const BenchBody& body) {
@@ -58,8 +74,7 @@ BenchBody in_tree_order(const BenchBody& body) {
         if (modes) renumber(modes->representatives.begin(), modes->representatives.end());
     tree.certified.reset();
     tree.calibrations.erase(BoundKind::certified);
-    moved.tree = std::make_shared<const CollisionTree>(std::move(tree));
-    return moved;
+    return with_affine_bounds(std::move(moved.surface), std::move(tree), std::move(moved.split));
 }
 
 }  // namespace nbd

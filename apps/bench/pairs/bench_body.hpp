@@ -11,12 +11,12 @@ namespace nbd {
 /// A body for the benchmarks of collision queries: its surface, how nodes move it, and a tree.
 struct BenchBody {
     SurfaceBody surface;                        // without modes
-    std::shared_ptr<const CollisionTree> tree;  // only `exact` bounds if no tree was trained
+    std::shared_ptr<const CollisionTree> tree;  // without learned bounds if no tree was trained
     TrainingSplit split;                        // of the tree's training; empty if no tree was trained
     int faces() const noexcept { return static_cast<int>(surface.F.rows()); }
 };
 
-/// Makes a body with a tree of `exact` bounds. Drops the modes.
+/// Makes a body with a tree of bounds that need no training. Drops the modes.
 BenchBody make_bench_body(SurfaceBody surface);
 
 /// Makes a body with a trained tree of the same body, see load_tree_of(). Drops the modes.

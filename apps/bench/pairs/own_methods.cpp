@@ -102,6 +102,17 @@ class LazyBoxesMethod final : public PairMethod {
     std::vector<FacePair> pairs_;
 };
 
+/// Affine boxes, which read the nodes alone.
+class AffineMethod final : public TreeMethod {
+ public:
+    explicit AffineMethod(const BenchBody& body) : TreeMethod(body.tree, BoundKind::affine) {}
+
+    void update(const BenchPose& a, const BenchPose& b) override {
+        a_.begin_pose_of_nodes(a.nodes);
+        b_.begin_pose_of_nodes(b.nodes);
+    }
+};
+
 /// Reads whole vectors of numbers in memory order.
 class ReadingAlone final : public PairMethod {
  public:
@@ -136,11 +147,15 @@ int depth_of_leaves(int faces, int leaf_faces) {
 std::vector<BoundKind> raced_bounds(const CollisionTree& tree) {
     std::vector<BoundKind> kinds;
     for (const BoundKind kind : bound_kinds)
-        if (has_bounds(tree, kind) && kind != BoundKind::certified) kinds.push_back(kind);
+        if (has_bounds(tree, kind) && kind != BoundKind::certified && kind != BoundKind::affine)
+            kinds.push_back(kind);
     return kinds;
 }
 
 PairMethodEntry tree_method(BoundKind kind) {
+    if (kind == BoundKind::affine)
+        return {"affine", true, true,
+                [](const BenchBody& body) { return std::make_unique<AffineMethod>(body); }};
     return {std::string(name(kind)), is_exact(kind), false,
             [kind](const BenchBody& body) { return std::make_unique<TreeMethod>(body.tree, kind); }};
 }
@@ -148,6 +163,7 @@ PairMethodEntry tree_method(BoundKind kind) {
 std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
     std::vector<PairMethodEntry> methods;
     for (const BoundKind kind : raced_bounds(*body.tree)) methods.push_back(tree_method(kind));
+    if (body.tree->affine) methods.push_back(tree_method(BoundKind::affine));
     for (const BoundKind kind : raced_bounds(*body.tree)) {
         if (is_exact(kind)) continue;
         methods.push_back({fmt::format("{} from nodes", name(kind)), false, true, [kind](const BenchBody& b) {

@@ -239,6 +239,39 @@ TEST_P(KernelForms, DoNotOverflowForTheLargestNumbers) {
     }
 }
 
+TEST_P(KernelForms, GiveTheSameAffineBoxes) {
+    for (int round = 0; round < 300; ++round) {
+        const int count = 16 * (1 + round % 5), carriers = 1 + round % 9, total = 200;
+        std::vector<float> nodes(3 * total), moments(6 * 16), reach(3 * 16), scratch(3 * 80);
+        std::vector<std::int32_t> places;
+        std::vector<std::uint16_t> carrier;
+        std::vector<std::int16_t> rest;
+        for (float& x : nodes) x = 100 + number();
+        for (float& x : moments) x = 1e-10f * number();
+        for (float& x : reach) x = 32767;
+        for (int i = 0; i < count; ++i) places.push_back(3 * static_cast<int>(random() % total));
+        for (int i = 0; i < 16 * carriers; ++i)
+            carrier.push_back(static_cast<std::uint16_t>(random() % static_cast<unsigned>(count)));
+        for (int i = 0; i < 3 * std::max(count, 16 * carriers); ++i)
+            rest.push_back(static_cast<std::int16_t>(32767 * number()));
+        RestBoxes boxes;
+        for (float* x = boxes.centre[0]; x < boxes.centre[0] + 3 * 16; ++x) *x = 20000 * number();
+        for (float* x = boxes.side[0][0]; x < boxes.side[0][0] + 9 * 16; ++x) *x = 5000 * number();
+        const AffinePart part{places.data(), count,          carrier.data(), carriers,
+                              rest.data(),   moments.data(), reach.data()};
+        BoxPack expected, found;
+        const auto compare = [&](const char* name) {
+            EXPECT_EQ(std::memcmp(&expected, &found, sizeof found), 0) << name << ", round " << round;
+        };
+        plain.shared_map(part, boxes, nodes.data(), 4e-6f, scratch.data(), expected);
+        form->shared_map(part, boxes, nodes.data(), 4e-6f, scratch.data(), found);
+        compare("shared map");
+        plain.own_maps(part, boxes, nodes.data(), 4e-6f, scratch.data(), expected);
+        form->own_maps(part, boxes, nodes.data(), 4e-6f, scratch.data(), found);
+        compare("own maps");
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Kernels, KernelForms, testing::Values(InstructionSet::avx2, InstructionSet::avx512),
                          [](const auto& info) {
                              return info.param == InstructionSet::avx2 ? "Avx2" : "Avx512";

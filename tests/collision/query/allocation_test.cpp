@@ -9,6 +9,7 @@
 #include "collision/query/closest_query.hpp"
 #include "collision/query/many_body_query.hpp"
 #include "collision/query/pair_query.hpp"
+#include "tests/collision/bounds/affine/hung_surface.hpp"
 #include "tests/collision/models.hpp"
 
 extern "C" {
@@ -95,6 +96,39 @@ TEST(WarmQueries, AllocateNothing) {
         EXPECT_EQ(allocations - before, 0) << name(kind);
         EXPECT_GT(pairs, 100) << name(kind);
     }
+}
+
+TEST(WarmQueries, AllocateNothingWithAffineBounds) {
+    const test::HungSurface s = test::hung_on_tets(shapes::torus(60, 40), 4);
+    CollisionTree tree = make_exact_tree(s.surface.X, s.surface.F);
+    hang_on_nodes(tree, s.W, s.rest);
+    const auto shared = std::make_shared<const CollisionTree>(std::move(tree));
+    PosedTree a(shared, BoundKind::affine), b(shared, BoundKind::affine);
+    PairQuery query;
+    ClosestQuery closest;
+    ManyBodyQuery many;
+    PosedTree* const bodies[] = {&a, &b};
+    std::mt19937 random(2);
+    std::vector<Vertices> poses;
+    for (int i = 0; i < 8; ++i)
+        poses.push_back(
+            shapes::moved(shapes::wobbled(s.rest, random, 0.05f), shapes::random_motion(random, 0.4f)));
+    long pairs = 0;
+    const auto run = [&] {
+        for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
+            a.begin_pose_of_nodes(poses[i]);
+            b.begin_pose_of_nodes(poses[i + 1]);
+            pairs += static_cast<long>(query.intersecting(a, b).size());
+            query.within(a, b, 0.02f);
+            closest.closest(a, b);
+            pairs += static_cast<long>(many.intersecting(bodies).size());
+        }
+    };
+    run();
+    const long before = allocations;
+    run();
+    EXPECT_EQ(allocations - before, 0);
+    EXPECT_GT(pairs, 100);
 }
 
 }  // namespace

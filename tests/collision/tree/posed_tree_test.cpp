@@ -184,7 +184,7 @@ TEST(BoundKinds, NamesRoundTrip) {
     for (const BoundKind kind : bound_kinds) EXPECT_EQ(bound_kind(name(kind)), kind);
     EXPECT_EQ(test::refusal([] { bound_kind("loca"); }),
               "unknown bounds \"loca\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, "
-              "certified, auto");
+              "certified, affine, auto");
 }
 
 }  // namespace

@@ -1,0 +1,200 @@
+#include "collision/bounds/affine/affine_boxes.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <limits>
+#include <utility>
+
+#include "collision/bounds/affine/leaf_positions.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int width = WideTree::width;
+
+Box grown(const Box& box, float rounding) noexcept {
+    const float slack = rounding * std::max(box.lo.abs().maxCoeff(), box.hi.abs().maxCoeff()) + 0x1p-100f;
+    const Eigen::Array4f by(slack, slack, slack, 0);
+    return {box.lo - by, box.hi + by};
+}
+
+}  // namespace
+
+AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model)
+    : model_(std::move(model)), tree_(&model_->tree()) {
+    const auto clusters = static_cast<std::size_t>(tree_->clusters);
+    cluster_boxes_.resize((clusters + width - 1) / width);
+    block_boxes_.resize(clusters);
+    leaf_boxes_.resize(clusters * width);
+    leaf_at_.resize(clusters * WideTree::block_faces);
+    cluster_poses_.resize(clusters);
+    block_poses_.resize(clusters * width);
+    leaf_poses_.resize(leaf_at_.size());
+    scratch_.resize(static_cast<std::size_t>(model_->scratch()));
+}
+
+void AffineBoxes::begin_pose(VerticesRef nodes) noexcept {
+    assert(nodes.rows() == model_->node_count());
+    if (++pose_ == 0) {  // the counter wrapped around: mark all as old
+        for (auto* poses : {&cluster_poses_, &block_poses_, &leaf_poses_}) std::ranges::fill(*poses, 0);
+        pose_ = 1;
+    }
+    leaves_in_use_ = 0;
+    fitted_ = 0;
+    whole_ = empty_box();
+    nodes_ = nodes.data();
+    if (nodes.outerStride() != 3) {
+        own_ = nodes;
+        nodes_ = own_.data();
+    }
+    for (int cluster = 0; cluster < tree_->clusters; ++cluster) {
+        const Box box = grown(box_of_nodes(model_->clusters().nodes(cluster)), model_->rounding());
+        cluster_boxes_[static_cast<std::size_t>(cluster / width)].set(cluster % width, box);
+        whole_ = joined(whole_, box);
+    }
+}
+
+void AffineBoxes::map_children(const AffineParts& parts, int i, BoxPack& boxes) noexcept {
+    const AffinePart part = parts.part(i);
+    const auto map = parts.maps(i) == AffineParts::Maps::shared ? kernels().shared_map : kernels().own_maps;
+    map(part, parts.rest_boxes(i), nodes_, model_->rounding(), scratch_.data(), boxes);
+}
+
+void AffineBoxes::fit_cluster(int cluster) noexcept {
+    const auto c = static_cast<std::size_t>(cluster);
+    cluster_poses_[c] = pose_;
+    ++fitted_;
+    BoxPack& boxes = block_boxes_[c];
+    if (model_->clusters().maps(cluster) != AffineParts::Maps::none)
+        return map_children(model_->clusters(), cluster, boxes);
+    for (int k = 0; k < tree_->blocks_in[c]; ++k)
+        boxes.set(k, grown(box_of_nodes(model_->blocks().nodes(width * cluster + k)), model_->rounding()));
+}
+
+void AffineBoxes::fit_block(int block) noexcept {
+    const auto b = static_cast<std::size_t>(block);
+    block_poses_[b] = pose_;
+    ++fitted_;
+    BoxPack& boxes = leaf_boxes_[b];
+    if (model_->blocks().maps(block) != AffineParts::Maps::none)
+        return map_children(model_->blocks(), block, boxes);
+    for (int k = 0; k < tree_->leaves_in[b]; ++k) {
+        const int leaf = width * block + k;
+        Eigen::Array4f x[WideTree::max_leaf_vertices];
+        leaf_vertices(leaf, x);
+        Box box{x[0], x[0]};
+        for (std::size_t v = 1; v < tree_->leaf_vertices(leaf).size(); ++v) {
+            box.lo = box.lo.min(x[v]);
+            box.hi = box.hi.max(x[v]);
+        }
+        boxes.set(k, box);
+    }
+}
+
+void AffineBoxes::leaf_vertices(int i, Eigen::Array4f* x) const noexcept {
+    const AffineModel::LeafWeights weights = model_->leaf_weights(i);
+    const std::span<const int> nodes = model_->blocks().nodes(i / width);
+    const bool at_end = nodes.back() == 3 * (model_->node_count() - 1);
+    leaf_positions(nodes_, nodes.data(), weights.weights, weights.nodes, weights.count,
+                   static_cast<int>(tree_->leaf_vertices(i).size()), at_end, x[0].data());
+}
+
+void AffineBoxes::fit_leaf(int i) noexcept {
+    const auto l = static_cast<std::size_t>(i);
+    leaf_poses_[l] = pose_;
+    leaf_at_[l] = leaves_in_use_++;
+    ++fitted_;
+    if (leaves_.size() < static_cast<std::size_t>(leaves_in_use_)) leaves_.emplace_back();
+    Leaf& leaf = leaves_[static_cast<std::size_t>(leaf_at_[l])];
+    leaf_vertices(i, leaf.x);
+    const std::uint8_t* corners = tree_->corners[l].data();
+    leaf.whole = empty_box();
+    const int count = tree_->faces_in[l];
+    for (int first = 0; first < count; first += 4) {
+        Eigen::Array44f lo, hi;
+        for (int k = 0; k < 4; ++k) {
+            const int face = std::min(first + k, count - 1);
+            const Eigen::Array4f &a = leaf.x[corners[face]], &b = leaf.x[corners[width + face]],
+                                 &c = leaf.x[corners[2 * width + face]];
+            lo.col(k) = a.min(b).min(c);
+            hi.col(k) = a.max(b).max(c);
+            leaf.whole.lo = leaf.whole.lo.min(lo.col(k));
+            leaf.whole.hi = leaf.whole.hi.max(hi.col(k));
+        }
+        lo.transposeInPlace();
+        hi.transposeInPlace();
+        for (int axis = 0; axis < 3; ++axis) {
+            Eigen::Map<Eigen::Array4f>(leaf.boxes.lo[axis] + first) = lo.col(axis);
+            Eigen::Map<Eigen::Array4f>(leaf.boxes.hi[axis] + first) = hi.col(axis);
+        }
+    }
+    leaf.whole.lo[3] = leaf.whole.hi[3] = 0;
+}
+
+void AffineBoxes::make_surface(Vertices& x) noexcept {
+    x.setZero(tree_->vertex_count, 3);
+    if (!has_pose()) return;
+    Eigen::Array4f own[WideTree::max_leaf_vertices];
+    for (int i = 0; i < tree_->leaves(); ++i) {
+        const std::span<const int> vertices = tree_->leaf_vertices(i);
+        if (vertices.empty()) continue;
+        leaf_vertices(i, own);
+        for (std::size_t v = 0; v < vertices.size(); ++v)
+            x.row(vertices[v]) = own[v].head<3>().matrix().transpose();
+    }
+}
+
+Box AffineBoxes::box_of_nodes(std::span<const int> nodes) const noexcept {
+    // Four floats of a node are read at once. After the last node the array may end: it ends its list, too.
+    const float* x = nodes_;
+    const int last = 3 * (model_->node_count() - 1);
+    Eigen::Array4f lo[2], hi[2];
+    for (int chain = 0; chain < 2; ++chain) {
+        lo[chain] = empty_box().lo;
+        hi[chain] = empty_box().hi;
+    }
+    std::size_t count = nodes.size();
+    for (; count > 0 && nodes[count - 1] == last; --count) {
+        const Eigen::Array4f p(x[last], x[last + 1], x[last + 2], 0);
+        lo[0] = lo[0].min(p);
+        hi[0] = hi[0].max(p);
+    }
+    const auto add = [&](int chain, std::size_t i) {
+        const Eigen::Map<const Eigen::Array4f> p(x + nodes[i]);
+        lo[chain] = lo[chain].min(p);
+        hi[chain] = hi[chain].max(p);
+    };
+    std::size_t i = 0;
+    for (; i + 2 <= count; i += 2) {
+        add(0, i);
+        add(1, i + 1);
+    }
+    if (i < count) add(0, i);
+    Box box{lo[0].min(lo[1]), hi[0].max(hi[1])};
+    box.lo[3] = box.hi[3] = 0;
+    return box;
+}
+
+void AffineBoxes::prefetch_block(int block) const noexcept {
+    if (block_poses_[static_cast<std::size_t>(block)] == pose_) return;
+    prefetch_lines(model_->blocks().nodes(block));
+    if (model_->blocks().maps(block) == AffineParts::Maps::none) return;
+    const AffinePart part = model_->blocks().part(block);
+    const auto carriers = 16 * static_cast<std::size_t>(part.carriers);
+    prefetch_lines(std::span(part.carrier, carriers));
+    prefetch_lines(std::span(part.rest, 3 * carriers));
+    prefetch_lines(std::span(part.moments, 9 * 16));
+    prefetch_lines(std::span(&model_->blocks().rest_boxes(block), 1));
+}
+
+void AffineBoxes::prefetch_leaf(int leaf) const noexcept {
+    const auto l = static_cast<std::size_t>(leaf);
+    if (leaf_poses_[l] == pose_) return;
+    prefetch_line(tree_->corners[l].data());
+    const AffineModel::LeafWeights weights = model_->leaf_weights(leaf);
+    const auto entries = tree_->leaf_vertices(leaf).size() * static_cast<std::size_t>(weights.count);
+    prefetch_lines(std::span(weights.weights, entries));
+    prefetch_lines(std::span(weights.nodes, entries));
+}
+
+}  // namespace nbd

@@ -1,0 +1,123 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "collision/base/aligned_vector.hpp"
+#include "collision/bounds/affine/affine_model.hpp"
+#include "collision/bounds/affine/wide_tree.hpp"
+#include "collision/geometry/box.hpp"
+#include "collision/geometry/posed_faces.hpp"
+#include "collision/kernels/box_pack.hpp"
+
+namespace nbd {
+
+/// The boxes of an affine model in a pose. A pose begins with the boxes of the clusters; the levels below are
+/// fitted where a query looks. All boxes contain what they bound, despite rounding. Boxes of faces are exact.
+class AffineBoxes {
+ public:
+    /// The faces of a leaf in this pose.
+    struct Leaf {
+        BoxPack boxes;  // one per face
+        Box whole;
+        Eigen::Array4f x[WideTree::max_leaf_vertices];  // positions; lane 3 is unspecified
+    };
+
+    explicit AffineBoxes(std::shared_ptr<const AffineModel> model);
+    AffineBoxes(AffineBoxes&&) = default;  // no copies: they would refer to the nodes of another
+    AffineBoxes& operator=(AffineBoxes&&) = default;
+
+    /// Starts a pose. nodes: [nodes, 3], must stay valid until the next pose.
+    void begin_pose(VerticesRef nodes) noexcept;
+
+    const WideTree& tree() const noexcept { return *tree_; }
+    /// Whether begin_pose() was called.
+    bool has_pose() const noexcept { return pose_ != 0; }
+
+    /// Box around the whole body.
+    const Box& whole() const noexcept { return whole_; }
+    /// Boxes of all clusters, sixteen a pack.
+    const BoxPack* clusters() const noexcept { return cluster_boxes_.data(); }
+    int cluster_packs() const noexcept { return static_cast<int>(cluster_boxes_.size()); }
+    Box cluster(int i) const noexcept {
+        return cluster_boxes_[static_cast<std::size_t>(i / WideTree::width)].box(i % WideTree::width);
+    }
+
+    /// Box of a block whose cluster was asked for in this pose.
+    Box block(int i) const noexcept {
+        return block_boxes_[static_cast<std::size_t>(i / WideTree::width)].box(i % WideTree::width);
+    }
+    /// Boxes of the blocks of a cluster, and of the leaves of a block.
+    const BoxPack& blocks(int cluster) noexcept {
+        const auto c = static_cast<std::size_t>(cluster);
+        if (cluster_poses_[c] != pose_) fit_cluster(cluster);
+        return block_boxes_[c];
+    }
+    const BoxPack& leaves(int block) noexcept {
+        const auto b = static_cast<std::size_t>(block);
+        if (block_poses_[b] != pose_) fit_block(block);
+        return leaf_boxes_[b];
+    }
+    /// Valid until a leaf is asked for that was not asked for before.
+    const Leaf& leaf(int i) noexcept {
+        const auto l = static_cast<std::size_t>(i);
+        if (leaf_poses_[l] != pose_) fit_leaf(i);
+        return leaves_[static_cast<std::size_t>(leaf_at_[l])];
+    }
+    /// Bits of the children that are present.
+    unsigned blocks_in(int cluster) const noexcept { return bits(tree_->blocks_in, cluster); }
+    unsigned leaves_in(int block) const noexcept { return bits(tree_->leaves_in, block); }
+    unsigned faces_in(int leaf) const noexcept { return bits(tree_->faces_in, leaf); }
+
+    /// Writes the positions of all vertices that a face uses; the others are zero.
+    void make_surface(Vertices& x) noexcept;
+
+    /// Corners of the face in a slot whose leaf was asked for in this pose. Lane 3 is unspecified.
+    FaceCorners corners(int slot) const noexcept {
+        const auto l = static_cast<std::size_t>(slot / WideTree::width);
+        const Eigen::Array4f* x = leaves_[static_cast<std::size_t>(leaf_at_[l])].x;
+        const std::uint8_t* at = tree_->corners[l].data() + slot % WideTree::width;
+        return {x[at[0]], x[at[WideTree::width]], x[at[2 * WideTree::width]]};
+    }
+    Triangle triangle(int slot) const noexcept {
+        const FaceCorners c = corners(slot);
+        return {c[0].head<3>().matrix(), c[1].head<3>().matrix(), c[2].head<3>().matrix()};
+    }
+    int face(int slot) const noexcept { return tree_->faces[static_cast<std::size_t>(slot)]; }
+
+    /// Prefetch what leaves() and leaf() will read.
+    void prefetch_block(int block) const noexcept;
+    void prefetch_leaf(int leaf) const noexcept;
+
+    /// Number of nodes and leaves that were fitted in this pose.
+    int fitted() const noexcept { return fitted_; }
+
+ private:
+    static unsigned bits(const std::vector<std::uint8_t>& counts, int i) noexcept {
+        return (1u << counts[static_cast<std::size_t>(i)]) - 1;
+    }
+    void map_children(const AffineParts& parts, int part, BoxPack& boxes) noexcept;
+    void fit_cluster(int cluster) noexcept;
+    void fit_block(int block) noexcept;
+    void fit_leaf(int leaf) noexcept;
+    void leaf_vertices(int leaf, Eigen::Array4f* x) const noexcept;
+    Box box_of_nodes(std::span<const int> nodes) const noexcept;
+
+    std::shared_ptr<const AffineModel> model_;
+    const WideTree* tree_;
+    const float* nodes_ = nullptr;  // of the pose, three numbers each
+    Vertices own_;                  // nodes whose rows were not contiguous
+    Box whole_ = empty_box();
+    AlignedVector<BoxPack> cluster_boxes_;             // sixteen clusters each
+    AlignedVector<BoxPack> block_boxes_, leaf_boxes_;  // [clusters], [blocks]
+    AlignedVector<Leaf> leaves_;                       // the first leaves_in_use_ were fitted in this pose
+    int leaves_in_use_ = 0;
+    std::vector<int> leaf_at_;                                             // [leaves] index into leaves_
+    std::vector<std::uint32_t> cluster_poses_, block_poses_, leaf_poses_;  // pose in which each was fitted
+    std::vector<float> scratch_;
+    std::uint32_t pose_ = 0;
+    int fitted_ = 0;
+};
+
+}  // namespace nbd

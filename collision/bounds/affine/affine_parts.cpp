@@ -1,0 +1,213 @@
+#include "collision/bounds/affine/affine_parts.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace nbd {
+namespace {
+
+constexpr std::size_t lanes = 16;
+
+/// The nodes that carry these vertices, ascending.
+std::vector<int> carriers_of(const std::vector<int>& vertices, const SurfaceEmbedding& W) {
+    std::vector<int> nodes;
+    for (const int v : vertices)
+        for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry)
+            if (entry.value() != 0) nodes.push_back(static_cast<int>(entry.col()));
+    std::ranges::sort(nodes);
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+}
+
+/// Rest coordinates of some nodes, of which some may repeat, in a frame around their mean, as integers. A map
+/// is fitted as if they had no mean at all; integers make it vanish nearly.
+class Frame {
+ public:
+    Frame(const std::vector<int>& nodes, VerticesRef rest) : rest_(rest) {
+        for (const int node : nodes) mean_ += position(node) / static_cast<double>(nodes.size());
+        double most = 0;
+        for (const int node : nodes) most = std::max(most, (position(node) - mean_).cwiseAbs().maxCoeff());
+        unit_ = most > 0 ? 32767 / most : 0;
+    }
+    Eigen::Vector3d of_node(int node) const {
+        return ((position(node) - mean_) * unit_).array().round().matrix();
+    }
+    /// W rest of a vertex; it hangs on no other nodes.
+    Eigen::Vector3d of_vertex(int vertex, const SurfaceEmbedding& W) const {
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        for (SurfaceEmbedding::InnerIterator entry(W, vertex); entry; ++entry)
+            if (entry.value() != 0) sum += double{entry.value()} * of_node(static_cast<int>(entry.col()));
+        return sum;
+    }
+
+ private:
+    Eigen::Vector3d position(int node) const { return rest_.row(node).cast<double>().transpose(); }
+
+    VerticesRef rest_;
+    Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();
+    double unit_ = 0;
+};
+
+/// The inverse of sum r r^T where nodes spread; directions in which they hardly do get no gradient.
+std::array<float, 6> inverse_moments(const Eigen::Matrix3d& sum) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum);
+    const Eigen::Vector3d values = solver.eigenvalues();
+    Eigen::Vector3d inverse = Eigen::Vector3d::Zero();
+    for (int a = 0; a < 3; ++a)
+        if (values[a] > 1e-6 * values[2] && values[2] > 0) inverse[a] = 1 / values[a];
+    const Eigen::Matrix3d G =
+        solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
+    return {static_cast<float>(G(0, 0)), static_cast<float>(G(0, 1)), static_cast<float>(G(0, 2)),
+            static_cast<float>(G(1, 1)), static_cast<float>(G(1, 2)), static_cast<float>(G(2, 2))};
+}
+
+/// A box around points, axis-aligned or along their principal axes, whichever has the shorter sides.
+void set_rest_box(RestBoxes& boxes, int lane, std::span<const Eigen::Vector3d> points) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (const Eigen::Vector3d& p : points) spread += (p - mean) * (p - mean).transpose();
+    const Eigen::Matrix3d principal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors();
+    double shortest = std::numeric_limits<double>::infinity();
+    for (const Eigen::Matrix3d& axes : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), principal}) {
+        Eigen::Array3d lo = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity()), hi = -lo;
+        for (const Eigen::Vector3d& p : points) {
+            const Eigen::Array3d along = (axes.transpose() * p).array();
+            lo = lo.min(along);
+            hi = hi.max(along);
+        }
+        if (!((hi - lo).sum() < shortest)) continue;
+        shortest = (hi - lo).sum();
+        const Eigen::Vector3d centre = axes * ((lo + hi) / 2).matrix();
+        // Sums in double precision are off by far less than the length added here.
+        const Eigen::Array3d half = (hi - lo) / 2 + 1e-6;
+        for (int a = 0; a < 3; ++a) {
+            boxes.centre[a][lane] = static_cast<float>(centre[a]);
+            for (int side = 0; side < 3; ++side)
+                boxes.side[side][a][lane] = static_cast<float>(axes(a, side) * half[side]);
+        }
+    }
+}
+
+/// Raises `reach` to what a box of the rest pose needs.
+void reach_box(const RestBoxes& boxes, int lane, Eigen::Vector3d& reach) {
+    for (int a = 0; a < 3; ++a) {
+        double far = std::abs(double{boxes.centre[a][lane]});
+        for (int side = 0; side < 3; ++side) far += std::abs(double{boxes.side[side][a][lane]});
+        reach[a] = std::max(reach[a], far);
+    }
+}
+
+float rounded_up(double x) {
+    return std::nextafter(static_cast<float>(x), std::numeric_limits<float>::infinity());
+}
+
+std::vector<Eigen::Vector3d> rest_points(const std::vector<int>& vertices, const Frame& frame,
+                                         const SurfaceEmbedding& W) {
+    std::vector<Eigen::Vector3d> points;
+    for (const int v : vertices) points.push_back(frame.of_vertex(v, W));
+    return points;
+}
+
+}  // namespace
+
+void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbedding& W, VerticesRef rest) {
+    std::array<std::vector<int>, lanes> carriers;
+    std::vector<int> nodes;
+    std::size_t most = 0;
+    for (std::size_t k = 0; k < lanes; ++k) {
+        carriers[k] = carriers_of(children[k], W);
+        most = std::max(most, carriers[k].size());
+        nodes.insert(nodes.end(), carriers[k].begin(), carriers[k].end());
+    }
+    std::ranges::sort(nodes);
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    for (const int node : nodes) nodes_.push_back(3 * node);
+    while (!nodes.empty() && (nodes_.size() - places_.back().nodes) % lanes != 0)
+        nodes_.push_back(nodes_.back());
+    const auto padded = nodes_.size() - places_.back().nodes;
+    // Lists of equal length: the nodes of a shorter one repeat in turn, so that each counts about as often.
+    const auto carrier = [&](std::size_t c, std::size_t k) {
+        return carriers[k].empty() ? nodes.front() : carriers[k][c % carriers[k].size()];
+    };
+    if (nodes.empty()) maps = Maps::none;
+    if (maps != Maps::none) max_nodes_ = std::max(max_nodes_, static_cast<int>(padded));
+    for (std::size_t c = 0; c < most && maps != Maps::none; ++c)
+        for (std::size_t k = 0; k < lanes; ++k)
+            carriers_.push_back(
+                static_cast<std::uint16_t>(std::ranges::lower_bound(nodes, carrier(c, k)) - nodes.begin()));
+
+    RestBoxes boxes{};
+    if (maps == Maps::shared) {
+        nodes.resize(padded, nodes.back());
+        const Frame frame(nodes, rest);
+        Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+        Eigen::Vector3d reach = Eigen::Vector3d::Zero();
+        std::vector<Eigen::Vector3d> r;
+        for (const int node : nodes) {
+            r.push_back(frame.of_node(node));
+            sum += r.back() * r.back().transpose();
+            reach = reach.cwiseMax(r.back().cwiseAbs());
+        }
+        for (int a = 0; a < 3; ++a)
+            for (const Eigen::Vector3d& p : r) rest_.push_back(static_cast<std::int16_t>(p[a]));
+        for (std::size_t k = 0; k < lanes; ++k)
+            if (!children[k].empty()) {
+                set_rest_box(boxes, static_cast<int>(k), rest_points(children[k], frame, W));
+                reach_box(boxes, static_cast<int>(k), reach);
+            }
+        for (const float number : inverse_moments(sum)) numbers_.push_back(number);
+        for (int a = 0; a < 3; ++a) numbers_.push_back(rounded_up(reach[a]));
+    } else if (maps == Maps::own) {
+        const std::size_t first_rest = rest_.size(), first_number = numbers_.size();
+        rest_.resize(first_rest + 3 * lanes * most);
+        numbers_.resize(first_number + 9 * lanes);
+        for (std::size_t k = 0; k < lanes; ++k) {
+            if (children[k].empty()) continue;
+            std::vector<int> repeated;
+            for (std::size_t c = 0; c < most; ++c) repeated.push_back(carrier(c, k));
+            const Frame frame(repeated, rest);
+            Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+            Eigen::Vector3d reach = Eigen::Vector3d::Zero();
+            for (std::size_t c = 0; c < most; ++c) {
+                const Eigen::Vector3d r = frame.of_node(repeated[c]);
+                sum += r * r.transpose();
+                reach = reach.cwiseMax(r.cwiseAbs());
+                for (std::size_t a = 0; a < 3; ++a)
+                    rest_[first_rest + (3 * c + a) * lanes + k] =
+                        static_cast<std::int16_t>(r[static_cast<int>(a)]);
+            }
+            set_rest_box(boxes, static_cast<int>(k), rest_points(children[k], frame, W));
+            reach_box(boxes, static_cast<int>(k), reach);
+            const std::array<float, 6> inverse = inverse_moments(sum);
+            for (std::size_t i = 0; i < 6; ++i) numbers_[first_number + lanes * i + k] = inverse[i];
+            for (std::size_t a = 0; a < 3; ++a)
+                numbers_[first_number + lanes * (6 + a) + k] = rounded_up(reach[static_cast<int>(a)]);
+        }
+    }
+    if (maps != Maps::none) boxes_.push_back(boxes);
+    maps_.push_back(maps);
+    places_.push_back({nodes_.size(), carriers_.size(), rest_.size(), numbers_.size(), boxes_.size()});
+}
+
+AffinePart AffineParts::part(int i) const noexcept {
+    const Place &p = places_[static_cast<std::size_t>(i)], &next = places_[static_cast<std::size_t>(i) + 1];
+    if (maps(i) == Maps::none) return {};
+    const float* moments = numbers_.data() + p.numbers;
+    return {.nodes = nodes_.data() + p.nodes,
+            .count = static_cast<int>(next.nodes - p.nodes),
+            .carrier = carriers_.data() + p.carriers,
+            .carriers = static_cast<int>((next.carriers - p.carriers) / lanes),
+            .rest = rest_.data() + p.rest,
+            .moments = moments,
+            .reach = moments + (maps(i) == Maps::own ? 6 * lanes : 6)};
+}
+
+std::size_t AffineParts::bytes() const noexcept {
+    const auto size = [](const auto&... arrays) { return ((arrays.size() * sizeof(arrays[0])) + ...); };
+    return size(places_, maps_, nodes_, carriers_, rest_, numbers_, boxes_);
+}
+
+}  // namespace nbd

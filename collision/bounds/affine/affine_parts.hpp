@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "collision/base/aligned_vector.hpp"
+#include "collision/geometry/embedding.hpp"
+#include "collision/geometry/geometry.hpp"
+#include "collision/kernels/kernels.hpp"
+#include "collision/kernels/packs.hpp"
+
+namespace nbd {
+
+/// Parts of a surface that hangs on nodes, each with up to sixteen children, as the kernels read them.
+class AffineParts {
+ public:
+    /// How a part's children are bounded: by one map for the part or one map for each child, see Kernels, or
+    /// by boxes of their own nodes. Only maps need carriers.
+    enum class Maps : std::uint8_t { shared, own, none };
+
+    /// Vertices of the children of a part; empty lists for those that are not present.
+    using Children = std::array<std::vector<int>, 16>;
+
+    /// Appends a part. W: weights, [vertices, nodes]. rest: rest positions of the nodes.
+    void add(const Children& children, Maps maps, const SurfaceEmbedding& W, VerticesRef rest);
+
+    /// Nodes of a part without repeats, ascending, as places of their first coordinates; padded with repeats
+    /// of the last one to a multiple of sixteen.
+    std::span<const int> nodes(int part) const noexcept {
+        const Place &p = places_[static_cast<std::size_t>(part)],
+                    &next = places_[static_cast<std::size_t>(part) + 1];
+        return std::span(nodes_).subspan(p.nodes, next.nodes - p.nodes);
+    }
+    /// As the kernels take it; only for parts with maps.
+    AffinePart part(int i) const noexcept;
+    Maps maps(int part) const noexcept { return maps_[static_cast<std::size_t>(part)]; }
+    /// Boxes of the children in the rest pose; only for parts with maps.
+    const RestBoxes& rest_boxes(int part) const noexcept {
+        return boxes_[places_[static_cast<std::size_t>(part)].boxes];
+    }
+
+    /// Largest number of nodes of a part with maps.
+    int max_nodes() const noexcept { return max_nodes_; }
+    std::size_t bytes() const noexcept;
+
+ private:
+    struct Place {
+        std::size_t nodes = 0, carriers = 0, rest = 0, numbers = 0, boxes = 0;
+    };
+
+    std::vector<Place> places_{Place{}};  // [parts + 1] beginnings in the arrays below
+    std::vector<Maps> maps_;
+    std::vector<std::int32_t> nodes_;
+    std::vector<std::uint16_t> carriers_;
+    std::vector<std::int16_t> rest_;
+    std::vector<float> numbers_;  // moments, then reach
+    AlignedVector<RestBoxes> boxes_;
+    int max_nodes_ = 0;
+};
+
+}  // namespace nbd

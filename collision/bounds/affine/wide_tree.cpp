@@ -1,0 +1,102 @@
+#include "collision/bounds/affine/wide_tree.hpp"
+
+#include <algorithm>
+
+#include "collision/topology/divide_faces.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int width = WideTree::width;
+
+int parts_of(std::size_t faces, int largest) noexcept {
+    return (static_cast<int>(faces) + largest - 1) / largest;
+}
+
+/// Numbers the leaf's vertices and notes which of them are the corners of its faces.
+void add_leaf(WideTree& tree, int leaf, std::span<const int> leaf_faces, FacesRef F) {
+    const auto l = static_cast<std::size_t>(leaf);
+    tree.faces_in[l] = static_cast<std::uint8_t>(leaf_faces.size());
+    std::ranges::copy(leaf_faces, tree.faces.begin() + width * std::ptrdiff_t{leaf});
+    const auto begin = static_cast<std::ptrdiff_t>(tree.vertices.size());
+    for (const int f : leaf_faces)
+        for (int c = 0; c < 3; ++c) tree.vertices.push_back(F(f, c));
+    std::sort(tree.vertices.begin() + begin, tree.vertices.end());
+    tree.vertices.erase(std::unique(tree.vertices.begin() + begin, tree.vertices.end()), tree.vertices.end());
+    for (std::size_t k = 0; k < leaf_faces.size(); ++k)
+        for (int c = 0; c < 3; ++c) {
+            const auto at =
+                std::lower_bound(tree.vertices.begin() + begin, tree.vertices.end(), F(leaf_faces[k], c));
+            tree.corners[l][static_cast<std::size_t>(width * c) + k] =
+                static_cast<std::uint8_t>(at - tree.vertices.begin() - begin);
+        }
+}
+
+}  // namespace
+
+std::vector<int> WideTree::block_vertices(int block) const {
+    const auto first = static_cast<std::size_t>(width) * static_cast<std::size_t>(block);
+    std::vector<int> list(vertices.begin() + vertex_begin[first],
+                          vertices.begin() + vertex_begin[first + width]);
+    std::ranges::sort(list);
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+    return list;
+}
+
+WideTree build_wide_tree(VerticesRef X, FacesRef F) {
+    FaceDivision division(X, F);
+    const std::span<int> all = division.faces();
+    WideTree tree;
+    tree.vertex_count = static_cast<int>(X.rows());
+    tree.clusters = parts_of(all.size(), WideTree::cluster_faces);
+    const auto clusters = static_cast<std::size_t>(tree.clusters);
+    tree.blocks_in.assign(clusters, 0);
+    tree.leaves_in.assign(clusters * width, 0);
+    tree.faces_in.assign(clusters * WideTree::block_faces, 0);
+    tree.faces.assign(clusters * WideTree::cluster_faces, -1);
+    tree.corners.assign(clusters * WideTree::block_faces, {});
+    tree.vertex_begin.push_back(0);
+    int cluster = 0;
+    division.divide(all, tree.clusters, [&](std::span<int> in_cluster) {
+        int block = width * cluster;
+        division.divide(
+            in_cluster, parts_of(in_cluster.size(), WideTree::block_faces), [&](std::span<int> in_block) {
+                int leaf = width * block;
+                division.divide(in_block, parts_of(in_block.size(), width), [&](std::span<int> in_leaf) {
+                    std::ranges::sort(in_leaf);
+                    add_leaf(tree, leaf++, in_leaf, F);
+                    tree.vertex_begin.push_back(static_cast<int>(tree.vertices.size()));
+                });
+                tree.leaves_in[static_cast<std::size_t>(block)] =
+                    static_cast<std::uint8_t>(leaf - width * block);
+                ++block;
+                tree.vertex_begin.resize(
+                    static_cast<std::size_t>(width) * static_cast<std::size_t>(block) + 1,
+                    static_cast<int>(tree.vertices.size()));
+            });
+        tree.blocks_in[static_cast<std::size_t>(cluster)] =
+            static_cast<std::uint8_t>(block - width * cluster);
+        ++cluster;
+        tree.vertex_begin.resize(
+            static_cast<std::size_t>(WideTree::block_faces) * static_cast<std::size_t>(cluster) + 1,
+            static_cast<int>(tree.vertices.size()));
+    });
+    return tree;
+}
+
+bool is_over(const WideTree& tree, int vertex_count, FacesRef F) noexcept {
+    if (tree.vertex_count != vertex_count) return false;
+    Eigen::Index faces = 0;
+    for (int leaf = 0; leaf < tree.leaves(); ++leaf)
+        for (int k = 0; k < tree.faces_in[static_cast<std::size_t>(leaf)]; ++k, ++faces) {
+            const int face = tree.faces[static_cast<std::size_t>(width * leaf + k)];
+            if (face >= F.rows()) return false;
+            for (int c = 0; c < 3; ++c)
+                if (tree.leaf_vertices(leaf)[tree.corners[static_cast<std::size_t>(
+                        leaf)][static_cast<std::size_t>(width * c + k)]] != F(face, c))
+                    return false;
+        }
+    return faces == F.rows();
+}
+
+}  // namespace nbd

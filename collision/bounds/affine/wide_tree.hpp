@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "collision/geometry/geometry.hpp"
+
+namespace nbd {
+
+/// A tree over the faces of a surface whose nodes have up to sixteen children, as many as the kernels test at
+/// once. It has three levels: clusters of up to 4096 faces, blocks of up to 256, and leaves of up to 16. Node
+/// i of a level has the children 16 i, 16 i + 1 and so on of the next level, of which only the first few may
+/// be present; slot 16 l + k holds face k of leaf l. Faces are divided at medians of their centroids in the
+/// rest pose, so parts are compact and nearly equal in size.
+struct WideTree {
+    static constexpr int width = 16;
+    static constexpr int block_faces = width * width, cluster_faces = width * block_faces;
+    static constexpr int max_leaf_vertices = 3 * width;
+
+    int vertex_count = 0, clusters = 0;
+    std::vector<std::uint8_t> blocks_in;  // [clusters] blocks of each cluster, 1 to 16
+    std::vector<std::uint8_t> leaves_in;  // [16 clusters] leaves of each block; 0: not present
+    std::vector<std::uint8_t> faces_in;   // [256 clusters] faces of each leaf; 0: not present
+    std::vector<int> faces;               // [4096 clusters] face in each slot; -1: none
+    std::vector<int> vertices;            // of the leaves, leaf after leaf, without repeats within one
+    std::vector<int> vertex_begin;        // [256 clusters + 1] range of each leaf in `vertices`
+    /// [256 clusters] corner c of face k, as a position in the leaf's vertices, at [16 c + k].
+    std::vector<std::array<std::uint8_t, 3 * width>> corners;
+
+    int leaves() const noexcept { return static_cast<int>(faces_in.size()); }
+    std::span<const int> leaf_vertices(int leaf) const noexcept {
+        const auto l = static_cast<std::size_t>(leaf);
+        return std::span(vertices).subspan(static_cast<std::size_t>(vertex_begin[l]),
+                                           static_cast<std::size_t>(vertex_begin[l + 1] - vertex_begin[l]));
+    }
+    /// Vertices of a block without repeats, ascending.
+    std::vector<int> block_vertices(int block) const;
+};
+
+/// X: rest positions [n, 3]; F: faces [m, 3], m >= 1. Deterministic. Throws std::invalid_argument on an
+/// empty surface, an index out of range, or a vertex that is not finite.
+WideTree build_wide_tree(VerticesRef X, FacesRef F);
+
+/// Whether a tree is over these faces of a surface with so many vertices.
+bool is_over(const WideTree& tree, int vertex_count, FacesRef F) noexcept;
+
+}  // namespace nbd

@@ -1,0 +1,86 @@
+#include <cmath>
+
+#include "collision/bounds/affine/affine_boxes.hpp"
+#include "collision/kernels/lane_mask.hpp"
+#include "collision/query/closest_query.hpp"
+#include "collision/query/least_distance.hpp"
+#include "collision/query/near_boxes.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int width = WideTree::width;
+
+/// The distances that the search still asks for, rounded up to float.
+Within still_near(double most) noexcept {
+    constexpr float largest = std::numeric_limits<float>::max();
+    return Within(most >= double{largest} ? largest : std::nextafter(static_cast<float>(most), largest));
+}
+
+/// The box of a pack that is nearest to t; the first of equally near ones.
+int nearest(const BoxPack& pack, unsigned present, const Box& t) noexcept {
+    int best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for_each_bit(present, [&](int k) {
+        const double distance = least_distance(pack.box(k), t);
+        if (distance < least) {
+            least = distance;
+            best = k;
+        }
+    });
+    return best;
+}
+
+}  // namespace
+
+/// Puts the pairs of children that may be close enough into the queue. whole_t: box around all boxes of t.
+void ClosestQuery::push_children(Candidate::Level level, const BoxPack& s, unsigned in_s, int first_a,
+                                 const BoxPack& t, unsigned in_t, int first_b, const Box& whole_t) noexcept {
+    const Within near = still_near(most_);
+    std::uint16_t near_t;
+    near.all(&s, 1, whole_t, &near_t);
+    for_each_bit(near_t & in_s, [&](int i) {
+        const Box box = s.box(i);
+        std::uint16_t mask;
+        near.all(&t, 1, box, &mask);
+        for_each_bit(mask & in_t, [&](int j) {
+            push({least_distance(box, t.box(j)), level, first_a + i, first_b + j});
+        });
+    });
+}
+
+void ClosestQuery::open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int leaf_b) noexcept {
+    a.leaf(leaf_a);
+    b.leaf(leaf_b);  // may move the first one, if both are one body
+    const AffineBoxes::Leaf &s = a.leaf(leaf_a), &t = b.leaf(leaf_b);
+    const unsigned in_s = a.faces_in(leaf_a), in_t = b.faces_in(leaf_b);
+    // Measuring one near pair right away keeps most other pairs out of the queue.
+    const int i = nearest(s.boxes, in_s, t.whole), j = nearest(t.boxes, in_t, s.boxes.box(i));
+    const int slot_a = width * leaf_a + i, slot_b = width * leaf_b + j;
+    measure({a.face(slot_a), b.face(slot_b)}, a.triangle(slot_a), b.triangle(slot_b));
+    push_children(Candidate::faces, s.boxes, in_s, width * leaf_a, t.boxes, in_t, width * leaf_b, t.whole);
+}
+
+void ClosestQuery::search_affine(AffineBoxes& a, AffineBoxes& b) noexcept {
+    if (!a.has_pose() || !b.has_pose()) return;
+    for (int i = 0; i < a.tree().clusters; ++i)
+        push({least_distance(a.cluster(i), b.whole()), Candidate::bodies, i, 0});
+    while (goes_on()) {
+        const Candidate pair = pop();
+        if (pair.level == Candidate::bodies)
+            for (int j = 0; j < b.tree().clusters; ++j)
+                push({least_distance(a.cluster(pair.a), b.cluster(j)), Candidate::clusters, pair.a, j});
+        else if (pair.level == Candidate::clusters)
+            push_children(Candidate::blocks, a.blocks(pair.a), a.blocks_in(pair.a), width * pair.a,
+                          b.blocks(pair.b), b.blocks_in(pair.b), width * pair.b, b.cluster(pair.b));
+        else if (pair.level == Candidate::blocks)
+            push_children(Candidate::leaves, a.leaves(pair.a), a.leaves_in(pair.a), width * pair.a,
+                          b.leaves(pair.b), b.leaves_in(pair.b), width * pair.b, b.block(pair.b));
+        else if (pair.level == Candidate::leaves)
+            open_leaves(a, pair.a, b, pair.b);
+        else
+            measure({a.face(pair.a), b.face(pair.b)}, a.triangle(pair.a), b.triangle(pair.b));
+    }
+}
+
+}  // namespace nbd

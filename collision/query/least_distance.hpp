@@ -1,0 +1,23 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/geometry/box.hpp"
+
+namespace nbd {
+
+/// Covers the rounding of distances in double precision, relative to the lengths they come from.
+inline constexpr double least_distance_slack = 1e-14;
+
+/// Lower bound on the distance of two boxes, metres.
+inline double least_distance(const Box& s, const Box& t) noexcept {
+    double squared = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double gap = std::max(double{s.lo[axis]} - t.hi[axis], double{t.lo[axis]} - s.hi[axis]);
+        if (gap > 0) squared += gap * gap;
+    }
+    return std::sqrt(squared) * (1 - least_distance_slack);
+}
+
+}  // namespace nbd

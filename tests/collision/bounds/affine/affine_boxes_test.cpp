@@ -1,0 +1,134 @@
+#include "collision/bounds/affine/affine_boxes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "collision/geometry/bounding_box.hpp"
+#include "tests/collision/bounds/affine/hung_surface.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+using test::HungSurface;
+
+std::shared_ptr<const WideTree> tree_of(const HungSurface& hung) {
+    return std::make_shared<const WideTree>(build_wide_tree(hung.surface.X, hung.surface.F));
+}
+
+std::vector<HungSurface> hung_surfaces() {
+    return {test::hung_on_lattice(shapes::torus(120, 60), 3), test::hung_on_lattice(shapes::torus(60, 50), 9),
+            test::hung_on_itself(shapes::sphere(25, 30)), test::hung_on_lattice(shapes::sphere(3, 4), 1),
+            test::hung_on_tets(shapes::bar(50, 40), 6)};
+}
+
+/// How far a point sticks out of a box; 0 inside.
+float outside(const Box& box, const Eigen::RowVector3f& p) {
+    const Eigen::Array3f x = p.transpose().array();
+    return std::max((box.lo.head<3>() - x).maxCoeff(), (x - box.hi.head<3>()).maxCoeff());
+}
+
+/// Expects every box of a posed tree to contain the vertices below it, and leaves to hold the positions x.
+void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
+    const WideTree& tree = boxes.tree();
+    for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
+        if (tree.faces_in[static_cast<std::size_t>(leaf)] == 0) continue;
+        const int block = leaf / WideTree::width, cluster = block / WideTree::width;
+        const Box leaf_box = boxes.blocks(cluster).box(block % WideTree::width);
+        const Box own = boxes.leaves(block).box(leaf % WideTree::width);
+        const AffineBoxes::Leaf& opened = boxes.leaf(leaf);
+        const auto vertices = tree.leaf_vertices(leaf);
+        for (std::size_t i = 0; i < vertices.size(); ++i) {
+            const Eigen::RowVector3f p = x.row(vertices[i]);
+            ASSERT_LE(outside(boxes.whole(), p), 0) << "body";
+            ASSERT_LE(outside(boxes.cluster(cluster), p), 0) << "cluster " << cluster;
+            ASSERT_LE(outside(leaf_box, p), 0) << "block " << block;
+            ASSERT_LE(outside(own, p), 0) << "leaf " << leaf;
+            ASSERT_EQ(Eigen::RowVector3f(opened.x[i].head<3>().matrix().transpose()), p)
+                << "vertex " << vertices[i];
+        }
+    }
+}
+
+TEST(AffineBoxes, ContainTheSurfaceInWildPoses) {
+    std::mt19937 random(1);
+    for (const HungSurface& hung : hung_surfaces()) {
+        const auto tree = tree_of(hung);
+        AffineBoxes boxes(std::make_shared<const AffineModel>(tree, hung.W, hung.rest));
+        for (int kind = 0; kind < 4 * test::wild_poses; ++kind) {
+            const Vertices nodes = test::wild_pose(hung.rest, kind, random), x = embedded(hung.W, nodes);
+            boxes.begin_pose(nodes);
+            expect_bounds(boxes, x);
+            if (HasFatalFailure()) FAIL() << "pose " << kind;
+        }
+    }
+}
+
+TEST(AffineBoxes, FromNodesAreTightWhereTheMotionIsAffine) {
+    const HungSurface hung = test::hung_on_lattice(shapes::torus(200, 100), 4);
+    const auto tree = tree_of(hung);
+    AffineBoxes boxes(std::make_shared<const AffineModel>(tree, hung.W, hung.rest));
+    Eigen::Matrix3f A;
+    A << 1, 0.2f, 0, -0.1f, 0.9f, 0.3f, 0, 0, 1.1f;
+    const Vertices nodes = hung.rest * A.transpose(), x = embedded(hung.W, nodes);
+    boxes.begin_pose(nodes);
+    double sizes = 0, exact_sizes = 0;
+    for (int block = 0; block < WideTree::width * tree->clusters; ++block) {
+        boxes.blocks(block / WideTree::width);
+        for (int k = 0; k < tree->leaves_in[static_cast<std::size_t>(block)]; ++k) {
+            const Box own = boxes.leaves(block).box(k),
+                      least = bounding_box(Positions(x), tree->leaf_vertices(WideTree::width * block + k));
+            sizes += (own.hi - own.lo).sum();
+            exact_sizes += (least.hi - least.lo).sum();
+        }
+    }
+    EXPECT_LT(sizes, 1.3 * exact_sizes);
+}
+
+TEST(AffineBoxes, TakeNodesWithRoomBetweenRows) {
+    const HungSurface hung = test::hung_on_lattice(shapes::torus(60, 50), 3);
+    AffineBoxes boxes(std::make_shared<const AffineModel>(tree_of(hung), hung.W, hung.rest));
+    Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor> wide(hung.rest.rows(), 4);
+    wide.leftCols<3>() = hung.rest;
+    wide.col(3).setConstant(1e9f);
+    boxes.begin_pose(wide.leftCols<3>());
+    expect_bounds(boxes, hung.surface.X);
+}
+
+TEST(AffineModel, RefusesWeightsThatCannotBound) {
+    HungSurface hung = test::hung_on_lattice(shapes::sphere(3, 4), 1);
+    const auto tree = tree_of(hung);
+    const auto error = [&](const SurfaceEmbedding& W, const Vertices& rest) {
+        return test::error_of([&] { AffineModel(tree, W, rest); });
+    };
+    EXPECT_EQ(error(hung.W, hung.rest), "");
+    SurfaceEmbedding W = hung.W;
+    W.coeffRef(2, 3) -= 2;
+    EXPECT_NE(error(W, hung.rest).find("vertex 2 has the weight -"), std::string::npos);
+    W = hung.W;
+    W.coeffRef(5, 1) += 0.001f;
+    EXPECT_NE(error(W, hung.rest).find("the weights of vertex 5 sum to 1.001; allowed: 1, within 1e-05"),
+              std::string::npos);
+    W = hung.W;
+    W.coeffRef(4, 0) = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_NE(error(W, hung.rest).find("vertex 4 has the weight"), std::string::npos);
+    EXPECT_NE(error(SurfaceEmbedding(3, 8), hung.rest).find("the embedding has 3 rows"), std::string::npos);
+    EXPECT_NE(error(hung.W, hung.rest.topRows(5)).find("refers to 8 nodes"), std::string::npos);
+    Vertices rest = hung.rest;
+    rest(6, 2) = std::numeric_limits<float>::infinity();
+    EXPECT_EQ(error(hung.W, rest), "the rest position of node 6 is not finite");
+}
+
+TEST(AffineModel, TakesAtMostFiftyBytesAFace) {
+    // The nodes of a tetrahedron carry a vertex of an embedded surface: four weights.
+    const HungSurface hung = test::hung_on_tets(shapes::torus(400, 200), 12);
+    const AffineModel model(tree_of(hung), hung.W, hung.rest);
+    EXPECT_LE(static_cast<double>(model.bytes()), 50 * static_cast<double>(hung.surface.F.rows()));
+}
+
+}  // namespace
+}  // namespace nbd

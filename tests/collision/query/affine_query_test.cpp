@@ -1,0 +1,237 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "collision/query/closest_query.hpp"
+#include "collision/query/many_body_query.hpp"
+#include "collision/query/pair_query.hpp"
+#include "tests/collision/bounds/affine/hung_surface.hpp"
+#include "tests/support/brute_force.hpp"
+
+namespace nbd {
+namespace {
+
+using test::HungSurface;
+
+std::shared_ptr<const CollisionTree> tree_of(const HungSurface& hung) {
+    CollisionTree tree = make_exact_tree(hung.surface.X, hung.surface.F, {.depth = 4});
+    hang_on_nodes(tree, hung.W, hung.rest);
+    return std::make_shared<const CollisionTree>(std::move(tree));
+}
+
+std::vector<FacePair> as_list(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
+
+/// Two bodies that overlap somehow, in a wild pose each.
+struct Scene {
+    Vertices nodes_a, nodes_b, a, b;
+
+    Scene(const HungSurface& s, const HungSurface& t, int kind, std::mt19937& random)
+        : nodes_a(test::wild_pose(s.rest, kind, random)), nodes_b(test::wild_pose(t.rest, kind, random)) {
+        const float reach = 0.3f * (nodes_a.colwise().maxCoeff() - nodes_a.colwise().minCoeff()).norm();
+        nodes_b.rowwise() += nodes_a.colwise().mean() - nodes_b.colwise().mean();
+        nodes_b.rowwise() += reach * shapes::uniform3(random).transpose();
+        a = embedded(s.W, nodes_a);
+        b = embedded(t.W, nodes_b);
+    }
+};
+
+struct Pair {
+    HungSurface a, b;
+};
+std::vector<Pair> pairs_of_bodies() {
+    return {{test::hung_on_tets(shapes::torus(24, 12), 3), test::hung_on_tets(shapes::bar(20, 14), 5)},
+            {test::hung_on_lattice(shapes::sphere(14, 20), 2), test::hung_on_itself(shapes::torus(20, 14))},
+            {test::hung_on_itself(shapes::sphere(3, 4)), test::hung_on_lattice(shapes::torus(40, 30), 6)}};
+}
+
+TEST(AffineQuery, AgreesWithBruteForceInWildPoses) {
+    std::mt19937 random(1);
+    PairQuery query;
+    ClosestQuery closest;
+    std::size_t found = 0, near = 0;
+    int apart = 0;
+    for (const Pair& pair : pairs_of_bodies()) {
+        PosedTree a(tree_of(pair.a), BoundKind::affine), b(tree_of(pair.b), BoundKind::affine);
+        for (int kind = 0; kind < 3 * test::wild_poses; ++kind) {
+            const Scene scene(pair.a, pair.b, kind, random);
+            a.begin_pose_of_nodes(scene.nodes_a);
+            b.begin_pose_of_nodes(scene.nodes_b);
+            const Faces &fa = pair.a.surface.F, &fb = pair.b.surface.F;
+            const auto expected = test::brute_force_intersecting(scene.a, fa, scene.b, fb);
+            EXPECT_EQ(as_list(query.intersecting(a, b)), expected) << "pose " << kind;
+            EXPECT_EQ(query.counters().face_pairs, static_cast<long>(expected.size()));
+            found += expected.size();
+            const float distance =
+                0.01f * (scene.a.colwise().maxCoeff() - scene.a.colwise().minCoeff()).norm();
+            const auto within = test::brute_force_within(scene.a, fa, scene.b, fb, distance);
+            EXPECT_EQ(as_list(query.within(a, b, distance)), within) << "pose " << kind;
+            EXPECT_TRUE(std::ranges::includes(as_list(query.boxes_within(a, b, distance)), within));
+            near += within.size();
+            const auto nearest = closest.closest(a, b);
+            ASSERT_TRUE(nearest);
+            const auto truth = test::brute_force_closest(scene.a, fa, scene.b, fb);
+            EXPECT_NEAR(nearest->points.distance, truth.distance, 1e-12 * (1 + scene.a.norm()))
+                << "pose " << kind;
+            if (truth.distance > 0) {
+                EXPECT_EQ(nearest->faces, truth.faces);
+                ++apart;
+            }
+        }
+    }
+    EXPECT_GT(found, 1000u);
+    EXPECT_GT(near, 2 * found);
+    EXPECT_GT(apart, 5);
+}
+
+TEST(AffineQuery, MeetsBodiesWithOtherBounds) {
+    std::mt19937 random(2);
+    const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3),
+                      t = test::hung_on_tets(shapes::bar(20, 14), 4);
+    PairQuery query;
+    ClosestQuery closest;
+    PosedTree a(tree_of(s), BoundKind::affine);
+    std::size_t found = 0;
+    for (const BoundKind kind : {BoundKind::exact, BoundKind::boxes}) {
+        PosedTree b(tree_of(t), kind);
+        for (int pose = 0; pose < test::wild_poses; ++pose) {
+            const Scene scene(s, t, pose, random);
+            a.begin_pose_of_nodes(scene.nodes_a);
+            b.begin_pose(scene.b);
+            const auto expected = test::brute_force_intersecting(scene.a, s.surface.F, scene.b, t.surface.F);
+            EXPECT_EQ(as_list(query.intersecting(a, b)), expected);
+            EXPECT_EQ(as_list(query.intersecting(b, a)).size(), expected.size());
+            EXPECT_NEAR(closest.closest(a, b)->points.distance,
+                        test::brute_force_closest(scene.a, s.surface.F, scene.b, t.surface.F).distance,
+                        1e-12 * (1 + scene.a.norm()));
+            found += expected.size();
+        }
+    }
+    EXPECT_GT(found, 100u);
+}
+
+TEST(AffineQuery, TakesNodesFromEmbeddedPositions) {
+    const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3);
+    PosedTree a(tree_of(s), BoundKind::affine), b(tree_of(s), BoundKind::affine);
+    const auto entries = static_cast<std::size_t>(s.W.nonZeros());
+    EmbeddedPositions x({s.W.outerIndexPtr(), static_cast<std::size_t>(s.W.rows()) + 1},
+                        {s.W.innerIndexPtr(), entries}, {s.W.valuePtr(), entries},
+                        static_cast<int>(s.W.cols()));
+    const Vertices moved = s.rest.rowwise() + Eigen::RowVector3f(0.3f, 0.1f, 0);
+    x.begin_pose(moved);
+    a.begin_pose(x);
+    b.begin_pose_of_nodes(s.rest);
+    PairQuery query;
+    const auto found = as_list(query.intersecting(a, b));
+    EXPECT_EQ(found,
+              test::brute_force_intersecting(embedded(s.W, moved), s.surface.F, s.surface.X, s.surface.F));
+    EXPECT_GT(found.size(), 10u);
+    EXPECT_EQ(x.computed(), 0) << "no position is needed";
+}
+
+TEST(AffineQuery, AsksManyBodies) {
+    std::mt19937 random(3);
+    const HungSurface s = test::hung_on_tets(shapes::torus(16, 10), 3);
+    const auto tree = tree_of(s);
+    constexpr int count = 6;
+    std::vector<Vertices> nodes, x;
+    std::vector<PosedTree> trees;
+    std::vector<PosedTree*> bodies;
+    for (int i = 0; i < count; ++i) {
+        nodes.push_back(shapes::moved(s.rest, shapes::random_motion(random, 0.6f)));
+        x.push_back(embedded(s.W, nodes.back()));
+        trees.emplace_back(tree, BoundKind::affine);
+    }
+    for (int i = 0; i < count; ++i) {
+        trees[static_cast<std::size_t>(i)].begin_pose_of_nodes(nodes[static_cast<std::size_t>(i)]);
+        bodies.push_back(&trees[static_cast<std::size_t>(i)]);
+    }
+    ManyBodyQuery query;
+    std::size_t touching = 0;
+    const auto found = query.intersecting(bodies);
+    auto next = found.begin();
+    for (std::size_t a = 0; a < count; ++a)
+        for (std::size_t b = a + 1; b < count; ++b) {
+            const auto expected = test::brute_force_intersecting(x[a], s.surface.F, x[b], s.surface.F);
+            if (expected.empty()) continue;
+            ++touching;
+            ASSERT_NE(next, found.end());
+            EXPECT_EQ(as_list(next->faces), expected);
+            ++next;
+        }
+    EXPECT_EQ(next, found.end());
+    EXPECT_GT(touching, 3u);
+}
+
+TEST(AffineQuery, ABodyWithoutAPoseTouchesNothing) {
+    const HungSurface s = test::hung_on_tets(shapes::torus(16, 10), 3);
+    PosedTree a(tree_of(s), BoundKind::affine), b(tree_of(s), BoundKind::affine);
+    PairQuery query;
+    EXPECT_TRUE(query.intersecting(a, b).empty());
+    a.begin_pose_of_nodes(s.rest);
+    EXPECT_TRUE(query.intersecting(a, b).empty());
+    EXPECT_TRUE(query.intersecting(b, a).empty());
+    EXPECT_FALSE(ClosestQuery().closest(a, b));
+    ManyBodyQuery many;
+    PosedTree* const bodies[] = {&a, &b};
+    EXPECT_TRUE(many.within(bodies, 10).empty());
+}
+
+TEST(AffineQuery, ABodyMeetsItself) {
+    const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3);
+    PosedTree a(tree_of(s), BoundKind::affine);
+    a.begin_pose_of_nodes(s.rest);
+    PairQuery query;
+    EXPECT_EQ(as_list(query.intersecting(a, a)),
+              test::brute_force_intersecting(s.surface.X, s.surface.F, s.surface.X, s.surface.F));
+}
+
+TEST(AffineQuery, TakesAPoseOfPositionsToo) {
+    const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3);
+    PosedTree a(tree_of(s), BoundKind::affine), b(tree_of(s), BoundKind::affine);
+    const Vertices x = s.surface.X.rowwise() + Eigen::RowVector3f(0.3f, 0.1f, 0);
+    PairQuery query;
+    const auto expected = test::brute_force_intersecting(x, s.surface.F, s.surface.X, s.surface.F);
+    ASSERT_GT(expected.size(), 10u);
+    for (int round = 0; round < 2; ++round) {
+        a.begin_pose(x);
+        b.begin_pose_of_nodes(s.rest);
+        EXPECT_EQ(as_list(query.intersecting(a, b)), expected);
+        const Vertices nodes = s.rest.rowwise() + Eigen::RowVector3f(0, 0, 5);
+        a.begin_pose_of_nodes(nodes);
+        EXPECT_TRUE(query.intersecting(a, b).empty());
+    }
+}
+
+TEST(AffineQuery, KnowsTheModelOfAnotherSurface) {
+    const HungSurface s = test::hung_on_tets(shapes::torus(16, 10), 3);
+    CollisionTree tree = make_exact_tree(s.surface.X, s.surface.F);
+    hang_on_nodes(tree, s.W, s.rest);
+    tree.faces.row(3).reverseInPlace();
+    EXPECT_THROW(check_collision_tree(tree), std::invalid_argument);
+}
+
+TEST(AffineQuery, HandlesOneFaceAndUnusedVertices) {
+    shapes::Surface surface;
+    surface.X = Vertices::Random(5, 3);
+    surface.F.resize(1, 3);
+    surface.F << 4, 1, 2;
+    const HungSurface one = test::hung_on_itself(surface),
+                      other = test::hung_on_tets(shapes::torus(16, 10), 2);
+    const auto tree = [](const HungSurface& hung) {
+        CollisionTree result = make_exact_tree(hung.surface.X, hung.surface.F);
+        hang_on_nodes(result, hung.W, hung.rest);
+        return std::make_shared<const CollisionTree>(std::move(result));
+    };
+    PosedTree a(tree(one), BoundKind::affine), b(tree(other), BoundKind::affine);
+    a.begin_pose_of_nodes(one.rest);
+    b.begin_pose_of_nodes(other.rest);
+    PairQuery query;
+    EXPECT_EQ(as_list(query.intersecting(a, b)),
+              test::brute_force_intersecting(one.surface.X, one.surface.F, other.surface.X, other.surface.F));
+    EXPECT_EQ(as_list(query.within(a, b, 1e30f)).size(), static_cast<std::size_t>(other.surface.F.rows()));
+}
+
+}  // namespace
+}  // namespace nbd
