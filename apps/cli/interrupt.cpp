@@ -3,7 +3,7 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <string_view>
+#include <string>
 
 #include "meshing/h5/temporary_files.hpp"
 
@@ -11,19 +11,20 @@ namespace nbd {
 namespace {
 
 std::atomic<bool> flag = false, finishes = false;
+std::string message;  // must not change once signals are caught
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 void on_signal(int signal) {
     if (finishes && !flag.exchange(true)) return;
     h5::remove_temporaries();
-    constexpr std::string_view message = "nbdtree: error: interrupted\n";
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
     _exit(128 + signal);
 }
 
 }  // namespace
 
-void catch_interrupts() {
+void catch_interrupts(std::string_view program) {
+    message = std::string(program) + ": error: interrupted\n";
     struct sigaction action = {};
     action.sa_handler = on_signal;
     sigaction(SIGINT, &action, nullptr);

@@ -2,12 +2,13 @@
 
 #include <atomic>
 #include <stdexcept>
+#include <string_view>
 
 namespace nbd {
 
 /// From now on, Ctrl-C and SIGTERM remove temporary files and end the program at once, with exit status 128
-/// plus the signal's number.
-void catch_interrupts();
+/// plus the signal's number. program: its name, for the message. Call it once.
+void catch_interrupts(std::string_view program);
 
 /// From now on, the first such signal only sets interrupt_flag(), so that the command can stop when its files
 /// are complete. A second signal ends the program at once.

@@ -145,7 +145,7 @@ int run_program(const Program& program, int argc, char** argv) {
         const std::size_t count = threads > 0 ? static_cast<std::size_t>(threads)
                                               : std::max(1u, std::thread::hardware_concurrency() / mates);
         limit.emplace(tbb::global_control::max_allowed_parallelism, count);
-        catch_interrupts();
+        catch_interrupts(program.name);
     });
 
     try {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
@@ -68,6 +69,9 @@ void add_inspect(CLI::App& app, Output& out) {
         app.add_subcommand("inspect", "Prints what a file of nbdtree holds and checks that it is intact");
     command->add_option("FILE", *path, "Body, recording, dataset, tree or flat tree file")->required();
     command->final_callback([path, &out] {
+        if (std::filesystem::exists(*path) && !std::filesystem::is_regular_file(*path) &&
+            !std::filesystem::is_directory(*path))
+            throw std::runtime_error(*path + ": is a special file; allowed: a regular file");
         const std::string report =
             begins_as_flat_tree(*path) ? inspect_flat_tree(*path) : inspect_container(*path);
         out.text(report);

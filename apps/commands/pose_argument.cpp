@@ -3,7 +3,8 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <regex>
+#include <charconv>
+#include <optional>
 #include <stdexcept>
 
 #include "collision/bounds/certified/solid_meter.hpp"
@@ -13,6 +14,35 @@
 
 namespace nbd {
 namespace {
+
+/// A frame of a recording, as the command line names it.
+struct RecordedFrame {
+    std::string path;
+    int trajectory = 0, frame = 0;
+};
+
+/// Reads digits that a text ends with, after a colon, and cuts both off; empty if there are none or too many.
+std::optional<int> cut_number(std::string_view& text) {
+    const std::size_t colon = text.rfind(':');
+    if (colon == std::string_view::npos) return std::nullopt;
+    const std::string_view digits = text.substr(colon + 1);
+    int number = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    if (digits.empty() || digits.front() == '-' || error != std::errc() ||
+        end != digits.data() + digits.size())
+        return std::nullopt;
+    text = text.substr(0, colon);
+    return number;
+}
+
+/// RECORDING.h5:trajectory:frame; empty for any other text.
+std::optional<RecordedFrame> recorded_frame(std::string_view text) {
+    const std::optional<int> frame = cut_number(text);
+    if (!frame) return std::nullopt;
+    const std::optional<int> trajectory = cut_number(text);
+    if (!trajectory || text.empty()) return std::nullopt;
+    return RecordedFrame{std::string(text), *trajectory, *frame};
+}
 
 /// nodes: out, [N, 3] of the body.
 Vertices recorded_pose(const TreeFile& file, const std::string& path, int id, int frame, Vertices& nodes) {
@@ -70,12 +100,11 @@ PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
             fmt::format("'{}': a name is empty; allowed: SURFACE or TREE.h5@POSE", argument));
     TreeFile file = load_tree(argument.substr(0, at));
     const std::string pose = argument.substr(at + 1);
-    std::smatch part;
+    const std::optional<RecordedFrame> recorded = recorded_frame(pose);
     Vertices nodes;
     std::vector<RegionMotion> motion;
-    Vertices x = std::regex_match(pose, part, std::regex("(.+):([0-9]{1,9}):([0-9]{1,9})"))
-                     ? recorded_pose(file, part[1], std::stoi(part[2]), std::stoi(part[3]), nodes)
-                     : surface_pose(file, pose);
+    Vertices x = recorded ? recorded_pose(file, recorded->path, recorded->trajectory, recorded->frame, nodes)
+                          : surface_pose(file, pose);
     if (bounds == BoundKind::affine) prepare_affine(file, nodes, argument);
     if (bounds == BoundKind::certified && file.tree.certified && nodes.rows() > 0) {
         SolidMeter meter(file.solid, std::make_shared<const TetRegions>(file.tree.certified->regions));

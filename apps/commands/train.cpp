@@ -179,6 +179,7 @@ void add_train(CLI::App& app, Output& out) {
     command
         ->add_option("--linear-centre", config.linear_centre,
                      "Whether to fit a linear part of the centres besides the networks; the paper has none")
+        ->check(CLI::IsMember({"true", "false", "1", "0"}))
         ->capture_default_str();
     command
         ->add_option("--weight-decay", config.mlp.weight_decay,

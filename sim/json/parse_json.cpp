@@ -10,8 +10,10 @@
 namespace nbd {
 namespace {
 
-/// Follows a parser through a text and keeps the path of the first duplicate key of an object. JSON allows
-/// duplicates, and parsers silently keep the last.
+constexpr std::size_t max_depth = 100;  // far more than any of our files has
+
+/// Follows a parser through a text, refuses deep nesting and keeps the path of the first duplicate key of an
+/// object. JSON allows duplicates, and parsers silently keep the last.
 class DuplicateKeys {
  public:
     using Event = nlohmann::json::parse_event_t;
@@ -21,6 +23,9 @@ class DuplicateKeys {
             case Event::object_start:
             case Event::array_start:
                 count_element();
+                if (open_.size() == max_depth)
+                    throw std::invalid_argument(
+                        fmt::format("values are nested too deeply; allowed: at most {} levels", max_depth));
                 open_.push_back({.is_array = event == Event::array_start});
                 break;
             case Event::object_end:
