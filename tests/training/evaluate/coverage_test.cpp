@@ -183,7 +183,7 @@ TEST_F(Coverage, OfNbdBoundsHoldsFarOutOfDistribution) {
 TEST_F(Coverage, NeedsACalibrationAndFrames) {
     const RecordingReader data(folder / "data.h5");
     EXPECT_EQ(error_of([&] { measure_coverage(bar.body, tree, BoundKind::exact, data, held_out); }),
-              "exact bounds of the tree are not calibrated");
+              "exact bounds never miss, so they have no coverage to measure");
     EXPECT_EQ(error_of([&] { measure_coverage(bar.body, tree, BoundKind::learned_spheres, data, {}); }),
               "no frame to measure coverage on");
     TreeFile none = file;
