@@ -15,14 +15,6 @@ Eigen::RowVector3f embedded_position(int count, const int* columns, const float*
     return {x, y, z};
 }
 
-template <>
-void apply_embedding<float>(const SurfaceEmbedding& W, const VerticesRef& nodes, Vertices& x) {
-    x.resize(W.rows(), 3);
-    const int *begin = W.outerIndexPtr(), *counts = W.innerNonZeroPtr();  // no counts: W is compressed
-    for (Eigen::Index v = 0; v < W.rows(); ++v)
-        x.row(v) =
-            embedded_position(counts ? counts[v] : begin[v + 1] - begin[v], W.innerIndexPtr() + begin[v],
-                              W.valuePtr() + begin[v], nodes.data(), nodes.outerStride());
-}
+template void apply_embedding<float>(const SurfaceEmbedding& W, const VerticesRef& nodes, Vertices& x);
 
 }  // namespace nbd

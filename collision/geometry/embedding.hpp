@@ -46,8 +46,8 @@ void apply_embedding(
                               W.valuePtr() + begin[v], nodes.data(), nodes.outerStride());
 }
 
-template <>
-void apply_embedding<float>(const SurfaceEmbedding& W, const VerticesRef& nodes, Vertices& x);
+// Compiled once, beside the function that it calls for every vertex.
+extern template void apply_embedding<float>(const SurfaceEmbedding& W, const VerticesRef& nodes, Vertices& x);
 
 /// Likewise, returned.
 template <class Scalar>

@@ -8,22 +8,14 @@ namespace {
 
 constexpr int width = WideTree::width;
 
-/// Bit k: box k of the pack is near t.
-template <class Near>
-unsigned near_in_pack(const BoxPack& pack, const Box& t, const Near& near) noexcept {
-    std::uint16_t mask;
-    near.all(&pack, 1, t, &mask);
-    return mask;
-}
-
 /// Calls f(i, j) for each box i of s and j of t that are near each other. whole_s, whole_t: boxes around
 /// them; in_s, in_t: the lanes in use. Returns the number of boxes compared.
 template <class Near, class F>
 long near_pairs(const BoxPack& s, const Box& whole_s, unsigned in_s, const BoxPack& t, const Box& whole_t,
                 unsigned in_t, const Near& near, const F& f) noexcept {
-    const unsigned near_t = near_in_pack(s, whole_t, near) & in_s;
+    const unsigned near_t = near_boxes(s, whole_t, near) & in_s;
     if (near_t == 0) return width;
-    const unsigned near_s = near_in_pack(t, whole_s, near) & in_t;
+    const unsigned near_s = near_boxes(t, whole_s, near) & in_t;
     if (near_s == 0) return 2 * width;
     unsigned masks[2 * width];
     long tests = 2 * width;

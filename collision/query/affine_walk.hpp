@@ -8,15 +8,15 @@
 
 namespace nbd {
 
-/// Counters of a walk down two box trees.
+/// Counters of a walk.
 struct AffineWalkCounters {
-    long node_tests = 0;  // pairs of clusters and of blocks compared
+    long node_tests = 0;  // pairs of clusters, of blocks and of leaves compared
     long leaf_pairs = 0;  // pairs of leaves whose boxes are near
-    long box_tests = 0;   // boxes of faces compared
+    long box_tests = 0;   // pairs of face boxes compared
 };
 
-/// Finds the faces of two posed box trees whose boxes are near each other. Goes level by level, so that the
-/// data of later nodes can be prefetched. Owns its scratch memory.
+/// Finds the faces of two bodies with affine bounds whose boxes are near each other. Goes level by level, so
+/// that the data of later nodes can be prefetched. Owns its scratch memory.
 class AffineWalk {
  public:
     /// Writes pairs of slots, in no order, to `pairs`. distance: metres; 0: boxes that have a point in

@@ -1,4 +1,6 @@
+#include <bit>
 #include <cmath>
+#include <limits>
 
 #include "collision/bounds/affine/affine_boxes.hpp"
 #include "collision/kernels/lane_mask.hpp"
@@ -17,33 +19,15 @@ Within still_near(double most) noexcept {
     return Within(most >= double{largest} ? largest : std::nextafter(static_cast<float>(most), largest));
 }
 
-/// The box of a pack that is nearest to t; the first of equally near ones.
-int nearest(const BoxPack& pack, unsigned present, const Box& t) noexcept {
-    int best = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for_each_bit(present, [&](int k) {
-        const double distance = least_distance(pack.box(k), t);
-        if (distance < least) {
-            least = distance;
-            best = k;
-        }
-    });
-    return best;
-}
-
 }  // namespace
 
 /// Puts the pairs of children that may be close enough into the queue. whole_t: box around all boxes of t.
 void ClosestQuery::push_children(Candidate::Level level, const BoxPack& s, unsigned in_s, int first_a,
                                  const BoxPack& t, unsigned in_t, int first_b, const Box& whole_t) noexcept {
     const Within near = still_near(most_);
-    std::uint16_t near_t;
-    near.all(&s, 1, whole_t, &near_t);
-    for_each_bit(near_t & in_s, [&](int i) {
+    for_each_bit(near_boxes(s, whole_t, near) & in_s, [&](int i) {
         const Box box = s.box(i);
-        std::uint16_t mask;
-        near.all(&t, 1, box, &mask);
-        for_each_bit(mask & in_t, [&](int j) {
+        for_each_bit(near_boxes(t, box, near) & in_t, [&](int j) {
             push({least_distance(box, t.box(j)), level, first_a + i, first_b + j});
         });
     });
@@ -55,7 +39,8 @@ void ClosestQuery::open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int l
     const AffineBoxes::Leaf &s = a.leaf(leaf_a), &t = b.leaf(leaf_b);
     const unsigned in_s = a.faces_in(leaf_a), in_t = b.faces_in(leaf_b);
     // Measuring one near pair right away keeps most other pairs out of the queue.
-    const int i = nearest(s.boxes, in_s, t.whole), j = nearest(t.boxes, in_t, s.boxes.box(i));
+    const int i = nearest_box(s.boxes, std::popcount(in_s), t.whole),
+              j = nearest_box(t.boxes, std::popcount(in_t), s.boxes.box(i));
     const int slot_a = width * leaf_a + i, slot_b = width * leaf_b + j;
     measure({a.face(slot_a), b.face(slot_b)}, a.triangle(slot_a), b.triangle(slot_b));
     push_children(Candidate::faces, s.boxes, in_s, width * leaf_a, t.boxes, in_t, width * leaf_b, t.whole);

@@ -23,20 +23,6 @@ double least_distance(PosedTree& a, int i, PosedTree& b, int j) noexcept {
     return boxes ? least_distance(*a.box(i), *b.box(j)) : least_distance(a.sphere(i), b.sphere(j));
 }
 
-/// Index of the box of a node that is nearest to t; the first of equally near ones.
-int nearest_box(const LeafBoxes::Opened& boxes, const Box& t) noexcept {
-    int nearest = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < boxes.count; ++k) {
-        const double distance = least_distance(boxes.box(k), t);
-        if (distance < least) {
-            least = distance;
-            nearest = k;
-        }
-    }
-    return nearest;
-}
-
 }  // namespace
 
 void ClosestQuery::push(const Candidate& candidate) noexcept {
@@ -99,7 +85,8 @@ void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) noexcept
     const LeafBoxes::Opened &boxes_a = a.open(i), &boxes_b = b.open(j);
     // Measuring one near pair right away keeps most other pairs out of the queue.
     const Box whole = b.whole(j);
-    const int k = nearest_box(boxes_a, whole), l = nearest_box(boxes_b, boxes_a.box(k));
+    const int k = nearest_box(boxes_a, boxes_a.count, whole),
+              l = nearest_box(boxes_b, boxes_b.count, boxes_a.box(k));
     test_faces(a, node_a.first_slot + k, b, node_b.first_slot + l);
     const Within near(static_cast<float>(most_));
     const unsigned near_b = near_boxes(boxes_a, whole, near);

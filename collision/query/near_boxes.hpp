@@ -39,6 +39,14 @@ class Within {
     float most_;  // largest squared distance
 };
 
+/// Sets bit k if box k of the pack is near t.
+template <class Near>
+unsigned near_boxes(const BoxPack& pack, const Box& t, const Near& near) noexcept {
+    std::uint16_t mask;
+    near.all(&pack, 1, t, &mask);
+    return mask;
+}
+
 /// A bit for each box of a node. The tests below mask out unused lanes: these are far from every box, but not
 /// from a NaN position, nor for a distance whose square overflows.
 inline unsigned all_boxes(const LeafBoxes::Opened& node) noexcept {

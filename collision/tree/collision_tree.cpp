@@ -1,7 +1,6 @@
 #include "collision/tree/collision_tree.hpp"
 
 #include <stdexcept>
-#include <utility>
 
 #include "collision/base/message.hpp"
 
@@ -16,9 +15,7 @@ CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig&
 }
 
 void hang_on_nodes(CollisionTree& tree, const SurfaceEmbedding& W, VerticesRef rest) {
-    check_embedding(W, tree.vertex_count, rest);
-    auto boxes = std::make_shared<const WideTree>(build_wide_tree(embedded(W, rest), tree.faces));
-    tree.affine = std::make_shared<const AffineModel>(std::move(boxes), W, rest);
+    tree.affine = std::make_shared<const AffineModel>(tree.faces, tree.vertex_count, W, rest);
 }
 
 std::shared_ptr<const CollisionTree> shared_exact_tree(VerticesRef X, FacesRef F,

@@ -121,8 +121,8 @@ std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEnt
 
 std::size_t tree_bytes(const CollisionTree& tree) {
     const std::size_t before = heap_bytes();
-    const CollisionTree copy = tree;
-    return heap_bytes() - before;
+    const CollisionTree copy = tree;  // shares the affine model
+    return heap_bytes() - before + (tree.affine ? tree.affine->bytes() : 0);
 }
 
 }  // namespace nbd

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <utility>
 
 #include "collision/base/message.hpp"
 
@@ -14,29 +13,13 @@ constexpr int width = WideTree::width;
 constexpr std::size_t most_mapped = 64;  // nodes of a cluster whose blocks are bounded by an affine map
 constexpr double tolerance = 1e-5;       // of the weights of a vertex and of their sum
 
-std::size_t distinct_nodes(const AffineParts::Children& children, const SurfaceEmbedding& W) {
-    std::vector<int> nodes;
-    for (const std::vector<int>& vertices : children)
-        for (const int v : vertices)
-            for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry)
-                if (entry.value() != 0) nodes.push_back(static_cast<int>(entry.col()));
-    std::ranges::sort(nodes);
-    return static_cast<std::size_t>(std::unique(nodes.begin(), nodes.end()) - nodes.begin());
-}
+/// What check_embedding() found.
+struct EmbeddingCheck {
+    int weights = 0;   // K of AffineModel::rounding()
+    double error = 0;  // e
+};
 
-/// Whether every vertex of the children is a node.
-bool are_nodes(const AffineParts::Children& children, const SurfaceEmbedding& W) {
-    for (const std::vector<int>& vertices : children)
-        for (const int v : vertices) {
-            int count = 0;
-            for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry) count += entry.value() != 0;
-            if (count > 1) return false;
-        }
-    return true;
-}
-
-}  // namespace
-
+/// Throws as the constructor of AffineModel.
 EmbeddingCheck check_embedding(const SurfaceEmbedding& W, int vertex_count, VerticesRef rest) {
     if (W.rows() != vertex_count)
         throw std::invalid_argument(message("the embedding has ", W.rows(),
@@ -73,22 +56,46 @@ EmbeddingCheck check_embedding(const SurfaceEmbedding& W, int vertex_count, Vert
     return checked;
 }
 
-AffineModel::AffineModel(std::shared_ptr<const WideTree> tree, const SurfaceEmbedding& W, VerticesRef rest)
-    : tree_(std::move(tree)), node_count_(static_cast<int>(W.cols())) {
-    const EmbeddingCheck checked = check_embedding(W, tree_->vertex_count, rest);
+std::size_t distinct_nodes(const AffineParts::Children& children, const SurfaceEmbedding& W) {
+    std::vector<int> nodes;
+    for (const std::vector<int>& vertices : children)
+        for (const int v : vertices)
+            for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry)
+                if (entry.value() != 0) nodes.push_back(static_cast<int>(entry.col()));
+    std::ranges::sort(nodes);
+    return static_cast<std::size_t>(std::unique(nodes.begin(), nodes.end()) - nodes.begin());
+}
+
+/// Whether every vertex of the children is a node.
+bool are_nodes(const AffineParts::Children& children, const SurfaceEmbedding& W) {
+    for (const std::vector<int>& vertices : children)
+        for (const int v : vertices) {
+            int count = 0;
+            for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry) count += entry.value() != 0;
+            if (count > 1) return false;
+        }
+    return true;
+}
+
+}  // namespace
+
+AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W, VerticesRef rest)
+    : node_count_(static_cast<int>(W.cols())) {
+    const EmbeddingCheck checked = check_embedding(W, vertex_count, rest);
+    tree_ = build_wide_tree(embedded(W, rest), F);
     rounding_ = static_cast<float>(((32 + 2 * checked.weights) * 0x1p-24 + 3 * checked.error) * 1.0001);
     using Maps = AffineParts::Maps;
     AffineParts::Children of_cluster, of_block;
-    for (int cluster = 0; cluster < tree_->clusters; ++cluster) {
+    for (int cluster = 0; cluster < tree_.clusters; ++cluster) {
         for (int k = 0; k < width; ++k) {
             const int block = width * cluster + k;
             for (int l = 0; l < width; ++l) {
-                const std::span<const int> vertices = tree_->leaf_vertices(width * block + l);
+                const std::span<const int> vertices = tree_.leaf_vertices(width * block + l);
                 of_block[static_cast<std::size_t>(l)].assign(vertices.begin(), vertices.end());
             }
             blocks_.add(of_block, are_nodes(of_block, W) ? Maps::none : Maps::own, W, rest);
             for (const std::vector<int>& vertices : of_block) add_leaf(vertices, blocks_.nodes(block), W);
-            of_cluster[static_cast<std::size_t>(k)] = tree_->block_vertices(block);
+            of_cluster[static_cast<std::size_t>(k)] = tree_.block_vertices(block);
         }
         clusters_.add(of_cluster, distinct_nodes(of_cluster, W) <= most_mapped ? Maps::shared : Maps::none, W,
                       rest);
@@ -125,9 +132,8 @@ void AffineModel::add_leaf(std::span<const int> vertices, std::span<const int> n
 std::size_t AffineModel::bytes() const noexcept {
     const auto size = [](const auto&... arrays) { return ((arrays.size() * sizeof(arrays[0])) + ...); };
     return clusters_.bytes() + blocks_.bytes() +
-           size(weight_begin_, weights_per_vertex_, weights_, weight_nodes_, tree_->blocks_in,
-                tree_->leaves_in, tree_->faces_in, tree_->faces, tree_->vertices, tree_->vertex_begin,
-                tree_->corners);
+           size(weight_begin_, weights_per_vertex_, weights_, weight_nodes_, tree_.blocks_in, tree_.leaves_in,
+                tree_.faces_in, tree_.faces, tree_.vertices, tree_.vertex_begin, tree_.corners);
 }
 
 }  // namespace nbd

@@ -2,31 +2,14 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
-#include "collision/base/aligned_vector.hpp"
 #include "collision/bounds/affine/affine_parts.hpp"
 #include "collision/bounds/affine/wide_tree.hpp"
 #include "collision/geometry/embedding.hpp"
-#include "collision/kernels/kernels.hpp"
-#include "collision/kernels/packs.hpp"
 
 namespace nbd {
-
-/// What check_embedding() found: the largest number of weights of a vertex, and by how much their sum at most
-/// differs from 1 plus how much of it is negative.
-struct EmbeddingCheck {
-    int weights = 0;
-    double error = 0;
-};
-
-/// Checks that W hangs `vertex_count` vertices on nodes with these rest positions so that nodes bound
-/// vertices. Throws std::invalid_argument, naming the vertex, if a weight is below -1e-5 or not finite, a
-/// vertex has more than AffineModel::max_weights weights, or they do not sum to 1 within 1e-5; if W has
-/// another number of rows or columns; or if a rest position is not finite.
-EmbeddingCheck check_embedding(const SurfaceEmbedding& W, int vertex_count, VerticesRef rest);
 
 /// What affine boxes know of a surface that hangs on nodes: x = W nodes with weights >= 0 that sum to 1. A
 /// surface that is embedded in a tetrahedral mesh hangs so, one whose vertices are nodes (W the identity),
@@ -39,16 +22,18 @@ class AffineModel {
  public:
     static constexpr int max_weights = 32;  // of a vertex
 
-    /// tree: of this surface. W: [vertices, nodes]. rest: rest positions of the nodes, [nodes, 3]. Throws as
-    /// check_embedding().
-    AffineModel(std::shared_ptr<const WideTree> tree, const SurfaceEmbedding& W, VerticesRef rest);
+    /// F: the surface's faces. W: [vertices, nodes]. rest: rest positions of the nodes, [nodes, 3]. Throws
+    /// std::invalid_argument, naming the vertex, if a weight is below -1e-5 or not finite, a vertex has more
+    /// than max_weights weights, or they do not sum to 1 within 1e-5; if W has not vertex_count rows or not
+    /// as many columns as there are nodes; if a rest position is not finite; and as build_wide_tree().
+    AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W, VerticesRef rest);
 
-    const WideTree& tree() const noexcept { return *tree_; }
-    const std::shared_ptr<const WideTree>& shared_tree() const noexcept { return tree_; }
+    const WideTree& tree() const noexcept { return tree_; }
     int node_count() const noexcept { return node_count_; }
 
-    /// Bound on all rounding errors, per length: (32 + 2 K) 2^-24 + 3 e, where K and e are the
-    /// numbers of check_embedding(). kernels/affine.inl proves it.
+    /// Bound on all rounding errors, per length: (32 + 2 K) 2^-24 + 3 e. K is the largest number of weights
+    /// of a vertex; e is by how much their sum at most differs from 1, plus how much of it is negative.
+    /// kernels/affine.inl proves it.
     float rounding() const noexcept { return rounding_; }
 
     /// The clusters, whose children are blocks, and the blocks, whose children are leaves.
@@ -77,7 +62,7 @@ class AffineModel {
  private:
     void add_leaf(std::span<const int> vertices, std::span<const int> nodes, const SurfaceEmbedding& W);
 
-    std::shared_ptr<const WideTree> tree_;
+    WideTree tree_;
     int node_count_ = 0;
     float rounding_ = 0;
     AffineParts clusters_, blocks_;

@@ -60,6 +60,40 @@ TEST(AllocationCount, CountsAllocationsOfVectorsAndMatrices) {
     EXPECT_GT(allocations, before);
 }
 
+/// Expects that queries between two trees allocate nothing once all poses were seen. begin: starts a pose of
+/// a tree.
+template <class Begin>
+void expect_no_allocations(PosedTree& a, PosedTree& b, const Vertices& rest, const Begin& begin) {
+    PairQuery query;
+    ClosestQuery closest;
+    ManyBodyQuery many;
+    PosedTree* const bodies[] = {&a, &b};
+    std::mt19937 random(2);
+    std::vector<Vertices> poses;
+    for (int i = 0; i < 8; ++i)
+        poses.push_back(
+            shapes::moved(shapes::wobbled(rest, random, 0.05f), shapes::random_motion(random, 0.4f)));
+    long pairs = 0;
+    const auto run = [&] {
+        for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
+            begin(a, poses[i]);
+            begin(b, poses[i + 1]);
+            query.intersecting(a, b);
+            pairs += query.counters().face_pairs;
+            query.within(a, b, 0.02f);
+            query.leaf_pairs(a, b, 0.02f);
+            closest.closest(a, b);
+            pairs += static_cast<long>(many.intersecting(bodies).size());
+            a.sphere(17);
+        }
+    };
+    run();
+    const long before = allocations;
+    run();
+    EXPECT_EQ(allocations - before, 0) << name(a.kind());
+    EXPECT_GT(pairs, 100) << name(a.kind());
+}
+
 TEST(WarmQueries, AllocateNothing) {
     const auto s = shapes::torus(40, 24);
     const auto tree =
@@ -67,34 +101,7 @@ TEST(WarmQueries, AllocateNothing) {
     for (const BoundKind kind : bound_kinds) {
         if (!has_bounds(*tree, kind)) continue;
         PosedTree a(tree, kind), b(tree, kind, kind == BoundKind::boxes ? 0.f : 0.1f);
-        PairQuery query;
-        ClosestQuery closest;
-        ManyBodyQuery many;
-        PosedTree* const bodies[] = {&a, &b};
-        std::mt19937 random(2);
-        std::vector<Vertices> poses;
-        for (int i = 0; i < 8; ++i)
-            poses.push_back(
-                shapes::moved(shapes::wobbled(s.X, random, 0.05f), shapes::random_motion(random, 0.4f)));
-        long pairs = 0;
-        const auto run = [&] {
-            for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
-                a.begin_pose(poses[i]);
-                b.begin_pose(poses[i + 1]);
-                query.intersecting(a, b);
-                pairs += query.counters().face_pairs;
-                query.within(a, b, 0.02f);
-                query.leaf_pairs(a, b, 0.02f);
-                closest.closest(a, b);
-                pairs += static_cast<long>(many.intersecting(bodies).size());
-                a.sphere(17);
-            }
-        };
-        run();
-        const long before = allocations;
-        run();
-        EXPECT_EQ(allocations - before, 0) << name(kind);
-        EXPECT_GT(pairs, 100) << name(kind);
+        expect_no_allocations(a, b, s.X, [](PosedTree& body, const Vertices& x) { body.begin_pose(x); });
     }
 }
 
@@ -104,31 +111,8 @@ TEST(WarmQueries, AllocateNothingWithAffineBounds) {
     hang_on_nodes(tree, s.W, s.rest);
     const auto shared = std::make_shared<const CollisionTree>(std::move(tree));
     PosedTree a(shared, BoundKind::affine), b(shared, BoundKind::affine);
-    PairQuery query;
-    ClosestQuery closest;
-    ManyBodyQuery many;
-    PosedTree* const bodies[] = {&a, &b};
-    std::mt19937 random(2);
-    std::vector<Vertices> poses;
-    for (int i = 0; i < 8; ++i)
-        poses.push_back(
-            shapes::moved(shapes::wobbled(s.rest, random, 0.05f), shapes::random_motion(random, 0.4f)));
-    long pairs = 0;
-    const auto run = [&] {
-        for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
-            a.begin_pose_of_nodes(poses[i]);
-            b.begin_pose_of_nodes(poses[i + 1]);
-            pairs += static_cast<long>(query.intersecting(a, b).size());
-            query.within(a, b, 0.02f);
-            closest.closest(a, b);
-            pairs += static_cast<long>(many.intersecting(bodies).size());
-        }
-    };
-    run();
-    const long before = allocations;
-    run();
-    EXPECT_EQ(allocations - before, 0);
-    EXPECT_GT(pairs, 100);
+    expect_no_allocations(a, b, s.rest,
+                          [](PosedTree& body, const Vertices& x) { body.begin_pose_of_nodes(x); });
 }
 
 }  // namespace

@@ -16,8 +16,9 @@ namespace {
 
 using test::HungSurface;
 
-std::shared_ptr<const WideTree> tree_of(const HungSurface& hung) {
-    return std::make_shared<const WideTree>(build_wide_tree(hung.surface.X, hung.surface.F));
+std::shared_ptr<const AffineModel> model_of(const HungSurface& hung) {
+    return std::make_shared<const AffineModel>(hung.surface.F, static_cast<int>(hung.surface.X.rows()),
+                                               hung.W, hung.rest);
 }
 
 std::vector<HungSurface> hung_surfaces() {
@@ -57,8 +58,7 @@ void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
 TEST(AffineBoxes, ContainTheSurfaceInWildPoses) {
     std::mt19937 random(1);
     for (const HungSurface& hung : hung_surfaces()) {
-        const auto tree = tree_of(hung);
-        AffineBoxes boxes(std::make_shared<const AffineModel>(tree, hung.W, hung.rest));
+        AffineBoxes boxes(model_of(hung));
         for (int kind = 0; kind < 4 * test::wild_poses; ++kind) {
             const Vertices nodes = test::wild_pose(hung.rest, kind, random), x = embedded(hung.W, nodes);
             boxes.begin_pose(nodes);
@@ -70,18 +70,18 @@ TEST(AffineBoxes, ContainTheSurfaceInWildPoses) {
 
 TEST(AffineBoxes, FromNodesAreTightWhereTheMotionIsAffine) {
     const HungSurface hung = test::hung_on_lattice(shapes::torus(200, 100), 4);
-    const auto tree = tree_of(hung);
-    AffineBoxes boxes(std::make_shared<const AffineModel>(tree, hung.W, hung.rest));
+    AffineBoxes boxes(model_of(hung));
+    const WideTree& tree = boxes.tree();
     Eigen::Matrix3f A;
     A << 1, 0.2f, 0, -0.1f, 0.9f, 0.3f, 0, 0, 1.1f;
     const Vertices nodes = hung.rest * A.transpose(), x = embedded(hung.W, nodes);
     boxes.begin_pose(nodes);
     double sizes = 0, exact_sizes = 0;
-    for (int block = 0; block < WideTree::width * tree->clusters; ++block) {
+    for (int block = 0; block < WideTree::width * tree.clusters; ++block) {
         boxes.blocks(block / WideTree::width);
-        for (int k = 0; k < tree->leaves_in[static_cast<std::size_t>(block)]; ++k) {
+        for (int k = 0; k < tree.leaves_in[static_cast<std::size_t>(block)]; ++k) {
             const Box own = boxes.leaves(block).box(k),
-                      least = bounding_box(Positions(x), tree->leaf_vertices(WideTree::width * block + k));
+                      least = bounding_box(Positions(x), tree.leaf_vertices(WideTree::width * block + k));
             sizes += (own.hi - own.lo).sum();
             exact_sizes += (least.hi - least.lo).sum();
         }
@@ -91,7 +91,7 @@ TEST(AffineBoxes, FromNodesAreTightWhereTheMotionIsAffine) {
 
 TEST(AffineBoxes, TakeNodesWithRoomBetweenRows) {
     const HungSurface hung = test::hung_on_lattice(shapes::torus(60, 50), 3);
-    AffineBoxes boxes(std::make_shared<const AffineModel>(tree_of(hung), hung.W, hung.rest));
+    AffineBoxes boxes(model_of(hung));
     Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor> wide(hung.rest.rows(), 4);
     wide.leftCols<3>() = hung.rest;
     wide.col(3).setConstant(1e9f);
@@ -101,9 +101,9 @@ TEST(AffineBoxes, TakeNodesWithRoomBetweenRows) {
 
 TEST(AffineModel, RefusesWeightsThatCannotBound) {
     HungSurface hung = test::hung_on_lattice(shapes::sphere(3, 4), 1);
-    const auto tree = tree_of(hung);
     const auto error = [&](const SurfaceEmbedding& W, const Vertices& rest) {
-        return test::error_of([&] { AffineModel(tree, W, rest); });
+        return test::error_of(
+            [&] { AffineModel(hung.surface.F, static_cast<int>(hung.surface.X.rows()), W, rest); });
     };
     EXPECT_EQ(error(hung.W, hung.rest), "");
     SurfaceEmbedding W = hung.W;
@@ -126,8 +126,7 @@ TEST(AffineModel, RefusesWeightsThatCannotBound) {
 TEST(AffineModel, TakesAtMostFiftyBytesAFace) {
     // The nodes of a tetrahedron carry a vertex of an embedded surface: four weights.
     const HungSurface hung = test::hung_on_tets(shapes::torus(400, 200), 12);
-    const AffineModel model(tree_of(hung), hung.W, hung.rest);
-    EXPECT_LE(static_cast<double>(model.bytes()), 50 * static_cast<double>(hung.surface.F.rows()));
+    EXPECT_LE(static_cast<double>(model_of(hung)->bytes()), 50 * static_cast<double>(hung.surface.F.rows()));
 }
 
 }  // namespace
