@@ -61,9 +61,14 @@ struct LaneMaps {
 /// Writes the nodes of a part relative to the first one, all x, then all y, then all z.
 inline void relative_nodes(const AffinePart& part, const float* nodes, float* y) noexcept {
     const float* origin = nodes + part.nodes[0];
-    for (int i = 0; i < part.count; i += 16)
-        for (int a = 0; a < 3; ++a)
-            store(gather(nodes + a, part.nodes + i) - all(origin[a]), y + a * part.count + i);
+    for (int i = 0; i < part.count; i += 16) {
+        Lanes x[3];
+        if (part.at_end)
+            for (int a = 0; a < 3; ++a) x[a] = gather(nodes + a, part.nodes + i);
+        else
+            load_points([&](int k) { return nodes + part.nodes[i + k]; }, x);
+        for (int a = 0; a < 3; ++a) store(x[a] - all(origin[a]), y + a * part.count + i);
+    }
 }
 
 void shared_map(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,

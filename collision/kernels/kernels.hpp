@@ -47,6 +47,7 @@ struct FixedColumns {
 struct AffinePart {
     const std::int32_t* nodes;  // [count] place of each node's first coordinate in the array of all nodes
     int count;                  // a multiple of 16; some nodes may be listed more than once
+    bool at_end;                // the last node of all is among them: no number may follow it in memory
     /// [16 * carriers] places in `nodes` of the nodes that carry each child: those of child k at k, k + 16
     /// and so on, some more than once.
     const std::uint16_t* carrier;
@@ -87,6 +88,16 @@ struct Kernels {
                              unsigned* masks) noexcept;
     void (*near_each)(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which, float most,
                       unsigned* masks) noexcept;
+    /// The same two tests for the boxes of two packs, within the boxes around them: sets bit k of masks[i]
+    /// for each bit i of the result, if box i of s and box k of t are near. in_s, in_t: lanes to be looked
+    /// at. whole_s, whole_t: boxes around these lanes.
+    unsigned (*overlapping_pairs)(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t,
+                                  unsigned in_t, const float* whole_t, std::uint16_t* masks) noexcept;
+    unsigned (*near_pairs)(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t,
+                           unsigned in_t, const float* whole_t, float most, std::uint16_t* masks) noexcept;
+    /// Boxes of sixteen triangles, exact. points: four numbers each, of which the first three count. corners:
+    /// corner c of triangle k is the point corners[16 * c + k].
+    void (*triangle_boxes)(const float* points, const std::uint8_t* corners, BoxPack& boxes) noexcept;
     /// See triangle_pack.hpp.
     unsigned (*separated_by_plane)(const TrianglePack& s, const TrianglePack& t) noexcept;
     PackVerdict (*edges_meet_faces)(const TrianglePack& s, const TrianglePack& t) noexcept;

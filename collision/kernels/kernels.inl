@@ -72,6 +72,48 @@ void near_each(const BoxPack* packs, int count, const BoxPack* boxes, unsigned w
     test_each(Near{most}, packs, count, boxes, which, masks);
 }
 
+template <class Test>
+inline unsigned test_pairs(const Test& test, const BoxPack& s, unsigned in_s, const float* whole_s,
+                           const BoxPack& t, unsigned in_t, const float* whole_t,
+                           std::uint16_t* masks) noexcept {
+    const unsigned near_s = test(s, same_box(whole_t)) & in_s;
+    if (near_s == 0) return 0;
+    const unsigned near_t = test(t, same_box(whole_s)) & in_t;
+    if (near_t == 0) return 0;
+    unsigned any = 0;
+    for (unsigned left = near_s; left != 0; left &= left - 1) {
+        const int i = __builtin_ctz(left);
+        const unsigned mask = test(t, same_box(&s, i)) & near_t;
+        masks[i] = static_cast<std::uint16_t>(mask);
+        if (mask != 0) any |= 1u << i;
+    }
+    return any;
+}
+unsigned overlapping_pairs(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t,
+                           unsigned in_t, const float* whole_t, std::uint16_t* masks) noexcept {
+    return test_pairs(Overlap{}, s, in_s, whole_s, t, in_t, whole_t, masks);
+}
+unsigned near_pairs(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t, unsigned in_t,
+                    const float* whole_t, float most, std::uint16_t* masks) noexcept {
+    return test_pairs(Near{most}, s, in_s, whole_s, t, in_t, whole_t, masks);
+}
+
+void triangle_boxes(const float* points, const std::uint8_t* corners, BoxPack& boxes) noexcept {
+    Lanes low[3], high[3];
+    for (int c = 0; c < 3; ++c) {
+        Lanes x[3];
+        load_points([&](int k) { return points + 4 * corners[16 * c + k]; }, x);
+        for (int axis = 0; axis < 3; ++axis) {
+            low[axis] = c == 0 ? x[axis] : min(low[axis], x[axis]);
+            high[axis] = c == 0 ? x[axis] : max(high[axis], x[axis]);
+        }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        store(low[axis], boxes.lo[axis]);
+        store(high[axis], boxes.hi[axis]);
+    }
+}
+
 // Triangles
 
 struct Corner {
@@ -337,6 +379,9 @@ constexpr Kernels make_kernels(InstructionSet instructions) noexcept {
             .near = near,
             .overlapping_each = overlapping_each,
             .near_each = near_each,
+            .overlapping_pairs = overlapping_pairs,
+            .near_pairs = near_pairs,
+            .triangle_boxes = triangle_boxes,
             .separated_by_plane = separated_by_plane,
             .edges_meet_faces = edges_meet_faces,
             .shared_map = shared_map,

@@ -27,6 +27,22 @@ inline Lanes pick(const float* table, int, const std::uint16_t* indices) noexcep
     };
     return {{eight(0), eight(8)}};
 }
+template <class At>
+inline void load_points(const At& at, Lanes (&xyz)[3]) noexcept {
+    for (int half = 0; half < 2; ++half) {
+        // Row r holds the points r and r + 4 of this half.
+        const auto row = [&](int r) {
+            const __m256 v = _mm256_castps128_ps256(_mm_loadu_ps(at(8 * half + r)));
+            return _mm256_insertf128_ps(v, _mm_loadu_ps(at(8 * half + r + 4)), 1);
+        };
+        const __m256 r0 = row(0), r1 = row(1), r2 = row(2), r3 = row(3);
+        const __m256 xy01 = _mm256_unpacklo_ps(r0, r1), xy23 = _mm256_unpacklo_ps(r2, r3),
+                     z01 = _mm256_unpackhi_ps(r0, r1), z23 = _mm256_unpackhi_ps(r2, r3);
+        xyz[0].v[half] = _mm256_shuffle_ps(xy01, xy23, 0x44);
+        xyz[1].v[half] = _mm256_shuffle_ps(xy01, xy23, 0xee);
+        xyz[2].v[half] = _mm256_shuffle_ps(z01, z23, 0x44);
+    }
+}
 inline Lanes load_shorts(const std::int16_t* p) noexcept {
     const __m128i* at = reinterpret_cast<const __m128i*>(p);
     const auto floats = [](__m128i shorts) { return _mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(shorts)); };

@@ -17,8 +17,29 @@ inline Lanes gather(const float* base, const std::int32_t* offsets) noexcept {
 }
 inline Lanes pick(const float* table, int count, const std::uint16_t* indices) noexcept {
     const __m512i at = _mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(indices)));
-    if (count > 32) return {_mm512_i32gather_ps(at, table, 4)};
-    return {_mm512_permutex2var_ps(_mm512_loadu_ps(table), at, _mm512_loadu_ps(table + count - 16))};
+    if (count > 64) return {_mm512_i32gather_ps(at, table, 4)};
+    const auto of_two = [&](const float* first, const float* second) {
+        return _mm512_permutex2var_ps(_mm512_loadu_ps(first), at, _mm512_loadu_ps(second));
+    };
+    if (count <= 32) return {of_two(table, table + count - 16)};
+    const __mmask16 upper = _mm512_cmpge_epi32_mask(at, _mm512_set1_epi32(32));
+    return {_mm512_mask_blend_ps(upper, of_two(table, table + 16), of_two(table + 32, table + count - 16))};
+}
+template <class At>
+inline void load_points(const At& at, Lanes (&xyz)[3]) noexcept {
+    // Row r holds the points r, r + 4, r + 8 and r + 12.
+    const auto row = [&](int r) {
+        __m512 v = _mm512_castps128_ps512(_mm_loadu_ps(at(r)));
+        v = _mm512_insertf32x4(v, _mm_loadu_ps(at(r + 4)), 1);
+        v = _mm512_insertf32x4(v, _mm_loadu_ps(at(r + 8)), 2);
+        return _mm512_insertf32x4(v, _mm_loadu_ps(at(r + 12)), 3);
+    };
+    const __m512 r0 = row(0), r1 = row(1), r2 = row(2), r3 = row(3);
+    const __m512 xy01 = _mm512_unpacklo_ps(r0, r1), xy23 = _mm512_unpacklo_ps(r2, r3),
+                 z01 = _mm512_unpackhi_ps(r0, r1), z23 = _mm512_unpackhi_ps(r2, r3);
+    xyz[0] = {_mm512_shuffle_ps(xy01, xy23, 0x44)};
+    xyz[1] = {_mm512_shuffle_ps(xy01, xy23, 0xee)};
+    xyz[2] = {_mm512_shuffle_ps(z01, z23, 0x44)};
 }
 inline Lanes load_shorts(const std::int16_t* p) noexcept {
     const __m256i shorts = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p));

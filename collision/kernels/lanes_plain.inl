@@ -33,6 +33,11 @@ inline Lanes gather(const float* base, const std::int32_t* offsets) noexcept {
 inline Lanes pick(const float* table, int, const std::uint16_t* indices) noexcept {
     return each([&](int k) { return table[indices[k]]; });
 }
+/// The coordinates of sixteen points, one per lane. at(k): where point k stands; reads a fourth number there.
+template <class At>
+inline void load_points(const At& at, Lanes (&xyz)[3]) noexcept {
+    for (int axis = 0; axis < 3; ++axis) xyz[axis] = each([&](int k) { return at(k)[axis]; });
+}
 inline Lanes load_shorts(const std::int16_t* p) noexcept {
     return each([&](int k) { return static_cast<float>(p[k]); });
 }

@@ -8,23 +8,19 @@ namespace {
 
 constexpr int width = WideTree::width;
 
-/// Calls f(i, j) for each box i of s and j of t that are near each other. whole_s, whole_t: boxes around
-/// them; in_s, in_t: the lanes in use. Returns the number of boxes compared.
+/// Boxes of one node or leaf and a box around them.
+struct Side {
+    const BoxPack& boxes;
+    unsigned present;  // bits of the lanes in use
+    const Box& whole;
+};
+
+/// Calls f(i, j) for each box i of s and j of t that are near each other.
 template <class Near, class F>
-long near_pairs(const BoxPack& s, const Box& whole_s, unsigned in_s, const BoxPack& t, const Box& whole_t,
-                unsigned in_t, const Near& near, const F& f) noexcept {
-    const unsigned near_t = near_boxes(s, whole_t, near) & in_s;
-    if (near_t == 0) return width;
-    const unsigned near_s = near_boxes(t, whole_s, near) & in_t;
-    if (near_s == 0) return 2 * width;
-    unsigned masks[2 * width];
-    long tests = 2 * width;
-    near.each(&t, 1, &s, near_t, masks);
-    for_each_bit(near_t, [&](int i) {
-        tests += width;
-        for_each_bit(masks[i] & near_s, [&](int j) { f(i, j); });
-    });
-    return tests;
+void near_pairs(const Side& s, const Side& t, const Near& near, const F& f) noexcept {
+    std::uint16_t masks[width];
+    const unsigned any = near.pairs(s.boxes, s.present, s.whole, t.boxes, t.present, t.whole, masks);
+    for_each_bit(any, [&](int i) { for_each_bit(masks[i], [&](int j) { f(i, j); }); });
 }
 
 }  // namespace
@@ -32,7 +28,7 @@ long near_pairs(const BoxPack& s, const Box& whole_s, unsigned in_s, const BoxPa
 template <class Near>
 void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near) noexcept {
     const auto present = [](const AffineBoxes& boxes, int pack) {
-        const int left = boxes.tree().clusters - pack * width;
+        const int left = boxes.tree().clusters() - pack * width;
         return left >= width ? 0xffffu : (1u << left) - 1;
     };
     near_a_.resize(static_cast<std::size_t>(a.cluster_packs()));
@@ -42,7 +38,6 @@ void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near)
         for_each_bit(near_a_[static_cast<std::size_t>(pa)] & present(a, pa), [&](int i) {
             const int cluster = width * pa + i;
             near.all(b.clusters(), b.cluster_packs(), a.cluster(cluster), near_b_.data());
-            counters_.node_tests += width * b.cluster_packs();
             for (int pb = 0; pb < b.cluster_packs(); ++pb)
                 for_each_bit(near_b_[static_cast<std::size_t>(pb)] & present(b, pb), [&](int j) {
                     clusters_.push_back({cluster, width * pb + j});
@@ -54,39 +49,45 @@ template <class Near>
 void AffineWalk::walk(AffineBoxes& a, AffineBoxes& b, const Near& near,
                       std::vector<FacePair>& pairs) noexcept {
     find_clusters(a, b, near);
-    for (const Pair& pair : clusters_)
-        counters_.node_tests +=
-            near_pairs(a.blocks(pair.a), a.cluster(pair.a), a.blocks_in(pair.a), b.blocks(pair.b),
-                       b.cluster(pair.b), b.blocks_in(pair.b), near, [&](int i, int j) {
-                           blocks_.push_back({width * pair.a + i, width * pair.b + j});
-                       });
-    constexpr std::size_t ahead = 4;
+    // Nodes that will be fitted soon are prefetched some pairs ahead.
+    const auto prefetch = [](const std::vector<Pair>& coming, std::size_t k, const auto& one_of_a,
+                             const auto& one_of_b) {
+        constexpr std::size_t ahead = 4;
+        if (k + ahead >= coming.size()) return;
+        one_of_a(coming[k + ahead].a);
+        one_of_b(coming[k + ahead].b);
+    };
+    for (std::size_t k = 0; k < clusters_.size(); ++k) {
+        prefetch(
+            clusters_, k, [&](int i) { a.prefetch_cluster(i); }, [&](int i) { b.prefetch_cluster(i); });
+        const Pair& pair = clusters_[k];
+        near_pairs(Side{a.blocks(pair.a), a.blocks_in(pair.a), a.cluster(pair.a)},
+                   Side{b.blocks(pair.b), b.blocks_in(pair.b), b.cluster(pair.b)}, near, [&](int i, int j) {
+                       blocks_.push_back({a.first_block(pair.a) + i, b.first_block(pair.b) + j});
+                   });
+    }
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
-        if (k + ahead < blocks_.size()) {
-            a.prefetch_block(blocks_[k + ahead].a);
-            b.prefetch_block(blocks_[k + ahead].b);
-        }
+        prefetch(
+            blocks_, k, [&](int i) { a.prefetch_block(i); }, [&](int i) { b.prefetch_block(i); });
         const Pair& pair = blocks_[k];
-        counters_.node_tests +=
-            near_pairs(a.leaves(pair.a), a.block(pair.a), a.leaves_in(pair.a), b.leaves(pair.b),
-                       b.block(pair.b), b.leaves_in(pair.b), near, [&](int i, int j) {
-                           leaves_.push_back({width * pair.a + i, width * pair.b + j});
-                       });
+        near_pairs(Side{a.leaves(pair.a), a.leaves_in(pair.a), a.block(pair.a)},
+                   Side{b.leaves(pair.b), b.leaves_in(pair.b), b.block(pair.b)}, near, [&](int i, int j) {
+                       leaves_.push_back({width * pair.a + i, width * pair.b + j});
+                   });
     }
     for (std::size_t k = 0; k < leaves_.size(); ++k) {
-        if (k + ahead < leaves_.size()) {
-            a.prefetch_leaf(leaves_[k + ahead].a);
-            b.prefetch_leaf(leaves_[k + ahead].b);
-        }
+        prefetch(
+            leaves_, k, [&](int i) { a.prefetch_leaf(i); }, [&](int i) { b.prefetch_leaf(i); });
         const Pair& pair = leaves_[k];
         a.leaf(pair.a);
         b.leaf(pair.b);  // may move the first one, if both are one body
         const AffineBoxes::Leaf &s = a.leaf(pair.a), &t = b.leaf(pair.b);
-        counters_.box_tests += near_pairs(s.boxes, s.whole, a.faces_in(pair.a), t.boxes, t.whole,
-                                          b.faces_in(pair.b), near, [&](int i, int j) {
-                                              pairs.push_back({width * pair.a + i, width * pair.b + j});
-                                          });
+        near_pairs(Side{s.boxes, a.faces_in(pair.a), s.whole}, Side{t.boxes, b.faces_in(pair.b), t.whole},
+                   near, [&](int i, int j) {
+                       pairs.push_back({width * pair.a + i, width * pair.b + j});
+                   });
     }
+    counters_.node_pairs = static_cast<long>(clusters_.size() + blocks_.size());
     counters_.leaf_pairs = static_cast<long>(leaves_.size());
 }
 

@@ -10,9 +10,8 @@ namespace nbd {
 
 /// Counters of a walk.
 struct AffineWalkCounters {
-    long node_tests = 0;  // pairs of clusters, of blocks and of leaves compared
-    long leaf_pairs = 0;  // pairs of leaves whose boxes are near
-    long box_tests = 0;   // pairs of face boxes compared
+    long node_pairs = 0;  // pairs of clusters and of blocks whose boxes are near
+    long leaf_pairs = 0;  // likewise, of leaves
 };
 
 /// Finds the faces of two bodies with affine bounds whose boxes are near each other. Goes level by level, so

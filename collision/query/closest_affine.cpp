@@ -48,16 +48,16 @@ void ClosestQuery::open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int l
 
 void ClosestQuery::search_affine(AffineBoxes& a, AffineBoxes& b) noexcept {
     if (!a.has_pose() || !b.has_pose()) return;
-    for (int i = 0; i < a.tree().clusters; ++i)
+    for (int i = 0; i < a.tree().clusters(); ++i)
         push({least_distance(a.cluster(i), b.whole()), Candidate::bodies, i, 0});
     while (goes_on()) {
         const Candidate pair = pop();
         if (pair.level == Candidate::bodies)
-            for (int j = 0; j < b.tree().clusters; ++j)
+            for (int j = 0; j < b.tree().clusters(); ++j)
                 push({least_distance(a.cluster(pair.a), b.cluster(j)), Candidate::clusters, pair.a, j});
         else if (pair.level == Candidate::clusters)
-            push_children(Candidate::blocks, a.blocks(pair.a), a.blocks_in(pair.a), width * pair.a,
-                          b.blocks(pair.b), b.blocks_in(pair.b), width * pair.b, b.cluster(pair.b));
+            push_children(Candidate::blocks, a.blocks(pair.a), a.blocks_in(pair.a), a.first_block(pair.a),
+                          b.blocks(pair.b), b.blocks_in(pair.b), b.first_block(pair.b), b.cluster(pair.b));
         else if (pair.level == Candidate::blocks)
             push_children(Candidate::leaves, a.leaves(pair.a), a.leaves_in(pair.a), width * pair.a,
                           b.leaves(pair.b), b.leaves_in(pair.b), width * pair.b, b.block(pair.b));

@@ -19,6 +19,10 @@ class Overlapping {
               unsigned* masks) const noexcept {
         kernels_->overlapping_each(packs, count, boxes, which, masks);
     }
+    unsigned pairs(const BoxPack& s, unsigned in_s, const Box& whole_s, const BoxPack& t, unsigned in_t,
+                   const Box& whole_t, std::uint16_t* masks) const noexcept {
+        return kernels_->overlapping_pairs(s, in_s, numbers(whole_s), t, in_t, numbers(whole_t), masks);
+    }
 
  private:
     const Kernels* kernels_ = &kernels();
@@ -32,6 +36,10 @@ class Within {
     void each(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which,
               unsigned* masks) const noexcept {
         kernels_->near_each(packs, count, boxes, which, most_, masks);
+    }
+    unsigned pairs(const BoxPack& s, unsigned in_s, const Box& whole_s, const BoxPack& t, unsigned in_t,
+                   const Box& whole_t, std::uint16_t* masks) const noexcept {
+        return kernels_->near_pairs(s, in_s, numbers(whole_s), t, in_t, numbers(whole_t), most_, masks);
     }
 
  private:

@@ -152,9 +152,8 @@ std::span<const FacePair> PairQuery::find_affine_pairs(PosedTree& a, PosedTree& 
     const int fitted_before = fitted();
     affine_walk_.near_faces(boxes_a, boxes_b, distance, pairs_);
     counters_.nodes_bounded = fitted() - fitted_before;
-    counters_.node_tests = affine_walk_.counters().node_tests;
-    counters_.leaf_pairs = affine_walk_.counters().leaf_pairs;
-    counters_.box_tests = affine_walk_.counters().box_tests;
+    counters_.node_tests = affine_walk_.counters().node_pairs;
+    counters_.leaf_pairs = counters_.box_tests = affine_walk_.counters().leaf_pairs;
     counters_.triangle_tests = static_cast<long>(pairs_.size());
     narrow(pairs_, boxes_a, boxes_b);
     for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};

@@ -12,7 +12,39 @@ namespace {
 
 constexpr int width = WideTree::width;
 
+/// Box around points x + place(i), i < count. Four floats of each are read at once, but not if at_end: the
+/// array ends after one of the points.
+template <class Place>
+Box box_of_points(const float* x, std::size_t count, bool at_end, const Place& place) noexcept {
+    Eigen::Array4f lo[2], hi[2];
+    for (int chain = 0; chain < 2; ++chain) {
+        lo[chain] = empty_box().lo;
+        hi[chain] = empty_box().hi;
+    }
+    const auto add = [&](int chain, const auto& p) {
+        lo[chain] = lo[chain].min(p);
+        hi[chain] = hi[chain].max(p);
+    };
+    if (at_end) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const float* p = x + place(i);
+            add(0, Eigen::Array4f(p[0], p[1], p[2], 0));
+        }
+    } else {
+        std::size_t i = 0;
+        for (; i + 2 <= count; i += 2) {
+            add(0, Eigen::Map<const Eigen::Array4f>(x + place(i)));
+            add(1, Eigen::Map<const Eigen::Array4f>(x + place(i + 1)));
+        }
+        if (i < count) add(0, Eigen::Map<const Eigen::Array4f>(x + place(i)));
+    }
+    Box box{lo[0].min(lo[1]), hi[0].max(hi[1])};
+    box.lo[3] = box.hi[3] = 0;
+    return box;
+}
+
 Box grown(const Box& box, float rounding) noexcept {
+    if (rounding == 0) return box;
     const float slack = rounding * std::max(box.lo.abs().maxCoeff(), box.hi.abs().maxCoeff()) + 0x1p-100f;
     const Eigen::Array4f by(slack, slack, slack, 0);
     return {box.lo - by, box.hi + by};
@@ -22,13 +54,14 @@ Box grown(const Box& box, float rounding) noexcept {
 
 AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model)
     : model_(std::move(model)), tree_(&model_->tree()) {
-    const auto clusters = static_cast<std::size_t>(tree_->clusters);
+    const auto clusters = static_cast<std::size_t>(tree_->clusters()),
+               blocks = static_cast<std::size_t>(tree_->blocks());
     cluster_boxes_.resize((clusters + width - 1) / width);
     block_boxes_.resize(clusters);
-    leaf_boxes_.resize(clusters * width);
-    leaf_at_.resize(clusters * WideTree::block_faces);
+    leaf_boxes_.resize(blocks);
+    leaf_at_.resize(blocks * width);
     cluster_poses_.resize(clusters);
-    block_poses_.resize(clusters * width);
+    block_poses_.resize(blocks);
     leaf_poses_.resize(leaf_at_.size());
     scratch_.resize(static_cast<std::size_t>(model_->scratch()));
 }
@@ -47,7 +80,7 @@ void AffineBoxes::begin_pose(VerticesRef nodes) noexcept {
         own_ = nodes;
         nodes_ = own_.data();
     }
-    for (int cluster = 0; cluster < tree_->clusters; ++cluster) {
+    for (int cluster = 0; cluster < tree_->clusters(); ++cluster) {
         const Box box = grown(box_of_nodes(model_->clusters().nodes(cluster)), model_->rounding());
         cluster_boxes_[static_cast<std::size_t>(cluster / width)].set(cluster % width, box);
         whole_ = joined(whole_, box);
@@ -67,8 +100,9 @@ void AffineBoxes::fit_cluster(int cluster) noexcept {
     BoxPack& boxes = block_boxes_[c];
     if (model_->clusters().maps(cluster) != AffineParts::Maps::none)
         return map_children(model_->clusters(), cluster, boxes);
-    for (int k = 0; k < tree_->blocks_in[c]; ++k)
-        boxes.set(k, grown(box_of_nodes(model_->blocks().nodes(width * cluster + k)), model_->rounding()));
+    for (int k = 0; k < tree_->blocks_in(cluster); ++k)
+        boxes.set(k,
+                  grown(box_of_nodes(model_->blocks().nodes(tree_->first_block[c] + k)), model_->rounding()));
 }
 
 void AffineBoxes::fit_block(int block) noexcept {
@@ -78,17 +112,8 @@ void AffineBoxes::fit_block(int block) noexcept {
     BoxPack& boxes = leaf_boxes_[b];
     if (model_->blocks().maps(block) != AffineParts::Maps::none)
         return map_children(model_->blocks(), block, boxes);
-    for (int k = 0; k < tree_->leaves_in[b]; ++k) {
-        const int leaf = width * block + k;
-        Eigen::Array4f x[WideTree::max_leaf_vertices];
-        leaf_vertices(leaf, x);
-        Box box{x[0], x[0]};
-        for (std::size_t v = 1; v < tree_->leaf_vertices(leaf).size(); ++v) {
-            box.lo = box.lo.min(x[v]);
-            box.hi = box.hi.max(x[v]);
-        }
-        boxes.set(k, box);
-    }
+    for (int k = 0; k < tree_->leaves_in[b]; ++k)
+        boxes.set(k, grown(box_of_leaf_nodes(width * block + k), model_->rounding()));
 }
 
 void AffineBoxes::leaf_vertices(int i, Eigen::Array4f* x) const noexcept {
@@ -107,28 +132,9 @@ void AffineBoxes::fit_leaf(int i) noexcept {
     if (leaves_.size() < static_cast<std::size_t>(leaves_in_use_)) leaves_.emplace_back();
     Leaf& leaf = leaves_[static_cast<std::size_t>(leaf_at_[l])];
     leaf_vertices(i, leaf.x);
-    const std::uint8_t* corners = tree_->corners[l].data();
-    leaf.whole = empty_box();
-    const int count = tree_->faces_in[l];
-    for (int first = 0; first < count; first += 4) {
-        Eigen::Array44f lo, hi;
-        for (int k = 0; k < 4; ++k) {
-            const int face = std::min(first + k, count - 1);
-            const Eigen::Array4f &a = leaf.x[corners[face]], &b = leaf.x[corners[width + face]],
-                                 &c = leaf.x[corners[2 * width + face]];
-            lo.col(k) = a.min(b).min(c);
-            hi.col(k) = a.max(b).max(c);
-            leaf.whole.lo = leaf.whole.lo.min(lo.col(k));
-            leaf.whole.hi = leaf.whole.hi.max(hi.col(k));
-        }
-        lo.transposeInPlace();
-        hi.transposeInPlace();
-        for (int axis = 0; axis < 3; ++axis) {
-            Eigen::Map<Eigen::Array4f>(leaf.boxes.lo[axis] + first) = lo.col(axis);
-            Eigen::Map<Eigen::Array4f>(leaf.boxes.hi[axis] + first) = hi.col(axis);
-        }
-    }
-    leaf.whole.lo[3] = leaf.whole.hi[3] = 0;
+    leaf.whole = box_of_points(leaf.x[0].data(), tree_->leaf_vertices(i).size(), false,
+                               [](std::size_t v) { return 4 * v; });
+    kernels().triangle_boxes(leaf.x[0].data(), tree_->corners[l].data(), leaf.boxes);
 }
 
 void AffineBoxes::make_surface(Vertices& x) noexcept {
@@ -145,34 +151,25 @@ void AffineBoxes::make_surface(Vertices& x) noexcept {
 }
 
 Box AffineBoxes::box_of_nodes(std::span<const int> nodes) const noexcept {
-    // Four floats of a node are read at once. After the last node the array may end: it ends its list, too.
-    const float* x = nodes_;
-    const int last = 3 * (model_->node_count() - 1);
-    Eigen::Array4f lo[2], hi[2];
-    for (int chain = 0; chain < 2; ++chain) {
-        lo[chain] = empty_box().lo;
-        hi[chain] = empty_box().hi;
-    }
-    std::size_t count = nodes.size();
-    for (; count > 0 && nodes[count - 1] == last; --count) {
-        const Eigen::Array4f p(x[last], x[last + 1], x[last + 2], 0);
-        lo[0] = lo[0].min(p);
-        hi[0] = hi[0].max(p);
-    }
-    const auto add = [&](int chain, std::size_t i) {
-        const Eigen::Map<const Eigen::Array4f> p(x + nodes[i]);
-        lo[chain] = lo[chain].min(p);
-        hi[chain] = hi[chain].max(p);
-    };
-    std::size_t i = 0;
-    for (; i + 2 <= count; i += 2) {
-        add(0, i);
-        add(1, i + 1);
-    }
-    if (i < count) add(0, i);
-    Box box{lo[0].min(lo[1]), hi[0].max(hi[1])};
-    box.lo[3] = box.hi[3] = 0;
-    return box;
+    // The last node of all ends the list that it is in.
+    const bool at_end = !nodes.empty() && nodes.back() == 3 * (model_->node_count() - 1);
+    return box_of_points(nodes_, nodes.size(), at_end, [&](std::size_t i) { return nodes[i]; });
+}
+
+Box AffineBoxes::box_of_leaf_nodes(int leaf) const noexcept {
+    const std::span<const int> nodes = model_->blocks().nodes(leaf / width);
+    const bool at_end = nodes.back() == 3 * (model_->node_count() - 1);
+    const AffineModel::LeafWeights weights = model_->leaf_weights(leaf);
+    return box_of_points(nodes_, tree_->leaf_vertices(leaf).size(), at_end,
+                         [&](std::size_t i) { return nodes[weights.nodes[i]]; });
+}
+
+void AffineBoxes::prefetch_cluster(int cluster) const noexcept {
+    const auto c = static_cast<std::size_t>(cluster);
+    if (cluster_poses_[c] == pose_ || model_->clusters().maps(cluster) != AffineParts::Maps::none) return;
+    const int first = tree_->first_block[c], last = tree_->first_block[c + 1] - 1;
+    const std::span<const int> begin = model_->blocks().nodes(first), end = model_->blocks().nodes(last);
+    prefetch_lines(std::span(begin.data(), end.data() + end.size()));
 }
 
 void AffineBoxes::prefetch_block(int block) const noexcept {

@@ -46,7 +46,12 @@ class AffineBoxes {
 
     /// Box of a block whose cluster was asked for in this pose.
     Box block(int i) const noexcept {
-        return block_boxes_[static_cast<std::size_t>(i / WideTree::width)].box(i % WideTree::width);
+        const auto c = static_cast<std::size_t>(tree_->cluster_of[static_cast<std::size_t>(i)]);
+        return block_boxes_[c].box(i - tree_->first_block[c]);
+    }
+    /// First block of a cluster.
+    int first_block(int cluster) const noexcept {
+        return tree_->first_block[static_cast<std::size_t>(cluster)];
     }
     /// Boxes of the blocks of a cluster, and of the leaves of a block.
     const BoxPack& blocks(int cluster) noexcept {
@@ -66,9 +71,13 @@ class AffineBoxes {
         return leaves_[static_cast<std::size_t>(leaf_at_[l])];
     }
     /// Bits of the children that are present.
-    unsigned blocks_in(int cluster) const noexcept { return bits(tree_->blocks_in, cluster); }
-    unsigned leaves_in(int block) const noexcept { return bits(tree_->leaves_in, block); }
-    unsigned faces_in(int leaf) const noexcept { return bits(tree_->faces_in, leaf); }
+    unsigned blocks_in(int cluster) const noexcept { return bits(tree_->blocks_in(cluster)); }
+    unsigned leaves_in(int block) const noexcept {
+        return bits(tree_->leaves_in[static_cast<std::size_t>(block)]);
+    }
+    unsigned faces_in(int leaf) const noexcept {
+        return bits(tree_->faces_in[static_cast<std::size_t>(leaf)]);
+    }
 
     /// Writes the positions of all vertices that a face uses; the others are zero.
     void make_surface(Vertices& x) noexcept;
@@ -86,7 +95,8 @@ class AffineBoxes {
     }
     int face(int slot) const noexcept { return tree_->faces[static_cast<std::size_t>(slot)]; }
 
-    /// Prefetch what leaves() and leaf() will read.
+    /// Prefetch what blocks(), leaves() and leaf() will read.
+    void prefetch_cluster(int cluster) const noexcept;
     void prefetch_block(int block) const noexcept;
     void prefetch_leaf(int leaf) const noexcept;
 
@@ -94,15 +104,15 @@ class AffineBoxes {
     int fitted() const noexcept { return fitted_; }
 
  private:
-    static unsigned bits(const std::vector<std::uint8_t>& counts, int i) noexcept {
-        return (1u << counts[static_cast<std::size_t>(i)]) - 1;
-    }
+    static unsigned bits(int count) noexcept { return (1u << count) - 1; }
     void map_children(const AffineParts& parts, int part, BoxPack& boxes) noexcept;
     void fit_cluster(int cluster) noexcept;
     void fit_block(int block) noexcept;
     void fit_leaf(int leaf) noexcept;
     void leaf_vertices(int leaf, Eigen::Array4f* x) const noexcept;
     Box box_of_nodes(std::span<const int> nodes) const noexcept;
+    /// Of a leaf whose vertices are nodes.
+    Box box_of_leaf_nodes(int leaf) const noexcept;
 
     std::shared_ptr<const AffineModel> model_;
     const WideTree* tree_;

@@ -83,12 +83,15 @@ AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W
     : node_count_(static_cast<int>(W.cols())) {
     const EmbeddingCheck checked = check_embedding(W, vertex_count, rest);
     tree_ = build_wide_tree(embedded(W, rest), F);
-    rounding_ = static_cast<float>(((32 + 2 * checked.weights) * 0x1p-24 + 3 * checked.error) * 1.0001);
+    // Boxes of nodes need no rounding where every vertex is a node.
+    if (checked.weights > 1 || checked.error > 0)
+        rounding_ = static_cast<float>(((32 + 2 * checked.weights) * 0x1p-24 + 3 * checked.error) * 1.0001);
     using Maps = AffineParts::Maps;
     AffineParts::Children of_cluster, of_block;
-    for (int cluster = 0; cluster < tree_.clusters; ++cluster) {
-        for (int k = 0; k < width; ++k) {
-            const int block = width * cluster + k;
+    for (int cluster = 0; cluster < tree_.clusters(); ++cluster) {
+        of_cluster = {};
+        for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
+            const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
             for (int l = 0; l < width; ++l) {
                 const std::span<const int> vertices = tree_.leaf_vertices(width * block + l);
                 of_block[static_cast<std::size_t>(l)].assign(vertices.begin(), vertices.end());
@@ -97,8 +100,8 @@ AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W
             for (const std::vector<int>& vertices : of_block) add_leaf(vertices, blocks_.nodes(block), W);
             of_cluster[static_cast<std::size_t>(k)] = tree_.block_vertices(block);
         }
-        clusters_.add(of_cluster, distinct_nodes(of_cluster, W) <= most_mapped ? Maps::shared : Maps::none, W,
-                      rest);
+        const bool mapped = !are_nodes(of_cluster, W) && distinct_nodes(of_cluster, W) <= most_mapped;
+        clusters_.add(of_cluster, mapped ? Maps::shared : Maps::none, W, rest);
     }
 }
 
@@ -132,8 +135,9 @@ void AffineModel::add_leaf(std::span<const int> vertices, std::span<const int> n
 std::size_t AffineModel::bytes() const noexcept {
     const auto size = [](const auto&... arrays) { return ((arrays.size() * sizeof(arrays[0])) + ...); };
     return clusters_.bytes() + blocks_.bytes() +
-           size(weight_begin_, weights_per_vertex_, weights_, weight_nodes_, tree_.blocks_in, tree_.leaves_in,
-                tree_.faces_in, tree_.faces, tree_.vertices, tree_.vertex_begin, tree_.corners);
+           size(weight_begin_, weights_per_vertex_, weights_, weight_nodes_, tree_.first_block,
+                tree_.cluster_of, tree_.leaves_in, tree_.faces_in, tree_.faces, tree_.vertices,
+                tree_.vertex_begin, tree_.corners);
 }
 
 }  // namespace nbd

@@ -31,9 +31,9 @@ class AffineModel {
     const WideTree& tree() const noexcept { return tree_; }
     int node_count() const noexcept { return node_count_; }
 
-    /// Bound on all rounding errors, per length: (32 + 2 K) 2^-24 + 3 e. K is the largest number of weights
-    /// of a vertex; e is by how much their sum at most differs from 1, plus how much of it is negative.
-    /// kernels/affine.inl proves it.
+    /// Bound on all rounding errors, per length: 0 if every vertex is a node, else (32 + 2 K) 2^-24 + 3 e. K
+    /// is the largest number of weights of a vertex; e is by how much their sum at most differs from 1, plus
+    /// how much of it is negative. kernels/affine.inl proves it.
     float rounding() const noexcept { return rounding_; }
 
     /// The clusters, whose children are blocks, and the blocks, whose children are leaves.

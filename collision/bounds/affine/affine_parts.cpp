@@ -114,6 +114,7 @@ std::vector<Eigen::Vector3d> rest_points(const std::vector<int>& vertices, const
 }  // namespace
 
 void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbedding& W, VerticesRef rest) {
+    node_count_ = static_cast<int>(W.cols());
     std::array<std::vector<int>, lanes> carriers;
     std::vector<int> nodes;
     std::size_t most = 0;
@@ -124,6 +125,7 @@ void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbeddin
     }
     std::ranges::sort(nodes);
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    places_.back().node_count = nodes.size();
     for (const int node : nodes) nodes_.push_back(3 * node);
     while (!nodes.empty() && (nodes_.size() - places_.back().nodes) % lanes != 0)
         nodes_.push_back(nodes_.back());
@@ -189,7 +191,7 @@ void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbeddin
     }
     if (maps != Maps::none) boxes_.push_back(boxes);
     maps_.push_back(maps);
-    places_.push_back({nodes_.size(), carriers_.size(), rest_.size(), numbers_.size(), boxes_.size()});
+    places_.push_back({nodes_.size(), 0, carriers_.size(), rest_.size(), numbers_.size(), boxes_.size()});
 }
 
 AffinePart AffineParts::part(int i) const noexcept {
@@ -198,6 +200,7 @@ AffinePart AffineParts::part(int i) const noexcept {
     const float* moments = numbers_.data() + p.numbers;
     return {.nodes = nodes_.data() + p.nodes,
             .count = static_cast<int>(next.nodes - p.nodes),
+            .at_end = nodes_[next.nodes - 1] == 3 * (node_count_ - 1),
             .carrier = carriers_.data() + p.carriers,
             .carriers = static_cast<int>((next.carriers - p.carriers) / lanes),
             .rest = rest_.data() + p.rest,

@@ -26,12 +26,10 @@ class AffineParts {
     /// Appends a part. W: weights, [vertices, nodes]. rest: rest positions of the nodes.
     void add(const Children& children, Maps maps, const SurfaceEmbedding& W, VerticesRef rest);
 
-    /// Nodes of a part without repeats, ascending, as places of their first coordinates; padded with repeats
-    /// of the last one to a multiple of sixteen.
+    /// Nodes of a part without repeats, ascending, as places of their first coordinates.
     std::span<const int> nodes(int part) const noexcept {
-        const Place &p = places_[static_cast<std::size_t>(part)],
-                    &next = places_[static_cast<std::size_t>(part) + 1];
-        return std::span(nodes_).subspan(p.nodes, next.nodes - p.nodes);
+        const Place& p = places_[static_cast<std::size_t>(part)];
+        return std::span(nodes_).subspan(p.nodes, p.node_count);
     }
     /// As the kernels take it; only for parts with maps.
     AffinePart part(int i) const noexcept;
@@ -47,17 +45,17 @@ class AffineParts {
 
  private:
     struct Place {
-        std::size_t nodes = 0, carriers = 0, rest = 0, numbers = 0, boxes = 0;
+        std::size_t nodes = 0, node_count = 0, carriers = 0, rest = 0, numbers = 0, boxes = 0;
     };
 
     std::vector<Place> places_{Place{}};  // [parts + 1] beginnings in the arrays below
     std::vector<Maps> maps_;
-    std::vector<std::int32_t> nodes_;
+    std::vector<std::int32_t> nodes_;  // padded with repeats of a part's last one to a multiple of sixteen
     std::vector<std::uint16_t> carriers_;
     std::vector<std::int16_t> rest_;
     std::vector<float> numbers_;  // moments, then reach
     AlignedVector<RestBoxes> boxes_;
-    int max_nodes_ = 0;
+    int max_nodes_ = 0, node_count_ = 0;
 };
 
 }  // namespace nbd

@@ -34,6 +34,7 @@ void sums(const float* points, const int* places, const float* weights, const st
 void leaf_positions(const float* points, const int* places, const float* weights, const std::uint16_t* nodes,
                     int count, int vertices, bool at_end, float* x) noexcept {
     if (at_end) return sums<0>(points, places, weights, nodes, count, vertices, x, three_floats);
+    if (count == 1) return sums<1>(points, places, weights, nodes, count, vertices, x, four_floats);
     if (count == 3) return sums<3>(points, places, weights, nodes, count, vertices, x, four_floats);
     if (count == 4) return sums<4>(points, places, weights, nodes, count, vertices, x, four_floats);
     sums<0>(points, places, weights, nodes, count, vertices, x, four_floats);

@@ -48,38 +48,28 @@ WideTree build_wide_tree(VerticesRef X, FacesRef F) {
     const std::span<int> all = division.faces();
     WideTree tree;
     tree.vertex_count = static_cast<int>(X.rows());
-    tree.clusters = parts_of(all.size(), WideTree::cluster_faces);
-    const auto clusters = static_cast<std::size_t>(tree.clusters);
-    tree.blocks_in.assign(clusters, 0);
-    tree.leaves_in.assign(clusters * width, 0);
-    tree.faces_in.assign(clusters * WideTree::block_faces, 0);
-    tree.faces.assign(clusters * WideTree::cluster_faces, -1);
-    tree.corners.assign(clusters * WideTree::block_faces, {});
+    tree.first_block.push_back(0);
     tree.vertex_begin.push_back(0);
     int cluster = 0;
-    division.divide(all, tree.clusters, [&](std::span<int> in_cluster) {
-        int block = width * cluster;
-        division.divide(
-            in_cluster, parts_of(in_cluster.size(), WideTree::block_faces), [&](std::span<int> in_block) {
-                int leaf = width * block;
-                division.divide(in_block, parts_of(in_block.size(), width), [&](std::span<int> in_leaf) {
-                    std::ranges::sort(in_leaf);
-                    add_leaf(tree, leaf++, in_leaf, F);
-                    tree.vertex_begin.push_back(static_cast<int>(tree.vertices.size()));
-                });
-                tree.leaves_in[static_cast<std::size_t>(block)] =
-                    static_cast<std::uint8_t>(leaf - width * block);
-                ++block;
-                tree.vertex_begin.resize(
-                    static_cast<std::size_t>(width) * static_cast<std::size_t>(block) + 1,
-                    static_cast<int>(tree.vertices.size()));
-            });
-        tree.blocks_in[static_cast<std::size_t>(cluster)] =
-            static_cast<std::uint8_t>(block - width * cluster);
+    const auto add_block = [&](std::span<int> in_block) {
+        const std::size_t first_leaf = tree.faces_in.size();
+        tree.faces_in.resize(first_leaf + width, 0);
+        tree.faces.resize(tree.faces.size() + WideTree::block_faces, -1);
+        tree.corners.resize(first_leaf + width, {});
+        int leaf = static_cast<int>(first_leaf);
+        division.divide(in_block, parts_of(in_block.size(), width), [&](std::span<int> in_leaf) {
+            std::ranges::sort(in_leaf);
+            add_leaf(tree, leaf++, in_leaf, F);
+            tree.vertex_begin.push_back(static_cast<int>(tree.vertices.size()));
+        });
+        tree.vertex_begin.resize(first_leaf + width + 1, static_cast<int>(tree.vertices.size()));
+        tree.leaves_in.push_back(static_cast<std::uint8_t>(leaf - static_cast<int>(first_leaf)));
+        tree.cluster_of.push_back(cluster);
+    };
+    division.divide(all, parts_of(all.size(), WideTree::cluster_faces), [&](std::span<int> in_cluster) {
+        division.divide(in_cluster, parts_of(in_cluster.size(), WideTree::block_faces), add_block);
+        tree.first_block.push_back(tree.blocks());
         ++cluster;
-        tree.vertex_begin.resize(
-            static_cast<std::size_t>(WideTree::block_faces) * static_cast<std::size_t>(cluster) + 1,
-            static_cast<int>(tree.vertices.size()));
     });
     return tree;
 }

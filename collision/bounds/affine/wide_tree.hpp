@@ -11,25 +11,32 @@
 namespace nbd {
 
 /// A tree over the faces of a surface whose nodes have up to sixteen children, as many as the kernels test at
-/// once. It has three levels: clusters of up to 4096 faces, blocks of up to 256, and leaves of up to 16. Node
-/// i of a level has the children 16 i, 16 i + 1 and so on of the next level, of which only the first few may
-/// be present; slot 16 l + k holds face k of leaf l. Faces are divided at medians of their centroids in the
-/// rest pose, so parts are compact and nearly equal in size.
+/// once. It has three levels: clusters of up to 4096 faces, blocks of up to 256, and leaves of up to 16.
+/// Block b has the leaves 16 b, 16 b + 1 and so on, of which only the first few may be present; slot 16 l + k
+/// holds face k of leaf l. Faces are divided at medians of their centroids in the rest pose, so parts are
+/// compact and nearly equal in size.
 struct WideTree {
     static constexpr int width = 16;
     static constexpr int block_faces = width * width, cluster_faces = width * block_faces;
     static constexpr int max_leaf_vertices = 3 * width;
 
-    int vertex_count = 0, clusters = 0;
-    std::vector<std::uint8_t> blocks_in;  // [clusters] blocks of each cluster, 1 to 16
-    std::vector<std::uint8_t> leaves_in;  // [16 clusters] leaves of each block; 0: not present
-    std::vector<std::uint8_t> faces_in;   // [256 clusters] faces of each leaf; 0: not present
-    std::vector<int> faces;               // [4096 clusters] face in each slot; -1: none
+    int vertex_count = 0;
+    std::vector<int> first_block;         // [clusters + 1] blocks of each cluster, 1 to 16
+    std::vector<int> cluster_of;          // [blocks]
+    std::vector<std::uint8_t> leaves_in;  // [blocks] leaves of each block, 1 to 16
+    std::vector<std::uint8_t> faces_in;   // [16 blocks] faces of each leaf; 0: not present
+    std::vector<int> faces;               // [256 blocks] face in each slot; -1: none
     std::vector<int> vertices;            // of the leaves, leaf after leaf, without repeats within one
-    std::vector<int> vertex_begin;        // [256 clusters + 1] range of each leaf in `vertices`
-    /// [256 clusters] corner c of face k, as a position in the leaf's vertices, at [16 c + k].
+    std::vector<int> vertex_begin;        // [16 blocks + 1] range of each leaf in `vertices`
+    /// [16 blocks] corner c of face k, as a position in the leaf's vertices, at [16 c + k].
     std::vector<std::array<std::uint8_t, 3 * width>> corners;
 
+    int clusters() const noexcept { return static_cast<int>(first_block.size()) - 1; }
+    int blocks() const noexcept { return static_cast<int>(cluster_of.size()); }
+    int blocks_in(int cluster) const noexcept {
+        const auto c = static_cast<std::size_t>(cluster);
+        return first_block[c + 1] - first_block[c];
+    }
     int leaves() const noexcept { return static_cast<int>(faces_in.size()); }
     std::span<const int> leaf_vertices(int leaf) const noexcept {
         const auto l = static_cast<std::size_t>(leaf);

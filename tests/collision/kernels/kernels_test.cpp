@@ -23,6 +23,29 @@ class KernelForms : public testing::TestWithParam<InstructionSet> {
     }
     float number() { return shapes::uniform(random); }
 
+    /// Compares the pairs of boxes that the kernels find with those that tests of one box find.
+    void expect_same_pairs(const BoxPack& s, const BoxPack& t, unsigned lanes) {
+        const unsigned in_s = lanes & 0xffff, in_t = lanes >> 16;
+        Box whole_s = empty_box(), whole_t = empty_box();
+        for (int k = 0; k < 16; ++k) {
+            if (in_s >> k & 1) whole_s = joined(whole_s, s.box(k));
+            if (in_t >> k & 1) whole_t = joined(whole_t, t.box(k));
+        }
+        std::uint16_t overlapping[16] = {}, near[16] = {}, expected;
+        const unsigned any = form->overlapping_pairs(s, in_s, numbers(whole_s), t, in_t, numbers(whole_t),
+                                                     overlapping),
+                       any_near = form->near_pairs(s, in_s, numbers(whole_s), t, in_t, numbers(whole_t),
+                                                   0.02f, near);
+        for (int i = 0; i < 16; ++i) {
+            if (!(s.box(i).lo + s.box(i).hi).isFinite().all() || !std::isfinite(whole_t.hi.sum())) continue;
+            const unsigned in = in_s >> i & 1 ? in_t : 0;
+            plain.overlapping(&t, 1, numbers(s.box(i)), &expected);
+            EXPECT_EQ(any >> i & 1 ? overlapping[i] : 0, expected & in);
+            plain.near(&t, 1, numbers(s.box(i)), 0.02f, &expected);
+            EXPECT_EQ(any_near >> i & 1 ? near[i] : 0, expected & in);
+        }
+    }
+
     const Kernels& plain = *kernels_for(InstructionSet::plain);
     const Kernels* form = nullptr;
     std::mt19937 random{1};
@@ -61,11 +84,31 @@ TEST_P(KernelForms, FindTheSameOverlappingBoxes) {
         plain.near_each(packs, 1, packs + 1, which, 0.02f, each_expected);
         form->near_each(packs, 1, packs + 1, which, 0.02f, each);
         EXPECT_EQ(std::memcmp(each, each_expected, sizeof each), 0);
+        expect_same_pairs(packs[0], packs[1], which);
         plain.near(packs, count, numbers(other), 0.02f, expected);
         form->near(packs, count, numbers(other), 0.02f, masks);
         EXPECT_EQ(std::memcmp(masks, expected, sizeof masks), 0);
     }
     EXPECT_GT(found, 500);
+}
+
+TEST_P(KernelForms, BoundTriangles) {
+    for (int round = 0; round < 200; ++round) {
+        std::vector<float> points(4 * 48);
+        for (float& x : points) x = number();
+        std::array<std::uint8_t, 48> corners;
+        for (std::uint8_t& corner : corners) corner = static_cast<std::uint8_t>(random() % 48);
+        BoxPack boxes;
+        form->triangle_boxes(points.data(), corners.data(), boxes);
+        for (std::size_t k = 0; k < 16; ++k) {
+            const auto corner = [&](std::size_t c) {
+                return Eigen::Map<const Eigen::Vector3f>(points.data() + 4 * corners[16 * c + k]);
+            };
+            const Box expected = bounding_box(Triangle{corner(0), corner(1), corner(2)});
+            const Box found = boxes.box(static_cast<int>(k));
+            EXPECT_TRUE((found.lo == expected.lo).all() && (found.hi == expected.hi).all());
+        }
+    }
 }
 
 TEST_P(KernelForms, ClassifyTrianglePairsAlike) {
@@ -242,7 +285,7 @@ TEST_P(KernelForms, DoNotOverflowForTheLargestNumbers) {
 TEST_P(KernelForms, GiveTheSameAffineBoxes) {
     for (int round = 0; round < 300; ++round) {
         const int count = 16 * (1 + round % 5), carriers = 1 + round % 9, total = 200;
-        std::vector<float> nodes(3 * total), moments(6 * 16), reach(3 * 16), scratch(3 * 80);
+        std::vector<float> nodes(3 * total + 1), moments(6 * 16), reach(3 * 16), scratch(3 * 80);
         std::vector<std::int32_t> places;
         std::vector<std::uint16_t> carrier;
         std::vector<std::int16_t> rest;
@@ -257,8 +300,8 @@ TEST_P(KernelForms, GiveTheSameAffineBoxes) {
         RestBoxes boxes;
         for (float* x = boxes.centre[0]; x < boxes.centre[0] + 3 * 16; ++x) *x = 20000 * number();
         for (float* x = boxes.side[0][0]; x < boxes.side[0][0] + 9 * 16; ++x) *x = 5000 * number();
-        const AffinePart part{places.data(), count,          carrier.data(), carriers,
-                              rest.data(),   moments.data(), reach.data()};
+        const AffinePart part{places.data(), count,       round % 2 == 0, carrier.data(),
+                              carriers,      rest.data(), moments.data(), reach.data()};
         BoxPack expected, found;
         const auto compare = [&](const char* name) {
             EXPECT_EQ(std::memcmp(&expected, &found, sizeof found), 0) << name << ", round " << round;

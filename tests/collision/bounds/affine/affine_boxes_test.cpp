@@ -38,8 +38,8 @@ void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
     const WideTree& tree = boxes.tree();
     for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
         if (tree.faces_in[static_cast<std::size_t>(leaf)] == 0) continue;
-        const int block = leaf / WideTree::width, cluster = block / WideTree::width;
-        const Box leaf_box = boxes.blocks(cluster).box(block % WideTree::width);
+        const int block = leaf / WideTree::width, cluster = tree.cluster_of[static_cast<std::size_t>(block)];
+        const Box leaf_box = boxes.blocks(cluster).box(block - boxes.first_block(cluster));
         const Box own = boxes.leaves(block).box(leaf % WideTree::width);
         const AffineBoxes::Leaf& opened = boxes.leaf(leaf);
         const auto vertices = tree.leaf_vertices(leaf);
@@ -77,8 +77,8 @@ TEST(AffineBoxes, FromNodesAreTightWhereTheMotionIsAffine) {
     const Vertices nodes = hung.rest * A.transpose(), x = embedded(hung.W, nodes);
     boxes.begin_pose(nodes);
     double sizes = 0, exact_sizes = 0;
-    for (int block = 0; block < WideTree::width * tree.clusters; ++block) {
-        boxes.blocks(block / WideTree::width);
+    for (int block = 0; block < tree.blocks(); ++block) {
+        boxes.blocks(tree.cluster_of[static_cast<std::size_t>(block)]);
         for (int k = 0; k < tree.leaves_in[static_cast<std::size_t>(block)]; ++k) {
             const Box own = boxes.leaves(block).box(k),
                       least = bounding_box(Positions(x), tree.leaf_vertices(WideTree::width * block + k));
