@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "apps/bench/pairs/lazy_boxes.hpp"
+#include "apps/bench/pairs/linear_bvh.hpp"
 #include "collision/geometry/embedded_positions.hpp"
 #include "collision/query/pair_query.hpp"
 
@@ -102,6 +103,37 @@ class LazyBoxesMethod final : public PairMethod {
     std::vector<FacePair> pairs_;
 };
 
+/// Which faces a hierarchy that is built in every pose holds.
+enum class Rebuilt { all_faces, faces_in_overlap };
+
+class LinearBvhMethod final : public PairMethod {
+ public:
+    LinearBvhMethod(const BenchBody& body, Rebuilt rebuilt) : a_(body.surface.F), b_(a_), rebuilt_(rebuilt) {}
+
+    void update(const BenchPose& a, const BenchPose& b) override {
+        a_.begin_pose(a.x);
+        b_.begin_pose(b.x);
+        if (rebuilt_ != Rebuilt::all_faces) return;
+        a_.build(a_.whole());
+        b_.build(b_.whole());
+    }
+    std::span<const FacePair> query() override {
+        if (rebuilt_ == Rebuilt::faces_in_overlap) {
+            const Box &s = a_.whole(), &t = b_.whole();
+            const Box region{s.lo.max(t.lo), s.hi.min(t.hi)};
+            a_.build(region);
+            b_.build(region);
+        }
+        intersecting_faces(a_, b_, pairs_);
+        return pairs_;
+    }
+
+ private:
+    LinearBvh a_, b_;
+    Rebuilt rebuilt_;
+    std::vector<FacePair> pairs_;
+};
+
 /// Affine boxes, which read the nodes alone.
 class AffineMethod final : public TreeMethod {
  public:
@@ -192,6 +224,11 @@ std::vector<PairMethodEntry> box_methods(const BenchBody& body, const std::vecto
                  const SphereTreeConfig config{depth_of_leaves(b.faces(), leaf_faces), 1};
                  return std::make_unique<TreeMethod>(shared_exact_tree(s.X, s.F, config), BoundKind::boxes);
              }});
+    for (const auto& [name, rebuilt] : {std::pair{"rebuilt boxes", Rebuilt::all_faces},
+                                        {"rebuilt boxes in the overlap", Rebuilt::faces_in_overlap}})
+        methods.push_back({name, true, false, [rebuilt](const BenchBody& b) {
+                               return std::make_unique<LinearBvhMethod>(b, rebuilt);
+                           }});
     for (const int faces : clusters) methods.push_back(lazy_boxes_method(faces));
     const auto over_nodes = [&](const char* name, Reads reads) {
         for (const int faces : clusters)

@@ -9,16 +9,18 @@
 namespace nbd {
 namespace {
 
-/// rtcCollide() accepts only user geometry: one box per face, from its three corners. Embree updates dynamic
-/// scenes of low build quality with refit geometry fastest.
+/// rtcCollide() accepts only user geometry: one box per face, from its three corners. Dynamic scenes of low
+/// build quality are built by Morton codes; with geometry of quality `refit` a pose moves the boxes alone,
+/// with quality `low` it builds the hierarchy anew.
 class EmbreeScene {
  public:
-    EmbreeScene(RTCDevice device, const SurfaceBody& body) : faces_{&body.F, body.X} {
+    EmbreeScene(RTCDevice device, const SurfaceBody& body, RTCBuildQuality quality)
+        : faces_{&body.F, body.X} {
         scene_ = rtcNewScene(device);
         rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
         rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_LOW);
         geometry_ = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-        rtcSetGeometryBuildQuality(geometry_, RTC_BUILD_QUALITY_REFIT);
+        rtcSetGeometryBuildQuality(geometry_, quality);
         rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(body.F.rows()));
         rtcSetGeometryUserData(geometry_, this);
         rtcSetGeometryBoundsFunction(geometry_, bound_face, nullptr);
@@ -62,10 +64,10 @@ class EmbreeScene {
 
 class EmbreePairs final : public PairMethod {
  public:
-    explicit EmbreePairs(const BenchBody& body)
+    EmbreePairs(const BenchBody& body, RTCBuildQuality quality)
         : device_(rtcNewDevice("threads=1,set_affinity=0")),
-          a_(device_, body.surface),
-          b_(device_, body.surface) {}
+          a_(device_, body.surface, quality),
+          b_(device_, body.surface, quality) {}
     ~EmbreePairs() override { rtcReleaseDevice(device_); }
 
     void update(const BenchPose& a, const BenchPose& b) override {
@@ -94,7 +96,11 @@ class EmbreePairs final : public PairMethod {
 }  // namespace
 
 std::unique_ptr<PairMethod> make_embree_pairs(const BenchBody& body) {
-    return std::make_unique<EmbreePairs>(body);
+    return std::make_unique<EmbreePairs>(body, RTC_BUILD_QUALITY_REFIT);
+}
+
+std::unique_ptr<PairMethod> make_embree_rebuilt_pairs(const BenchBody& body) {
+    return std::make_unique<EmbreePairs>(body, RTC_BUILD_QUALITY_LOW);
 }
 
 }  // namespace nbd

@@ -11,6 +11,7 @@ std::vector<PairMethodEntry> peer_methods() {
     std::vector<PairMethodEntry> methods;
 #ifdef NBD_WITH_EMBREE
     methods.push_back({"embree", true, false, make_embree_pairs});
+    methods.push_back({"embree rebuilt", true, false, make_embree_rebuilt_pairs});
 #endif
 #ifdef NBD_WITH_BULLET
     methods.push_back({"bullet gimpact", true, false, make_bullet_gimpact_pairs});

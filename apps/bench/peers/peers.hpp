@@ -19,6 +19,7 @@ std::unique_ptr<PairMethod> make_fcl_pairs(const BenchBody& body);
 std::unique_ptr<PairMethod> make_bullet_gimpact_pairs(const BenchBody& body);
 std::unique_ptr<PairMethod> make_bullet_dbvt_pairs(const BenchBody& body);
 std::unique_ptr<PairMethod> make_embree_pairs(const BenchBody& body);
+std::unique_ptr<PairMethod> make_embree_rebuilt_pairs(const BenchBody& body);
 std::unique_ptr<PairMethod> make_cgal_pairs(const BenchBody& body);
 
 }  // namespace nbd
