@@ -7,19 +7,17 @@
 #include <vector>
 
 #include "meshing/body/make_body.hpp"
+#include "meshing/cage/cage_body.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"
 #include "meshing/surface/solid_boundary.hpp"
 
 namespace nbd {
-namespace {
 
 bool holds_tets(const std::filesystem::path& path) {
     const std::string extension = path.extension().string();
     return extension == ".msh" || extension == ".vtk" || extension == ".mesh";
 }
-
-}  // namespace
 
 Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
     std::vector<std::string> notes;
@@ -36,6 +34,12 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
 Body body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
     TriMesh surface = read_surface(path);
     try {
+        if (config.cage > 0) {
+            CageBody caged =
+                make_cage_body(path.stem().string(), std::move(surface), config.cage, config.material);
+            out.text(describe(caged.report));
+            return std::move(caged.body);
+        }
         const SolidBoundary boundary = make_solid_boundary(std::move(surface));
         out.text(fmt::format("surface: {}", describe(boundary.report)));
         TetrahedralizeResult filled = tetrahedralize(boundary.mesh, config.tets);

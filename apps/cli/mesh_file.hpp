@@ -11,17 +11,20 @@ namespace nbd {
 
 struct MeshFileConfig {
     TetrahedralizeConfig tets;  // for surfaces
+    int cage = 0;               // for surfaces: tet nodes of a cage around any triangle soup; 0: no cage
     Material material;
     int levels = 0;  // subdivision levels
     SubdivisionScheme scheme = SubdivisionScheme::midpoint;
 };
 
 /// Makes a body from a file. A surface is checked and filled with tetrahedra; for tetrahedra made elsewhere
-/// (.msh .vtk .mesh), the surface is their boundary. Prints to `out` what was found and repaired. Throws what
+/// (.msh .vtk .mesh), the surface is their boundary. With `cage`, any surface is taken as it is and embedded
+/// in the tetrahedra of a coarse cage around it. Prints to `out` what was found and repaired. Throws what
 /// reading, checking and filling throw; messages of checks start with the path.
 Body mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 
 /// As mesh_file(), for a file known to hold a surface or tetrahedra.
+bool holds_tets(const std::filesystem::path& path);  // by its extension
 Body body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 

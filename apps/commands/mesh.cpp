@@ -6,6 +6,7 @@
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
+#include "meshing/cage/cage.hpp"
 #include "meshing/tets/tet_quality.hpp"
 
 namespace nbd {
@@ -20,6 +21,9 @@ void run(const MeshArguments& arguments, Output& out) {
     check_output(arguments.output, {arguments.input});
     MeshFileConfig config = arguments.config;
     config.scheme = arguments.scheme == "loop" ? SubdivisionScheme::loop : SubdivisionScheme::midpoint;
+    if (config.cage > 0 && holds_tets(arguments.input))
+        throw CLI::ValidationError("--cage",
+                                   "goes around a surface, but " + arguments.input + " holds tetrahedra");
     const Body body = mesh_file(arguments.input, config, out);
     const TetMesh& tets = body.tets;
     const TetQuality quality = tet_quality(tets);
@@ -53,14 +57,16 @@ void add_mesh(CLI::App& app, Output& out) {
                      "Surface (.obj .ply .stl .off .glb), or tetrahedra made elsewhere (.msh .vtk .mesh)")
         ->required();
     command->add_option("-o,--output", arguments->output, "Body file to write")->required();
-    command
-        ->add_option("--nodes", arguments->config.tets.nodes,
-                     "Target number of tet nodes, met within 5 %; 0: determined by --grading")
-        ->capture_default_str()
-        ->check(CLI::Range(0, 100'000'000));
-    command->add_option("--grading", arguments->config.tets.grading, "How fast tetrahedra grow inward")
-        ->capture_default_str()
-        ->check(between(0, 2));
+    CLI::Option* nodes =
+        command
+            ->add_option("--nodes", arguments->config.tets.nodes,
+                         "Target number of tet nodes, met within 5 %; 0: determined by --grading")
+            ->capture_default_str()
+            ->check(CLI::Range(0, 100'000'000));
+    CLI::Option* grading =
+        command->add_option("--grading", arguments->config.tets.grading, "How fast tetrahedra grow inward")
+            ->capture_default_str()
+            ->check(between(0, 2));
     command->add_option("--young", material.young, "Young's modulus, Pa")
         ->capture_default_str()
         ->check(positive());
@@ -76,13 +82,22 @@ void add_mesh(CLI::App& app, Output& out) {
     command->add_option("--rayleigh-stiffness", material.rayleigh_stiffness, "Damping of fast motion, s")
         ->capture_default_str()
         ->check(not_negative());
-    command
-        ->add_option("--subdivide", arguments->config.levels, "1-to-4 subdivisions of the collision surface")
-        ->capture_default_str()
-        ->check(CLI::Range(0, 4));
-    command->add_option("--subdivision", arguments->scheme, "midpoint keeps the shape, loop rounds it")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"midpoint", "loop"}));
+    CLI::Option* subdivide = command
+                                 ->add_option("--subdivide", arguments->config.levels,
+                                              "1-to-4 subdivisions of the collision surface")
+                                 ->capture_default_str()
+                                 ->check(CLI::Range(0, 4));
+    CLI::Option* subdivision =
+        command->add_option("--subdivision", arguments->scheme, "midpoint keeps the shape, loop rounds it")
+            ->capture_default_str()
+            ->check(CLI::IsMember({"midpoint", "loop"}));
+    CLI::Option* cage =
+        command
+            ->add_option("--cage", arguments->config.cage,
+                         "Take any surface as it is, also an open or defective one, and embed it in a coarse "
+                         "cage of this many tet nodes, met within 10 %")
+            ->check(CLI::Range(min_cage_nodes, max_cage_nodes));
+    for (CLI::Option* other : {nodes, grading, subdivide, subdivision}) cage->excludes(other);
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -145,14 +145,18 @@ Embedding embed(const TetMesh& tets, NodesRef points, const EmbedConfig& config)
         if (t < 0) {
             const auto [nearest, distance] = locator.nearest(x);
             const double edge = locator.mean_edge(nearest);
-            if (distance > config.max_distance * edge)
+            if (config.only_inside)
+                far.add(
+                    fmt::format("{} lies {:.3g} m outside the tetrahedra", name_point(points, p), distance));
+            else if (distance > config.max_distance * edge)
                 far.add(fmt::format(
                     "{} is {:.6g} m away from the nearest tetrahedron ({}), more than {} of its mean "
                     "edge length {:.6g} m",
                     name_point(points, p), distance, nearest, config.max_distance, edge));
             t = nearest;
         }
-        const Eigen::Vector4d w = locator.weights(t, x);
+        Eigen::Vector4d w = locator.weights(t, x);
+        if (config.only_inside) w = w.cwiseMax(0) / w.cwiseMax(0).sum();
         for (int k = 0; k < 4; ++k) entries.emplace_back(p, tets.T(t, k), w[k]);
     }
     far.check();

@@ -9,6 +9,8 @@ struct EmbedConfig {
     /// finite. The weights of such a point extrapolate: they magnify the deformation of that tetrahedron,
     /// more so with distance.
     double max_distance = 0.5;
+    /// Rejects points outside the tetrahedra by more than rounding. All weights are then >= 0.
+    bool only_inside = false;
 };
 
 /// Barycentric weights of each point in its tetrahedron, or in the nearest one if it is outside all. A point

@@ -10,29 +10,12 @@
 #include <vector>
 
 #include "meshing/surface/check_surface.hpp"
+#include "meshing/surface/drop_unreferenced.hpp"
 #include "meshing/surface/orient.hpp"
 #include "meshing/surface/self_intersections.hpp"
 
 namespace nbd {
 namespace {
-
-/// Drops vertices that no face uses and returns their number. Indices must be in range.
-int drop_unreferenced(TriMesh& mesh) {
-    std::vector<int> number(static_cast<std::size_t>(mesh.X.rows()), -1);
-    for (int f = 0; f < mesh.F.rows(); ++f)
-        for (int c = 0; c < 3; ++c) number[static_cast<std::size_t>(mesh.F(f, c))] = 0;
-    int kept = 0;
-    for (int v = 0; v < mesh.X.rows(); ++v) {
-        if (number[static_cast<std::size_t>(v)] < 0) continue;
-        number[static_cast<std::size_t>(v)] = kept;
-        mesh.X.row(kept++) = mesh.X.row(v).eval();
-    }
-    const int dropped = static_cast<int>(mesh.X.rows()) - kept;
-    mesh.X.conservativeResize(kept, 3);
-    for (int f = 0; f < mesh.F.rows(); ++f)
-        for (int c = 0; c < 3; ++c) mesh.F(f, c) = number[static_cast<std::size_t>(mesh.F(f, c))];
-    return dropped;
-}
 
 struct Component {
     std::vector<int> faces;

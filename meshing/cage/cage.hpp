@@ -1,0 +1,31 @@
+#pragma once
+
+#include "meshing/cage/soup_wrap.hpp"
+#include "meshing/surface/mesh.hpp"
+
+namespace nbd {
+
+struct CageConfig {
+    int nodes = 0;  // wanted number of tet nodes, >= min_cage_nodes; decides how coarse the cage is
+    double offset_share = 0.25;  // distance of the cage's vertices from the soup, in alphas
+};
+
+constexpr int min_cage_nodes = 50, max_cage_nodes = 200'000;
+
+/// A coarse closed surface around a soup.
+struct Cage {
+    TriMesh surface;
+    double alpha = 0;     // radius of the ball that the wrap kept out, metres
+    double offset = 0;    // distance of the wrap's vertices from the soup, metres
+    double distance = 0;  // greatest distance of a vertex or face centre from the soup, metres
+    /// A finer wrap would have lost the soup's inside through its holes, or fallen into parts. The faces are
+    /// then those of a coarser wrap, divided.
+    bool closes_holes = false, joins_parts = false;
+};
+
+/// Finds the wrap whose faces suit `nodes` tetrahedral nodes. One component, closed, manifold, without
+/// self-intersections, oriented outward; strictly holds the soup. The same input gives the same bits.
+/// Throws std::invalid_argument for a config out of range and if no cage is coarse enough.
+Cage find_cage(const SoupWrap& soup, const CageConfig& config);
+
+}  // namespace nbd
