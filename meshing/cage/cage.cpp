@@ -92,12 +92,12 @@ class CageSearch {
         return result;
     }
 
-    /// Coarse enough for a box around the soup, and then until it is one part.
+    /// Coarse enough for a box around the soup and to close its holes, and then until it is one part.
     Wrap first_wrap() {
         const Eigen::Vector3d side = soup_.box().sizes();
         Size box{1, 2 * (side.x() * side.y() + side.y() * side.z() + side.z() * side.x()), side.prod()};
         box.vertices = box.area / (0.87 * coarsest_ * coarsest_);
-        double alpha = std::min(coarsest_ * box.ratio_for(config_.nodes), coarsest_);
+        double alpha = std::clamp(coarsest_ * box.ratio_for(config_.nodes), coarsest_ / 10, coarsest_);
         for (;;) {
             Wrap result = wrap(alpha);
             if (result.parts == 1) return result;
@@ -131,9 +131,7 @@ class CageSearch {
     /// Whether `fine` leaves out most of what lies deep inside `coarse`: a ball of the coarse alpha fits
     /// there, but did not get in.
     bool loses_inside(const Wrap& coarse, const Wrap& fine) const {
-        const ChamberGrid grid(soup_.box());
-        const std::vector<char> chambers = grid.chambers(coarse.surface, soup_, coarse.alpha);
-        return grid.share_inside(chambers, fine.surface) < 0.5;
+        return ChamberGrid(soup_.box()).share_lost(coarse.surface, fine.surface, soup_, coarse.alpha) > 0.5;
     }
 
     Cage finish(Wrap best) {

@@ -60,25 +60,21 @@ std::vector<char> ChamberGrid::inside(const TriMesh& surface) const {
     return result;
 }
 
-std::vector<char> ChamberGrid::chambers(const TriMesh& surface, const SoupWrap& soup, double depth) const {
-    std::vector<char> marked = inside(surface);
+double ChamberGrid::share_lost(const TriMesh& coarse, const TriMesh& fine, const SoupWrap& soup,
+                               double depth) const {
+    const std::vector<char> before = inside(coarse), after = inside(fine);
+    double all = 0, chambers = 0, lost = 0;
     for (int i = 0; i < side; ++i)
         for (int j = 0; j < side; ++j)
             for (int k = 0; k < side; ++k) {
-                char& mark = marked[index(side, i, j, k)];
-                mark = mark && soup.distance(point(i, j, k)) > depth;
+                const std::size_t p = index(side, i, j, k);
+                if (!before[p]) continue;
+                ++all;
+                if (!(soup.distance(point(i, j, k)) > depth)) continue;
+                ++chambers;
+                lost += !after[p];
             }
-    return marked;
-}
-
-double ChamberGrid::share_inside(const std::vector<char>& marked, const TriMesh& surface) const {
-    const std::vector<char> now = inside(surface);
-    double all = 0, kept = 0;
-    for (std::size_t p = 0; p < marked.size(); ++p) {
-        all += marked[p] != 0;
-        kept += marked[p] != 0 && now[p] != 0;
-    }
-    return all > 0 ? kept / all : 1;
+    return chambers >= all / 20 && chambers > 0 ? lost / chambers : 0;
 }
 
 }  // namespace nbd

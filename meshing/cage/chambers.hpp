@@ -7,16 +7,14 @@
 
 namespace nbd {
 
-/// Marks points of a regular grid over a box.
+/// A regular grid of points over a box, to compare the insides of two closed surfaces.
 class ChamberGrid {
  public:
     explicit ChamberGrid(const Eigen::AlignedBox3d& box);
 
-    /// Marks the points inside a closed surface that are farther than `depth` from the soup.
-    std::vector<char> chambers(const TriMesh& surface, const SoupWrap& soup, double depth) const;
-
-    /// The share of the marked points that lie inside a closed surface; 1 if none is marked.
-    double share_inside(const std::vector<char>& marked, const TriMesh& surface) const;
+    /// The chambers of `coarse` are its inside farther than `depth` from the soup. Returns the share of them
+    /// that `fine` leaves out; 0 if they are less than a twentieth of the inside.
+    double share_lost(const TriMesh& coarse, const TriMesh& fine, const SoupWrap& soup, double depth) const;
 
  private:
     static constexpr int side = 40;  // points along each axis
