@@ -21,10 +21,10 @@ struct Size {
     double vertices = 0, area = 0, volume = 0;
 
     /// Expected number of tet nodes if the surface had `ratio` times as long edges. An equilateral surface of
-    /// edge length h has area / (0.87 h^2) vertices; 0.3 volume / h^3 inner nodes come from a slight grading.
+    /// edge length h has area / (0.87 h^2) vertices; the inner nodes are what a slight grading gives.
     double nodes(double ratio = 1) const {
         const double at_ratio = vertices / (ratio * ratio), edge = std::sqrt(area / (0.87 * at_ratio));
-        return at_ratio + 0.3 * volume / (edge * edge * edge);
+        return at_ratio + 0.35 * std::max(0., volume - 0.4 * area * edge) / (edge * edge * edge);
     }
 
     /// The ratio of edge lengths that gives `wanted` nodes.
@@ -97,7 +97,7 @@ class CageSearch {
         const Eigen::Vector3d side = soup_.box().sizes();
         Size box{1, 2 * (side.x() * side.y() + side.y() * side.z() + side.z() * side.x()), side.prod()};
         box.vertices = box.area / (0.87 * coarsest_ * coarsest_);
-        double alpha = std::clamp(coarsest_ * box.ratio_for(config_.nodes), coarsest_ / 10, coarsest_);
+        double alpha = std::clamp(coarsest_ * box.ratio_for(config_.nodes), coarsest_ / 5, coarsest_);
         for (;;) {
             Wrap result = wrap(alpha);
             if (result.parts == 1) return result;

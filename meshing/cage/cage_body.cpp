@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <stdexcept>
 #include <string>
@@ -50,14 +51,48 @@ struct Filled {
     Embedding W;
 };
 
-/// Some cages have faces so close to each other that gmsh fails or that rounding puts a vertex outside.
-/// Another offset then gives other faces.
+constexpr double tolerance = 0.1;  // of the number of nodes
+
+/// Fills a cage with `nodes` nodes, or with as many as fit where the cage is too thin for inner nodes.
+TetMesh fill_as_possible(const TriMesh& cage, int nodes) {
+    try {
+        return tetrahedralize(cage, {.nodes = nodes, .tolerance = 0.6 * tolerance}).tets;
+    } catch (const std::invalid_argument&) {
+        return tetrahedralize(cage, {.grading = 0}).tets;
+    }
+}
+
+/// Fills a cage with slightly different numbers of nodes until no tetrahedron is a sliver, and keeps the
+/// best.
+TetMesh fill_well(const TriMesh& cage, int nodes) {
+    constexpr double good_ratio = 0.05;
+    TetMesh best;
+    double best_ratio = -1;
+    for (const double share : {1., 0.97, 1.03}) {
+        TetMesh tets = fill_as_possible(cage, static_cast<int>(std::lround(share * nodes)));
+        const double ratio = tet_quality(tets).radius_ratio_min;
+        if (ratio > best_ratio) best = std::move(tets), best_ratio = ratio;
+        if (ratio >= good_ratio) break;
+    }
+    return best;
+}
+
+/// Some cages have faces so close to each other that gmsh fails, that few nodes fit inside, or that rounding
+/// puts a vertex outside. Another size and offset then give other faces.
 Filled fill(const SoupWrap& wrap, const TriMesh& soup, int nodes) {
-    constexpr std::array<double, 4> offset_shares = {0.25, 0.3, 0.2, 0.4};
+    constexpr std::array<double, 5> offset_shares = {0.25, 0.26, 0.28, 0.22, 0.35};
+    double aim = nodes;
     for (std::size_t i = 0;; ++i) {
-        Filled filled{find_cage(wrap, {.nodes = nodes, .offset_share = offset_shares[i]}), {}, {}};
+        const int size = std::clamp(static_cast<int>(std::lround(aim)), min_cage_nodes, max_cage_nodes);
+        Filled filled{find_cage(wrap, {.nodes = size, .offset_share = offset_shares[i]}), {}, {}};
         try {
-            filled.tets = tetrahedralize(filled.cage.surface, {.nodes = nodes, .tolerance = 0.1}).tets;
+            filled.tets = fill_well(filled.cage.surface, nodes);
+            const auto count = static_cast<double>(filled.tets.X.rows());
+            if (std::abs(count - nodes) > tolerance * nodes) {
+                aim *= nodes / count;
+                throw std::invalid_argument(fmt::format("no cage of {} nodes was found; the nearest has {}",
+                                                        nodes, filled.tets.X.rows()));
+            }
             filled.W = embed(filled.tets, soup.X, {.only_inside = true});
             return filled;
         } catch (const std::exception&) {
@@ -90,6 +125,9 @@ CageBody make_cage_body(std::string name, TriMesh soup, int nodes, const Materia
     report.dropped_vertices = drop_unreferenced(soup);
     check_extent(soup);
     report.soup = soup_report(soup);
+    if (nodes < min_cage_nodes || nodes > max_cage_nodes)
+        throw std::invalid_argument(
+            fmt::format("a cage of {} nodes; allowed: {} to {}", nodes, min_cage_nodes, max_cage_nodes));
     Filled filled = fill(SoupWrap(soup), soup, nodes);
     report.vertices = static_cast<int>(filled.cage.surface.X.rows());
     report.faces = static_cast<int>(filled.cage.surface.F.rows());

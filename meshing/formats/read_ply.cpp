@@ -171,8 +171,36 @@ bool is_corner_list(const Property& p) {
     return p.count_type.bytes > 0 && (p.name == "vertex_indices" || p.name == "vertex_index");
 }
 
+/// Adds the triangles of a strip: each corner makes one with the two before it, every second one turned. -1
+/// ends a strip. Triangles that repeat a corner only join strips and are skipped.
+class Strips {
+ public:
+    explicit Strips(PolygonSoup& soup) : soup_(soup) {}
+
+    void add(std::int64_t corner) {
+        if (corner == -1) return end();
+        if (length_ >= 2 && corner != first_ && corner != second_ && first_ != second_) {
+            const bool turned = length_ % 2 == 1;
+            soup_.corners.insert(soup_.corners.end(),
+                                 {turned ? second_ : first_, turned ? first_ : second_, corner});
+            soup_.face_end.push_back(soup_.corners.size());
+        }
+        first_ = second_;
+        second_ = corner;
+        ++length_;
+    }
+    void end() { length_ = 0; }
+
+ private:
+    PolygonSoup& soup_;
+    std::int64_t first_ = -1, second_ = -1;  // the last two corners
+    std::size_t length_ = 0;                 // corners of the strip so far
+};
+
 void read_element(const Element& element, Numbers& numbers, PolygonSoup& soup) {
-    const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
+    const bool is_vertex = element.name == "vertex", is_face = element.name == "face",
+               is_strips = element.name == "tristrips";
+    Strips strips(soup);
     const auto read = [&](Type type, std::size_t item) {
         double value = 0;
         if (!numbers.next(type, value))
@@ -187,7 +215,7 @@ void read_element(const Element& element, Numbers& numbers, PolygonSoup& soup) {
             const double count = is_list ? read(property.count_type, i) : 1;
             if (!(count >= 0) || count != std::floor(count))
                 fail(fmt::format("PLY: {} {} has a list of {} entries", element.name, i, count));
-            const bool is_corners = is_face && is_corner_list(property);
+            const bool is_corners = (is_face || is_strips) && is_corner_list(property);
             for (double k = 0; k < count; ++k) {
                 const double value = read(property.type, i);
                 if (is_vertex && property.name.size() == 1 && property.name[0] >= 'x' &&
@@ -195,9 +223,14 @@ void read_element(const Element& element, Numbers& numbers, PolygonSoup& soup) {
                     x[static_cast<std::size_t>(property.name[0] - 'x')] = static_cast<float>(value);
                 if (!is_corners) continue;
                 if (!(std::abs(value) < 1e15) || value != std::floor(value))
-                    fail(fmt::format("PLY: face {} refers to vertex {}", i, value));
-                soup.corners.push_back(static_cast<std::int64_t>(value));
+                    fail(fmt::format("PLY: {} {} refers to vertex {}", is_face ? "face" : "strip", i, value));
+                const auto corner = static_cast<std::int64_t>(value);
+                if (is_face)
+                    soup.corners.push_back(corner);
+                else
+                    strips.add(corner);
             }
+            if (is_corners) strips.end();
         }
         if (is_vertex) soup.X.push_back(x);
         if (is_face) soup.face_end.push_back(soup.corners.size());
@@ -218,7 +251,8 @@ PolygonSoup read_ply(const std::filesystem::path& path) {
     for (const char* axis : {"x", "y", "z"})
         if (!has("vertex", [&](const Property& p) { return p.name == axis; }))
             fail(fmt::format("PLY header: no vertex property \"{}\"", axis));
-    if (!has("face", is_corner_list)) fail("PLY header: no face property \"vertex_indices\"");
+    if (!has("face", is_corner_list) && !has("tristrips", is_corner_list))
+        fail("PLY header: no face property \"vertex_indices\", and no triangle strips");
 
     PolygonSoup soup;
     Numbers numbers(std::string_view(data).substr(header.size), header.encoding);

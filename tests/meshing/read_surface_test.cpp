@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -221,6 +223,57 @@ TEST(ReadSurface, IgnoresColoursAndCommentsOfOffFiles) {
                      "+1 0 0 0 0 0 0\r\n0 1 0 1 1 1 1 # last\r\n2 0 1\r\n3 0 1 2 0.5 0.5 0.5\r\n"));
     EXPECT_EQ(read.F, (Faces(1, 3) << 0, 1, 2).finished());
     EXPECT_EQ(read.X.rows(), 3);
+}
+
+/// A .ply file of five vertices and the given strips, one list a line.
+std::string ply_of_strips(const std::string& strips, int count) {
+    return "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+           "element tristrips " +
+           std::to_string(count) +
+           "\nproperty list int int vertex_indices\nend_header\n"
+           "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 1\n" +
+           strips;
+}
+
+Faces faces(std::initializer_list<std::array<int, 3>> rows) {
+    Faces F(static_cast<Eigen::Index>(rows.size()), 3);
+    Eigen::Index f = 0;
+    for (const auto& [a, b, c] : rows) F.row(f++) << a, b, c;
+    return F;
+}
+
+TEST(ReadSurface, TurnsEverySecondTriangleOfAPlyStrip) {
+    const TemporaryFolder folder;
+    EXPECT_EQ(read_surface(folder.write("a.ply", ply_of_strips("5 0 1 2 3 4\n", 1))).F,
+              faces({{0, 1, 2}, {2, 1, 3}, {2, 3, 4}}));
+}
+
+TEST(ReadSurface, StartsAStripAnewAtMinusOneAndAtEachList) {
+    const TemporaryFolder folder;
+    const Faces expected = faces({{0, 1, 2}, {2, 1, 3}, {2, 3, 4}});
+    EXPECT_EQ(read_surface(folder.write("a.ply", ply_of_strips("9 0 1 2 3 -1 2 3 4 -1\n", 1))).F, expected);
+    EXPECT_EQ(read_surface(folder.write("b.ply", ply_of_strips("4 0 1 2 3\n3 2 3 4\n", 2))).F, expected);
+}
+
+TEST(ReadSurface, SkipsTheTrianglesThatJoinStrips) {
+    const TemporaryFolder folder;
+    // 0 1 2, then the joints 1 2 2, 2 2 3 and 2 3 3, then 3 3 4 and 3 4 1.
+    EXPECT_EQ(read_surface(folder.write("a.ply", ply_of_strips("8 0 1 2 2 3 3 4 1\n", 1))).F,
+              faces({{0, 1, 2}, {4, 3, 1}}));
+}
+
+TEST(ReadSurface, ReportsErrorsInPlyStrips) {
+    const TemporaryFolder folder;
+    const std::vector<std::pair<std::string, std::string>> cases = {
+        {"3 0 1 5\n", "face 0 refers to vertex 5, but the file has 5 vertices"},
+        {"3 0 1 -2\n", "face 0 refers to vertex -2, but the file has 5 vertices"},
+        {"3 0 1 1.5\n", "strip 0 refers to vertex 1.5"},
+        {"4 0 1 2\n", "the file ends early, in tristrips 0 of 1"},
+        {"2 0 1\n", "no faces in the file"}};
+    for (const auto& [strips, problem] : cases)
+        EXPECT_NE(reading_error(folder.write("a.ply", ply_of_strips(strips, 1))).find(problem),
+                  std::string::npos)
+            << reading_error(folder.write("a.ply", ply_of_strips(strips, 1)));
 }
 
 TEST(ReadSurface, IgnoresOtherElementsAndPropertiesOfPlyFiles) {

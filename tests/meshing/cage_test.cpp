@@ -1,0 +1,240 @@
+#include "meshing/cage/cage.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <random>
+
+#include "meshing/cage/cage_body.hpp"
+#include "meshing/cage/divide_edges.hpp"
+#include "meshing/formats/read_surface.hpp"
+#include "meshing/surface/check_surface.hpp"
+#include "meshing/surface/self_intersections.hpp"
+#include "meshing/surface/solid_boundary.hpp"
+#include "meshing/tets/tet_quality.hpp"
+#include "tests/meshing/shapes.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+using test::error_of;
+
+/// The body of a soup, after checks of what each must keep.
+CageBody checked_body(const TriMesh& soup, int nodes) {
+    CageBody made = make_cage_body("soup", soup, nodes);
+    const Body& body = made.body;
+    EXPECT_EQ(body.surface.X, soup.X);
+    EXPECT_EQ(body.surface.F, soup.F);
+    EXPECT_NEAR(static_cast<double>(body.tets.X.rows()), nodes, 0.1 * nodes);
+    EXPECT_GT(tet_quality(body.tets).volume_min, 0);
+    EXPECT_EQ(body.W.rows(), soup.X.rows());
+    for (int v = 0; v < body.W.rows(); ++v) {
+        double sum = 0;
+        for (Embedding::InnerIterator it(body.W, v); it; ++it) {
+            EXPECT_GE(it.value(), 0) << "vertex " << v;
+            sum += it.value();
+        }
+        EXPECT_NEAR(sum, 1, 1e-12) << "vertex " << v;
+    }
+    const double size = (soup.X.colwise().maxCoeff() - soup.X.colwise().minCoeff()).norm();
+    EXPECT_LT((body.W * body.tets.X - soup.X).cwiseAbs().maxCoeff(), 1e-9 * size);
+    return made;
+}
+
+/// A box without its top.
+TriMesh open_box() {
+    TriMesh mesh = test::box(1, 1, 0.6, 4);
+    int kept = 0;
+    for (int f = 0; f < mesh.F.rows(); ++f) {
+        bool top = true;
+        for (const int v : mesh.F.row(f)) top = top && mesh.X(v, 2) == 0.6;
+        if (!top) mesh.F.row(kept++) = mesh.F.row(f).eval();
+    }
+    mesh.F.conservativeResize(kept, 3);
+    return mesh;
+}
+
+/// A sphere without the faces above a height.
+TriMesh cut_sphere(double height) {
+    TriMesh mesh = test::icosphere(3);
+    int kept = 0;
+    for (int f = 0; f < mesh.F.rows(); ++f)
+        if (mesh.X.row(mesh.F(f, 0))[2] < height) mesh.F.row(kept++) = mesh.F.row(f).eval();
+    mesh.F.conservativeResize(kept, 3);
+    return mesh;
+}
+
+/// Keeps the vertices that faces use; the sphere's others would be dropped.
+TriMesh without_loose_vertices(const TriMesh& mesh) {
+    std::vector<int> row(static_cast<std::size_t>(mesh.X.rows()), -1);
+    TriMesh kept{Nodes(mesh.X.rows(), 3), mesh.F};
+    int count = 0;
+    for (int& v : kept.F.reshaped<Eigen::RowMajor>()) {
+        int& number = row[static_cast<std::size_t>(v)];
+        if (number < 0) {
+            kept.X.row(count) = mesh.X.row(v);
+            number = count++;
+        }
+        v = number;
+    }
+    kept.X.conservativeResize(count, 3);
+    return kept;
+}
+
+TEST(CageBody, HoldsAnOpenBox) {
+    const CageBody made = checked_body(without_loose_vertices(open_box()), 600);
+    EXPECT_EQ(made.report.soup.open_edges, 16);
+    EXPECT_EQ(made.report.soup.shells, 1);
+    EXPECT_GT(made.report.distance, 0.9 * made.report.offset);
+}
+
+TEST(CageBody, HoldsCrossingBoxes) {
+    const TriMesh soup =
+        test::joined(test::box(1, 0.3, 0.3, 3), test::moved(test::box(0.3, 1, 0.3, 3), 0.2, -0.4, 0.1));
+    const CageBody made = checked_body(soup, 800);
+    EXPECT_EQ(made.report.soup.shells, 2);
+    EXPECT_EQ(made.report.soup.open_edges, 0);
+    EXPECT_GT(made.report.volume, 0.15);
+    EXPECT_LT(made.report.volume, 0.4);
+}
+
+TEST(CageBody, KeepsDuplicateAndDegenerateFaces) {
+    TriMesh soup = test::icosphere(3);
+    const Eigen::Index faces = soup.F.rows(), vertices = soup.X.rows();
+    soup.F.conservativeResize(faces + 5, 3);
+    soup.X.conservativeResize(vertices + 2, 3);
+    soup.X.row(vertices) << 0, 0, 1.3;  // belongs only to faces without area
+    soup.X.row(vertices + 1) << 0, 0, 1.4;
+    soup.F.row(faces) = soup.F.row(0);
+    soup.F.row(faces + 1) << soup.F(7, 1), soup.F(7, 0), soup.F(7, 2);
+    soup.F.row(faces + 2) << 3, 3, 4;
+    soup.F.row(faces + 3) << 5, static_cast<int>(vertices), static_cast<int>(vertices);
+    soup.F.row(faces + 4) << static_cast<int>(vertices), static_cast<int>(vertices) + 1,
+        static_cast<int>(vertices) + 1;
+    const CageBody made = checked_body(soup, 500);
+    EXPECT_EQ(made.report.soup.duplicate_faces, 2);
+    EXPECT_EQ(made.report.soup.repeating_faces, 3);
+    EXPECT_EQ(made.report.soup.crowded_edges, 6);
+    EXPECT_NE(describe(made.report)
+                  .find("3 faces repeat a vertex; 2 duplicate faces; 6 edges of more than two faces"),
+              std::string::npos)
+        << describe(made.report);
+}
+
+TEST(CageBody, HoldsTrianglesWithoutAnyOrder) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> number(-1, 1);
+    TriMesh soup{Nodes(600, 3), Faces(200, 3)};
+    for (int v = 0; v < 600; ++v)
+        for (int k = 0; k < 3; ++k) soup.X(v, k) = static_cast<float>(number(random));
+    for (int f = 0; f < 200; ++f) soup.F.row(f) << 3 * f, 3 * f + 1, 3 * f + 2;
+    const CageBody made = checked_body(soup, 1000);
+    EXPECT_EQ(made.report.soup.shells, 200);
+}
+
+TEST(CageBody, MakesASlabOfAFlatSheet) {
+    TriMesh sheet{Nodes(4, 3), Faces(2, 3)};
+    sheet.X << 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0;
+    sheet.F << 0, 1, 2, 0, 2, 3;
+    const CageBody made = checked_body(sheet, 600);
+    EXPECT_GT(made.report.volume, 1.5 * made.report.offset);
+    EXPECT_LT(made.report.volume, 6 * made.report.alpha);
+}
+
+TEST(CageBody, FillsTheInsideOfASurfaceWithAHole) {
+    // A fine cage would pass through the hole and line the sphere from inside.
+    const TriMesh soup = without_loose_vertices(cut_sphere(0.95));
+    const CageBody fine = checked_body(soup, 6000);
+    EXPECT_TRUE(fine.report.closes_holes);
+    EXPECT_GT(fine.report.volume, 4);
+    EXPECT_FALSE(checked_body(soup, 120).report.closes_holes);
+}
+
+TEST(CageBody, JoinsPartsThatLieApart) {
+    const TriMesh soup = test::joined(test::icosphere(2), test::moved(test::icosphere(2), 2.3, 0, 0));
+    const CageBody made = checked_body(soup, 4000);
+    EXPECT_TRUE(made.report.joins_parts);
+    EXPECT_NE(describe(made.report).find("would fall into parts"), std::string::npos);
+}
+
+TEST(CageBody, IsTheSameAtAnyScaleAndEveryTime) {
+    const TriMesh soup = test::joined(test::icosphere(2), test::moved(test::icosphere(2), 0.5, 0, 0));
+    const Body first = make_cage_body("a", soup, 400).body, second = make_cage_body("a", soup, 400).body;
+    EXPECT_EQ(body_hash(first), body_hash(second));
+    for (const double scale : {1. / (1 << 20), 1024.}) {
+        TriMesh scaled = soup;
+        scaled.X *= scale;
+        EXPECT_EQ(checked_body(scaled, 400).body.tets.T, first.tets.T);
+    }
+}
+
+TEST(CageBody, DropsVerticesWithoutAFace) {
+    TriMesh soup = test::icosphere(2);
+    soup.X.conservativeResize(soup.X.rows() + 1, 3);
+    soup.X.bottomRows(1) << 50, 0, 0;
+    const CageBody made = make_cage_body("ball", soup, 300);
+    EXPECT_EQ(made.report.dropped_vertices, 1);
+    EXPECT_EQ(made.body.surface.X, soup.X.topRows(soup.X.rows() - 1));
+    EXPECT_LT(made.body.tets.X.maxCoeff(), 2);
+}
+
+TEST(CageBody, RejectsSoupsWithoutShape) {
+    const auto error = [](const TriMesh& soup, int nodes = 500) {
+        return error_of([&] { make_cage_body("soup", soup, nodes); });
+    };
+    TriMesh bad = test::icosphere(1);
+    bad.X(3, 1) = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(error(bad).substr(0, 24), "vertex 3 is not finite: ");
+    bad = test::icosphere(1);
+    bad.F(2, 1) = 1000;
+    EXPECT_EQ(error(bad), "face 2 refers to vertex 1000, but the surface has 42 vertices");
+    EXPECT_EQ(error({Nodes(0, 3), Faces(0, 3)}), "the surface has no faces");
+    bad = test::icosphere(1);
+    bad.X.setOnes();
+    EXPECT_NE(error(bad).find("longest side of 0 m"), std::string::npos) << error(bad);
+    EXPECT_EQ(error(test::icosphere(1), 49), "a cage of 49 nodes; allowed: 50 to 200000");
+    EXPECT_EQ(error(test::icosphere(1), 200'001), "a cage of 200001 nodes; allowed: 50 to 200000");
+    EXPECT_EQ(error_of([] { make_cage_body("ball", test::icosphere(1), 500, {.young = 0}); }),
+              "Young's modulus is 0; allowed: more than 0 Pa");
+}
+
+TEST(FindCage, IsAClosedSurfaceThatHoldsTheSoup) {
+    const TriMesh soup = open_box();
+    const Cage cage = find_cage(SoupWrap(soup), {.nodes = 800});
+    EXPECT_NO_THROW(check_surface(cage.surface));
+    EXPECT_TRUE(self_intersections(cage.surface).empty());
+    EXPECT_EQ(make_solid_boundary(cage.surface).report.turned_faces, 0);
+}
+
+TEST(DivideLongestEdges, KeepsTheShapeAndEvensTheEdges) {
+    const TriMesh coarse = test::box(1, 2, 3, 1);
+    const TriMesh fine = divide_longest_edges(coarse, 500);
+    EXPECT_EQ(fine.X.rows(), 500);
+    EXPECT_EQ(fine.X.topRows(8), coarse.X);
+    EXPECT_NEAR(make_solid_boundary(fine).report.volume, 6, 1e-12);
+    EXPECT_NEAR(make_solid_boundary(fine).report.area, 22, 1e-12);
+    double longest = 0, shortest = 10;
+    for (int f = 0; f < fine.F.rows(); ++f)
+        for (int c = 0; c < 3; ++c) {
+            const double length = (fine.X.row(fine.F(f, c)) - fine.X.row(fine.F(f, (c + 1) % 3))).norm();
+            longest = std::max(longest, length);
+            shortest = std::min(shortest, length);
+        }
+    EXPECT_LT(longest, 5 * shortest);
+    EXPECT_EQ(divide_longest_edges(coarse, 3).F, coarse.F);
+}
+
+TEST(CageBody, HoldsTheStanfordBunny) {
+    const auto path = std::filesystem::path(NBD_SHARED_MESHES).parent_path() / "scans/bunny.obj";
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " does not exist";
+    const CageBody made = checked_body(read_surface(path), 2000);
+    EXPECT_EQ(made.report.soup.open_edges, 223);
+    EXPECT_GT(made.report.volume, 7.5e-4);
+}
+
+}  // namespace
+}  // namespace nbd
