@@ -33,6 +33,14 @@ void check_soup(const TriMesh& soup) {
                     "face {} refers to vertex {}, but the surface has {} vertices", f, v, soup.X.rows()));
 }
 
+/// Drops faces that repeat a vertex: they have no area, and their edges seem to belong to too many faces.
+void drop_repeating_faces(Faces& F) {
+    int kept = 0;
+    for (int f = 0; f < F.rows(); ++f)
+        if (F(f, 0) != F(f, 1) && F(f, 1) != F(f, 2) && F(f, 2) != F(f, 0)) F.row(kept++) = F.row(f).eval();
+    F.conservativeResize(kept, 3);
+}
+
 void check_extent(const TriMesh& soup) {
     const Eigen::RowVector3d least = soup.X.colwise().minCoeff(), most = soup.X.colwise().maxCoeff();
     const double side = (most - least).maxCoeff(),
@@ -53,26 +61,30 @@ struct Filled {
 
 constexpr double tolerance = 0.1;  // of the number of nodes
 
+bool suits(const TetMesh& tets, int nodes) {
+    return std::abs(static_cast<double>(tets.X.rows()) - nodes) <= tolerance * nodes;
+}
+
 /// Fills a cage with `nodes` nodes, or with as many as fit where the cage is too thin for inner nodes.
-TetMesh fill_as_possible(const TriMesh& cage, int nodes) {
+TetrahedralizeResult fill_as_possible(const TriMesh& cage, int nodes) {
     try {
-        return tetrahedralize(cage, {.nodes = nodes, .tolerance = 0.6 * tolerance}).tets;
+        return tetrahedralize(cage, {.nodes = nodes, .tolerance = tolerance});
     } catch (const std::invalid_argument&) {
-        return tetrahedralize(cage, {.grading = 0}).tets;
+        return tetrahedralize(cage, {.grading = 0});
     }
 }
 
-/// Fills a cage with slightly different numbers of nodes until no tetrahedron is a sliver, and keeps the
-/// best.
+/// As fill_as_possible(), but if there are slivers, tries slightly other gradings as well and keeps the best.
 TetMesh fill_well(const TriMesh& cage, int nodes) {
     constexpr double good_ratio = 0.05;
-    TetMesh best;
-    double best_ratio = -1;
-    for (const double share : {1., 0.97, 1.03}) {
-        TetMesh tets = fill_as_possible(cage, static_cast<int>(std::lround(share * nodes)));
+    constexpr int tries = 4;
+    TetrahedralizeResult filled = fill_as_possible(cage, nodes);
+    TetMesh best = std::move(filled.tets);
+    double best_ratio = tet_quality(best).radius_ratio_min;
+    for (int i = 1; i <= tries && best_ratio < good_ratio && suits(best, nodes); ++i) {
+        TetMesh tets = tetrahedralize(cage, {.grading = std::min(2., filled.grading + 0.015 * i)}).tets;
         const double ratio = tet_quality(tets).radius_ratio_min;
-        if (ratio > best_ratio) best = std::move(tets), best_ratio = ratio;
-        if (ratio >= good_ratio) break;
+        if (ratio > best_ratio && suits(tets, nodes)) best = std::move(tets), best_ratio = ratio;
     }
     return best;
 }
@@ -87,9 +99,8 @@ Filled fill(const SoupWrap& wrap, const TriMesh& soup, int nodes) {
         Filled filled{find_cage(wrap, {.nodes = size, .offset_share = offset_shares[i]}), {}, {}};
         try {
             filled.tets = fill_well(filled.cage.surface, nodes);
-            const auto count = static_cast<double>(filled.tets.X.rows());
-            if (std::abs(count - nodes) > tolerance * nodes) {
-                aim *= nodes / count;
+            if (!suits(filled.tets, nodes)) {
+                aim *= nodes / static_cast<double>(filled.tets.X.rows());
                 throw std::invalid_argument(fmt::format("no cage of {} nodes was found; the nearest has {}",
                                                         nodes, filled.tets.X.rows()));
             }
@@ -105,6 +116,7 @@ Filled fill(const SoupWrap& wrap, const TriMesh& soup, int nodes) {
 
 std::string describe(const CageReport& r) {
     std::string text = describe(r.soup);
+    if (r.soup.repeating_faces > 0) text += "; dropped the faces that repeat a vertex";
     if (r.dropped_vertices > 0)
         text += fmt::format("; dropped {} unreferenced {}", r.dropped_vertices,
                             r.dropped_vertices == 1 ? "vertex" : "vertices");
@@ -122,9 +134,12 @@ CageBody make_cage_body(std::string name, TriMesh soup, int nodes, const Materia
     check_soup(soup);
     CageBody result;
     CageReport& report = result.report;
+    report.soup = soup_report(soup);
+    drop_repeating_faces(soup.F);
+    if (soup.F.rows() == 0)
+        throw std::invalid_argument(fmt::format("all faces repeat a vertex ({})", report.soup.faces));
     report.dropped_vertices = drop_unreferenced(soup);
     check_extent(soup);
-    report.soup = soup_report(soup);
     if (nodes < min_cage_nodes || nodes > max_cage_nodes)
         throw std::invalid_argument(
             fmt::format("a cage of {} nodes; allowed: {} to {}", nodes, min_cage_nodes, max_cage_nodes));

@@ -102,27 +102,38 @@ TEST(CageBody, HoldsCrossingBoxes) {
     EXPECT_LT(made.report.volume, 0.4);
 }
 
-TEST(CageBody, KeepsDuplicateAndDegenerateFaces) {
+TEST(CageBody, KeepsDuplicateAndFlatFaces) {
     TriMesh soup = test::icosphere(3);
-    const Eigen::Index faces = soup.F.rows(), vertices = soup.X.rows();
-    soup.F.conservativeResize(faces + 5, 3);
-    soup.X.conservativeResize(vertices + 2, 3);
-    soup.X.row(vertices) << 0, 0, 1.3;  // belongs only to faces without area
-    soup.X.row(vertices + 1) << 0, 0, 1.4;
+    const int faces = static_cast<int>(soup.F.rows()), vertices = static_cast<int>(soup.X.rows());
+    soup.F.conservativeResize(faces + 3, 3);
+    soup.X.conservativeResize(vertices + 3, 3);
+    soup.X.bottomRows(3) << 0, 0, 1.25, 0, 0, 1.5, 0, 0, 1.75;  // belong only to a face without area
     soup.F.row(faces) = soup.F.row(0);
     soup.F.row(faces + 1) << soup.F(7, 1), soup.F(7, 0), soup.F(7, 2);
-    soup.F.row(faces + 2) << 3, 3, 4;
-    soup.F.row(faces + 3) << 5, static_cast<int>(vertices), static_cast<int>(vertices);
-    soup.F.row(faces + 4) << static_cast<int>(vertices), static_cast<int>(vertices) + 1,
-        static_cast<int>(vertices) + 1;
+    soup.F.row(faces + 2) << vertices, vertices + 1, vertices + 2;
     const CageBody made = checked_body(soup, 500);
-    EXPECT_EQ(made.report.soup.duplicate_faces, 2);
-    EXPECT_EQ(made.report.soup.repeating_faces, 3);
-    EXPECT_EQ(made.report.soup.crowded_edges, 6);
     EXPECT_NE(describe(made.report)
-                  .find("3 faces repeat a vertex; 2 duplicate faces; 6 edges of more than two faces"),
+                  .find("2 shells; 1 face has no area; 2 duplicate faces; 3 open edges; 6 edges of more than "
+                        "two faces\n"),
               std::string::npos)
         << describe(made.report);
+}
+
+TEST(CageBody, DropsFacesThatRepeatAVertex) {
+    const TriMesh ball = test::icosphere(3);
+    TriMesh soup = ball;
+    soup.F.resize(ball.F.rows() + 2, 3);
+    soup.F << 3, 3, 4, ball.F, 5, 6, 5;
+    const CageBody made = make_cage_body("ball", soup, 500);
+    EXPECT_EQ(made.body.surface.F, ball.F);
+    EXPECT_EQ(made.body.surface.X, ball.X);
+    EXPECT_EQ(made.report.soup.repeating_faces, 2);
+    EXPECT_NE(
+        describe(made.report).find("; 2 faces repeat a vertex; dropped the faces that repeat a vertex\n"),
+        std::string::npos)
+        << describe(made.report);
+    soup.F = soup.F.topRows(1).eval();
+    EXPECT_EQ(error_of([&] { make_cage_body("ball", soup, 500); }), "all faces repeat a vertex (1)");
 }
 
 TEST(CageBody, HoldsTrianglesWithoutAnyOrder) {
