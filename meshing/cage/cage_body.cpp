@@ -76,8 +76,8 @@ TetrahedralizeResult fill_as_possible(const TriMesh& cage, int nodes) {
 
 /// As fill_as_possible(), but if there are slivers, tries slightly other gradings as well and keeps the best.
 TetMesh fill_well(const TriMesh& cage, int nodes) {
-    constexpr double good_ratio = 0.05;
-    constexpr int tries = 4;
+    constexpr double good_ratio = 0.04;
+    constexpr int tries = 2;
     TetrahedralizeResult filled = fill_as_possible(cage, nodes);
     TetMesh best = std::move(filled.tets);
     double best_ratio = tet_quality(best).radius_ratio_min;

@@ -21,24 +21,27 @@ using Triangle3 = Kernel::Triangle_3;
 using Oracle = CGAL::Alpha_wraps_3::internal::Triangle_soup_oracle<Kernel, int, false>;
 using Wrapper = CGAL::Alpha_wraps_3::internal::Alpha_wrap_3<Oracle>;
 
-/// The triangles of the soup with area, and a tiny one at each other corner, since CGAL skips those without.
+/// The triangles of the soup with area, and thin ones along the sides of the others, which CGAL would skip.
 std::vector<Triangle3> solid_triangles(const TriMesh& soup) {
     const auto point = [&](int v) { return Point(soup.X(v, 0), soup.X(v, 1), soup.X(v, 2)); };
+    const Eigen::RowVector3d extent = soup.X.colwise().maxCoeff() - soup.X.colwise().minCoeff();
+    const double tiny = 1e-7 * extent.maxCoeff();
     std::vector<Triangle3> triangles;
     triangles.reserve(static_cast<std::size_t>(soup.F.rows()));
-    std::vector<char> held(static_cast<std::size_t>(soup.X.rows()), 0);
     for (int f = 0; f < soup.F.rows(); ++f) {
-        const Triangle3 triangle(point(soup.F(f, 0)), point(soup.F(f, 1)), point(soup.F(f, 2)));
-        if (triangle.is_degenerate()) continue;
-        triangles.push_back(triangle);
-        for (int c = 0; c < 3; ++c) held[static_cast<std::size_t>(soup.F(f, c))] = 1;
-    }
-    const Eigen::RowVector3d least = soup.X.colwise().minCoeff(), most = soup.X.colwise().maxCoeff();
-    const double tiny = 1e-7 * (most - least).maxCoeff();
-    for (const int v : soup.F.reshaped<Eigen::RowMajor>()) {
-        if (std::exchange(held[static_cast<std::size_t>(v)], 1)) continue;
-        const Point p = point(v);
-        triangles.emplace_back(p, Point(p.x() + tiny, p.y(), p.z()), Point(p.x(), p.y() + tiny, p.z()));
+        const std::array<Point, 3> corners = {point(soup.F(f, 0)), point(soup.F(f, 1)), point(soup.F(f, 2))};
+        const Triangle3 triangle(corners[0], corners[1], corners[2]);
+        if (!triangle.is_degenerate()) {
+            triangles.push_back(triangle);
+            continue;
+        }
+        for (std::size_t c = 0; c < 3; ++c)
+            for (int axis = 0; axis < 3; ++axis) {
+                const Kernel::Vector_3 aside(axis == 0 ? tiny : 0, axis == 1 ? tiny : 0,
+                                             axis == 2 ? tiny : 0);
+                const Triangle3 thin(corners[c], corners[(c + 1) % 3], corners[c] + aside);
+                if (!thin.is_degenerate()) triangles.push_back(thin);
+            }
     }
     return triangles;
 }

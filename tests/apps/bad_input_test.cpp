@@ -26,6 +26,14 @@ class BadInputTest : public SmallFiles {
         write("text.h5", "hello\n");
         write("text.obj", "hello\n");
         write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        write("empty.ply", "");
+        write(
+            "nan.ply",
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\nnan 0 0\n0 1 0\n3 0 1 "
+            "2\n");
+        write("far_apart.obj",
+              obj_file(joined(box(0.1, 0.1, 0.1, 1), moved(box(0.1, 0.1, 0.1, 1), 90, 0, 0))));
         std::filesystem::create_directory(folder() / "dir");
         for (const std::string name : {"box", "data", "tree"}) {
             const std::string bytes = read_bytes(folder() / (name + ".h5"));
@@ -86,6 +94,13 @@ TEST_F(BadInputTest, RejectsInvalidCommandLines) {
          2,
          "--instructions: 'neon'; allowed: plain, avx2 and avx512"},
         {{"inspect", ""}, 2, "FILE: must not be empty"},
+        {{"mesh", "box.obj", "-o", "x.h5", "--cage", "500", "--nodes", "500"}, 2, "--nodes excludes --cage"},
+        {{"mesh", "box.obj", "-o", "x.h5", "--cage", "500", "--subdivide", "1"},
+         2,
+         "--subdivide excludes --cage"},
+        {{"mesh", "box.msh", "-o", "x.h5", "--cage", "500"},
+         2,
+         "--cage: goes around a surface, but box.msh holds tetrahedra"},
         {{"modes", "box.h5", "--csv", ""}, 2, "--csv: must not be empty"},
     });
 }
@@ -106,6 +121,8 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
          "box.obj: 3 nodes are not possible; allowed for a surface of 56 vertices: about ..."},
         {mesh("--subdivide", "9"), 2, "--subdivide: Value 9 not in range 0 to 4"},
         {mesh("--subdivision", "butterfly"), 2, "--subdivision: butterfly not in {midpoint,loop}"},
+        {mesh("--cage", "49"), 2, "--cage: Value 49 not in range 50 to 200000"},
+        {mesh("--cage", "many"), 2, "--cage: Value many not in range 50 to 200000"},
         {mesh("--grading", "-1"), 2, "--grading: is '-1'; allowed: a number >= 0 and <= 2"},
         {mesh("--young", "-1"), 2, "--young: is '-1'; allowed: a number > 0"},
         {mesh("--poisson", "0.7"), 2, "--poisson: is '0.7'; allowed: a number >= -0.999 and <= 0.499"},
@@ -157,6 +174,12 @@ TEST_F(BadInputTest, RejectsMissingDamagedAndForeignFiles) {
         {{"mesh", "dir", "-o", "x.h5"}, 1, "dir: is a directory, not a surface file"},
         {{"mesh", "text.obj", "-o", "x.h5"}, 1, "text.obj: ..."},
         {{"mesh", "sheet.obj", "-o", "x.h5"}, 1, "sheet.obj: ..."},
+        {{"mesh", "none.obj", "-o", "x.h5", "--cage", "500"}, 1, "none.obj: no such file"},
+        {{"mesh", "empty.ply", "-o", "x.h5", "--cage", "500"}, 1, "empty.ply: the file is empty"},
+        {{"mesh", "nan.ply", "-o", "x.h5", "--cage", "500"},
+         1,
+         "nan.ply: vertex 1 is not finite: (nan, 0, 0)"},
+        {{"mesh", "far_apart.obj", "-o", "x.h5", "--cage", "50"}, 1, "far_apart.obj: the surface falls into 2 parts that lie too far apart for one cage; ..."},
         {{"mesh", "box.h5", "-o", "x.h5"},
          1,
          "box.h5: unknown kind of surface file \".h5\"; allowed: .obj .ply .stl .off .glb"},
