@@ -115,7 +115,7 @@ Filled fill(const SoupWrap& wrap, const TriMesh& soup, int nodes) {
 }  // namespace
 
 std::string describe(const CageReport& r) {
-    std::string text = describe(r.soup);
+    std::string text = "surface: " + describe(r.soup);
     if (r.soup.repeating_faces > 0) text += "; dropped the faces that repeat a vertex";
     if (r.dropped_vertices > 0)
         text += fmt::format("; dropped {} unreferenced {}", r.dropped_vertices,
