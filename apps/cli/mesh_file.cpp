@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "meshing/body/make_body.hpp"
+#include "meshing/cage/body_inside.hpp"
 #include "meshing/cage/cage_body.hpp"
+#include "meshing/cage/clean_soup.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"
 #include "meshing/surface/solid_boundary.hpp"
@@ -16,16 +18,24 @@ namespace nbd {
 
 bool holds_tets(const std::filesystem::path& path) {
     const std::string extension = path.extension().string();
-    return extension == ".msh" || extension == ".vtk" || extension == ".mesh";
+    return extension == ".msh" || extension == ".vtk" || extension == ".mesh" || extension == ".h5";
 }
 
 Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
+    const bool of_body = path.extension() == ".h5";
     std::vector<std::string> notes;
-    TetMesh tets = read_tets(path, &notes);
+    TetMesh tets;
+    Material material = config.material;
+    if (of_body) {
+        Body body = load_body(path);
+        tets = std::move(body.tets);
+        material = body.material;
+    } else {
+        tets = read_tets(path, &notes);
+    }
     for (const std::string& note : notes) out.text(note);
     try {
-        return make_body(path.stem().string(), std::move(tets), config.material, config.levels,
-                         config.scheme);
+        return make_body(path.stem().string(), std::move(tets), material, config.levels, config.scheme);
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
     }
@@ -39,6 +49,11 @@ Body body_of_surface(const std::filesystem::path& path, const MeshFileConfig& co
                 make_cage_body(path.stem().string(), std::move(surface), config.cage, config.material);
             out.text(describe(caged.report));
             return std::move(caged.body);
+        }
+        if (!config.inside.empty()) {
+            const Body outer = load_body(config.inside);
+            out.text(describe(clean_soup(surface)));
+            return make_body_inside(path.stem().string(), std::move(surface), outer);
         }
         const SolidBoundary boundary = make_solid_boundary(std::move(surface));
         out.text(fmt::format("surface: {}", describe(boundary.report)));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "apps/cli/output.hpp"
 #include "meshing/body/body.hpp"
@@ -12,15 +13,17 @@ namespace nbd {
 struct MeshFileConfig {
     TetrahedralizeConfig tets;  // for surfaces
     int cage = 0;               // for surfaces: tet nodes of a cage around any triangle soup; 0: no cage
+    std::string inside;         // for surfaces: body file in whose tetrahedra they lie; empty: none
     Material material;
     int levels = 0;  // subdivision levels
     SubdivisionScheme scheme = SubdivisionScheme::midpoint;
 };
 
 /// Makes a body from a file. A surface is checked and filled with tetrahedra; for tetrahedra made elsewhere
-/// (.msh .vtk .mesh), the surface is their boundary. With `cage`, any surface is taken as it is and embedded
-/// in the tetrahedra of a coarse cage around it. Prints to `out` what was found and repaired. Throws what
-/// reading, checking and filling throw; messages of checks start with the path.
+/// (.msh .vtk .mesh), or those of a body file (.h5) with its material, the surface is their boundary. With
+/// `cage` or `inside`, any surface is taken as it is and embedded in the tetrahedra of a coarse cage around
+/// it, or in those of another body, whose material it takes. Prints to `out` what was found and repaired.
+/// Throws what reading, checking and filling throw; messages of checks start with the path.
 Body mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 
 /// As mesh_file(), for a file known to hold a surface or tetrahedra.

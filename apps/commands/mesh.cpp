@@ -1,6 +1,8 @@
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "apps/cli/mesh_file.hpp"
 #include "apps/cli/option_checks.hpp"
@@ -18,12 +20,15 @@ struct MeshArguments {
 };
 
 void run(const MeshArguments& arguments, Output& out) {
-    check_output(arguments.output, {arguments.input});
+    check_output(arguments.output, {arguments.input, arguments.config.inside});
     MeshFileConfig config = arguments.config;
     config.scheme = arguments.scheme == "loop" ? SubdivisionScheme::loop : SubdivisionScheme::midpoint;
     if (config.cage > 0 && holds_tets(arguments.input))
         throw CLI::ValidationError("--cage",
                                    "goes around a surface, but " + arguments.input + " holds tetrahedra");
+    if (!config.inside.empty() && holds_tets(arguments.input))
+        throw CLI::ValidationError("--inside",
+                                   "takes a surface, but " + arguments.input + " holds tetrahedra");
     const Body body = mesh_file(arguments.input, config, out);
     const TetMesh& tets = body.tets;
     const TetQuality quality = tet_quality(tets);
@@ -54,7 +59,8 @@ void add_mesh(CLI::App& app, Output& out) {
         app.add_subcommand("mesh", "Fills a closed surface with tetrahedra and writes a body file");
     command
         ->add_option("SURFACE", arguments->input,
-                     "Surface (.obj .ply .stl .off .glb), or tetrahedra made elsewhere (.msh .vtk .mesh)")
+                     "Surface (.obj .ply .stl .off .glb), tetrahedra made elsewhere (.msh .vtk .mesh), or a "
+                     "body file (.h5), of which the tetrahedra and the material are taken")
         ->required();
     command->add_option("-o,--output", arguments->output, "Body file to write")->required();
     CLI::Option* nodes =
@@ -67,21 +73,22 @@ void add_mesh(CLI::App& app, Output& out) {
         command->add_option("--grading", arguments->config.tets.grading, "How fast tetrahedra grow inward")
             ->capture_default_str()
             ->check(between(0, 2));
-    command->add_option("--young", material.young, "Young's modulus, Pa")
-        ->capture_default_str()
-        ->check(positive());
-    command->add_option("--poisson", material.poisson, "Poisson's ratio")
-        ->capture_default_str()
-        ->check(between(least_poisson, max_poisson));
-    command->add_option("--density", material.density, "Density, kg/m3")
-        ->capture_default_str()
-        ->check(positive());
-    command->add_option("--rayleigh-mass", material.rayleigh_mass, "Damping of slow motion, 1/s")
-        ->capture_default_str()
-        ->check(not_negative());
-    command->add_option("--rayleigh-stiffness", material.rayleigh_stiffness, "Damping of fast motion, s")
-        ->capture_default_str()
-        ->check(not_negative());
+    const std::vector<CLI::Option*> of_material = {
+        command->add_option("--young", material.young, "Young's modulus, Pa")
+            ->capture_default_str()
+            ->check(positive()),
+        command->add_option("--poisson", material.poisson, "Poisson's ratio")
+            ->capture_default_str()
+            ->check(between(least_poisson, max_poisson)),
+        command->add_option("--density", material.density, "Density, kg/m3")
+            ->capture_default_str()
+            ->check(positive()),
+        command->add_option("--rayleigh-mass", material.rayleigh_mass, "Damping of slow motion, 1/s")
+            ->capture_default_str()
+            ->check(not_negative()),
+        command->add_option("--rayleigh-stiffness", material.rayleigh_stiffness, "Damping of fast motion, s")
+            ->capture_default_str()
+            ->check(not_negative())};
     CLI::Option* subdivide = command
                                  ->add_option("--subdivide", arguments->config.levels,
                                               "1-to-4 subdivisions of the collision surface")
@@ -97,8 +104,23 @@ void add_mesh(CLI::App& app, Output& out) {
                          "Take any surface as it is, also an open or defective one, and embed it in a coarse "
                          "cage of this many tet nodes, met within 10 %")
             ->check(CLI::Range(min_cage_nodes, max_cage_nodes));
-    for (CLI::Option* other : {nodes, grading, subdivide, subdivision}) cage->excludes(other);
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+    CLI::Option* inside = command->add_option(
+        "--inside", arguments->config.inside,
+        "Take any surface as it is and embed it in the tetrahedra of this body file, with its material");
+    for (CLI::Option* other : {nodes, grading, subdivide, subdivision}) {
+        cage->excludes(other);
+        inside->excludes(other);
+    }
+    for (CLI::Option* other : of_material) inside->excludes(other);
+    inside->excludes(cage);
+    command->final_callback([arguments, of_material, &out] {
+        if (std::filesystem::path(arguments->input).extension() == ".h5")
+            for (const CLI::Option* option : of_material)
+                if (option->count() > 0)
+                    throw CLI::ValidationError(option->get_name(), "the body file " + arguments->input +
+                                                                       " has a material of its own");
+        run(*arguments, out);
+    });
 }
 
 }  // namespace nbd

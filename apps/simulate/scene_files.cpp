@@ -27,7 +27,8 @@ const Body& SceneFiles::body(const SceneBody& spec, const Output& out) {
                     m.tets.grading, m.levels, static_cast<int>(m.scheme));
     const auto known = bodies_.find(key);
     if (known != bodies_.end()) return known->second;
-    const MeshFileConfig config{.tets = m.tets, .material = {}, .levels = m.levels, .scheme = m.scheme};
+    const MeshFileConfig config{
+        .tets = m.tets, .inside = {}, .material = {}, .levels = m.levels, .scheme = m.scheme};
     Body body = spec.source == BodySource::body   ? load_body(spec.file)
                 : spec.source == BodySource::tets ? body_of_tets(spec.file, config, out)
                                                   : body_of_surface(spec.file, config, out);

@@ -13,45 +13,11 @@
 #include "meshing/body/body_check.hpp"
 #include "meshing/body/embed.hpp"
 #include "meshing/cage/cage.hpp"
-#include "meshing/surface/drop_unreferenced.hpp"
 #include "meshing/tets/tet_quality.hpp"
 #include "meshing/tets/tetrahedralize.hpp"
 
 namespace nbd {
 namespace {
-
-void check_soup(const TriMesh& soup) {
-    if (soup.F.rows() == 0) throw std::invalid_argument("the surface has no faces");
-    for (int v = 0; v < soup.X.rows(); ++v)
-        if (!soup.X.row(v).allFinite())
-            throw std::invalid_argument(fmt::format("vertex {} is not finite: ({}, {}, {})", v, soup.X(v, 0),
-                                                    soup.X(v, 1), soup.X(v, 2)));
-    for (int f = 0; f < soup.F.rows(); ++f)
-        for (const int v : soup.F.row(f))
-            if (v < 0 || v >= soup.X.rows())
-                throw std::invalid_argument(fmt::format(
-                    "face {} refers to vertex {}, but the surface has {} vertices", f, v, soup.X.rows()));
-}
-
-/// Drops faces that repeat a vertex: they have no area, and their edges seem to belong to too many faces.
-void drop_repeating_faces(Faces& F) {
-    int kept = 0;
-    for (int f = 0; f < F.rows(); ++f)
-        if (F(f, 0) != F(f, 1) && F(f, 1) != F(f, 2) && F(f, 2) != F(f, 0)) F.row(kept++) = F.row(f).eval();
-    F.conservativeResize(kept, 3);
-}
-
-void check_extent(const TriMesh& soup) {
-    const Eigen::RowVector3d least = soup.X.colwise().minCoeff(), most = soup.X.colwise().maxCoeff();
-    const double side = (most - least).maxCoeff(),
-                 far = std::max(least.cwiseAbs().maxCoeff(), most.cwiseAbs().maxCoeff());
-    // Positions are float32 numbers: a smaller surface so far out has no shape.
-    if (!(side > 1e-5 * far))
-        throw std::invalid_argument(fmt::format(
-            "the surface has a longest side of {:.3g} m at up to {:.3g} m from the origin; allowed: "
-            "more than 1e-5 of that distance",
-            side, far));
-}
 
 struct Filled {
     Cage cage;
@@ -115,35 +81,25 @@ Filled fill(const SoupWrap& wrap, const TriMesh& soup, int nodes) {
 }  // namespace
 
 std::string describe(const CageReport& r) {
-    std::string text = "surface: " + describe(r.soup);
-    if (r.soup.repeating_faces > 0) text += "; dropped the faces that repeat a vertex";
-    if (r.dropped_vertices > 0)
-        text += fmt::format("; dropped {} unreferenced {}", r.dropped_vertices,
-                            r.dropped_vertices == 1 ? "vertex" : "vertices");
-    text += fmt::format(
-        "\ncage: {} vertices, {} faces, volume {:.6g} m3; at most {:.3g} m from the surface (alpha {:.3g} m, "
+    std::string text = fmt::format(
+        "{}\ncage: {} vertices, {} faces, volume {:.6g} m3; at most {:.3g} m from the surface (alpha {:.3g} "
+        "m, "
         "offset {:.3g} m)",
-        r.vertices, r.faces, r.volume, r.distance, r.alpha, r.offset);
+        describe(r.soup), r.vertices, r.faces, r.volume, r.distance, r.alpha, r.offset);
     if (r.closes_holes) text += "; stays coarse where a finer cage would enter the surface through its holes";
     if (r.joins_parts) text += "; stays coarse where a finer cage would fall into parts";
     return text;
 }
 
-CageBody make_cage_body(std::string name, TriMesh soup, int nodes, const Material& material) {
+CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Material& material) {
     check_material(material);
-    check_soup(soup);
     CageBody result;
     CageReport& report = result.report;
-    report.soup = soup_report(soup);
-    drop_repeating_faces(soup.F);
-    if (soup.F.rows() == 0)
-        throw std::invalid_argument(fmt::format("all faces repeat a vertex ({})", report.soup.faces));
-    report.dropped_vertices = drop_unreferenced(soup);
-    check_extent(soup);
+    report.soup = clean_soup(surface);
     if (nodes < min_cage_nodes || nodes > max_cage_nodes)
         throw std::invalid_argument(
             fmt::format("a cage of {} nodes; allowed: {} to {}", nodes, min_cage_nodes, max_cage_nodes));
-    Filled filled = fill(SoupWrap(soup), soup, nodes);
+    Filled filled = fill(SoupWrap(surface), surface, nodes);
     report.vertices = static_cast<int>(filled.cage.surface.X.rows());
     report.faces = static_cast<int>(filled.cage.surface.F.rows());
     report.volume = tet_quality(filled.tets).volume;
@@ -156,7 +112,7 @@ CageBody make_cage_body(std::string name, TriMesh soup, int nodes, const Materia
     Body& body = result.body;
     body.name = std::move(name);
     body.material = material;
-    body.surface = std::move(soup);
+    body.surface = std::move(surface);
     body.tets = std::move(filled.tets);
     body.W = std::move(filled.W);
     check_body(body);

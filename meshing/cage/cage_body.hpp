@@ -3,14 +3,13 @@
 #include <string>
 
 #include "meshing/body/body.hpp"
-#include "meshing/surface/soup_report.hpp"
+#include "meshing/cage/clean_soup.hpp"
 
 namespace nbd {
 
 /// How a cage came about, for people.
 struct CageReport {
-    SoupReport soup;           // as given
-    int dropped_vertices = 0;  // vertices that no kept face uses
+    CleanSoupReport soup;
     int vertices = 0, faces = 0;
     double volume = 0;    // of the cage, m3
     double alpha = 0;     // metres
@@ -28,12 +27,10 @@ struct CageBody {
 };
 
 /// Makes a body of any triangle soup: fills a coarse closed cage around it with `nodes` tet nodes, within
-/// 10 %, and embeds the soup. Faces and vertices stay as they are, in their order, except that faces that
-/// repeat a vertex and vertices without a face are dropped. All weights are >= 0. The body has no modes yet.
-/// soup: may be open, non-manifold and self-intersecting.
-/// Throws std::invalid_argument for an index out of range, a non-finite vertex, a soup without faces or
-/// extent, a material or number of nodes out of range, and a soup that no cage of so many nodes holds;
-/// std::runtime_error if gmsh cannot fill the cage.
-CageBody make_cage_body(std::string name, TriMesh soup, int nodes, const Material& material = {});
+/// 10 %, and embeds the soup after clean_soup(). All weights are >= 0. The body has no modes yet.
+/// surface: may be open, non-manifold and self-intersecting.
+/// Throws std::invalid_argument as clean_soup() does, for a material or number of nodes out of range, and for
+/// a soup that no cage of so many nodes holds; std::runtime_error if gmsh cannot fill the cage.
+CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Material& material = {});
 
 }  // namespace nbd

@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "meshing/cage/body_inside.hpp"
 #include "meshing/cage/cage_body.hpp"
 #include "meshing/cage/divide_edges.hpp"
 #include "meshing/formats/read_surface.hpp"
@@ -87,17 +88,30 @@ TriMesh without_loose_vertices(const TriMesh& mesh) {
 
 TEST(CageBody, HoldsAnOpenBox) {
     const CageBody made = checked_body(without_loose_vertices(open_box()), 600);
-    EXPECT_EQ(made.report.soup.open_edges, 16);
-    EXPECT_EQ(made.report.soup.shells, 1);
+    EXPECT_EQ(made.report.soup.given.open_edges, 16);
+    EXPECT_EQ(made.report.soup.given.shells, 1);
     EXPECT_GT(made.report.distance, 0.9 * made.report.offset);
+}
+
+TEST(BodyInside, TakesTheTetrahedraAndMaterialOfAnother) {
+    const CageBody cage = make_cage_body("cage", test::icosphere(3), 300, {.young = 2e4});
+    const Body body = make_body_inside("inside", test::icosphere(2), cage.body);
+    EXPECT_EQ(body.surface.F.rows(), 320);
+    EXPECT_EQ(body.tets.T, cage.body.tets.T);
+    EXPECT_EQ(body.material.young, 2e4);
+    EXPECT_EQ(body.W.rows(), body.surface.X.rows());
+    EXPECT_GE(*std::min_element(body.W.valuePtr(), body.W.valuePtr() + body.W.nonZeros()), 0);
+    const std::string error = test::error_of<std::invalid_argument>(
+        [&] { make_body_inside("outside", test::moved(test::icosphere(2), 3, 0, 0), cage.body); });
+    EXPECT_NE(error.find("outside"), std::string::npos) << error;
 }
 
 TEST(CageBody, HoldsCrossingBoxes) {
     const TriMesh soup =
         test::joined(test::box(1, 0.3, 0.3, 3), test::moved(test::box(0.3, 1, 0.3, 3), 0.2, -0.4, 0.1));
     const CageBody made = checked_body(soup, 800);
-    EXPECT_EQ(made.report.soup.shells, 2);
-    EXPECT_EQ(made.report.soup.open_edges, 0);
+    EXPECT_EQ(made.report.soup.given.shells, 2);
+    EXPECT_EQ(made.report.soup.given.open_edges, 0);
     EXPECT_GT(made.report.volume, 0.15);
     EXPECT_LT(made.report.volume, 0.4);
 }
@@ -127,7 +141,7 @@ TEST(CageBody, DropsFacesThatRepeatAVertex) {
     const CageBody made = make_cage_body("ball", soup, 500);
     EXPECT_EQ(made.body.surface.F, ball.F);
     EXPECT_EQ(made.body.surface.X, ball.X);
-    EXPECT_EQ(made.report.soup.repeating_faces, 2);
+    EXPECT_EQ(made.report.soup.given.repeating_faces, 2);
     EXPECT_NE(
         describe(made.report).find("; 2 faces repeat a vertex; dropped the faces that repeat a vertex\n"),
         std::string::npos)
@@ -144,7 +158,7 @@ TEST(CageBody, HoldsTrianglesWithoutAnyOrder) {
         for (int k = 0; k < 3; ++k) soup.X(v, k) = static_cast<float>(number(random));
     for (int f = 0; f < 200; ++f) soup.F.row(f) << 3 * f, 3 * f + 1, 3 * f + 2;
     const CageBody made = checked_body(soup, 1000);
-    EXPECT_EQ(made.report.soup.shells, 200);
+    EXPECT_EQ(made.report.soup.given.shells, 200);
 }
 
 TEST(CageBody, MakesASlabOfAFlatSheet) {
@@ -188,7 +202,7 @@ TEST(CageBody, DropsVerticesWithoutAFace) {
     soup.X.conservativeResize(soup.X.rows() + 1, 3);
     soup.X.bottomRows(1) << 50, 0, 0;
     const CageBody made = make_cage_body("ball", soup, 300);
-    EXPECT_EQ(made.report.dropped_vertices, 1);
+    EXPECT_EQ(made.report.soup.dropped_vertices, 1);
     EXPECT_EQ(made.body.surface.X, soup.X.topRows(soup.X.rows() - 1));
     EXPECT_LT(made.body.tets.X.maxCoeff(), 2);
 }
@@ -243,7 +257,7 @@ TEST(CageBody, HoldsTheStanfordBunny) {
     const auto path = std::filesystem::path(NBD_SHARED_MESHES).parent_path() / "scans/bunny.obj";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " does not exist";
     const CageBody made = checked_body(read_surface(path), 2000);
-    EXPECT_EQ(made.report.soup.open_edges, 223);
+    EXPECT_EQ(made.report.soup.given.open_edges, 223);
     EXPECT_GT(made.report.volume, 7.5e-4);
 }
 
