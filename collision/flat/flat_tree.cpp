@@ -101,8 +101,8 @@ constexpr auto certified_fields = [](auto& file, auto& certified) {
 };
 
 constexpr auto tree_fields = [](auto& file, auto& tree) {
-    // `affine` is not stored: whoever has the nodes and W calls hang_on_nodes() again.
-    auto& [vertex_count, faces, spheres, bd, nbd, learned, certified, affine, calibrations] = tree;
+    // `affine` and `boxes` are not stored: hang_on_nodes() and make_boxes() make them again.
+    auto& [vertex_count, faces, spheres, bd, nbd, learned, certified, affine, boxes, calibrations] = tree;
     file.field("surface/vertex_count", vertex_count);
     file.field("surface/faces", faces);
     sphere_fields(file, spheres);
@@ -172,6 +172,7 @@ CollisionTree read_flat_tree(std::span<const std::byte> file) {
         tree_fields(reader, tree);
         reader.finish();
         check_collision_tree(tree);
+        tree.boxes = make_boxes(tree);
     } catch (const std::invalid_argument& e) {
         throw std::runtime_error(e.what());
     }

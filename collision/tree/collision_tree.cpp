@@ -5,13 +5,18 @@
 #include "collision/base/message.hpp"
 
 namespace nbd {
-
 CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
     CollisionTree tree;
     tree.spheres = build_sphere_tree(X, F, config);
     tree.vertex_count = static_cast<int>(X.rows());
     tree.faces = F;
+    tree.boxes = make_boxes(tree);
     return tree;
+}
+
+std::shared_ptr<const AffineModel> make_boxes(const CollisionTree& tree) {
+    return std::make_shared<const AffineModel>(
+        build_wide_tree(tree.spheres.faces, tree.faces, tree.vertex_count));
 }
 
 void hang_on_nodes(CollisionTree& tree, const SurfaceEmbedding& W, VerticesRef rest) {
@@ -31,6 +36,8 @@ void check_collision_tree(const CollisionTree& tree) {
     if (tree.affine && !is_over(tree.affine->tree(), tree.vertex_count, tree.faces))
         throw std::invalid_argument(
             "the affine model is of another surface; allowed: one of the tree's faces");
+    if (tree.boxes && !is_over(tree.boxes->tree(), tree.vertex_count, tree.faces))
+        throw std::invalid_argument("the boxes are of another surface; allowed: of the tree's faces");
     if (tree.certified) check_certified_model(*tree.certified, tree.spheres, tree.vertex_count);
     for (const auto& [kind, calibration] : tree.calibrations) {
         if (!has_bounds(tree, kind))

@@ -26,11 +26,15 @@ struct CollisionTree {
     std::optional<LearnedModel> learned;            // likewise
     std::optional<CertifiedModel> certified;        // likewise
     std::shared_ptr<const AffineModel> affine;      // likewise; see hang_on_nodes()
+    std::shared_ptr<const AffineModel> boxes;       // absent: each PosedTree with `boxes` makes its own
     std::map<BoundKind, Calibration> calibrations;  // absent: the bound has no stated miss rate
 };
 
 /// A tree with exact bounds only, from rest positions X and faces F. Throws as build_sphere_tree().
 CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config = {});
+
+/// What `boxes` need.
+std::shared_ptr<const AffineModel> make_boxes(const CollisionTree& tree);
 
 /// Gives a tree `affine` bounds: its surface hangs on nodes, x = W nodes. rest: rest positions of the nodes,
 /// [nodes, 3]. Throws as AffineModel.

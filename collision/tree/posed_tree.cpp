@@ -64,8 +64,11 @@ PosedTree::PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, 
         throw std::invalid_argument(message("margin is ", *margin, ", but exact boxes take none"));
     check_collision_tree(*tree);
     state_ = std::make_unique<PosedTreeState>(PosedTreeState{std::move(tree), kind, nullptr});
-    if (kind == BoundKind::affine && state_->tree->affine)
-        state_->affine.emplace(state_->tree->affine);
+    const CollisionTree& body = *state_->tree;
+    if (kind == BoundKind::affine && body.affine)
+        state_->affine.emplace(body.affine);
+    else if (kind == BoundKind::boxes)
+        state_->affine.emplace(body.boxes ? body.boxes : make_boxes(body));
     else
         state_->posed_spheres = make_spheres(*state_->tree, kind, margin);
 }
@@ -76,31 +79,42 @@ PosedTree::~PosedTree() = default;
 
 void PosedTree::begin_pose(VerticesRef x, std::span<const RegionMotion> motion) noexcept {
     assert(x.rows() == state_->tree->vertex_count);
+    if (state_->kind == BoundKind::boxes) return begin_pose_of_boxes(x);
     state_->is_of_nodes = state_->is_stale = false;
     state_->spheres().begin_pose(x, motion);
 }
 
 void PosedTree::begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion) noexcept {
     assert(x.vertex_count() == state_->tree->vertex_count);
-    if (state_->affine) return begin_pose_of_nodes(x.nodes());
     const CollisionTree& tree = *state_->tree;
     if (is_exact(state_->kind)) x.compute_all();
+    if (state_->kind == BoundKind::boxes) return begin_pose_of_boxes(x.rows());
+    if (state_->affine) return begin_pose_of_nodes(x.nodes());
     if (state_->kind == BoundKind::bd) x.compute(tree.bd->modes.representatives);
     if (state_->kind == BoundKind::nbd) x.compute(tree.nbd->modes.representatives);
     state_->posed_spheres->begin_pose(Positions(x), motion);
 }
 
 void PosedTree::begin_pose_of_nodes(VerticesRef nodes) noexcept {
-    assert(state_->affine && nodes.rows() == state_->tree->affine->node_count());
+    assert(state_->kind == BoundKind::affine && nodes.rows() == state_->tree->affine->node_count());
     state_->affine->begin_pose(nodes);
     state_->is_of_nodes = state_->is_stale = true;
+}
+
+void PosedTree::begin_pose_of_boxes(const Positions& x) noexcept {
+    state_->affine->begin_pose(x.rows());
+    state_->positions = x;
+    state_->is_stale = true;
 }
 
 PosedSpheres& PosedTreeState::spheres() noexcept {
     if (!posed_spheres) posed_spheres = make_spheres(*tree, kind, {});
     if (std::exchange(is_stale, false)) {
-        affine->make_surface(surface);
-        posed_spheres->begin_pose(surface, {});
+        if (kind == BoundKind::affine) {
+            affine->make_surface(surface);
+            positions = surface;
+        }
+        posed_spheres->begin_pose(positions, {});
     }
     return *posed_spheres;
 }
@@ -182,11 +196,12 @@ std::optional<float> PosedTree::ood_score(int node) noexcept {
 
 int PosedTree::nodes_bounded() const noexcept {
     const int fitted = state_->affine_pose() ? state_->affine->fitted() : 0;
-    return fitted + (state_->posed_spheres ? state_->posed_spheres->nodes_bounded() : 0);
+    const bool has_spheres = state_->posed_spheres && !state_->is_stale;
+    return fitted + (has_spheres ? state_->posed_spheres->nodes_bounded() : 0);
 }
 
 int PosedTree::nodes_out_of_range() const noexcept {
-    return state_->posed_spheres ? state_->posed_spheres->nodes_out_of_range() : 0;
+    return state_->posed_spheres && !state_->is_stale ? state_->posed_spheres->nodes_out_of_range() : 0;
 }
 
 const CollisionTree& PosedTree::tree() const noexcept { return *state_->tree; }

@@ -10,12 +10,13 @@
 namespace nbd {
 
 class EmbeddedPositions;
+class Positions;
 struct PosedTreeState;
 
 /// A body's collision tree in its current pose. Each sphere is computed on first use in a pose and cached;
-/// the small box tree below a leaf is refitted on first visit. A body with `affine` bounds has a box tree
-/// instead, and makes the sphere tree, from all positions of its surface, only when a query with a body of
-/// another kind, or a question about a node, needs it. Before its first pose a body touches nothing.
+/// the small box tree below a leaf is refitted on first visit. A body with `affine` bounds or `boxes` has a
+/// box tree instead, and makes the sphere tree, from all positions of its surface, only when a query with a
+/// body of another kind, or a question about a node, needs it. Before its first pose a body touches nothing.
 /// Reading writes these caches, so only one thread at a time may use a tree.
 class PosedTree {
  public:
@@ -70,6 +71,8 @@ class PosedTree {
     BoundKind kind() const noexcept;
 
  private:
+    void begin_pose_of_boxes(const Positions& x) noexcept;
+
     std::unique_ptr<PosedTreeState> state_;
     friend class ClosestQuery;
     friend class PairQuery;

@@ -38,16 +38,18 @@ struct PosedTreeState {
     std::shared_ptr<const CollisionTree> tree;
     BoundKind kind;
     std::unique_ptr<PosedSpheres> posed_spheres;  // null: not needed so far
-    std::optional<AffineBoxes> affine{};          // for `affine`
+    std::optional<AffineBoxes> affine{};          // for `affine` and `boxes`
+    Positions positions{};                        // for `boxes`: of the pose
     Vertices surface{};                           // for `affine`: positions for posed_spheres
     bool is_of_nodes = true;                      // for `affine`: the pose was given by nodes
-    bool is_stale = false;                        // for `affine`: posed_spheres has another pose
+    bool is_stale = false;                        // for both: posed_spheres has another pose
 
-    /// The boxes that nodes gave; null if the body has other bounds or its pose was given by positions.
+    /// The boxes of the wide tree; null if the body has none, or is an `affine` one in a pose given by
+    /// positions.
     AffineBoxes* affine_pose() noexcept { return affine && is_of_nodes ? &*affine : nullptr; }
 
-    /// The sphere tree in this pose. `affine` bodies make it, with exact boxes, when a query with a body of
-    /// another kind, or a question about nodes, first needs it; it then reads the whole surface.
+    /// The sphere tree in this pose. `affine` bodies and `boxes` make it, with exact boxes, when a query with
+    /// a body of another kind, or a question about nodes, first needs it; it then reads the whole surface.
     PosedSpheres& spheres() noexcept;
 };
 

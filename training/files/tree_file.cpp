@@ -376,6 +376,7 @@ TreeFile load_tree(const std::filesystem::path& path) {
         result.solid = read_solid(file);
     }
     check(path, result);
+    result.tree.boxes = make_boxes(result.tree);
     result.facts = read_facts(file, nodes);
     return result;
 }

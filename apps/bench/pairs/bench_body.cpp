@@ -68,6 +68,7 @@ BenchBody in_tree_order(const BenchBody& body) {
 
     CollisionTree tree = *body.tree;
     tree.faces = F;
+    tree.boxes = make_boxes(tree);
     renumber(tree.spheres.vertices.begin(), tree.spheres.vertices.end());
     if (tree.learned) renumber(tree.learned->samples.begin(), tree.learned->samples.end());
     for (ClusteredModes* modes : {tree.bd ? &tree.bd->modes : nullptr, tree.nbd ? &tree.nbd->modes : nullptr})

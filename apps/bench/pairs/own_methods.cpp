@@ -167,13 +167,6 @@ class ReadingAlone final : public PairMethod {
     volatile float sum_ = 0;  // keeps the compiler from dropping the work
 };
 
-/// Depth of a tree whose leaves have at most leaf_faces faces.
-int depth_of_leaves(int faces, int leaf_faces) {
-    int depth = 0;
-    while ((faces >> depth) > leaf_faces && depth < 20) ++depth;
-    return depth;
-}
-
 }  // namespace
 
 std::vector<BoundKind> raced_bounds(const CollisionTree& tree) {
@@ -217,13 +210,6 @@ PairMethodEntry lazy_boxes_method(int cluster_faces) {
 
 std::vector<PairMethodEntry> box_methods(const BenchBody& body, const std::vector<int>& clusters) {
     std::vector<PairMethodEntry> methods;
-    for (const int leaf_faces : {16, 64})
-        methods.push_back(
-            {fmt::format("refitted boxes {}", leaf_faces), true, false, [leaf_faces](const BenchBody& b) {
-                 const SurfaceBody& s = b.surface;
-                 const SphereTreeConfig config{depth_of_leaves(b.faces(), leaf_faces), 1};
-                 return std::make_unique<TreeMethod>(shared_exact_tree(s.X, s.F, config), BoundKind::boxes);
-             }});
     for (const auto& [name, rebuilt] : {std::pair{"rebuilt boxes", Rebuilt::all_faces},
                                         {"rebuilt boxes in the overlap", Rebuilt::faces_in_overlap}})
         methods.push_back({name, true, false, [rebuilt](const BenchBody& b) {

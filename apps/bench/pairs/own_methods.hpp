@@ -19,9 +19,9 @@ std::vector<PairMethodEntry> tree_methods(const BenchBody& body);
 /// LazyBoxes over the surface.
 PairMethodEntry lazy_boxes_method(int cluster_faces);
 
-/// Exact bounds that need no training: fully refitted boxes (the library's, with small leaves); LazyBoxes;
-/// LazyBoxes including the computation of all positions from nodes; and, if no weight of the embedding is
-/// negative, LazyBoxes over the nodes alone (the cage). clusters: cluster sizes, one method each.
+/// Exact bounds that need no training: hierarchies that are built in every pose; LazyBoxes; LazyBoxes
+/// including the computation of all positions from nodes; and, if no weight of the embedding is negative,
+/// LazyBoxes over the nodes alone (the cage). clusters: cluster sizes, one method each.
 std::vector<PairMethodEntry> box_methods(const BenchBody& body, const std::vector<int>& clusters);
 
 /// Reads every vertex of both surfaces once and finds no pairs: the minimum cost of any method that reads

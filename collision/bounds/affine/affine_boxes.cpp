@@ -12,33 +12,30 @@ namespace {
 
 constexpr int width = WideTree::width;
 
-/// Box around points x + place(i), i < count. Four floats of each are read at once, but not if at_end: the
-/// array ends after one of the points.
+/// Box around points x + place(i), i < count. Four floats are read at once of the first `padded` points; no
+/// number may follow the others in memory.
 template <class Place>
-Box box_of_points(const float* x, std::size_t count, bool at_end, const Place& place) noexcept {
-    Eigen::Array4f lo[2], hi[2];
-    for (int chain = 0; chain < 2; ++chain) {
+Box box_of_points(const float* x, std::size_t count, std::size_t padded, const Place& place) noexcept {
+    constexpr std::size_t chains = 4;  // independent minima, so that none waits for the one before
+    Eigen::Array4f lo[chains], hi[chains];
+    for (std::size_t chain = 0; chain < chains; ++chain) {
         lo[chain] = empty_box().lo;
         hi[chain] = empty_box().hi;
     }
-    const auto add = [&](int chain, const auto& p) {
+    const auto add = [&](std::size_t chain, const auto& p) {
         lo[chain] = lo[chain].min(p);
         hi[chain] = hi[chain].max(p);
     };
-    if (at_end) {
-        for (std::size_t i = 0; i < count; ++i) {
-            const float* p = x + place(i);
-            add(0, Eigen::Array4f(p[0], p[1], p[2], 0));
-        }
-    } else {
-        std::size_t i = 0;
-        for (; i + 2 <= count; i += 2) {
-            add(0, Eigen::Map<const Eigen::Array4f>(x + place(i)));
-            add(1, Eigen::Map<const Eigen::Array4f>(x + place(i + 1)));
-        }
-        if (i < count) add(0, Eigen::Map<const Eigen::Array4f>(x + place(i)));
+    const auto four = [&](std::size_t i) { return Eigen::Map<const Eigen::Array4f>(x + place(i)); };
+    std::size_t i = 0;
+    for (; i + chains <= padded; i += chains)
+        for (std::size_t chain = 0; chain < chains; ++chain) add(chain, four(i + chain));
+    for (; i < padded; ++i) add(0, four(i));
+    for (; i < count; ++i) {
+        const float* p = x + place(i);
+        add(0, Eigen::Array4f(p[0], p[1], p[2], 0));
     }
-    Box box{lo[0].min(lo[1]), hi[0].max(hi[1])};
+    Box box{lo[0].min(lo[1]).min(lo[2].min(lo[3])), hi[0].max(hi[1]).max(hi[2].max(hi[3]))};
     box.lo[3] = box.hi[3] = 0;
     return box;
 }
@@ -119,9 +116,8 @@ void AffineBoxes::fit_block(int block) noexcept {
 void AffineBoxes::leaf_vertices(int i, Eigen::Array4f* x) const noexcept {
     const AffineModel::LeafWeights weights = model_->leaf_weights(i);
     const std::span<const int> nodes = model_->blocks().nodes(i / width);
-    const bool at_end = nodes.back() == 3 * (model_->node_count() - 1);
     leaf_positions(nodes_, nodes.data(), weights.weights, weights.nodes, weights.count,
-                   static_cast<int>(tree_->leaf_vertices(i).size()), at_end, x[0].data());
+                   static_cast<int>(tree_->leaf_vertices(i).size()), has_last_node(nodes), x[0].data());
 }
 
 void AffineBoxes::fit_leaf(int i) noexcept {
@@ -132,8 +128,8 @@ void AffineBoxes::fit_leaf(int i) noexcept {
     if (leaves_.size() < static_cast<std::size_t>(leaves_in_use_)) leaves_.emplace_back();
     Leaf& leaf = leaves_[static_cast<std::size_t>(leaf_at_[l])];
     leaf_vertices(i, leaf.x);
-    leaf.whole = box_of_points(leaf.x[0].data(), tree_->leaf_vertices(i).size(), false,
-                               [](std::size_t v) { return 4 * v; });
+    const std::size_t count = tree_->leaf_vertices(i).size();
+    leaf.whole = box_of_points(leaf.x[0].data(), count, count, [](std::size_t v) { return 4 * v; });
     kernels().triangle_boxes(leaf.x[0].data(), tree_->corners[l].data(), leaf.boxes);
 }
 
@@ -150,18 +146,20 @@ void AffineBoxes::make_surface(Vertices& x) noexcept {
     }
 }
 
+bool AffineBoxes::has_last_node(std::span<const int> nodes) const noexcept {
+    return !nodes.empty() && nodes.back() == 3 * (model_->node_count() - 1);
+}
+
 Box AffineBoxes::box_of_nodes(std::span<const int> nodes) const noexcept {
-    // The last node of all ends the list that it is in.
-    const bool at_end = !nodes.empty() && nodes.back() == 3 * (model_->node_count() - 1);
-    return box_of_points(nodes_, nodes.size(), at_end, [&](std::size_t i) { return nodes[i]; });
+    const std::size_t count = nodes.size(), padded = has_last_node(nodes) ? count - 1 : count;
+    return box_of_points(nodes_, count, padded, [&](std::size_t i) { return nodes[i]; });
 }
 
 Box AffineBoxes::box_of_leaf_nodes(int leaf) const noexcept {
     const std::span<const int> nodes = model_->blocks().nodes(leaf / width);
-    const bool at_end = nodes.back() == 3 * (model_->node_count() - 1);
     const AffineModel::LeafWeights weights = model_->leaf_weights(leaf);
-    return box_of_points(nodes_, tree_->leaf_vertices(leaf).size(), at_end,
-                         [&](std::size_t i) { return nodes[weights.nodes[i]]; });
+    const std::size_t count = tree_->leaf_vertices(leaf).size(), padded = has_last_node(nodes) ? 0 : count;
+    return box_of_points(nodes_, count, padded, [&](std::size_t i) { return nodes[weights.nodes[i]]; });
 }
 
 void AffineBoxes::prefetch_cluster(int cluster) const noexcept {

@@ -110,6 +110,8 @@ class AffineBoxes {
     void fit_block(int block) noexcept;
     void fit_leaf(int leaf) noexcept;
     void leaf_vertices(int leaf, Eigen::Array4f* x) const noexcept;
+    /// nodes: ascending places.
+    bool has_last_node(std::span<const int> nodes) const noexcept;
     Box box_of_nodes(std::span<const int> nodes) const noexcept;
     /// Of a leaf whose vertices are nodes.
     Box box_of_leaf_nodes(int leaf) const noexcept;

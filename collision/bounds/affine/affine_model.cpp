@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "collision/base/message.hpp"
 
@@ -102,6 +103,30 @@ AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W
         }
         const bool mapped = !are_nodes(of_cluster, W) && distinct_nodes(of_cluster, W) <= most_mapped;
         clusters_.add(of_cluster, mapped ? Maps::shared : Maps::none, W, rest);
+    }
+}
+
+AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tree_.vertex_count) {
+    for (int cluster = 0; cluster < tree_.clusters(); ++cluster) {
+        std::vector<int> of_cluster;
+        for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
+            const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
+            const std::vector<int> vertices = tree_.block_vertices(block);
+            blocks_.add(vertices);
+            of_cluster.insert(of_cluster.end(), vertices.begin(), vertices.end());
+            for (int leaf = width * block; leaf < width * (block + 1); ++leaf) {
+                weight_begin_.push_back(static_cast<int>(weights_.size()));
+                weights_per_vertex_.push_back(1);
+                for (const int v : tree_.leaf_vertices(leaf)) {
+                    weights_.push_back(1);
+                    weight_nodes_.push_back(
+                        static_cast<std::uint16_t>(std::ranges::lower_bound(vertices, v) - vertices.begin()));
+                }
+            }
+        }
+        std::ranges::sort(of_cluster);
+        of_cluster.erase(std::unique(of_cluster.begin(), of_cluster.end()), of_cluster.end());
+        clusters_.add(of_cluster);
     }
 }
 

@@ -28,6 +28,9 @@ class AffineModel {
     /// as many columns as there are nodes; if a rest position is not finite; and as build_wide_tree().
     AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W, VerticesRef rest);
 
+    /// Of a surface whose vertices are the nodes, W the identity: `boxes`.
+    explicit AffineModel(WideTree tree);
+
     const WideTree& tree() const noexcept { return tree_; }
     int node_count() const noexcept { return node_count_; }
 

@@ -194,6 +194,13 @@ void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbeddin
     places_.push_back({nodes_.size(), 0, carriers_.size(), rest_.size(), numbers_.size(), boxes_.size()});
 }
 
+void AffineParts::add(std::span<const int> nodes) {
+    places_.back().node_count = nodes.size();
+    for (const int node : nodes) nodes_.push_back(3 * node);
+    maps_.push_back(Maps::none);
+    places_.push_back({nodes_.size(), 0, carriers_.size(), rest_.size(), numbers_.size(), boxes_.size()});
+}
+
 AffinePart AffineParts::part(int i) const noexcept {
     const Place &p = places_[static_cast<std::size_t>(i)], &next = places_[static_cast<std::size_t>(i) + 1];
     if (maps(i) == Maps::none) return {};

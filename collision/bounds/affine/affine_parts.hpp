@@ -25,6 +25,8 @@ class AffineParts {
 
     /// Appends a part. W: weights, [vertices, nodes]. rest: rest positions of the nodes.
     void add(const Children& children, Maps maps, const SurfaceEmbedding& W, VerticesRef rest);
+    /// Appends a part without maps. nodes: without repeats, ascending.
+    void add(std::span<const int> nodes);
 
     /// Nodes of a part without repeats, ascending, as places of their first coordinates.
     std::span<const int> nodes(int part) const noexcept {

@@ -1,6 +1,7 @@
 #include "collision/bounds/affine/wide_tree.hpp"
 
 #include <algorithm>
+#include <functional>
 
 #include "collision/topology/divide_faces.hpp"
 
@@ -8,10 +9,6 @@ namespace nbd {
 namespace {
 
 constexpr int width = WideTree::width;
-
-int parts_of(std::size_t faces, int largest) noexcept {
-    return (static_cast<int>(faces) + largest - 1) / largest;
-}
 
 /// Numbers the leaf's vertices and notes which of them are the corners of its faces.
 void add_leaf(WideTree& tree, int leaf, std::span<const int> leaf_faces, FacesRef F) {
@@ -32,6 +29,48 @@ void add_leaf(WideTree& tree, int leaf, std::span<const int> leaf_faces, FacesRe
         }
 }
 
+using Part = std::function<void(std::span<int>)>;
+using Divide = std::function<void(std::span<int>, int, const Part&)>;
+
+/// Builds the tree over `all` faces. divide(faces, largest, part): divides faces into parts of at most
+/// `largest`.
+WideTree build(std::span<int> all, FacesRef F, int vertex_count, const Divide& divide) {
+    WideTree tree;
+    tree.vertex_count = vertex_count;
+    tree.first_block.push_back(0);
+    tree.vertex_begin.push_back(0);
+    int cluster = 0;
+    const auto add_block = [&](std::span<int> in_block) {
+        const std::size_t first_leaf = tree.faces_in.size();
+        tree.faces_in.resize(first_leaf + width, 0);
+        tree.faces.resize(tree.faces.size() + WideTree::block_faces, -1);
+        tree.corners.resize(first_leaf + width, {});
+        int leaf = static_cast<int>(first_leaf);
+        divide(in_block, width, [&](std::span<int> in_leaf) {
+            std::ranges::sort(in_leaf);
+            add_leaf(tree, leaf++, in_leaf, F);
+            tree.vertex_begin.push_back(static_cast<int>(tree.vertices.size()));
+        });
+        tree.vertex_begin.resize(first_leaf + width + 1, static_cast<int>(tree.vertices.size()));
+        tree.leaves_in.push_back(static_cast<std::uint8_t>(leaf - static_cast<int>(first_leaf)));
+        tree.cluster_of.push_back(cluster);
+    };
+    divide(all, WideTree::cluster_faces, [&](std::span<int> in_cluster) {
+        divide(in_cluster, WideTree::block_faces, add_block);
+        tree.first_block.push_back(tree.blocks());
+        ++cluster;
+    });
+    return tree;
+}
+
+/// Halves these faces until no part has more than `largest`, and calls part() for each.
+void halve(std::span<int> faces, int largest, const Part& part) {
+    if (faces.size() <= static_cast<std::size_t>(largest)) return part(faces);
+    const std::size_t middle = faces.size() / 2;
+    halve(faces.first(middle), largest, part);
+    halve(faces.subspan(middle), largest, part);
+}
+
 }  // namespace
 
 std::vector<int> WideTree::block_vertices(int block) const {
@@ -45,33 +84,15 @@ std::vector<int> WideTree::block_vertices(int block) const {
 
 WideTree build_wide_tree(VerticesRef X, FacesRef F) {
     FaceDivision division(X, F);
-    const std::span<int> all = division.faces();
-    WideTree tree;
-    tree.vertex_count = static_cast<int>(X.rows());
-    tree.first_block.push_back(0);
-    tree.vertex_begin.push_back(0);
-    int cluster = 0;
-    const auto add_block = [&](std::span<int> in_block) {
-        const std::size_t first_leaf = tree.faces_in.size();
-        tree.faces_in.resize(first_leaf + width, 0);
-        tree.faces.resize(tree.faces.size() + WideTree::block_faces, -1);
-        tree.corners.resize(first_leaf + width, {});
-        int leaf = static_cast<int>(first_leaf);
-        division.divide(in_block, parts_of(in_block.size(), width), [&](std::span<int> in_leaf) {
-            std::ranges::sort(in_leaf);
-            add_leaf(tree, leaf++, in_leaf, F);
-            tree.vertex_begin.push_back(static_cast<int>(tree.vertices.size()));
-        });
-        tree.vertex_begin.resize(first_leaf + width + 1, static_cast<int>(tree.vertices.size()));
-        tree.leaves_in.push_back(static_cast<std::uint8_t>(leaf - static_cast<int>(first_leaf)));
-        tree.cluster_of.push_back(cluster);
-    };
-    division.divide(all, parts_of(all.size(), WideTree::cluster_faces), [&](std::span<int> in_cluster) {
-        division.divide(in_cluster, parts_of(in_cluster.size(), WideTree::block_faces), add_block);
-        tree.first_block.push_back(tree.blocks());
-        ++cluster;
-    });
-    return tree;
+    return build(division.faces(), F, static_cast<int>(X.rows()),
+                 [&](std::span<int> faces, int largest, const Part& part) {
+                     division.divide(faces, (static_cast<int>(faces.size()) + largest - 1) / largest, part);
+                 });
+}
+
+WideTree build_wide_tree(std::span<const int> order, FacesRef F, int vertex_count) {
+    std::vector<int> faces(order.begin(), order.end());
+    return build(faces, F, vertex_count, halve);
 }
 
 bool is_over(const WideTree& tree, int vertex_count, FacesRef F) noexcept {

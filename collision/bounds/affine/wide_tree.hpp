@@ -47,9 +47,13 @@ struct WideTree {
     std::vector<int> block_vertices(int block) const;
 };
 
-/// X: rest positions [n, 3]; F: faces [m, 3], m >= 1. Deterministic. Throws std::invalid_argument on an
-/// empty surface, an index out of range, or a vertex that is not finite.
+/// With full leaves. X: rest positions [n, 3]; F: faces [m, 3], m >= 1. Deterministic. Throws
+/// std::invalid_argument on an empty surface, an index out of range, or a vertex that is not finite.
 WideTree build_wide_tree(VerticesRef X, FacesRef F);
+
+/// Without positions, with leaves that are half full at least. order: all faces, in an order whose halves,
+/// quarters and so on are compact, as a sphere tree has it.
+WideTree build_wide_tree(std::span<const int> order, FacesRef F, int vertex_count);
 
 /// Whether a tree is over these faces of a surface with so many vertices.
 bool is_over(const WideTree& tree, int vertex_count, FacesRef F) noexcept;

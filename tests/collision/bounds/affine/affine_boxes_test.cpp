@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "collision/geometry/bounding_box.hpp"
+#include "collision/tree/collision_tree.hpp"
 #include "tests/collision/bounds/affine/hung_surface.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -17,8 +18,9 @@ namespace {
 using test::HungSurface;
 
 std::shared_ptr<const AffineModel> model_of(const HungSurface& hung) {
-    return std::make_shared<const AffineModel>(hung.surface.F, static_cast<int>(hung.surface.X.rows()),
-                                               hung.W, hung.rest);
+    CollisionTree tree = make_exact_tree(hung.surface.X, hung.surface.F);
+    hang_on_nodes(tree, hung.W, hung.rest);
+    return tree.affine;
 }
 
 std::vector<HungSurface> hung_surfaces() {
@@ -102,8 +104,8 @@ TEST(AffineBoxes, TakeNodesWithRoomBetweenRows) {
 TEST(AffineModel, RefusesWeightsThatCannotBound) {
     HungSurface hung = test::hung_on_lattice(shapes::sphere(3, 4), 1);
     const auto error = [&](const SurfaceEmbedding& W, const Vertices& rest) {
-        return test::error_of(
-            [&] { AffineModel(hung.surface.F, static_cast<int>(hung.surface.X.rows()), W, rest); });
+        CollisionTree tree = make_exact_tree(hung.surface.X, hung.surface.F);
+        return test::error_of([&] { hang_on_nodes(tree, W, rest); });
     };
     EXPECT_EQ(error(hung.W, hung.rest), "");
     SurfaceEmbedding W = hung.W;

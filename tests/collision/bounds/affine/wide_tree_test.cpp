@@ -4,35 +4,45 @@
 
 #include <algorithm>
 
+#include "collision/topology/sphere_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nbd {
 namespace {
 
-TEST(WideTree, HoldsEveryFaceOnceInFullLeaves) {
-    for (const auto& surface : {shapes::sphere(3, 4), shapes::torus(30, 20), shapes::torus(120, 90)}) {
-        const WideTree tree = build_wide_tree(surface.X, surface.F);
-        std::vector<int> seen;
-        int leaves = 0;
-        for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
-            const int count = tree.faces_in[static_cast<std::size_t>(leaf)];
-            leaves += count > 0;
-            for (int k = 0; k < WideTree::width; ++k) {
-                const int face = tree.faces[static_cast<std::size_t>(WideTree::width * leaf + k)];
-                EXPECT_EQ(face >= 0, k < count);
-                if (k >= count) continue;
-                seen.push_back(face);
-                for (int c = 0; c < 3; ++c)
-                    EXPECT_EQ(tree.leaf_vertices(leaf)[tree.corners[static_cast<std::size_t>(
-                                  leaf)][static_cast<std::size_t>(WideTree::width * c + k)]],
-                              surface.F(face, c));
-            }
+/// Expects a tree that holds every face of a surface once; returns the number of its leaves.
+int leaves_of(const WideTree& tree, const Faces& F) {
+    std::vector<int> seen;
+    int leaves = 0;
+    for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
+        const int count = tree.faces_in[static_cast<std::size_t>(leaf)];
+        leaves += count > 0;
+        for (int k = 0; k < WideTree::width; ++k) {
+            const int face = tree.faces[static_cast<std::size_t>(WideTree::width * leaf + k)];
+            EXPECT_EQ(face >= 0, k < count);
+            if (k >= count) continue;
+            seen.push_back(face);
+            for (int c = 0; c < 3; ++c)
+                EXPECT_EQ(tree.leaf_vertices(leaf)[tree.corners[static_cast<std::size_t>(
+                              leaf)][static_cast<std::size_t>(WideTree::width * c + k)]],
+                          F(face, c));
         }
-        std::ranges::sort(seen);
-        ASSERT_EQ(seen.size(), static_cast<std::size_t>(surface.F.rows()));
-        for (std::size_t f = 0; f < seen.size(); ++f) EXPECT_EQ(seen[f], static_cast<int>(f));
-        EXPECT_LE(leaves, (surface.F.rows() * 9 / 8 + 15) / 16 + 1) << "leaves are not full";
+    }
+    std::ranges::sort(seen);
+    EXPECT_EQ(seen.size(), static_cast<std::size_t>(F.rows()));
+    for (std::size_t f = 0; f < seen.size(); ++f) EXPECT_EQ(seen[f], static_cast<int>(f));
+    return leaves;
+}
+
+TEST(WideTree, HoldsEveryFaceOnce) {
+    for (const auto& [X, F] : {shapes::sphere(3, 4), shapes::torus(30, 20), shapes::torus(120, 90)}) {
+        const WideTree full = build_wide_tree(X, F);
+        EXPECT_LE(leaves_of(full, F), (F.rows() * 9 / 8 + 15) / 16 + 1) << "leaves are not full";
+        const std::vector<int> order = build_sphere_tree(X, F, {}).faces;
+        const WideTree halved = build_wide_tree(order, F, static_cast<int>(X.rows()));
+        EXPECT_LE(leaves_of(halved, F), F.rows() / 8) << "leaves are not half full";
+        EXPECT_TRUE(is_over(halved, static_cast<int>(X.rows()), F));
     }
 }
 
