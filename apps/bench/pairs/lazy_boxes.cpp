@@ -144,10 +144,8 @@ void LazyBoxes::make_positions(int block) noexcept {
     const float* weight = W_->valuePtr();
     for (int k = range.begin; k < range.end; ++k) {
         const int v = vertices_[static_cast<std::size_t>(k)];
-        Eigen::RowVector3f sum = Eigen::RowVector3f::Zero();
-        for (int i = begin[v]; i < begin[v + 1]; ++i)
-            sum += weight[i] * Eigen::Map<const Eigen::RowVector3f>(points_ + 3 * node[i]);
-        made_.row(v) = sum;
+        made_.row(v) =
+            embedded_position(begin[v + 1] - begin[v], node + begin[v], weight + begin[v], points_, 3);
     }
 }
 
