@@ -26,8 +26,10 @@ struct MeshFileConfig {
 /// Throws what reading, checking and filling throw; messages of checks start with the path.
 Body mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 
+/// Whether a file holds tetrahedra, by its extension: .msh .vtk .mesh, or .h5 for a body.
+bool holds_tets(const std::filesystem::path& path);
+
 /// As mesh_file(), for a file known to hold a surface or tetrahedra.
-bool holds_tets(const std::filesystem::path& path);  // by its extension
 Body body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 

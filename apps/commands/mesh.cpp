@@ -113,7 +113,12 @@ void add_mesh(CLI::App& app, Output& out) {
     }
     for (CLI::Option* other : of_material) inside->excludes(other);
     inside->excludes(cage);
-    command->final_callback([arguments, of_material, &out] {
+    command->final_callback([arguments, of_material, of_filling = std::vector{nodes, grading}, &out] {
+        if (holds_tets(arguments->input))
+            for (const CLI::Option* option : of_filling)
+                if (option->count() > 0)
+                    throw CLI::ValidationError(
+                        option->get_name(), "is for surfaces, but " + arguments->input + " holds tetrahedra");
         if (std::filesystem::path(arguments->input).extension() == ".h5")
             for (const CLI::Option* option : of_material)
                 if (option->count() > 0)

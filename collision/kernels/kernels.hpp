@@ -88,9 +88,10 @@ struct Kernels {
                              unsigned* masks) noexcept;
     void (*near_each)(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which, float most,
                       unsigned* masks) noexcept;
-    /// The same two tests for the boxes of two packs, within the boxes around them: sets bit k of masks[i]
-    /// for each bit i of the result, if box i of s and box k of t are near. in_s, in_t: lanes to be looked
-    /// at. whole_s, whole_t: boxes around these lanes.
+    /// The same two tests for the boxes of two packs. Returns the lanes of s that are near whole_t, or none
+    /// if no lane of t is near whole_s; for each of them sets bit k of masks[i] if box i of s and box k of t
+    /// are near, and box k is near whole_s. in_s, in_t: lanes to be looked at. whole_s, whole_t: boxes that
+    /// hold what these lanes bound.
     unsigned (*overlapping_pairs)(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t,
                                   unsigned in_t, const float* whole_t, std::uint16_t* masks) noexcept;
     unsigned (*near_pairs)(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t,

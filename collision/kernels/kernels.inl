@@ -80,14 +80,11 @@ inline unsigned test_pairs(const Test& test, const BoxPack& s, unsigned in_s, co
     if (near_s == 0) return 0;
     const unsigned near_t = test(t, same_box(whole_s)) & in_t;
     if (near_t == 0) return 0;
-    unsigned any = 0;
     for (unsigned left = near_s; left != 0; left &= left - 1) {
         const int i = __builtin_ctz(left);
-        const unsigned mask = test(t, same_box(&s, i)) & near_t;
-        masks[i] = static_cast<std::uint16_t>(mask);
-        if (mask != 0) any |= 1u << i;
+        masks[i] = static_cast<std::uint16_t>(test(t, same_box(&s, i)) & near_t);
     }
-    return any;
+    return near_s;
 }
 unsigned overlapping_pairs(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t,
                            unsigned in_t, const float* whole_t, std::uint16_t* masks) noexcept {

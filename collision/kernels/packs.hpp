@@ -8,7 +8,8 @@ struct Box;
 inline constexpr int kernel_lanes = 16;
 
 /// Up to sixteen boxes, one per lane, to compare one box with all of them at once. Unused lanes hold the
-/// empty box, which is far from every box. box_pack.hpp defines the functions.
+/// empty box, which is far from every box, or anything if a kernel wrote the pack. box_pack.hpp defines the
+/// functions.
 struct alignas(64) BoxPack {
     static constexpr int lanes = kernel_lanes;
     float lo[3][lanes], hi[3][lanes];  // [axis][box]

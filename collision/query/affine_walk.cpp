@@ -1,5 +1,7 @@
 #include "collision/query/affine_walk.hpp"
 
+#include <bit>
+
 #include "collision/kernels/lane_mask.hpp"
 #include "collision/query/near_boxes.hpp"
 
@@ -15,12 +17,14 @@ struct Side {
     const Box& whole;
 };
 
-/// Calls f(i, j) for each box i of s and j of t that are near each other.
+/// Calls f(i, j) for each box i of s and j of t that are near each other. Returns the number of boxes
+/// compared, at most.
 template <class Near, class F>
-void near_pairs(const Side& s, const Side& t, const Near& near, const F& f) noexcept {
+long near_pairs(const Side& s, const Side& t, const Near& near, const F& f) noexcept {
     std::uint16_t masks[width];
-    const unsigned any = near.pairs(s.boxes, s.present, s.whole, t.boxes, t.present, t.whole, masks);
-    for_each_bit(any, [&](int i) { for_each_bit(masks[i], [&](int j) { f(i, j); }); });
+    const unsigned lanes = near.pairs(s.boxes, s.present, s.whole, t.boxes, t.present, t.whole, masks);
+    for_each_bit(lanes, [&](int i) { for_each_bit(masks[i], [&](int j) { f(i, j); }); });
+    return width * (2 + std::popcount(lanes));
 }
 
 }  // namespace
@@ -38,6 +42,7 @@ void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near)
         for_each_bit(near_a_[static_cast<std::size_t>(pa)] & present(a, pa), [&](int i) {
             const int cluster = width * pa + i;
             near.all(b.clusters(), b.cluster_packs(), a.cluster(cluster), near_b_.data());
+            counters_.node_tests += width * b.cluster_packs();
             for (int pb = 0; pb < b.cluster_packs(); ++pb)
                 for_each_bit(near_b_[static_cast<std::size_t>(pb)] & present(b, pb), [&](int j) {
                     clusters_.push_back({cluster, width * pb + j});
@@ -61,19 +66,21 @@ void AffineWalk::walk(AffineBoxes& a, AffineBoxes& b, const Near& near,
         prefetch(
             clusters_, k, [&](int i) { a.prefetch_cluster(i); }, [&](int i) { b.prefetch_cluster(i); });
         const Pair& pair = clusters_[k];
-        near_pairs(Side{a.blocks(pair.a), a.blocks_in(pair.a), a.cluster(pair.a)},
-                   Side{b.blocks(pair.b), b.blocks_in(pair.b), b.cluster(pair.b)}, near, [&](int i, int j) {
-                       blocks_.push_back({a.first_block(pair.a) + i, b.first_block(pair.b) + j});
-                   });
+        counters_.node_tests += near_pairs(
+            Side{a.blocks(pair.a), a.blocks_in(pair.a), a.cluster(pair.a)},
+            Side{b.blocks(pair.b), b.blocks_in(pair.b), b.cluster(pair.b)}, near, [&](int i, int j) {
+                blocks_.push_back({a.first_block(pair.a) + i, b.first_block(pair.b) + j});
+            });
     }
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
         prefetch(
             blocks_, k, [&](int i) { a.prefetch_block(i); }, [&](int i) { b.prefetch_block(i); });
         const Pair& pair = blocks_[k];
-        near_pairs(Side{a.leaves(pair.a), a.leaves_in(pair.a), a.block(pair.a)},
-                   Side{b.leaves(pair.b), b.leaves_in(pair.b), b.block(pair.b)}, near, [&](int i, int j) {
-                       leaves_.push_back({width * pair.a + i, width * pair.b + j});
-                   });
+        counters_.node_tests +=
+            near_pairs(Side{a.leaves(pair.a), a.leaves_in(pair.a), a.block(pair.a)},
+                       Side{b.leaves(pair.b), b.leaves_in(pair.b), b.block(pair.b)}, near, [&](int i, int j) {
+                           leaves_.push_back({width * pair.a + i, width * pair.b + j});
+                       });
     }
     for (std::size_t k = 0; k < leaves_.size(); ++k) {
         prefetch(
@@ -82,12 +89,12 @@ void AffineWalk::walk(AffineBoxes& a, AffineBoxes& b, const Near& near,
         a.leaf(pair.a);
         b.leaf(pair.b);  // may move the first one, if both are one body
         const AffineBoxes::Leaf &s = a.leaf(pair.a), &t = b.leaf(pair.b);
-        near_pairs(Side{s.boxes, a.faces_in(pair.a), s.whole}, Side{t.boxes, b.faces_in(pair.b), t.whole},
-                   near, [&](int i, int j) {
-                       pairs.push_back({width * pair.a + i, width * pair.b + j});
-                   });
+        counters_.box_tests +=
+            near_pairs(Side{s.boxes, a.faces_in(pair.a), s.whole}, Side{t.boxes, b.faces_in(pair.b), t.whole},
+                       near, [&](int i, int j) {
+                           pairs.push_back({width * pair.a + i, width * pair.b + j});
+                       });
     }
-    counters_.node_pairs = static_cast<long>(clusters_.size() + blocks_.size());
     counters_.leaf_pairs = static_cast<long>(leaves_.size());
 }
 

@@ -10,11 +10,12 @@ namespace nbd {
 
 /// Counters of a walk.
 struct AffineWalkCounters {
-    long node_pairs = 0;  // pairs of clusters and of blocks whose boxes are near
-    long leaf_pairs = 0;  // likewise, of leaves
+    long node_tests = 0;  // pairs of boxes of clusters, blocks and leaves compared, at most
+    long leaf_pairs = 0;  // pairs of leaves whose boxes are near
+    long box_tests = 0;   // pairs of boxes of faces compared, at most
 };
 
-/// Finds the faces of two bodies with affine bounds whose boxes are near each other. Goes level by level, so
+/// Finds the faces of two bodies with wide trees whose boxes are near each other. Goes level by level, so
 /// that the data of later nodes can be prefetched. Owns its scratch memory.
 class AffineWalk {
  public:

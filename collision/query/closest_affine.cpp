@@ -46,7 +46,7 @@ void ClosestQuery::open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int l
     push_children(Candidate::faces, s.boxes, in_s, width * leaf_a, t.boxes, in_t, width * leaf_b, t.whole);
 }
 
-void ClosestQuery::search_affine(AffineBoxes& a, AffineBoxes& b) noexcept {
+void ClosestQuery::search_wide(AffineBoxes& a, AffineBoxes& b) noexcept {
     if (!a.has_pose() || !b.has_pose()) return;
     for (int i = 0; i < a.tree().clusters(); ++i)
         push({least_distance(a.cluster(i), b.whole()), Candidate::bodies, i, 0});

@@ -52,7 +52,7 @@ class ClosestQuery {
     Candidate pop() noexcept;
     bool goes_on() const noexcept;
     void search_sphere_trees(PosedTree& a, PosedTree& b) noexcept;
-    void search_affine(AffineBoxes& a, AffineBoxes& b) noexcept;
+    void search_wide(AffineBoxes& a, AffineBoxes& b) noexcept;
     void push_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b) noexcept;
     /// Replace a pair by the pairs of its parts.
     void open_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b) noexcept;

@@ -142,18 +142,19 @@ void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noex
 }
 
 template <class Narrow>
-std::span<const FacePair> PairQuery::find_affine_pairs(PosedTree& a, PosedTree& b, float distance,
-                                                       const Narrow& narrow) noexcept {
+std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b, float distance,
+                                                     const Narrow& narrow) noexcept {
     assert(distance >= 0 && std::isfinite(distance));
     counters_ = {};
     leaf_pairs_.clear();
-    AffineBoxes &boxes_a = *a.state_->affine, &boxes_b = *b.state_->affine;
+    AffineBoxes &boxes_a = *a.state_->wide, &boxes_b = *b.state_->wide;
     const auto fitted = [&] { return boxes_a.fitted() + (&a == &b ? 0 : boxes_b.fitted()); };
     const int fitted_before = fitted();
     affine_walk_.near_faces(boxes_a, boxes_b, distance, pairs_);
     counters_.nodes_bounded = fitted() - fitted_before;
-    counters_.node_tests = affine_walk_.counters().node_pairs;
-    counters_.leaf_pairs = counters_.box_tests = affine_walk_.counters().leaf_pairs;
+    counters_.node_tests = affine_walk_.counters().node_tests;
+    counters_.leaf_pairs = affine_walk_.counters().leaf_pairs;
+    counters_.box_tests = affine_walk_.counters().box_tests;
     counters_.triangle_tests = static_cast<long>(pairs_.size());
     narrow(pairs_, boxes_a, boxes_b);
     for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
@@ -165,7 +166,7 @@ std::span<const FacePair> PairQuery::find_affine_pairs(PosedTree& a, PosedTree& 
 template <class Narrow>
 std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance,
                                                      const Narrow& narrow) noexcept {
-    if (a.state_->affine_pose() && b.state_->affine_pose()) return find_affine_pairs(a, b, distance, narrow);
+    if (a.state_->wide_pose() && b.state_->wide_pose()) return find_wide_pairs(a, b, distance, narrow);
     find_leaf_pairs(a, b, distance);
     pairs_.clear();
     LeafBoxes &boxes_a = a.state_->spheres().boxes, &boxes_b = b.state_->spheres().boxes;

@@ -15,9 +15,9 @@ struct QueryCounters {
     long node_tests = 0;          // pairs of tree nodes compared
     long leaf_pairs = 0;          // leaf pairs whose bounds overlap
     long boxes_refitted = 0;      // nodes of the box trees under leaves, up to 32 boxes each
-    long box_tests = 0;
-    long triangle_tests = 0;  // face pairs whose boxes are near
-    long face_pairs = 0;      // reported
+    long box_tests = 0;           // pairs of boxes under leaves compared
+    long triangle_tests = 0;      // face pairs whose boxes are near
+    long face_pairs = 0;          // reported
 };
 
 /// Two nodes, one of each tree.
@@ -31,7 +31,8 @@ using LeafPair = NodePair;
 /// replaces the larger node of a colliding pair (or the one that is not a leaf) by its children. So a node is
 /// bounded only after its parent was found in collision, and at most once per pose. Nodes are compared by
 /// their boxes if both trees have bounds that are boxes, else by their spheres. Below colliding leaves the
-/// walk continues with the boxes under them, down to triangles. No step loses a pair to rounding.
+/// walk continues with the boxes under them, down to triangles. No step loses a pair to rounding. Two bodies
+/// with `affine` bounds or `boxes` are walked down their box trees instead, see AffineWalk.
 ///
 /// Owns its scratch memory, so a warm query allocates nothing. Use one object per thread. Results stay valid
 /// until the next call on the same object.
@@ -61,8 +62,8 @@ class PairQuery {
                                               const Narrow& narrow) noexcept;
 
     template <class Narrow>
-    std::span<const FacePair> find_affine_pairs(PosedTree& a, PosedTree& b, float distance,
-                                                const Narrow& narrow) noexcept;
+    std::span<const FacePair> find_wide_pairs(PosedTree& a, PosedTree& b, float distance,
+                                              const Narrow& narrow) noexcept;
 
     QueryCounters counters_;
     AffineWalk affine_walk_;

@@ -36,8 +36,9 @@ void check_collision_tree(const CollisionTree& tree) {
     if (tree.affine && !is_over(tree.affine->tree(), tree.vertex_count, tree.faces))
         throw std::invalid_argument(
             "the affine model is of another surface; allowed: one of the tree's faces");
-    if (tree.boxes && !is_over(tree.boxes->tree(), tree.vertex_count, tree.faces))
-        throw std::invalid_argument("the boxes are of another surface; allowed: of the tree's faces");
+    if (tree.boxes && !(is_over(tree.boxes->tree(), tree.vertex_count, tree.faces) &&
+                        tree.boxes->node_count() == tree.vertex_count && tree.boxes->rounding() == 0))
+        throw std::invalid_argument("the boxes are of another surface; allowed: those of make_boxes()");
     if (tree.certified) check_certified_model(*tree.certified, tree.spheres, tree.vertex_count);
     for (const auto& [kind, calibration] : tree.calibrations) {
         if (!has_bounds(tree, kind))

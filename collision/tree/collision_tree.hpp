@@ -33,7 +33,7 @@ struct CollisionTree {
 /// A tree with exact bounds only, from rest positions X and faces F. Throws as build_sphere_tree().
 CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config = {});
 
-/// What `boxes` need.
+/// What `boxes` need. tree: passed check_collision_tree().
 std::shared_ptr<const AffineModel> make_boxes(const CollisionTree& tree);
 
 /// Gives a tree `affine` bounds: its surface hangs on nodes, x = W nodes. rest: rest positions of the nodes,

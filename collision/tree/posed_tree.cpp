@@ -66,9 +66,9 @@ PosedTree::PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, 
     state_ = std::make_unique<PosedTreeState>(PosedTreeState{std::move(tree), kind, nullptr});
     const CollisionTree& body = *state_->tree;
     if (kind == BoundKind::affine && body.affine)
-        state_->affine.emplace(body.affine);
+        state_->wide.emplace(body.affine);
     else if (kind == BoundKind::boxes)
-        state_->affine.emplace(body.boxes ? body.boxes : make_boxes(body));
+        state_->wide.emplace(body.boxes ? body.boxes : make_boxes(body));
     else
         state_->posed_spheres = make_spheres(*state_->tree, kind, margin);
 }
@@ -89,7 +89,7 @@ void PosedTree::begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> m
     const CollisionTree& tree = *state_->tree;
     if (is_exact(state_->kind)) x.compute_all();
     if (state_->kind == BoundKind::boxes) return begin_pose_of_boxes(x.rows());
-    if (state_->affine) return begin_pose_of_nodes(x.nodes());
+    if (state_->wide) return begin_pose_of_nodes(x.nodes());
     if (state_->kind == BoundKind::bd) x.compute(tree.bd->modes.representatives);
     if (state_->kind == BoundKind::nbd) x.compute(tree.nbd->modes.representatives);
     state_->posed_spheres->begin_pose(Positions(x), motion);
@@ -97,12 +97,12 @@ void PosedTree::begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> m
 
 void PosedTree::begin_pose_of_nodes(VerticesRef nodes) noexcept {
     assert(state_->kind == BoundKind::affine && nodes.rows() == state_->tree->affine->node_count());
-    state_->affine->begin_pose(nodes);
+    state_->wide->begin_pose(nodes);
     state_->is_of_nodes = state_->is_stale = true;
 }
 
 void PosedTree::begin_pose_of_boxes(const Positions& x) noexcept {
-    state_->affine->begin_pose(x.rows());
+    state_->wide->begin_pose(x.rows());
     state_->positions = x;
     state_->is_stale = true;
 }
@@ -111,7 +111,7 @@ PosedSpheres& PosedTreeState::spheres() noexcept {
     if (!posed_spheres) posed_spheres = make_spheres(*tree, kind, {});
     if (std::exchange(is_stale, false)) {
         if (kind == BoundKind::affine) {
-            affine->make_surface(surface);
+            wide->make_surface(surface);
             positions = surface;
         }
         posed_spheres->begin_pose(positions, {});
@@ -174,7 +174,7 @@ const Sphere& PosedTree::sphere(int node) noexcept {
 }
 
 Box PosedTree::whole() noexcept {
-    if (const AffineBoxes* affine = state_->affine_pose()) return affine->whole();
+    if (const AffineBoxes* wide = state_->wide_pose()) return wide->whole();
     if (const auto root = box(0)) return *root;
     const Sphere& root = sphere(0);
     const Eigen::Array3f lo = root.c.array() - root.r, hi = root.c.array() + root.r;
@@ -195,7 +195,7 @@ std::optional<float> PosedTree::ood_score(int node) noexcept {
 }
 
 int PosedTree::nodes_bounded() const noexcept {
-    const int fitted = state_->affine_pose() ? state_->affine->fitted() : 0;
+    const int fitted = state_->wide_pose() ? state_->wide->fitted() : 0;
     const bool has_spheres = state_->posed_spheres && !state_->is_stale;
     return fitted + (has_spheres ? state_->posed_spheres->nodes_bounded() : 0);
 }

@@ -32,16 +32,17 @@ class PosedTree {
     ~PosedTree();
 
     /// Starts a pose. x: [vertex_count, 3], world space, metres, finite; not copied, so the array must stay
-    /// valid until the next call; do not pass an expression that creates a temporary. `exact` reads every
-    /// vertex here, `bd` and `nbd` read only their representatives, `learned_spheres` and `learned_boxes`
-    /// nothing. Queries later read the samples of learned nodes, and all vertices of nodes that are out of
-    /// range. motion: for `certified`, one per region of the tree's model, valid as long as x; without it,
-    /// `certified` uses the exact sphere of every node. The other kinds ignore it. In
-    /// such a pose `affine` bodies have exact boxes, like `boxes`; give them nodes.
+    /// valid until the next call; do not pass an expression that creates a temporary. `exact` and `boxes`
+    /// read every vertex here, `bd` and `nbd` read only their representatives, `learned_spheres` and
+    /// `learned_boxes` nothing. Queries later read the samples of learned nodes, and all vertices of nodes
+    /// that are out of range. motion: for `certified`, one per region of the tree's model, valid as long as
+    /// x; without it, `certified` uses the exact sphere of every node. The other kinds ignore it. In such a
+    /// pose `affine` bodies have exact boxes of the sphere tree's nodes; give them nodes.
     void begin_pose(VerticesRef x, std::span<const RegionMotion> motion = {}) noexcept;
 
-    /// Starts a pose with positions that are computed on demand: all of them for `exact` and `boxes`, few for
-    /// the other kinds. x: its begin_pose() was called; must stay valid until the next call.
+    /// Starts a pose with positions that are computed on demand: all of them for `exact` and `boxes`, which
+    /// copy them once more, few for the other kinds. x: its begin_pose() was called; must stay valid until
+    /// the next call.
     void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion = {}) noexcept;
 
     /// Starts a pose of a body with `affine` bounds, and only of such a one: it reads the nodes that carry

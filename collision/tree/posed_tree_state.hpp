@@ -38,7 +38,7 @@ struct PosedTreeState {
     std::shared_ptr<const CollisionTree> tree;
     BoundKind kind;
     std::unique_ptr<PosedSpheres> posed_spheres;  // null: not needed so far
-    std::optional<AffineBoxes> affine{};          // for `affine` and `boxes`
+    std::optional<AffineBoxes> wide{};            // for `affine` and `boxes`
     Positions positions{};                        // for `boxes`: of the pose
     Vertices surface{};                           // for `affine`: positions for posed_spheres
     bool is_of_nodes = true;                      // for `affine`: the pose was given by nodes
@@ -46,7 +46,7 @@ struct PosedTreeState {
 
     /// The boxes of the wide tree; null if the body has none, or is an `affine` one in a pose given by
     /// positions.
-    AffineBoxes* affine_pose() noexcept { return affine && is_of_nodes ? &*affine : nullptr; }
+    AffineBoxes* wide_pose() noexcept { return wide && is_of_nodes ? &*wide : nullptr; }
 
     /// The sphere tree in this pose. `affine` bodies and `boxes` make it, with exact boxes, when a query with
     /// a body of another kind, or a question about nodes, first needs it; it then reads the whole surface.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <exception>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -47,10 +48,15 @@ TetMesh fill_well(const TriMesh& cage, int nodes) {
     TetrahedralizeResult filled = fill_as_possible(cage, nodes);
     TetMesh best = std::move(filled.tets);
     double best_ratio = tet_quality(best).radius_ratio_min;
+    if (filled.refinement < 1) return best;  // another grading would give far fewer nodes
     for (int i = 1; i <= tries && best_ratio < good_ratio && suits(best, nodes); ++i) {
-        TetMesh tets = tetrahedralize(cage, {.grading = std::min(2., filled.grading + 0.015 * i)}).tets;
-        const double ratio = tet_quality(tets).radius_ratio_min;
-        if (ratio > best_ratio && suits(tets, nodes)) best = std::move(tets), best_ratio = ratio;
+        try {
+            TetMesh tets = tetrahedralize(cage, {.grading = std::min(2., filled.grading + 0.015 * i)}).tets;
+            const double ratio = tet_quality(tets).radius_ratio_min;
+            if (ratio > best_ratio && suits(tets, nodes)) best = std::move(tets), best_ratio = ratio;
+        } catch (const std::runtime_error&) {
+            // gmsh fails at some gradings; the tetrahedra that are there stay.
+        }
     }
     return best;
 }
@@ -60,9 +66,16 @@ TetMesh fill_well(const TriMesh& cage, int nodes) {
 Filled fill(const SoupWrap& wrap, const TriMesh& soup, int nodes) {
     constexpr std::array<double, 5> offset_shares = {0.25, 0.26, 0.28, 0.22, 0.35};
     double aim = nodes;
+    std::exception_ptr failure;  // of the last try; one to find a cage of another aim says less
     for (std::size_t i = 0;; ++i) {
         const int size = std::clamp(static_cast<int>(std::lround(aim)), min_cage_nodes, max_cage_nodes);
-        Filled filled{find_cage(wrap, {.nodes = size, .offset_share = offset_shares[i]}), {}, {}};
+        Filled filled;
+        try {
+            filled.cage = find_cage(wrap, {.nodes = size, .offset_share = offset_shares[i]});
+        } catch (const std::invalid_argument&) {
+            if (failure) std::rethrow_exception(failure);
+            throw;
+        }
         try {
             filled.tets = fill_well(filled.cage.surface, nodes);
             if (!suits(filled.tets, nodes)) {
@@ -74,6 +87,7 @@ Filled fill(const SoupWrap& wrap, const TriMesh& soup, int nodes) {
             return filled;
         } catch (const std::exception&) {
             if (i + 1 == offset_shares.size()) throw;
+            failure = std::current_exception();
         }
     }
 }

@@ -13,7 +13,8 @@ std::size_t index(int side, int i, int j, int k) {
 
 }  // namespace
 
-ChamberGrid::ChamberGrid(const Eigen::AlignedBox3d& box) : corner_(box.min()), step_(box.sizes() / side) {
+ChamberGrid::ChamberGrid(const Eigen::AlignedBox3d& box)
+    : corner_(box.min()), step_((box.sizes() / side).cwiseMax(1e-9 * box.diagonal().norm())) {
     // Uneven shifts keep the columns off the edges of axis-aligned shapes.
     corner_ += step_.cwiseProduct(Eigen::Vector3d(0.5123, 0.4871, 0.5));
 }

@@ -12,7 +12,7 @@ namespace nbd {
 class SoupWrap {
  public:
     /// soup: finite, indices in range, at least two distinct vertices. May be open, non-manifold and
-    /// self-intersecting. Faces without area count as their corners.
+    /// self-intersecting. Faces without area count as their sides.
     explicit SoupWrap(const TriMesh& soup);
     ~SoupWrap();
     SoupWrap(SoupWrap&&) noexcept;

@@ -165,9 +165,12 @@ TEST(CageBody, MakesASlabOfAFlatSheet) {
     TriMesh sheet{Nodes(4, 3), Faces(2, 3)};
     sheet.X << 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0;
     sheet.F << 0, 1, 2, 0, 2, 3;
-    const CageBody made = checked_body(sheet, 600);
-    EXPECT_GT(made.report.volume, 1.5 * made.report.offset);
-    EXPECT_LT(made.report.volume, 6 * made.report.alpha);
+    for (int plane = 0; plane < 3; ++plane) {
+        const CageBody made = checked_body(sheet, 600);
+        EXPECT_GT(made.report.volume, 1.5 * made.report.offset);
+        EXPECT_LT(made.report.volume, 6 * made.report.alpha);
+        sheet.X = (Nodes(4, 3) << sheet.X.col(2), sheet.X.col(0), sheet.X.col(1)).finished();
+    }
 }
 
 TEST(CageBody, FillsTheInsideOfASurfaceWithAHole) {

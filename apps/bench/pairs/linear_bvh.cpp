@@ -125,25 +125,20 @@ void LinearBvh::walk(const LinearBvh& a, int level_a, int node_a, const Box& box
                      int level_b, int node_b, const Box& box_b, std::vector<FacePair>& pairs) {
     const BoxPack &boxes_a = a.levels_[static_cast<std::size_t>(level_a)][static_cast<std::size_t>(node_a)],
                   &boxes_b = b.levels_[static_cast<std::size_t>(level_b)][static_cast<std::size_t>(node_b)];
-    const unsigned near_a = overlapping(boxes_a, box_b) & a.present(level_a, node_a);
-    if (near_a == 0) return;
-    const unsigned near_b = overlapping(boxes_b, box_a) & b.present(level_b, node_b);
-    if (near_b == 0) return;
-    if (level_a != level_b) {  // the taller one goes down alone
-        if (level_a > level_b)
-            for_each_bit(near_a, [&](int i) {
-                walk(a, level_a - 1, lanes * node_a + i, boxes_a.box(i), b, level_b, node_b, box_b, pairs);
-            });
-        else
-            for_each_bit(near_b, [&](int j) {
-                walk(a, level_a, node_a, box_a, b, level_b - 1, lanes * node_b + j, boxes_b.box(j), pairs);
-            });
-        return;
-    }
-    unsigned masks[2 * lanes];
-    kernels().overlapping_each(&boxes_b, 1, &boxes_a, near_a, masks);
+    const unsigned in_a = a.present(level_a, node_a), in_b = b.present(level_b, node_b);
+    if (level_a > level_b)  // the taller one goes down alone
+        return for_each_bit(overlapping(boxes_a, box_b) & in_a, [&](int i) {
+            walk(a, level_a - 1, lanes * node_a + i, boxes_a.box(i), b, level_b, node_b, box_b, pairs);
+        });
+    if (level_a < level_b)
+        return for_each_bit(overlapping(boxes_b, box_a) & in_b, [&](int j) {
+            walk(a, level_a, node_a, box_a, b, level_b - 1, lanes * node_b + j, boxes_b.box(j), pairs);
+        });
+    std::uint16_t masks[lanes];
+    const unsigned near_a =
+        kernels().overlapping_pairs(boxes_a, in_a, numbers(box_a), boxes_b, in_b, numbers(box_b), masks);
     for_each_bit(near_a, [&](int i) {
-        for_each_bit(masks[i] & near_b, [&](int j) {
+        for_each_bit(masks[i], [&](int j) {
             if (level_a == 0)
                 pairs.push_back({lanes * node_a + i, lanes * node_b + j});
             else

@@ -10,7 +10,7 @@
 
 namespace nbd {
 
-/// A linear bounding volume hierarchy [Lauterbach et al. 2009, Karras 2012]: a competitor that is built anew
+/// A linear bounding volume hierarchy: a competitor that is built anew
 /// in every pose, by sorting faces along a space-filling curve (Morton codes of 30 bits). Its nodes are
 /// sixteen wide: the faces, in sorted order, are cut into runs of sixteen, these into runs of sixteen, and so
 /// on.

@@ -121,8 +121,9 @@ std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEnt
 
 std::size_t tree_bytes(const CollisionTree& tree) {
     const std::size_t before = heap_bytes();
-    const CollisionTree copy = tree;  // shares the affine model
-    return heap_bytes() - before + (tree.affine ? tree.affine->bytes() : 0);
+    const CollisionTree copy = tree;  // shares the two models
+    const auto bytes = [](const auto& model) { return model ? model->bytes() : 0; };
+    return heap_bytes() - before + bytes(tree.affine) + bytes(tree.boxes);
 }
 
 }  // namespace nbd

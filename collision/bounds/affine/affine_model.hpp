@@ -28,7 +28,8 @@ class AffineModel {
     /// as many columns as there are nodes; if a rest position is not finite; and as build_wide_tree().
     AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W, VerticesRef rest);
 
-    /// Of a surface whose vertices are the nodes, W the identity: `boxes`.
+    /// What `boxes` take: a surface whose vertices are the nodes, W the identity. No part has a map then, and
+    /// nothing is rounded.
     explicit AffineModel(WideTree tree);
 
     const WideTree& tree() const noexcept { return tree_; }

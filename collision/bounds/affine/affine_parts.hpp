@@ -52,7 +52,8 @@ class AffineParts {
 
     std::vector<Place> places_{Place{}};  // [parts + 1] beginnings in the arrays below
     std::vector<Maps> maps_;
-    std::vector<std::int32_t> nodes_;  // padded with repeats of a part's last one to a multiple of sixteen
+    std::vector<std::int32_t>
+        nodes_;  // of parts with maps padded with repeats of the last one to a multiple of sixteen
     std::vector<std::uint16_t> carriers_;
     std::vector<std::int16_t> rest_;
     std::vector<float> numbers_;  // moments, then reach

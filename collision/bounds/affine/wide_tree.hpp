@@ -51,8 +51,8 @@ struct WideTree {
 /// std::invalid_argument on an empty surface, an index out of range, or a vertex that is not finite.
 WideTree build_wide_tree(VerticesRef X, FacesRef F);
 
-/// Without positions, with leaves that are half full at least. order: all faces, in an order whose halves,
-/// quarters and so on are compact, as a sphere tree has it.
+/// Without positions, with leaves that are half full at least. order: all faces, each once, not checked; best
+/// in an order whose halves, quarters and so on are compact, as a sphere tree has it.
 WideTree build_wide_tree(std::span<const int> order, FacesRef F, int vertex_count);
 
 /// Whether a tree is over these faces of a surface with so many vertices.

@@ -43,6 +43,7 @@ std::vector<Case> cases() {
          shapes::torus(24, 24),
          {.depth = 0},
          {.depth = 0}},
+        {"more than one cluster of boxes", shapes::torus(120, 90), shapes::sphere(5, 8, 0.4f), {}, {}},
     };
 }
 

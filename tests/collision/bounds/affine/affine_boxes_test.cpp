@@ -25,8 +25,8 @@ std::shared_ptr<const AffineModel> model_of(const HungSurface& hung) {
 
 std::vector<HungSurface> hung_surfaces() {
     return {test::hung_on_lattice(shapes::torus(120, 60), 3), test::hung_on_lattice(shapes::torus(60, 50), 9),
-            test::hung_on_itself(shapes::sphere(25, 30)), test::hung_on_lattice(shapes::sphere(3, 4), 1),
-            test::hung_on_tets(shapes::bar(50, 40), 6)};
+            test::hung_on_itself(shapes::sphere(25, 30)),     test::hung_on_lattice(shapes::sphere(3, 4), 1),
+            test::hung_on_tets(shapes::bar(50, 40), 6),       test::hung_on_itself(shapes::torus(100, 60))};
 }
 
 /// How far a point sticks out of a box; 0 inside.
