@@ -23,7 +23,7 @@ static_assert(std::endian::native == std::endian::little,
 
 struct FlatHeader {
     static constexpr std::string_view known_magic{"nbdflat\n"};
-    static constexpr std::uint32_t known_byte_order = 0x01020304, oldest_version = 2, known_version = 3;
+    static constexpr std::uint32_t known_byte_order = 0x01020304, oldest_version = 2, known_version = 4;
 
     char magic[8]{};
     std::uint32_t byte_order = known_byte_order;

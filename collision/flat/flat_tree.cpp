@@ -9,6 +9,7 @@
 #include "collision/base/message.hpp"
 #include "collision/base/notice.hpp"
 #include "collision/flat/flat_fields.hpp"
+#include "collision/geometry/embedding_rows.hpp"
 
 namespace nbd {
 namespace {
@@ -100,8 +101,33 @@ constexpr auto certified_fields = [](auto& file, auto& certified) {
     file.field("certified/reach", reach);
 };
 
+/// What an affine model is made of; W in compressed rows.
+struct HungNodes {
+    Vertices rest;
+    std::vector<int> row_begin, columns;
+    std::vector<float> weights;
+};
+
+std::optional<HungNodes> nodes_of(const std::shared_ptr<const AffineModel>& affine) {
+    if (!affine) return std::nullopt;
+    const SurfaceEmbedding W = affine->weights();
+    const auto entries = W.nonZeros();
+    return HungNodes{.rest = affine->rest(),
+                     .row_begin = {W.outerIndexPtr(), W.outerIndexPtr() + W.rows() + 1},
+                     .columns = {W.innerIndexPtr(), W.innerIndexPtr() + entries},
+                     .weights = {W.valuePtr(), W.valuePtr() + entries}};
+}
+
+constexpr auto hung_fields = [](auto& file, auto& nodes) {
+    auto& [rest, row_begin, columns, weights] = nodes;
+    file.field("affine/rest", rest);
+    file.field("affine/row_begin", row_begin);
+    file.field("affine/columns", columns);
+    file.field("affine/weights", weights);
+};
+
 constexpr auto tree_fields = [](auto& file, auto& tree) {
-    // `affine` and `boxes` are not stored: hang_on_nodes() and make_boxes() make them again.
+    // The models of `affine` and `boxes` are not stored: hang_on_nodes() and make_boxes() make them again.
     auto& [vertex_count, faces, spheres, bd, nbd, learned, certified, affine, boxes, calibrations] = tree;
     file.field("surface/vertex_count", vertex_count);
     file.field("surface/faces", faces);
@@ -110,6 +136,14 @@ constexpr auto tree_fields = [](auto& file, auto& tree) {
     file.optional("nbd", nbd, nbd_fields);
     file.optional("learned", learned, learned_fields);
     file.optional("certified", certified, certified_fields);
+    std::optional<HungNodes> hung = nodes_of(affine);
+    file.optional("affine", hung, hung_fields);
+    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(tree)>>)
+        if (hung)
+            hang_on_nodes(tree,
+                          embedding_of_rows(hung->row_begin, hung->columns, hung->weights,
+                                            static_cast<int>(hung->rest.rows())),
+                          hung->rest);
     for (const BoundKind kind : bound_kinds) {
         const std::string group = message("calibration/", name(kind));
         file.entry(group, calibrations, kind, [&](auto& part, auto& calibration) {

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
-#include <stdexcept>
 
-#include "collision/base/message.hpp"
-#include "collision/geometry/embedding.hpp"
+#include "collision/geometry/embedding_rows.hpp"
 
 namespace nbd {
 
@@ -15,16 +13,7 @@ EmbeddedPositions::EmbeddedPositions(std::span<const int> row_begin, std::span<c
       row_begin_(row_begin.begin(), row_begin.end()),
       columns_(columns.begin(), columns.end()),
       weights_(weights.begin(), weights.end()) {
-    if (row_begin.empty() || row_begin.front() != 0 || !std::ranges::is_sorted(row_begin) ||
-        static_cast<std::size_t>(row_begin.back()) != columns.size() || columns.size() != weights.size())
-        throw std::invalid_argument(
-            message("the row offsets of an embedding must start at 0, ascend and end at its number of "
-                    "columns and weights; there are ",
-                    columns.size(), " columns and ", weights.size(), " weights"));
-    for (const int column : columns)
-        if (column < 0 || column >= node_count)
-            throw std::invalid_argument(
-                message("an embedding refers to node ", column, ", but the node count is ", node_count));
+    check_embedding_rows(row_begin, columns, weights, node_count);
     x_.setZero(4, vertex_count());
     poses_.assign(static_cast<std::size_t>(vertex_count()), 0);
 }

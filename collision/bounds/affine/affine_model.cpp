@@ -20,8 +20,8 @@ struct EmbeddingCheck {
     double error = 0;  // e
 };
 
-/// Throws as the constructor of AffineModel.
-EmbeddingCheck check_embedding(const SurfaceEmbedding& W, int vertex_count, VerticesRef rest) {
+/// Throws as the constructor of AffineModel, which checks the faces' indices later.
+EmbeddingCheck check_embedding(FacesRef F, const SurfaceEmbedding& W, int vertex_count, VerticesRef rest) {
     if (W.rows() != vertex_count)
         throw std::invalid_argument(message("the embedding has ", W.rows(),
                                             " rows; allowed: one for each of the ", vertex_count,
@@ -33,8 +33,13 @@ EmbeddingCheck check_embedding(const SurfaceEmbedding& W, int vertex_count, Vert
     for (Eigen::Index i = 0; i < rest.rows(); ++i)
         if (!rest.row(i).allFinite())
             throw std::invalid_argument(message("the rest position of node ", i, " is not finite"));
+    std::vector<bool> is_used(static_cast<std::size_t>(vertex_count));
+    for (Eigen::Index f = 0; f < F.rows(); ++f)
+        for (const int v : F.row(f))
+            if (v >= 0 && v < vertex_count) is_used[static_cast<std::size_t>(v)] = true;
     EmbeddingCheck checked;
     for (int v = 0; v < vertex_count; ++v) {
+        if (!is_used[static_cast<std::size_t>(v)]) continue;
         int count = 0;
         double sum = 0, negative = 0;
         for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry) {
@@ -43,7 +48,7 @@ EmbeddingCheck check_embedding(const SurfaceEmbedding& W, int vertex_count, Vert
                                                     "; allowed: 0 or more, but for rounding errors"));
             sum += double{entry.value()};
             negative -= std::min(double{entry.value()}, 0.);
-            ++count;
+            count += entry.value() != 0;
         }
         if (count > AffineModel::max_weights)
             throw std::invalid_argument(message("vertex ", v, " has ", count, " weights; allowed: at most ",
@@ -81,8 +86,8 @@ bool are_nodes(const AffineParts::Children& children, const SurfaceEmbedding& W)
 }  // namespace
 
 AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W, VerticesRef rest)
-    : node_count_(static_cast<int>(W.cols())) {
-    const EmbeddingCheck checked = check_embedding(W, vertex_count, rest);
+    : node_count_(static_cast<int>(W.cols())), rest_(rest) {
+    const EmbeddingCheck checked = check_embedding(F, W, vertex_count, rest);
     tree_ = build_wide_tree(embedded(W, rest), F);
     // Boxes of nodes need no rounding where every vertex is a node.
     if (checked.weights > 1 || checked.error > 0)
@@ -157,9 +162,39 @@ void AffineModel::add_leaf(std::span<const int> vertices, std::span<const int> n
     }
 }
 
+SurfaceEmbedding AffineModel::weights() const {
+    std::vector<bool> is_known(static_cast<std::size_t>(tree_.vertex_count));
+    std::vector<Eigen::Triplet<float>> entries;
+    for (int leaf = 0; leaf < tree_.leaves(); ++leaf) {
+        const std::span<const int> vertices = tree_.leaf_vertices(leaf), nodes = blocks_.nodes(leaf / width);
+        const LeafWeights own = leaf_weights(leaf);
+        for (std::size_t i = 0; i < vertices.size(); ++i) {
+            const auto v = static_cast<std::size_t>(vertices[i]);
+            if (is_known[v]) continue;
+            is_known[v] = true;
+            for (std::size_t k = i * static_cast<std::size_t>(own.count),
+                             end = k + static_cast<std::size_t>(own.count);
+                 k < end; ++k)
+                if (own.weights[k] != 0)
+                    entries.emplace_back(vertices[i], nodes[own.nodes[k]] / 3, own.weights[k]);
+        }
+    }
+    SurfaceEmbedding W(tree_.vertex_count, node_count_);
+    W.setFromTriplets(entries.begin(), entries.end());
+    return W;
+}
+
+bool AffineModel::hangs_by(const SurfaceEmbedding& W) const {
+    if (W.rows() != tree_.vertex_count || W.cols() != node_count_) return false;
+    const SurfaceEmbedding own = weights();
+    for (int v = 0; v < tree_.vertex_count; ++v)
+        if (own.row(v).nonZeros() > 0 && (own.row(v) - W.row(v)).squaredNorm() != 0) return false;
+    return true;
+}
+
 std::size_t AffineModel::bytes() const noexcept {
     const auto size = [](const auto&... arrays) { return ((arrays.size() * sizeof(arrays[0])) + ...); };
-    return clusters_.bytes() + blocks_.bytes() +
+    return clusters_.bytes() + blocks_.bytes() + static_cast<std::size_t>(rest_.size()) * sizeof(float) +
            size(weight_begin_, weights_per_vertex_, weights_, weight_nodes_, tree_.first_block,
                 tree_.cluster_of, tree_.leaves_in, tree_.faces_in, tree_.faces, tree_.vertices,
                 tree_.vertex_begin, tree_.corners);

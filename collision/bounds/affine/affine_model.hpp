@@ -22,10 +22,11 @@ class AffineModel {
  public:
     static constexpr int max_weights = 32;  // of a vertex
 
-    /// F: the surface's faces. W: [vertices, nodes]. rest: rest positions of the nodes, [nodes, 3]. Throws
-    /// std::invalid_argument, naming the vertex, if a weight is below -1e-5 or not finite, a vertex has more
-    /// than max_weights weights, or they do not sum to 1 within 1e-5; if W has not vertex_count rows or not
-    /// as many columns as there are nodes; if a rest position is not finite; and as build_wide_tree().
+    /// F: the surface's faces. W: [vertices, nodes]; rows of vertices that no face uses are ignored. rest:
+    /// rest positions of the nodes, [nodes, 3]. Throws std::invalid_argument, naming the vertex, if a weight
+    /// is below -1e-5 or not finite, a vertex has more than max_weights weights, or they do not sum to 1
+    /// within 1e-5; if W has not vertex_count rows or not as many columns as there are nodes; if a rest
+    /// position is not finite; and as build_wide_tree().
     AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W, VerticesRef rest);
 
     /// What `boxes` take: a surface whose vertices are the nodes, W the identity. No part has a map then, and
@@ -34,6 +35,13 @@ class AffineModel {
 
     const WideTree& tree() const noexcept { return tree_; }
     int node_count() const noexcept { return node_count_; }
+    /// Rest positions of the nodes as the constructor took them; empty where W is the identity by definition.
+    const Vertices& rest() const noexcept { return rest_; }
+    /// W as the constructor took it, without zeros and without rows of vertices that no face uses. Another
+    /// model of this W and of rest() is the same.
+    SurfaceEmbedding weights() const;
+    /// Whether W is that of this model, apart from zeros and vertices that no face uses.
+    bool hangs_by(const SurfaceEmbedding& W) const;
 
     /// Bound on all rounding errors, per length: 0 if every vertex is a node, else (32 + 2 K) 2^-24 + 3 e. K
     /// is the largest number of weights of a vertex; e is by how much their sum at most differs from 1, plus
@@ -68,6 +76,7 @@ class AffineModel {
 
     WideTree tree_;
     int node_count_ = 0;
+    Vertices rest_;
     float rounding_ = 0;
     AffineParts clusters_, blocks_;
     std::vector<int> weight_begin_;                 // [leaves] into the two arrays below

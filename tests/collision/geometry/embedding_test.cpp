@@ -7,7 +7,9 @@
 
 #include "collision/base/counter_random.hpp"
 #include "collision/geometry/embedded_positions.hpp"
+#include "collision/geometry/embedding_rows.hpp"
 #include "collision/geometry/tet_mesh.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -52,6 +54,29 @@ TEST(Embedding, GivesTheSameBitsForAllVerticesAndForOneAtATime) {
             }
         EXPECT_EQ(all.row(v), sum);
     }
+}
+
+TEST(Embedding, IsMadeOfCompressedRowsThatFit) {
+    const std::vector<int> begin{0, 2, 2, 3}, columns{1, 4, 0};
+    const std::vector<float> weights{0.25f, 0.75f, 1};
+    const SurfaceEmbedding W = embedding_of_rows(begin, columns, weights, 5);
+    ASSERT_EQ(W.rows(), 3);
+    ASSERT_EQ(W.cols(), 5);
+    EXPECT_EQ(W.nonZeros(), 3);
+    EXPECT_EQ(W.coeff(0, 4), 0.75f);
+    EXPECT_EQ(W.coeff(2, 0), 1);
+    const auto error = [&](std::vector<int> changed_begin, std::vector<int> changed_columns, int nodes = 5) {
+        return test::error_of([&] { embedding_of_rows(changed_begin, changed_columns, weights, nodes); });
+    };
+    EXPECT_EQ(error(begin, columns, 4), "an embedding refers to node 4, but the node count is 4");
+    EXPECT_EQ(error(begin, {1, -1, 0}), "an embedding refers to node -1, but the node count is 5");
+    EXPECT_EQ(error(begin, {4, 4, 0}),
+              "row 0 of an embedding refers to node 4 after node 4; allowed: ascending");
+    const std::string rows =
+        "the row offsets of an embedding must start at 0, ascend and end at its number of columns and "
+        "weights; there are 3 columns and 3 weights";
+    for (const std::vector<int>& bad : {std::vector<int>{}, {1, 2, 2, 3}, {0, 3, 2, 3}, {0, 2, 2, 4}})
+        EXPECT_EQ(error(bad, columns), rows);
 }
 
 TEST(Embedding, TakesWeightsWithRoomBetweenRows) {

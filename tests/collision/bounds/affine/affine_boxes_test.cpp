@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -123,6 +124,53 @@ TEST(AffineModel, RefusesWeightsThatCannotBound) {
     Vertices rest = hung.rest;
     rest(6, 2) = std::numeric_limits<float>::infinity();
     EXPECT_EQ(error(hung.W, rest), "the rest position of node 6 is not finite");
+}
+
+TEST(AffineModel, IsMadeAgainFromItsWeightsAndRestNodes) {
+    std::mt19937 random(3);
+    for (const HungSurface& hung :
+         {test::hung_on_lattice(shapes::torus(60, 50), 3), test::hung_on_tets(shapes::sphere(9, 12), 2),
+          test::hung_on_itself(shapes::sphere(9, 12))}) {
+        const auto first = model_of(hung);
+        EXPECT_TRUE(first->hangs_by(hung.W));
+        EXPECT_EQ(first->rest(), hung.rest);
+        EXPECT_EQ(first->weights().toDense(), hung.W.toDense());
+        const auto again = std::make_shared<const AffineModel>(hung.surface.F, first->tree().vertex_count,
+                                                               first->weights(), first->rest());
+        EXPECT_EQ(again->rounding(), first->rounding());
+        EXPECT_EQ(again->bytes(), first->bytes());
+        AffineBoxes a(first), b(again);
+        const Vertices nodes = test::wild_pose(hung.rest, 3, random);
+        a.begin_pose(nodes);
+        b.begin_pose(nodes);
+        for (int block = 0; block < first->tree().blocks(); ++block) {
+            const int cluster = first->tree().cluster_of[static_cast<std::size_t>(block)];
+            EXPECT_EQ(std::memcmp(&a.blocks(cluster), &b.blocks(cluster), sizeof(BoxPack)), 0);
+            EXPECT_EQ(std::memcmp(&a.leaves(block), &b.leaves(block), sizeof(BoxPack)), 0);
+        }
+        SurfaceEmbedding other = hung.W;
+        other.coeffRef(4, 0) += 0.25f;
+        EXPECT_FALSE(first->hangs_by(other));
+        EXPECT_FALSE(first->hangs_by(hung.W.topRows(4)));
+    }
+}
+
+TEST(AffineModel, IgnoresZerosAndVerticesWithoutAFace) {
+    HungSurface hung = test::hung_on_tets(shapes::sphere(5, 6), 2);
+    const auto rows = hung.W.rows();
+    const float rounding = model_of(hung)->rounding();
+    hung.W.conservativeResize(rows + 1, hung.W.cols());
+    hung.W.coeffRef(rows, 3) = -7;
+    for (int node = 0; node < hung.W.cols(); ++node) hung.W.coeffRef(2, node) += 0.f;
+    hung.surface.X.conservativeResize(rows + 1, 3);
+    hung.surface.X.row(rows).setZero();
+    const auto model = model_of(hung);
+    EXPECT_EQ(model->rounding(), rounding);
+    EXPECT_TRUE(model->hangs_by(hung.W));
+    const SurfaceEmbedding W = model->weights();
+    ASSERT_EQ(W.rows(), rows + 1);
+    EXPECT_EQ(W.row(rows).nonZeros(), 0);
+    EXPECT_EQ(W.toDense().topRows(rows), hung.W.toDense().topRows(rows));
 }
 
 TEST(AffineModel, TakesAtMostFiftyBytesAFace) {
