@@ -72,13 +72,14 @@ Vertices surface_pose(const TreeFile& file, const std::string& path) {
     return mesh.X.cast<float>();
 }
 
-/// Gives the tree of a file affine bounds. argument: as the command line names the pose.
+/// Gives the tree of a file affine bounds if it has none. argument: as the command line names the pose.
 void prepare_affine(TreeFile& file, const Vertices& nodes, const std::string& argument) {
     if (nodes.rows() == 0)
         throw std::runtime_error(fmt::format(
             "{}: affine bounds need the nodes of a pose; allowed: TREE.h5@RECORDING.h5:trajectory:frame",
             argument));
-    if (file.solid.X.rows() != file.W.cols())
+    if (file.tree.affine) return;
+    if (file.solid.X.rows() != file.W.cols())  // a tree of an earlier version has them there
         throw std::runtime_error(fmt::format(
             "{}: the tree has no rest positions of its nodes, which affine bounds need; allowed: a tree "
             "trained on a body with tetrahedra",

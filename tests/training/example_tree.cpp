@@ -41,6 +41,7 @@ TreeFile example_tree(const ExampleTree& config) {
     tree.nbd->z_mean = Eigen::VectorXf::Random(config.modes);
     tree.nbd->z_whitening = Eigen::MatrixXf::Random(config.modes, config.modes);
 
+    hang_on_nodes(tree, file.W, X);
     tree.learned = shapes::random_learned_model(tree.spheres, false, 3);
 
     for (const BoundKind kind : {BoundKind::bd, BoundKind::nbd}) {

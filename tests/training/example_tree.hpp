@@ -9,7 +9,7 @@ struct ExampleTree {
     int depth = 3, modes = 5, representatives = 12;
 };
 
-/// A valid, calibrated tree file with random numbers in all of its models.
+/// A valid, calibrated tree file with random numbers in all of its models. Its vertices are its nodes.
 TreeFile example_tree(const ExampleTree& config);
 
 }  // namespace nbd::test

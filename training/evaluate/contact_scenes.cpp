@@ -12,40 +12,57 @@
 namespace nbd {
 namespace {
 
-/// Surface in a recorded frame, relative to its own centre.
-Vertices centred_pose(const SurfaceBody& body, const RecordingReader& recording, FrameId frame) {
-    Vertices nodes, x;
-    recording.read(frame.trajectory, frame.frame, 1, nodes);
-    apply_embedding(body.W, nodes, x);
-    const Eigen::RowVector3f centre = x.colwise().mean();
-    x.rowwise() -= centre;
-    return x;
+/// A surface and the nodes that it hangs on.
+struct Pose {
+    Vertices x, nodes;
+};
+
+/// A recorded frame, relative to the centre of its surface.
+Pose centred_pose(const SurfaceBody& body, const RecordingReader& recording, FrameId frame) {
+    Pose pose;
+    recording.read(frame.trajectory, frame.frame, 1, pose.nodes);
+    apply_embedding(body.W, pose.nodes, pose.x);
+    const Eigen::RowVector3f centre = pose.x.colwise().mean();
+    pose.x.rowwise() -= centre;
+    pose.nodes.rowwise() -= centre;
+    return pose;
 }
 
 /// Two surfaces that intersect, or nearly do.
 struct Scene {
-    Vertices a, b;
+    Pose a, b;
 };
 
 /// Makes scenes; finds where surfaces touch with `exact` bounds.
 class SceneMaker {
  public:
-    SceneMaker(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree, double deepest)
-        : body_(body), deepest_(deepest * static_cast<double>(tree->spheres.rest[0].r)), approach_(tree) {}
+    /// from_nodes: whether the surfaces are exactly those of the nodes, as `affine` bounds compute them; else
+    /// they may differ by rounding.
+    SceneMaker(const SurfaceBody& body, const std::shared_ptr<const CollisionTree>& tree, double deepest,
+               bool from_nodes)
+        : body_(body),
+          deepest_(deepest * static_cast<double>(tree->spheres.rest[0].r)),
+          from_nodes_(from_nodes),
+          approach_(tree) {}
 
     Scene make(const RecordingReader& recording, std::span<const FrameId> frames, CounterRandom random) {
         const ContactPlacement placement = draw_contact_placement(frames, random);
         Scene scene{centred_pose(body_, recording, placement.first),
-                    centred_pose(body_, recording, placement.second) * placement.turn.transpose()};
-        approach_.start(scene.a, scene.b, placement.from);
+                    centred_pose(body_, recording, placement.second)};
+        for (Vertices* points : {&scene.b.x, &scene.b.nodes}) *points *= placement.turn.transpose();
+        approach_.start(scene.a.x, scene.b.x, placement.from);
         const float depth = static_cast<float>(random.unit() * deepest_);
-        scene.b.rowwise() += std::max(0.f, approach_.touching_distance() - depth) * placement.from;
+        const float distance = std::max(0.f, approach_.touching_distance() - depth);
+        for (Vertices* points : {&scene.b.x, &scene.b.nodes}) points->rowwise() += distance * placement.from;
+        if (from_nodes_)
+            for (Pose* pose : {&scene.a, &scene.b}) apply_embedding(body_.W, pose->nodes, pose->x);
         return scene;
     }
 
  private:
     const SurfaceBody& body_;
     double deepest_;
+    bool from_nodes_;
     Approach approach_;
 };
 
@@ -56,9 +73,19 @@ struct Candidate {
     ContactScenesRow row{};
     std::vector<double> pairs{}, missed{};  // one number per scene
 
+    void begin_poses(const Scene& scene) {
+        begin_pose(a, scene.a);
+        begin_pose(b, scene.b);
+    }
+    static void begin_pose(PosedTree& tree, const Pose& pose) {
+        if (tree.kind() == BoundKind::affine)
+            tree.begin_pose_of_nodes(pose.nodes);
+        else
+            tree.begin_pose(pose.x);
+    }
+
     void add(const Scene& scene, std::span<const FacePair> truth, long exact_leaf_pairs) {
-        a.begin_pose(scene.a);
-        b.begin_pose(scene.b);
+        begin_poses(scene);
         const long lost = missing_pairs(truth, query.intersecting(a, b));
         row.scenes += 1;
         row.scenes_missing += lost > 0;
@@ -86,7 +113,8 @@ std::vector<ContactScenesRow> check_contact_scenes(const SurfaceBody& body,
             fmt::format("{} contact scenes {} radii deep; allowed: 1 or more, and above 0 to 1",
                         config.scenes, config.deepest));
     if (frames.empty()) throw std::invalid_argument("no frames to make contact scenes from");
-    SceneMaker maker(body, tree, config.deepest);
+    const bool has_affine = tree->affine && std::ranges::find(kinds, BoundKind::affine) != kinds.end();
+    SceneMaker maker(body, tree, config.deepest, has_affine);
     Candidate exact{PosedTree(tree, BoundKind::exact), PosedTree(tree, BoundKind::exact)};
     std::vector<Candidate> candidates;
     for (const BoundKind kind : kinds)
@@ -97,8 +125,7 @@ std::vector<ContactScenesRow> check_contact_scenes(const SurfaceBody& body,
     for (int s = 0; s < config.scenes; ++s) {
         const Scene scene =
             maker.make(recording, frames, CounterRandom(config.seed, static_cast<std::uint64_t>(s)));
-        exact.a.begin_pose(scene.a);
-        exact.b.begin_pose(scene.b);
+        exact.begin_poses(scene);
         const std::span<const FacePair> truth = exact.query.intersecting(exact.a, exact.b);
         if (truth.empty()) continue;
         for (Candidate& candidate : candidates)

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/notice.hpp"
+
 namespace nbd {
 
 namespace {
@@ -31,6 +33,16 @@ SurfaceBody make_surface_body(VerticesRef X, FacesRef F, const SurfaceEmbedding&
         for (SurfaceEmbedding::InnerIterator entry(body.W, v); entry; ++entry)
             body.U.middleRows<3>(3 * v) += entry.value() * node_modes.middleRows<3>(3 * entry.col());
     return body;
+}
+
+void hang_on_solid(CollisionTree& tree, const SurfaceBody& body) {
+    tree.affine.reset();
+    if (body.solid.X.rows() == 0) return;
+    try {
+        hang_on_nodes(tree, body.W, body.solid.X.cast<float>());
+    } catch (const std::invalid_argument& error) {
+        notice(fmt::format("no affine bounds: {}", error.what()));
+    }
 }
 
 }  // namespace nbd

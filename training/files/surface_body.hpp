@@ -6,6 +6,7 @@
 #include "collision/geometry/embedding.hpp"
 #include "collision/geometry/geometry.hpp"
 #include "collision/geometry/tet_mesh.hpp"
+#include "collision/tree/collision_tree.hpp"
 
 namespace nbd {
 
@@ -27,5 +28,9 @@ struct SurfaceBody {
 /// std::invalid_argument on mismatched shapes or a non-finite number.
 SurfaceBody make_surface_body(VerticesRef X, FacesRef F, const SurfaceEmbedding& W,
                               Eigen::Ref<const Eigen::MatrixXf> node_modes, std::string hash);
+
+/// Gives a tree of the body's surface `affine` bounds. Without tetrahedra, whose nodes have the rest
+/// positions, or with weights that cannot bound, it gets none; a notice says why in the second case.
+void hang_on_solid(CollisionTree& tree, const SurfaceBody& body);
 
 }  // namespace nbd

@@ -311,6 +311,9 @@ void check(const std::filesystem::path& path, const TreeFile& file) {
     of_file(path, [&] {
         check_collision_tree(file.tree);
         check_solid_fits(file);
+        if (file.tree.affine && !file.tree.affine->hangs_by(file.W))
+            throw std::invalid_argument(
+                "the affine model has other weights than the embedding; allowed: the same ones");
     });
 }
 
@@ -345,6 +348,7 @@ void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
     }
     if (tree.learned) write_learned(file, *tree.learned);
     for (const auto& [kind, calibration] : tree.calibrations) write_calibration(file, kind, calibration);
+    if (tree.affine) file.write("affine/rest", tree.affine->rest(), packing);
     if (tree.certified) {
         write_certified(file, *tree.certified);
         write_solid(file, tree_file.solid);
@@ -376,7 +380,11 @@ TreeFile load_tree(const std::filesystem::path& path) {
         result.solid = read_solid(file);
     }
     check(path, result);
-    result.tree.boxes = make_boxes(result.tree);
+    tree.boxes = make_boxes(tree);
+    if (file.has("affine")) {
+        const auto rest = file.matrix<Vertices>("affine/rest", static_cast<std::size_t>(result.W.cols()), 3);
+        of_file(path, [&] { hang_on_nodes(tree, result.W, rest); });
+    }
     result.facts = read_facts(file, nodes);
     return result;
 }

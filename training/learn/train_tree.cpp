@@ -212,6 +212,7 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
         file.tree.certified =
             build_certified_model(file.tree.spheres, body.F, body.solid, body.W, config.certified);
     }
+    hang_on_solid(file.tree, body);
     if (trains(config, BoundKind::learned_spheres))
         file.tree.learned = train_learned(body, file.tree.spheres, source, frames, config.learned, run.stage);
     if (run.hooks.cancel && *run.hooks.cancel) throw TrainingCancelled("training was stopped");

@@ -143,6 +143,7 @@ TreeFile transfer_tree(const TreeFile& trained, const SurfaceBody& body) {
     tree.learned = trained.tree.learned;
     if (tree.learned) move_samples(trained, body, *tree.learned);
     if (trained.tree.nbd) tree.nbd = move_nbd(trained, body, tree.spheres);
+    hang_on_solid(tree, body);
     for (const BoundKind kind : {BoundKind::learned_spheres, BoundKind::learned_boxes, BoundKind::nbd}) {
         const auto calibration = trained.tree.calibrations.find(kind);
         if (calibration != trained.tree.calibrations.end()) tree.calibrations.insert(*calibration);

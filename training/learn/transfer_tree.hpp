@@ -9,6 +9,7 @@ namespace nbd {
 /// nearest vertex. Learned and nbd bounds are transferred with their calibration, because they read positions
 /// alone; no node is exact any more. If the finer surface is the trained one with faces subdivided in their
 /// planes, spheres and margins contain the same points as before, since new vertices lie between old ones.
+/// Bodies with tetrahedra also get affine bounds, which are not transferred but made.
 /// body: has the other surface; its rest positions must lie over the trained ones. Throws
 /// std::invalid_argument if the tree has neither bound, if the surfaces do not lie over each other (a sample
 /// moves by more than a tenth of its node's radius, or a representative by more than a tenth of the body's),

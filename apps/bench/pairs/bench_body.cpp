@@ -1,12 +1,7 @@
 #include "apps/bench/pairs/bench_body.hpp"
 
-#include <fmt/format.h>
-
-#include <stdexcept>
 #include <utility>
 #include <vector>
-
-#include "collision/base/notice.hpp"
 
 namespace nbd {
 namespace {
@@ -25,14 +20,7 @@ std::vector<int> tree_order(const SphereTree& tree, int vertex_count) {
 /// Gives the tree affine bounds if the rest positions of the nodes are known. Drops the modes.
 BenchBody with_affine_bounds(SurfaceBody surface, CollisionTree tree, TrainingSplit split) {
     surface.U.resize(0, 0);
-    tree.affine.reset();
-    if (surface.solid.X.rows() == surface.W.cols()) {
-        try {
-            hang_on_nodes(tree, surface.W, surface.solid.X.cast<float>());
-        } catch (const std::invalid_argument& error) {
-            notice(fmt::format("no affine bounds: {}", error.what()));
-        }
-    }
+    hang_on_solid(tree, surface);
     return {std::move(surface), std::make_shared<const CollisionTree>(std::move(tree)), std::move(split)};
 }
 

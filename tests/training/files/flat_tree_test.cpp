@@ -2,12 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstring>
+#include <limits>
 #include <memory>
+#include <stdexcept>
 
 #include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/flat/crc64.hpp"
 #include "collision/flat/flat_file.hpp"
 #include "collision/tree/posed_tree.hpp"
+#include "tests/collision/bounds/affine/hung_surface.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/solid_bodies.hpp"
@@ -26,6 +31,14 @@ CollisionTree certified_tree() {
     const test::SolidBody box = test::solid_box();
     CollisionTree tree = make_exact_tree(box.X, box.F, {.depth = 3});
     tree.certified = build_certified_model(tree.spheres, box.F, box.solid, box.W, {.anchors = 9});
+    return tree;
+}
+
+/// A small surface in the tetrahedra of a lattice.
+CollisionTree hung_tree() {
+    const test::HungSurface hung = test::hung_on_tets(shapes::sphere(5, 6), 2);
+    CollisionTree tree = make_exact_tree(hung.surface.X, hung.surface.F, {.depth = 1});
+    hang_on_nodes(tree, hung.W, hung.rest);
     return tree;
 }
 
@@ -49,6 +62,26 @@ void renew_checksum(Bytes& file) {
     put(file, at, crc64(all.subspan(at + 8), crc64(all.first(at))));
 }
 
+/// The table's entry of an array.
+FlatEntry entry_of(const Bytes& file, std::string_view name) {
+    FlatHeader header;
+    std::memcpy(&header, file.data(), sizeof header);
+    FlatEntry entry;
+    for (std::size_t i = 0; i < header.arrays; ++i) {
+        std::memcpy(&entry, file.data() + sizeof header + i * sizeof entry, sizeof entry);
+        if (entry.name == name) return entry;
+    }
+    throw std::logic_error("no array " + std::string(name));
+}
+
+/// The error of a file in which one number of an array has another value.
+template <class T>
+std::string error_with(Bytes file, std::string_view array, std::size_t index, T value) {
+    put(file, entry_of(file, array).offset + index * sizeof(T), value);
+    renew_checksum(file);
+    return error_of<std::runtime_error>([&] { read_flat_tree(file); });
+}
+
 TEST(Crc64, MatchesTheXzFormat) {
     const std::string text = "123456789";
     const auto bytes = std::as_bytes(std::span(text));
@@ -59,7 +92,7 @@ TEST(Crc64, MatchesTheXzFormat) {
 class FlatTree : public test::FileTest {};
 
 TEST_F(FlatTree, RoundTripsAllModelsBitForBit) {
-    for (const CollisionTree& tree : {random_tree(), certified_tree()}) {
+    for (const CollisionTree& tree : {random_tree(), certified_tree(), hung_tree()}) {
         save_flat_tree(folder / "tree.nbd", tree);
         EXPECT_EQ(files_in_folder(), 1u);
         const CollisionTree again = load_flat_tree(folder / "tree.nbd");
@@ -80,6 +113,77 @@ TEST_F(FlatTree, RoundTripsAllModelsBitForBit) {
             }
         }
     }
+}
+
+TEST_F(FlatTree, HangsOnTheSameNodesAgain) {
+    const CollisionTree tree = hung_tree(), again = read_flat_tree(write_flat_tree(tree));
+    ASSERT_TRUE(again.affine);
+    EXPECT_EQ(again.affine->rest(), tree.affine->rest());
+    EXPECT_EQ(again.affine->rounding(), tree.affine->rounding());
+    EXPECT_EQ(again.affine->weights().toDense(), tree.affine->weights().toDense());
+    EXPECT_GT(tree.affine->weights().nonZeros(), 2 * tree.vertex_count);
+}
+
+TEST_F(FlatTree, ChecksTheWeightsAndNodesBehindAValidChecksum) {
+    const Bytes file = write_flat_tree(hung_tree());
+    ASSERT_EQ(error_of([&] { read_flat_tree(file); }), "");
+    const auto nodes = static_cast<int>(entry_of(file, "affine/rest").rows);
+    const auto entries = static_cast<int>(entry_of(file, "affine/weights").rows);
+    EXPECT_EQ(error_with(file, "affine/weights", 0, -0.5f),
+              "vertex 0 has the weight -0.5; allowed: 0 or more, but for rounding errors");
+    EXPECT_NE(error_with(file, "affine/weights", 0, 7.f).find("the weights of vertex 0 sum to "),
+              std::string::npos);
+    EXPECT_NE(error_with(file, "affine/weights", 0, std::nanf("")).find("vertex 0 has the weight"),
+              std::string::npos);
+    EXPECT_EQ(error_with(file, "affine/rest", 7, std::numeric_limits<float>::infinity()),
+              "the rest position of node 2 is not finite");
+    EXPECT_EQ(error_with(file, "affine/columns", 0, nodes),
+              "an embedding refers to node " + std::to_string(nodes) + ", but the node count is " +
+                  std::to_string(nodes));
+    EXPECT_EQ(error_with(file, "affine/columns", 0, -1),
+              "an embedding refers to node -1, but the node count is " + std::to_string(nodes));
+    EXPECT_NE(error_with(file, "affine/columns", 0, nodes - 1).find("; allowed: ascending"),
+              std::string::npos);
+    for (const int offset : {-1, entries + 1})
+        EXPECT_NE(error_with(file, "affine/row_begin", 1, offset).find("the row offsets of an embedding"),
+                  std::string::npos);
+    // Wrong numbers anywhere in the new arrays are either harmless or one clear line.
+    std::size_t found = 0;
+    for (const char* array : {"affine/row_begin", "affine/columns", "affine/weights", "affine/rest"}) {
+        const FlatEntry entry = entry_of(file, array);
+        for (std::size_t i = 0; i < 4 * entry.rows * entry.columns; ++i) {
+            Bytes damaged = file;
+            damaged[entry.offset + i] ^= std::byte{0x80};
+            renew_checksum(damaged);
+            const std::string error = error_of<std::runtime_error>([&] { read_flat_tree(damaged); });
+            found += !error.empty();
+            ASSERT_EQ(error.find('\n'), std::string::npos) << error;
+        }
+    }
+    EXPECT_GT(found, 100u);
+}
+
+TEST_F(FlatTree, RejectsTheNodesOfAnotherSurface) {
+    CollisionTree tree = hung_tree();
+    const Bytes file = write_flat_tree(tree);
+    const test::HungSurface other = test::hung_on_tets(shapes::sphere(6, 6), 2);
+    tree.affine = std::make_shared<const AffineModel>(
+        other.surface.F, static_cast<int>(other.surface.X.rows()), other.W, other.rest);
+    EXPECT_NE(test::refusal([&] { write_flat_tree(tree); }), "");
+    EXPECT_EQ(error_with(file, "surface/vertex_count", 0, tree.vertex_count + 1),
+              "the embedding has " + std::to_string(tree.vertex_count) +
+                  " rows; allowed: one for each of the " + std::to_string(tree.vertex_count + 1) +
+                  " vertices");
+}
+
+TEST_F(FlatTree, LoadsVersion3WhichHasNoAffineBounds) {
+    CollisionTree tree = random_tree();
+    tree.affine.reset();
+    Bytes file = write_flat_tree(tree);
+    const Bytes now = file;
+    put(file, offsetof(FlatHeader, version), std::uint32_t{3});
+    renew_checksum(file);
+    EXPECT_EQ(write_flat_tree(read_flat_tree(file)), now);
 }
 
 TEST_F(FlatTree, HoldsTheSameAsItsTreeFile) {
@@ -164,7 +268,7 @@ TEST_F(FlatTree, RejectsForeignFiles) {
     };
     Bytes version = small_file(), order = version, other = version;
     put(version, offsetof(FlatHeader, version), std::uint32_t{1});
-    EXPECT_EQ(refused(version), "is a flat tree of version 1; allowed: 2 to 3");
+    EXPECT_EQ(refused(version), "is a flat tree of version 1; allowed: 2 to 4");
     put(order, offsetof(FlatHeader, byte_order), std::uint32_t{0x04030201});
     EXPECT_EQ(refused(order), "has its numbers in another byte order; allowed: little-endian");
     put(other, 0, 'N');

@@ -106,6 +106,11 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
         EXPECT_EQ(a.tree.learned->samples, b.tree.learned->samples);
         EXPECT_EQ(a.tree.learned->values, b.tree.learned->values);
     }
+    ASSERT_EQ(a.tree.affine != nullptr, b.tree.affine != nullptr);
+    if (a.tree.affine) {
+        EXPECT_EQ(a.tree.affine->rest(), b.tree.affine->rest());
+        EXPECT_TRUE(a.tree.affine->hangs_by(b.tree.affine->weights()));
+    }
     expect_same(a.facts, b.facts);
 }
 
@@ -185,6 +190,23 @@ TEST_F(TreeFileTest, RefusesToSaveATreeThatWouldNotLoad) {
     const std::string error = error_of([&] { save_tree(folder / "tree.h5", file); });
     test::expect_clear(error, folder / "tree.h5");
     EXPECT_NE(error.find("the scaling of the outputs is not finite"), std::string::npos) << error;
+    EXPECT_EQ(files_in_folder(), 0u);
+}
+
+TEST_F(TreeFileTest, HasAffineBoundsOnlyWhereTheyWereSaved) {
+    TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
+    file.tree.affine.reset();  // as in a file of an earlier version
+    save_tree(folder / "tree.h5", file);
+    expect_same(load_tree(folder / "tree.h5"), file);
+}
+
+TEST_F(TreeFileTest, RefusesToSaveAffineBoundsWithOtherWeights) {
+    TreeFile file = example_tree({.grid = 8, .depth = 2, .modes = 4, .representatives = 9});
+    for (const int node : {0, 1}) file.W.coeffRef(5, node) = 0.5f;
+    file.W.coeffRef(5, 5) = 0;
+    EXPECT_EQ(error_of([&] { save_tree(folder / "tree.h5", file); }),
+              (folder / "tree.h5").string() +
+                  ": the affine model has other weights than the embedding; allowed: the same ones");
     EXPECT_EQ(files_in_folder(), 0u);
 }
 
@@ -298,6 +320,28 @@ const BrokenTree broken_trees[] = {
     {"learned bounds: sample vertex 64", [](EditFile& f) { f.set("learned/samples", 5, 64); }},
     {"learned bounds: a number of node 0 is not finite",
      [](EditFile& f) { f.set("learned/values", 40, nan); }},
+    {"dataset 'affine/rest' is 63 x 3; allowed: 64 x 3",
+     [](EditFile& f) {
+         f.replace("affine/rest", {63, 3}, std::vector<float>(189));
+     }},
+    {"the rest position of node 2 is not finite", [](EditFile& f) { f.set("affine/rest", 7, nan); }},
+    {"has no 'affine/rest'; allowed: a file with this item", [](EditFile& f) { f.remove("affine/rest"); }},
+    {"vertex 5 has the weight -1; allowed: 0 or more, but for rounding errors",
+     [](EditFile& f) {
+         std::vector<int> rows(65), cols;
+         std::vector<float> values;
+         for (int v = 0; v < 64; ++v) {
+             cols.push_back(v);
+             values.push_back(v == 5 ? -1.f : 1.f);
+             if (v == 5) cols.push_back(9), values.push_back(2);
+             rows[static_cast<std::size_t>(v) + 1] = static_cast<int>(cols.size());
+         }
+         f.replace("embedding/rows", {65}, rows);
+         f.replace("embedding/cols", {65}, cols);
+         f.replace("embedding/values", {65}, values);
+     }},
+    {"the weights of vertex 5 sum to 1.00005; allowed: 1, within 1e-05",
+     [](EditFile& f) { f.set("embedding/values", 5, 1.00005f); }},
     {"calibration of bd bounds, but the tree has no model for them", [](EditFile& f) { f.remove("bd"); }},
     {"dataset 'calibration/nbd/margins' is 14; allowed: 15",
      [](EditFile& f) { f.replace("calibration/nbd/margins", {14}, std::vector<float>(14)); }},
