@@ -26,15 +26,19 @@ auto Audit::Side::measured(const Question& question) {
     return answer;
 }
 
-void Audit::Side::begin_poses(World& world) {
+void Audit::Side::begin_poses(World& world, std::vector<HungSurface>& hung) {
     tests = 0;
     us = 0;
     for (std::size_t i = 0; i < trees.size(); ++i) {
         const int body = static_cast<int>(i);
-        const Vertices& x = world.surface(body).x_float();
-        const auto motion = world.motion(body);
+        const bool takes_surface = hung[i].W.rows() > 0 && trees[i].kind() != BoundKind::affine;
+        if (takes_surface) apply_embedding(hung[i].W, world.state(body).x.cast<float>(), hung[i].x);
+        world.motion(body);  // is not part of the cost
         const Stopwatch watch;
-        trees[i].begin_pose(x, motion);
+        if (takes_surface)
+            trees[i].begin_pose(hung[i].x);
+        else
+            world.begin_pose(body, trees[i]);
         us += watch.microseconds();
     }
 }
@@ -49,17 +53,17 @@ std::span<const FacePair> Audit::Side::within(std::size_t a, std::size_t b, floa
 
 Audit::Audit(const SceneSpec& spec, const std::vector<LoadedBody>& bodies) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-        const TriMesh& surface = bodies[i].body.surface;
-        const auto tree =
-            bodies[i].tree ? bodies[i].tree : shared_exact_tree(surface.X.cast<float>(), surface.F);
+        const auto tree = scene_tree(spec.bodies[i], bodies[i]);
+        const bool is_affine = spec.bodies[i].bounds == BoundKind::affine;
+        hung_.push_back({is_affine ? tree->affine->weights() : SurfaceEmbedding()});
         scene_.trees.emplace_back(tree, spec.bodies[i].bounds, spec.bodies[i].margin);
         exact_.trees.emplace_back(tree, BoundKind::exact);
     }
 }
 
 AuditCount Audit::check(World& world) {
-    scene_.begin_poses(world);
-    exact_.begin_poses(world);
+    scene_.begin_poses(world, hung_);
+    exact_.begin_poses(world, hung_);
     const auto distance = static_cast<float>(world.thickness());
     const std::size_t bodies = exact_.trees.size();
     AuditCount count;

@@ -23,13 +23,20 @@ struct AuditCount {
 /// simulation.
 class Audit {
  public:
-    /// bodies: as passed to build_world(). Bodies without a tree file have exact bounds on both sides.
+    /// bodies: as passed to build_world().
     Audit(const SceneSpec& spec, const std::vector<LoadedBody>& bodies);
 
     /// Checks all pairs of bodies in their current poses.
     AuditCount check(World& world);
 
  private:
+    /// The surface of a body with `affine` bounds in the positions that these compute from its nodes. They
+    /// may differ from World::surface() by rounding, which decides whether faces touch that just touch.
+    struct HungSurface {
+        SurfaceEmbedding W;  // empty for other bounds
+        Vertices x{};
+    };
+
     /// Trees of all bodies with one choice of bounds, and the cost of their queries.
     struct Side {
         std::vector<PosedTree> trees;  // [bodies]
@@ -37,13 +44,15 @@ class Audit {
         double us = 0;
         long tests = 0;
 
-        void begin_poses(World& world);
+        /// hung: see Audit::hung_.
+        void begin_poses(World& world, std::vector<HungSurface>& hung);
         std::span<const FacePair> intersecting(std::size_t a, std::size_t b);
         std::span<const FacePair> within(std::size_t a, std::size_t b, float distance);
         template <class Question>
         auto measured(const Question& question);
     };
 
+    std::vector<HungSurface> hung_;  // [bodies]
     Side scene_, exact_;
 };
 

@@ -1,6 +1,7 @@
 #include "sim/contact/contact_detection.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "collision/base/stopwatch.hpp"
@@ -115,7 +116,10 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
         std::min(finder.deepest(), 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
     const ContactReach reach{.apart = thickness + near, .inside = std::max(thickness, overlap) + near};
     const Stopwatch watch;
-    const auto face_pairs = query_.boxes_within(*a.tree, *b.tree, static_cast<float>(reach.most()));
+    // The finder measures again with the surfaces' own positions, so that contacts do not depend on the
+    // trees.
+    const auto face_pairs = query_.boxes_within(
+        *a.tree, *b.tree, static_cast<float>(reach.most() + std::sqrt(3.0) * (a.tree_error + b.tree_error)));
     report.collision_us += watch.microseconds();
     report.nodes_bounded += query_.counters().nodes_bounded;
     report.nodes_out_of_range += query_.counters().nodes_out_of_range;

@@ -139,18 +139,18 @@ void read_source(JsonObject& from, const std::filesystem::path& base, SceneBody&
 
 void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody& body) {
     body.tree = read_path(from, "tree", base);
-    body.bounds = bound_kind(
-        from.choice("bounds", "exact",
-                    {"exact", "boxes", "bd", "nbd", "learned_spheres", "learned_boxes", "certified", "auto"},
-                    current_bound_name));
+    body.bounds = bound_kind(from.choice(
+        "bounds", "exact",
+        {"exact", "boxes", "bd", "nbd", "learned_spheres", "learned_boxes", "certified", "affine", "auto"},
+        current_bound_name));
     body.margin = from.optional_number("margin", {0, 10, "between 0 and 10"});
-    if (is_exact(body.bounds)) return;
+    if (is_exact(body.bounds) || body.bounds == BoundKind::affine) return;
     if (!from.has("tree"))
         from.problem("tree",
                      fmt::format("is missing: bounds \"{}\" are learned or precomputed and need a tree file",
                                  name(body.bounds)));
     if (body.placement.scale != 1)
-        from.problem("transform.scale", "must be 1 unless bounds are \"exact\" or \"boxes\"");
+        from.problem("transform.scale", "must be 1 unless bounds are \"exact\", \"boxes\" or \"affine\"");
 }
 
 SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {

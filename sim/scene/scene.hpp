@@ -139,8 +139,13 @@ SceneSpec load_scene(const std::filesystem::path& path);
 /// The loaded data of a scene's body.
 struct LoadedBody {
     Body body;
-    std::shared_ptr<const CollisionTree> tree;  // null: build_world() builds one with exact bounds
+    std::shared_ptr<const CollisionTree> tree;  // from a tree file; null: none
 };
+
+/// The tree that a scene's body has in build_world(): the loaded one, or one with exact bounds; with `affine`
+/// bounds, which hang on the body's own nodes, if the scene asks for them. Throws std::invalid_argument if it
+/// asks for bounds that need a tree file and there is none, or the body's weights cannot bound.
+std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const LoadedBody& loaded);
 
 /// Builds the world of a scene. bodies: one per spec.bodies, in that order, as loaded from their files;
 /// materials and placements of the scene are applied here. Reads the meshes of obstacles. Throws a one-line

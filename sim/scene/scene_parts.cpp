@@ -51,6 +51,18 @@ std::vector<int> nodes_in(const Region& region, NodesRef x) {
     return nodes;
 }
 
+std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const LoadedBody& loaded) {
+    const Body& body = loaded.body;
+    const bool is_affine = spec.bounds == BoundKind::affine;
+    if (!loaded.tree && !is_exact(spec.bounds) && !is_affine)
+        throw std::invalid_argument(fmt::format("bounds \"{}\" need a tree", name(spec.bounds)));
+    if (loaded.tree && (!is_affine || loaded.tree->affine)) return loaded.tree;
+    CollisionTree tree =
+        loaded.tree ? *loaded.tree : make_exact_tree(body.surface.X.cast<float>(), body.surface.F);
+    if (is_affine) hang_on_nodes(tree, body.W.cast<float>(), body.tets.X.cast<float>());
+    return std::make_shared<const CollisionTree>(std::move(tree));
+}
+
 WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded) {
     const Body& body = loaded.body;
     Material material = body.material;
@@ -60,14 +72,9 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded) {
     WorldBody result{.elastic = std::make_shared<const ElasticBody>(std::move(tets), material),
                      .W = body.W,
                      .F = body.surface.F,
-                     .tree = loaded.tree,
+                     .tree = scene_tree(spec, loaded),
                      .bounds = spec.bounds,
                      .margin = spec.margin};
-    if (!result.tree) {
-        if (!is_exact(spec.bounds))
-            throw std::invalid_argument(fmt::format("bounds \"{}\" need a tree", name(spec.bounds)));
-        result.tree = shared_exact_tree(body.surface.X.cast<float>(), body.surface.F);
-    }
     result.state.x = placed(body.tets.X, spec.placement);
     result.state.v = rigid_velocities(*result.elastic, result.state.x, spec);
     for (const SceneGrip& grip : spec.grips) result.grips.push_back(take_nodes(grip, result.state.x));

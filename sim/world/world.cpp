@@ -62,6 +62,9 @@ int World::add_body(WorldBody body) {
             throw std::invalid_argument(
                 "world: a collision tree belongs to another surface than that of its body");
         tree = std::make_unique<PosedTree>(body.tree, body.bounds, body.margin);
+        if (body.bounds == BoundKind::affine && !body.tree->affine->hangs_by(surface.W().cast<float>()))
+            throw std::invalid_argument(
+                "world: the affine bounds of a collision tree have other weights than the body");
     }
     std::unique_ptr<RegionMeter> meter;
     if (tree && body.bounds == BoundKind::certified)
@@ -110,10 +113,16 @@ std::vector<FacePair> World::intersecting(int a, int b) {
         if (!body.tree)
             throw std::invalid_argument(fmt::format("world: body {} has no collision tree", index));
         body.surface.update(body.state.x);
-        body.tree->begin_pose(body.surface.x_float(), motion(body));
+        begin_pose(body, *body.tree);
     }
     const auto pairs = query_.intersecting(*at(a).tree, *at(b).tree);
     return {pairs.begin(), pairs.end()};
+}
+
+void World::begin_pose(Body& body, PosedTree& tree) {
+    if (tree.kind() != BoundKind::affine) return tree.begin_pose(body.surface.x_float(), motion(body));
+    body.nodes = body.state.x.cast<float>();
+    tree.begin_pose_of_nodes(body.nodes);
 }
 
 /// Usually measured by the element pass that ended the last step; done here only where there was none.

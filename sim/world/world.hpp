@@ -109,9 +109,14 @@ class World {
     /// Valid until the body moves.
     std::span<const RegionMotion> motion(int body) { return motion(at(body)); }
 
-    /// Intersecting face pairs of two bodies in the current pose, found with the bodies' bounds. Throws
-    /// std::invalid_argument where one of them has no tree.
+    /// Intersecting face pairs of two bodies in the current pose, found with the bodies' bounds, in single
+    /// precision. Throws std::invalid_argument where one of them has no tree.
     std::vector<FacePair> intersecting(int a, int b);
+
+    /// Starts the pose of a tree over a body's surface as the world does for its own trees: from the body's
+    /// nodes for `affine` bounds, else from surface(), both in single precision, and with motion(). Call it
+    /// after a step; valid until the body moves.
+    void begin_pose(int body, PosedTree& tree) { begin_pose(at(body), tree); }
 
     /// Mean contact forces, friction included, on the tet nodes of a body over the last step: [N, 3] newtons.
     /// Forces between bodies sum to zero. Zero before the first step and after restore().
@@ -135,6 +140,7 @@ class World {
         ElementPose pose;
         std::unique_ptr<RegionMeter> meter{};  // null unless the tree has `certified` bounds
         bool measured = false;                 // the meter's result is of the current state
+        Vertices nodes{};                      // of the tree's pose; only for `affine` bounds
     };
     /// One of the equal parts of a step.
     struct StepPart {
@@ -160,6 +166,7 @@ class World {
     Nodes body_part(int body, const Eigen::VectorXd& stacked) const;
     Loads loads(const Body& body) const { return {.gravity = config_.gravity, .forces = body.forces}; }
     std::span<const RegionMotion> motion(Body& body);
+    void begin_pose(Body& body, PosedTree& tree);
     void forget_contacts();
     void reset(const WorldSnapshot& snapshot);
 
@@ -169,6 +176,7 @@ class World {
 
     // world_step.cpp
     void detect(double dt);
+    static double tree_error(const Body& body);
     Rejection try_part(const StepPart& part, WorldReport& report);
     std::string move(const StepPart& part, const Eigen::VectorXd& v, WorldReport& report);
     void measure(WorldReport& report) const;

@@ -36,7 +36,7 @@ class ResumeTest : public SmallFiles {
         SmallFiles::SetUpTestSuite();
         write("scene.json", R"({
             "bodies": [
-                {"body": "box.h5", "name": "the lower", "transform": {"translate": [0, 0, 0.07]}},
+                {"body": "box.h5", "name": "the lower", "bounds": "affine", "transform": {"translate": [0, 0, 0.07]}},
                 {"surface": "box.obj", "transform": {"translate": [0.1, 0, 0.2]}, "velocity": [0, 0, -2],
                  "angular_velocity": [0, 3, 0]}],
             "obstacles": [{"plane": {}}],

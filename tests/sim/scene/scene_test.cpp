@@ -160,7 +160,7 @@ const Broken broken_scenes[] = {
     {with("", R"("obstacles": [{"mesh": {"file": ""}}])"), "obstacles[0].mesh.file: must not be empty"},
     {with(R"("bounds": "tight")"),
      "bodies[0].bounds: is \"tight\", but must be exact, boxes, bd, nbd, learned_spheres, "
-     "learned_boxes, certified or auto"},
+     "learned_boxes, certified, affine or auto"},
     {with(R"("meshing": {"nodes": 9})"),
      "bodies[0].meshing: applies to surfaces and tetrahedra only; a body file is used unchanged"},
     {R"({"bodies": [{"tets": "a.msh", "meshing": {"nodes": 9}}]})",
@@ -175,7 +175,7 @@ const Broken broken_scenes[] = {
     {with(R"("bounds": "nbd")"),
      "bodies[0].tree: is missing: bounds \"nbd\" are learned or precomputed and need a tree file"},
     {with(R"("bounds": "bd", "tree": "t.h5", "transform": {"scale": 2})"),
-     "bodies[0].transform.scale: must be 1 unless bounds are \"exact\" or \"boxes\""},
+     "bodies[0].transform.scale: must be 1 unless bounds are \"exact\", \"boxes\" or \"affine\""},
     {with(R"("margin": "wide")"), "bodies[0].margin: must be a number, not \"wide\""},
     {with(R"("margin": -0.1)"), "bodies[0].margin: is -0.1, but must be between 0 and 10"},
     {with(R"("material": {"poisson": 0.5})"),
@@ -293,6 +293,38 @@ TEST(BuildWorld, NamesTheBodyThatIsInvalid) {
     EXPECT_EQ(message(with(R"("bounds": "nbd", "tree": "t.h5")"), loaded),
               "bodies[0] (a): bounds \"nbd\" need a tree");
     EXPECT_EQ(message(with(""), loaded), "");
+}
+
+TEST(BuildWorld, HangsABodyOnItsOwnNodes) {
+    const std::string text = R"({"bodies": [
+        {"body": "a", "bounds": "affine", "transform": {"scale": 2, "rotate": {"degrees": 30}}},
+        {"body": "b", "bounds": "affine", "transform": {"translate": [0.3, 0.1, 0.65]}},
+        {"body": "c", "bounds": "exact", "transform": {"translate": [5, 0, 0]}}]})";
+    const SceneSpec spec = parse_scene(text, "");
+    SceneSpec exact = spec;
+    for (SceneBody& body : exact.bodies) body.bounds = BoundKind::exact;
+    LoadedBody with_tree = box();  // a tree file of an earlier version, without affine bounds
+    with_tree.tree = shared_exact_tree(with_tree.body.surface.X.cast<float>(), with_tree.body.surface.F);
+    const LoadedBody loaded[] = {box(), with_tree, box()};
+    World world = build_world(spec, loaded), expected = build_world(exact, loaded);
+    int contacts = 0;
+    for (int i = 0; i < 40; ++i) {
+        const WorldReport report = world.step(spec.time.dt);
+        ASSERT_EQ(report.failure, "");
+        expected.step(spec.time.dt);
+        contacts += report.contacts;
+    }
+    EXPECT_GT(contacts, 0);
+    for (int b = 0; b < 3; ++b) EXPECT_EQ(world.state(b).x, expected.state(b).x);
+
+    LoadedBody outside = box();
+    outside.body.W.coeffRef(4, 4) += 0.5;
+    outside.body.W.coeffRef(4, 5) -= 0.5;
+    const SceneSpec one = parse_scene(with(R"("bounds": "affine")"), "");
+    EXPECT_NE(test::refusal([&] {
+                  build_world(one, std::span(&outside, 1));
+              }).find("bodies[0] (a): vertex 4 has the weight -0.5; allowed: 0 or more"),
+              std::string::npos);
 }
 
 TEST(CheckScene, ReportsEveryProblemOfBodiesAndObstacles) {
