@@ -83,12 +83,20 @@ void run(const CoverageArguments& arguments, Output& out) {
     const TestFrames poses = test_frames(file, recording).back();
     out.text(poses.name);
 
+    // Bounds that never miss have no coverage, but contact scenes show their cost.
+    std::vector<BoundKind> measured = kinds;
+    if (arguments.contacts.scenes > 0) {
+        for (const BoundKind kind : kinds)
+            if (!has_bounds(*tree, kind))
+                throw std::runtime_error(fmt::format("{}: has no {} bounds", arguments.tree, name(kind)));
+        std::erase_if(measured, [](BoundKind kind) { return !can_miss(kind); });
+    }
     std::vector<CoverageRow> coverage;
-    for (const BoundKind kind : kinds) {
+    for (const BoundKind kind : measured) {
         const auto rows = measure_coverage(body, tree, kind, recording, poses.frames);
         coverage.insert(coverage.end(), rows.begin(), rows.end());
     }
-    out.text(to_text(coverage));
+    if (!coverage.empty()) out.text(to_text(coverage));
     write(arguments.csv, to_csv(coverage));
     nlohmann::ordered_json coverage_table = nlohmann::ordered_json::array(), contact_table = coverage_table;
     for (const CoverageRow& row : coverage) coverage_table.push_back(to_json(row));
@@ -100,7 +108,7 @@ void run(const CoverageArguments& arguments, Output& out) {
         for (const ContactScenesRow& row : rows) contact_table.push_back(to_json(row));
     }
     if (arguments.splits > 0)
-        for (const BoundKind kind : kinds)
+        for (const BoundKind kind : measured)
             out.text(fmt::format("{}: {}", name(kind),
                                  to_text(check_random_splits(file, kind, recording, arguments.splits))));
     out.result({{"coverage", coverage_table}, {"contact_scenes", contact_table}});

@@ -47,6 +47,11 @@ void run(const EvaluateArguments& arguments, Output& out) {
     config.bounds.clear();
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
 
+    if (std::ranges::find(config.bounds, BoundKind::affine) != config.bounds.end())
+        throw std::runtime_error(fmt::format(
+            "affine bounds are not those of the tree's nodes, which this command measures; compare their "
+            "face pairs with: nbdtree coverage {} {} --bounds affine --contacts 100",
+            arguments.tree, arguments.recording));
     const TreeFile tree = load_tree(arguments.tree);
     if (std::ranges::none_of(config.bounds, [&](BoundKind kind) { return has_bounds(tree.tree, kind); }))
         throw std::runtime_error(

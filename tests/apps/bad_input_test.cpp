@@ -158,6 +158,13 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
         {{"evaluate", "tree.h5", "data.h5", "--bounds", "foo"},
          2,
          "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,affine,auto}"},
+        {{"evaluate", "tree.h5", "data.h5", "--bounds", "exact,affine"},
+         1,
+         "affine bounds are not those of the tree's nodes, which this command measures; compare their face "
+         "pairs with: nbdtree coverage tree.h5 data.h5 --bounds affine --contacts 100"},
+        {{"coverage", "tree.h5", "data.h5", "--bounds", "affine"},
+         1,
+         "affine bounds never miss, so they have no coverage to measure"},
         {train("--bounds", "bd"), 2, "--bounds: bd not in {nbd,learned_spheres}"},
         {train("--samples", "17"), 2, "--samples: is '17'; allowed: 0, 16, 32 .. 128"},
         {{"transfer", "tree.h5", "box.h5"}, 2, "--output is required"},
@@ -299,6 +306,9 @@ TEST_F(BadInputTest, RejectsInvalidScenes) {
     expect_refused({
         {simulate("x.h5", "--bounds", "foo"), 2,
          "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,affine,auto}"},
+        {{"simulate", "good.json", "-o", "x.h5", "--bounds", "affine", "--margin", "0.1"},
+         1,
+         "bodies[0] (box): margin is 0.1, but exact boxes take none"},
         {simulate("x.h5", "--bounds", "nbd"), 1, "bodies[0] (box): bounds \"nbd\" need a tree"},
         {simulate("x.h5", "--frames", "0"), 2, "--frames: Value 0 not in range 1 to 10000000"},
         {simulate("x.h5", "--audit", "-1"), 2, "--audit: is '-1'; allowed: a number >= 0"},

@@ -104,6 +104,32 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     for (const char* bounds : {"nbd", "learned_spheres"})
         EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "moved.obj", {"--bounds", bounds, "--margin", "10"}), exact);
 
+    // Affine bounds come with the tree, find the same pairs, and need no tree in a scene.
+    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@scene.h5:1:4", {"--bounds", "affine"}),
+              pairs("tree.h5@scene.h5:0:0", "tree.h5@scene.h5:1:4"));
+    const nlohmann::json covered = json_of(
+        {"coverage", "tree.h5", "data.h5", "--contacts", "10", "--bounds", "affine,boxes,learned_spheres"});
+    ASSERT_EQ(covered["contact_scenes"].size(), 3u);
+    for (const std::size_t row : {0u, 1u}) {
+        EXPECT_GT(covered["contact_scenes"][row]["face_pairs"], 0);
+        EXPECT_EQ(covered["contact_scenes"][row]["missed"], 0);
+    }
+    for (const auto& row : covered["coverage"]) EXPECT_EQ(row["bound"], "learned_spheres");
+    for (const std::string tree : {"", R"("tree": "tree.h5", )"})
+        for (const char* bounds : {"exact", "affine"}) {
+            folder.write("hung.json", R"({"bodies": [
+                {"body": "beam.h5"}, {"body": "beam.h5", )" +
+                                          tree + R"(
+                 "transform": {"translate": [0.05, 0, 0.15]}, "velocity": [0, 0, -3]}],
+                "time": {"dt": 0.005, "frames": 4, "steps_per_frame": 2}})");
+            const nlohmann::json hung =
+                json_of({"simulate", "hung.json", "-o", std::string(bounds) + "_scene.h5", "--bounds", bounds,
+                         "--audit", "1"});
+            EXPECT_GT(hung["near_pairs"], 0);
+            EXPECT_EQ(hung["near_pairs_missed"], 0);
+            EXPECT_EQ(hung["intersecting_pairs_missed"], 0);
+        }
+
     // Every supported instruction set gives the same numbers.
     for (const char* instructions : {"plain", "avx2", "avx512"}) {
         const bool known =
@@ -125,10 +151,12 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     for (const char* file : {"beam.h5", "data.h5", "tree.h5", "tree.nbd", "scene.h5"})
         EXPECT_EQ(json_of({"inspect", file})["whole"], true) << file;
     EXPECT_EQ(listing(folder / ""),
-              (std::set<std::string>{"beam.h5",    "modes.csv", "one.h5",      "one.shards", "two.h5",
-                                     "two.shards", "data.h5",   "data.shards", "tree.h5",    "tree1.h5",
-                                     "tree.nbd",   "table.csv", "again.csv",   "scene.json", "scene.h5",
-                                     "scene.csv",  "vtu",       "scene.png",   "moved.obj",  "pairs.csv"}));
+              (std::set<std::string>{"beam.h5",   "modes.csv",      "one.h5",         "one.shards",
+                                     "two.h5",    "two.shards",     "data.h5",        "data.shards",
+                                     "tree.h5",   "tree1.h5",       "tree.nbd",       "table.csv",
+                                     "again.csv", "scene.json",     "scene.h5",       "scene.csv",
+                                     "vtu",       "scene.png",      "moved.obj",      "pairs.csv",
+                                     "hung.json", "exact_scene.h5", "affine_scene.h5"}));
 }
 
 }  // namespace
