@@ -37,6 +37,14 @@ double fastest_within(const Box& region, const ContactParty& body, const Eigen::
     return std::sqrt(squared);
 }
 
+/// By how much coordinates in the pose of a body's tree may differ from surface.x_float(), metres. `affine`
+/// bounds add products of K rounded weights and rounded nodes, which is off by at most (K + 4) 2^-24 of the
+/// farthest node; AffineModel::rounding() is larger, or 0 where every vertex is a node.
+double tree_error(const ContactParty& body) {
+    if (body.tree->kind() != BoundKind::affine) return 0;
+    return double{body.tree->tree().affine->rounding()} * body.state.x.cwiseAbs().maxCoeff();
+}
+
 Box grown(const Box& box, double by) {
     const Eigen::Array4f step(static_cast<float>(by), static_cast<float>(by), static_cast<float>(by), 0);
     return {box.lo - step, box.hi + step};
@@ -119,7 +127,8 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     // The finder measures again with the surfaces' own positions, so that contacts do not depend on the
     // trees.
     const auto face_pairs = query_.boxes_within(
-        *a.tree, *b.tree, static_cast<float>(reach.most() + std::sqrt(3.0) * (a.tree_error + b.tree_error)));
+        *a.tree, *b.tree,
+        static_cast<float>(reach.most() + std::sqrt(3.0) * (tree_error(a) + tree_error(b))));
     report.collision_us += watch.microseconds();
     report.nodes_bounded += query_.counters().nodes_bounded;
     report.nodes_out_of_range += query_.counters().nodes_out_of_range;

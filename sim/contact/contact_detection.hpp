@@ -19,7 +19,6 @@ struct ContactParty {
     const BodyState& state;
     const ContactSurface& surface;
     PosedTree* tree = nullptr;  // null: contacts with obstacles only, not with bodies
-    double tree_error = 0;  // by how much coordinates in the tree may differ from surface.x_float(), metres
 };
 
 /// Counts and costs of a search for contacts.

@@ -176,7 +176,6 @@ class World {
 
     // world_step.cpp
     void detect(double dt);
-    static double tree_error(const Body& body);
     Rejection try_part(const StepPart& part, WorldReport& report);
     std::string move(const StepPart& part, const Eigen::VectorXd& v, WorldReport& report);
     void measure(WorldReport& report) const;

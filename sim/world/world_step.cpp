@@ -29,14 +29,6 @@ std::string pose_failure(int body, const ElementReport& elements, const ElementP
 
 }  // namespace
 
-/// By how much coordinates in the pose of a body's tree may differ from those of its surface in single
-/// precision, metres. `affine` bounds add products of K rounded weights and rounded nodes, which is off by at
-/// most (K + 4) 2^-24 of the farthest node; AffineModel::rounding() is larger, or 0 if vertices are nodes.
-double World::tree_error(const Body& body) {
-    if (!body.tree || body.tree->kind() != BoundKind::affine) return 0;
-    return double{body.tree->tree().affine->rounding()} * double{body.nodes.cwiseAbs().maxCoeff()};
-}
-
 /// Detects the contacts of a step of dt from the current state, unless they are known.
 void World::detect(double dt) {
     if (detected_dt_ == dt) return;
@@ -49,7 +41,7 @@ void World::detect(double dt) {
         const Stopwatch watch;
         if (body.tree) begin_pose(body, *body.tree);
         detected_.update_us += watch.microseconds();
-        parties.push_back({*body.elastic, body.state, body.surface, body.tree.get(), tree_error(body)});
+        parties.push_back({*body.elastic, body.state, body.surface, body.tree.get()});
     }
     detection_.find(parties, obstacles_, config_.contact, thickness(), time_, dt_before_, dt, detected_);
     detected_dt_ = dt;

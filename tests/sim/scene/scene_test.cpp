@@ -298,7 +298,8 @@ TEST(BuildWorld, NamesTheBodyThatIsInvalid) {
 TEST(BuildWorld, HangsABodyOnItsOwnNodes) {
     const std::string text = R"({"bodies": [
         {"body": "a", "bounds": "affine", "transform": {"scale": 2, "rotate": {"degrees": 30}}},
-        {"body": "b", "bounds": "affine", "transform": {"translate": [0.3, 0.1, 0.65]}},
+        {"body": "b", "bounds": "affine", "transform": {"translate": [0.3, 0.1, 0.65]},
+         "velocity": [0, 0, -2]},
         {"body": "c", "bounds": "exact", "transform": {"translate": [5, 0, 0]}}]})";
     const SceneSpec spec = parse_scene(text, "");
     SceneSpec exact = spec;
