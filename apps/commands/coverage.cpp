@@ -81,7 +81,6 @@ void run(const CoverageArguments& arguments, Output& out) {
         throw std::runtime_error(fmt::format(
             "{0}: no bounds are calibrated; calibrate them with: nbdtree calibrate {0}", arguments.tree));
     const TestFrames poses = test_frames(file, recording).back();
-    out.text(poses.name);
 
     // Bounds that never miss have no coverage, but contact scenes show their cost.
     std::vector<BoundKind> measured = kinds;
@@ -96,6 +95,7 @@ void run(const CoverageArguments& arguments, Output& out) {
         const auto rows = measure_coverage(body, tree, kind, recording, poses.frames);
         coverage.insert(coverage.end(), rows.begin(), rows.end());
     }
+    out.text(poses.name);
     if (!coverage.empty()) out.text(to_text(coverage));
     write(arguments.csv, to_csv(coverage));
     nlohmann::ordered_json coverage_table = nlohmann::ordered_json::array(), contact_table = coverage_table;

@@ -50,7 +50,7 @@ void run(const EvaluateArguments& arguments, Output& out) {
     if (std::ranges::find(config.bounds, BoundKind::affine) != config.bounds.end())
         throw std::runtime_error(fmt::format(
             "affine bounds are not those of the tree's nodes, which this command measures; compare their "
-            "face pairs with: nbdtree coverage {} {} --bounds affine --contacts 100",
+            "face pairs with: nbdtree coverage {} {} --bounds affine",
             arguments.tree, arguments.recording));
     const TreeFile tree = load_tree(arguments.tree);
     if (std::ranges::none_of(config.bounds, [&](BoundKind kind) { return has_bounds(tree.tree, kind); }))

@@ -161,8 +161,8 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
         {{"evaluate", "tree.h5", "data.h5", "--bounds", "exact,affine"},
          1,
          "affine bounds are not those of the tree's nodes, which this command measures; compare their face "
-         "pairs with: nbdtree coverage tree.h5 data.h5 --bounds affine --contacts 100"},
-        {{"coverage", "tree.h5", "data.h5", "--bounds", "affine"},
+         "pairs with: nbdtree coverage tree.h5 data.h5 --bounds affine"},
+        {{"coverage", "tree.h5", "data.h5", "--bounds", "affine", "--contacts", "0"},
          1,
          "affine bounds never miss, so they have no coverage to measure"},
         {train("--bounds", "bd"), 2, "--bounds: bd not in {nbd,learned_spheres}"},
