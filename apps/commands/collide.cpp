@@ -14,19 +14,24 @@ namespace nbd {
 namespace {
 
 struct CollideArguments {
-    std::string a, b, pairs, bounds = "exact";
+    std::string a, b, pairs, bounds = "auto";
     std::optional<float> margin;
     float distance = -1;
 };
 
 PosedTree posed(const PosedSurface& surface, BoundKind asked, std::optional<float> margin) {
-    const BoundKind kind = surface.learned || is_exact(asked) ? asked : BoundKind::exact;
+    const BoundKind kind = surface.from_tree || is_exact(asked) ? asked : BoundKind::automatic;
     PosedTree tree(surface.tree, kind, margin);
-    if (kind == BoundKind::affine)
+    if (surface.tree->affine)
         tree.begin_pose_of_nodes(surface.nodes);
     else
         tree.begin_pose(surface.x, surface.motion);
     return tree;
+}
+
+std::string chosen(const PosedTree& a, const PosedTree& b) {
+    const std::string_view in_a = name(a.chosen()), in_b = name(b.chosen());
+    return in_a == in_b ? std::string(in_a) : fmt::format("{} and {}", in_a, in_b);
 }
 
 void run(const CollideArguments& arguments, Output& out) {
@@ -46,11 +51,13 @@ void run(const CollideArguments& arguments, Output& out) {
     }
     const QueryCounters& count = query.counters();
     out.text(fmt::format(
-        "{} face pairs {}; {} nodes bounded, {} of them exactly as their input was out of range, {} leaf "
-        "pairs, {} triangle tests",
+        "{} face pairs {}, found with {} bounds; {} nodes bounded, {} of them exactly as their input was out "
+        "of range, {} leaf pairs, {} triangle tests",
         pairs.size(), arguments.distance < 0 ? "intersect" : fmt::format("within {:g} m", arguments.distance),
-        count.nodes_bounded, count.nodes_out_of_range, count.leaf_pairs, count.triangle_tests));
+        chosen(tree_a, tree_b), count.nodes_bounded, count.nodes_out_of_range, count.leaf_pairs,
+        count.triangle_tests));
     out.result({{"face_pairs", pairs.size()},
+                {"bounds", {name(tree_a.chosen()), name(tree_b.chosen())}},
                 {"nodes_bounded", count.nodes_bounded},
                 {"nodes_out_of_range", count.nodes_out_of_range},
                 {"node_tests", count.node_tests},
@@ -65,7 +72,8 @@ void add_collide(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<CollideArguments>();
     CLI::App* command = app.add_subcommand("collide", "Finds the faces of two surfaces that touch");
     command->footer(
-        "A and B: a surface file (exact), or TREE.h5@POSE, where POSE is a surface file with the tree's "
+        "A and B: a surface file (with exact bounds), or TREE.h5@POSE, where POSE is a surface file with the "
+        "tree's "
         "faces\n"
         "or RECORDING.h5:trajectory:frame.");
     command->add_option("A", arguments->a, "First surface")->required();

@@ -106,7 +106,9 @@ PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
     std::vector<RegionMotion> motion;
     Vertices x = recorded ? recorded_pose(file, recorded->path, recorded->trajectory, recorded->frame, nodes)
                           : surface_pose(file, pose);
-    if (bounds == BoundKind::affine) prepare_affine(file, nodes, argument);
+    const bool has_nodes = nodes.rows() > 0 && file.solid.X.rows() == file.W.cols();
+    if (bounds == BoundKind::affine || (bounds == BoundKind::automatic && has_nodes))
+        prepare_affine(file, nodes, argument);
     if (bounds == BoundKind::certified && file.tree.certified && nodes.rows() > 0) {
         SolidMeter meter(file.solid, std::make_shared<const TetRegions>(file.tree.certified->regions));
         const std::span<const RegionMotion> measured = meter.measure(nodes);

@@ -140,8 +140,8 @@ std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, do
     triangle_tests_ = 0;
     most_ = most;
     closest_.reset();
-    if (a.state_->wide_pose() && b.state_->wide_pose())
-        search_wide(*a.state_->wide, *b.state_->wide);
+    if (goes_wide(*a.state_, *b.state_))
+        search_wide(a.state_->wide(), b.state_->wide());
     else
         search_sphere_trees(a, b);
     if (!closest_) return std::nullopt;

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "collision/base/stopwatch.hpp"
 #include "collision/geometry/closest_points.hpp"
 #include "collision/geometry/separation.hpp"
 #include "collision/kernels/lane_mask.hpp"
@@ -147,7 +148,7 @@ std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b,
     assert(distance >= 0 && std::isfinite(distance));
     counters_ = {};
     leaf_pairs_.clear();
-    AffineBoxes &boxes_a = *a.state_->wide, &boxes_b = *b.state_->wide;
+    AffineBoxes &boxes_a = a.state_->wide(), &boxes_b = b.state_->wide();
     const auto fitted = [&] { return boxes_a.fitted() + (&a == &b ? 0 : boxes_b.fitted()); };
     const int fitted_before = fitted();
     affine_walk_.near_faces(boxes_a, boxes_b, distance, pairs_);
@@ -164,9 +165,8 @@ std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b,
 }
 
 template <class Narrow>
-std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance,
-                                                     const Narrow& narrow) noexcept {
-    if (a.state_->wide_pose() && b.state_->wide_pose()) return find_wide_pairs(a, b, distance, narrow);
+std::span<const FacePair> PairQuery::find_sphere_tree_pairs(PosedTree& a, PosedTree& b, float distance,
+                                                            const Narrow& narrow) noexcept {
     find_leaf_pairs(a, b, distance);
     pairs_.clear();
     LeafBoxes &boxes_a = a.state_->spheres().boxes, &boxes_b = b.state_->spheres().boxes;
@@ -198,6 +198,45 @@ std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b,
     // Every face belongs to one leaf, so no pair occurs twice.
     std::ranges::sort(pairs_);
     counters_.face_pairs = static_cast<long>(pairs_.size());
+    return pairs_;
+}
+
+template <class Narrow>
+std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance,
+                                                     const Narrow& narrow) noexcept {
+    PosedTreeState &s = *a.state_, &t = *b.state_;
+    const auto find = [&](bool wide) {
+        s.last_was_wide = t.last_was_wide = wide;
+        return wide ? find_wide_pairs(a, b, distance, narrow)
+                    : find_sphere_tree_pairs(a, b, distance, narrow);
+    };
+    if (!may_be_learned(s) || !may_be_learned(t)) return find(goes_wide(s, t));
+
+    // Both bodies share the work of a query.
+    AutoPose* const bodies[] = {&*s.automatic, &*t.automatic};
+    const auto work = [&] { return static_cast<double>(counters_.nodes_bounded + counters_.leaf_pairs) / 2; };
+    const auto answer = [&](bool wide) {
+        const auto pairs = find(wide);
+        for (AutoPose* body : bodies) (wide ? body->boxes_work : body->learned_work) += work();
+        return pairs;
+    };
+    if (!bodies[0]->choice.is_trial_due() && !bodies[1]->choice.is_trial_due())
+        return answer(goes_wide(s, t));
+
+    const auto starts_ns = [&] { return bodies[0]->starts_ns() + bodies[1]->starts_ns(); };
+    const auto tried = [&](bool wide) {
+        const double before_ns = starts_ns();
+        const Stopwatch watch;
+        answer(wide);
+        return AutoChoice::Trial{.query_ns = (1e9 * watch.seconds() - (starts_ns() - before_ns)) / 2,
+                                 .work = work()};
+    };
+    // Exact boxes come second, in caches that hold what both read, and give the answer. Bodies that learned
+    // boxes find apart say nothing of the costs.
+    const AutoChoice::Trial learned = tried(false);
+    if (counters_.leaf_pairs == 0) return pairs_;
+    const AutoChoice::Trial boxes = tried(true);
+    for (AutoPose* body : bodies) body->add_trial(boxes, learned);
     return pairs_;
 }
 

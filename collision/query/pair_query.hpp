@@ -32,7 +32,8 @@ using LeafPair = NodePair;
 /// bounded only after its parent was found in collision, and at most once per pose. Nodes are compared by
 /// their boxes if both trees have bounds that are boxes, else by their spheres. Below colliding leaves the
 /// walk continues with the boxes under them, down to triangles. No step loses a pair to rounding. Two bodies
-/// with `affine` bounds or `boxes` are walked down their box trees instead, see AffineWalk.
+/// with `affine` bounds or `boxes` are walked down their box trees instead, see AffineWalk. Two with `auto`
+/// bounds are walked in both ways while these are measured, see AutoChoice; the answer is then exact.
 ///
 /// Owns its scratch memory, so a warm query allocates nothing. Use one object per thread. Results stay valid
 /// until the next call on the same object.
@@ -60,7 +61,9 @@ class PairQuery {
     template <class Narrow>
     std::span<const FacePair> find_face_pairs(PosedTree& a, PosedTree& b, float distance,
                                               const Narrow& narrow) noexcept;
-
+    template <class Narrow>
+    std::span<const FacePair> find_sphere_tree_pairs(PosedTree& a, PosedTree& b, float distance,
+                                                     const Narrow& narrow) noexcept;
     template <class Narrow>
     std::span<const FacePair> find_wide_pairs(PosedTree& a, PosedTree& b, float distance,
                                               const Narrow& narrow) noexcept;

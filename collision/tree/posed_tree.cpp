@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "collision/base/message.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "collision/tree/posed_tree_state.hpp"
 
 namespace nbd {
@@ -17,16 +18,16 @@ using Bounds = decltype(PosedSpheres::bounds);
 
 Bounds make_bounds(const CollisionTree& tree, BoundKind kind, const NodeMargins& margins) {
     if (kind == BoundKind::exact) return ExactBound(tree.spheres);
-    if (kind == BoundKind::boxes || (kind == BoundKind::affine && tree.affine))
+    if (kind == BoundKind::boxes || (kind == BoundKind::affine && tree.affine) ||
+        (kind == BoundKind::automatic && !has_bounds(tree, BoundKind::learned_boxes)))
         return ExactBoxes(tree.spheres);
     if (kind == BoundKind::bd && tree.bd) return BdBound(tree.spheres, *tree.bd);
     if (kind == BoundKind::nbd && tree.nbd) return NbdBound(tree.spheres, *tree.nbd);
     if (kind == BoundKind::learned_spheres && tree.learned) return LearnedSpheres(*tree.learned);
-    if (kind == BoundKind::learned_boxes && has_bounds(tree, kind))
+    if ((kind == BoundKind::learned_boxes || kind == BoundKind::automatic) &&
+        has_bounds(tree, BoundKind::learned_boxes))
         return LearnedBoxes(tree.spheres, *tree.learned, margins);
     if (kind == BoundKind::certified && tree.certified) return CertifiedBound(tree.spheres, *tree.certified);
-    if (kind == BoundKind::automatic)
-        return AutoBoxes(tree.spheres, tree.learned ? &*tree.learned : nullptr, margins);
     std::string available = "exact";
     for (const BoundKind other : bound_kinds)
         if (other != BoundKind::exact && has_bounds(tree, other)) available.append(", ").append(name(other));
@@ -63,14 +64,7 @@ PosedTree::PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, 
     if (margin.value_or(0.f) > 0 && (kind == BoundKind::boxes || kind == BoundKind::affine))
         throw std::invalid_argument(message("margin is ", *margin, ", but exact boxes take none"));
     check_collision_tree(*tree);
-    state_ = std::make_unique<PosedTreeState>(PosedTreeState{std::move(tree), kind, nullptr});
-    const CollisionTree& body = *state_->tree;
-    if (kind == BoundKind::affine && body.affine)
-        state_->wide.emplace(body.affine);
-    else if (kind == BoundKind::boxes)
-        state_->wide.emplace(body.boxes ? body.boxes : make_boxes(body));
-    else
-        state_->posed_spheres = make_spheres(*state_->tree, kind, margin);
+    state_ = std::make_unique<PosedTreeState>(std::move(tree), kind, margin);
 }
 
 PosedTree::PosedTree(PosedTree&&) noexcept = default;
@@ -79,44 +73,100 @@ PosedTree::~PosedTree() = default;
 
 void PosedTree::begin_pose(VerticesRef x, std::span<const RegionMotion> motion) noexcept {
     assert(x.rows() == state_->tree->vertex_count);
-    if (state_->kind == BoundKind::boxes) return begin_pose_of_boxes(x);
-    state_->is_of_nodes = state_->is_stale = false;
-    state_->spheres().begin_pose(x, motion);
+    state_->begin_pose(x, motion);
 }
 
 void PosedTree::begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion) noexcept {
     assert(x.vertex_count() == state_->tree->vertex_count);
+    if (state_->of_nodes) return begin_pose_of_nodes(x.nodes());
     const CollisionTree& tree = *state_->tree;
     if (is_exact(state_->kind)) x.compute_all();
-    if (state_->kind == BoundKind::boxes) return begin_pose_of_boxes(x.rows());
-    if (state_->wide) return begin_pose_of_nodes(x.nodes());
     if (state_->kind == BoundKind::bd) x.compute(tree.bd->modes.representatives);
     if (state_->kind == BoundKind::nbd) x.compute(tree.nbd->modes.representatives);
-    state_->posed_spheres->begin_pose(Positions(x), motion);
+    state_->begin_pose(Positions(x), motion);
 }
 
 void PosedTree::begin_pose_of_nodes(VerticesRef nodes) noexcept {
-    assert(state_->kind == BoundKind::affine && nodes.rows() == state_->tree->affine->node_count());
-    state_->wide->begin_pose(nodes);
-    state_->is_of_nodes = state_->is_stale = true;
+    assert(state_->of_nodes && nodes.rows() == state_->tree->affine->node_count());
+    state_->begin_pose_of_nodes(nodes);
 }
 
-void PosedTree::begin_pose_of_boxes(const Positions& x) noexcept {
-    state_->wide->begin_pose(x.rows());
-    state_->positions = x;
-    state_->is_stale = true;
+PosedTreeState::PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundKind bounds,
+                               std::optional<float> growth)
+    : tree(std::move(body)), kind(bounds), margin(growth) {
+    const bool is_auto = kind == BoundKind::automatic;
+    if (tree->affine && (kind == BoundKind::affine || is_auto)) of_nodes.emplace(tree->affine);
+    if (kind == BoundKind::boxes || is_auto)
+        of_surface.emplace(tree->boxes ? tree->boxes : make_boxes(*tree));
+    if (is_auto && has_bounds(*tree, BoundKind::learned_boxes)) automatic.emplace();
+    if (!has_wide()) posed_spheres = make_spheres(*tree, kind, margin);
+    is_of_nodes = of_nodes.has_value();  // before the first pose too
+}
+
+void PosedTreeState::begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept {
+    positions = x;
+    is_of_nodes = false;
+    if (!has_wide()) return posed_spheres->begin_pose(x, motion);
+    wide_is_stale = spheres_are_stale = true;
+    if (automatic)
+        automatic->end_pose();
+    else
+        wide();
+}
+
+void PosedTreeState::begin_pose_of_nodes(VerticesRef nodes) noexcept {
+    of_nodes->begin_pose(nodes);
+    is_of_nodes = spheres_are_stale = true;
+    wide_is_stale = false;
+}
+
+AffineBoxes& PosedTreeState::wide() noexcept {
+    if (is_of_nodes) return *of_nodes;
+    if (std::exchange(wide_is_stale, false)) {
+        const Stopwatch watch;
+        positions.require_all();
+        if (!of_surface) of_surface.emplace(tree->boxes ? tree->boxes : make_boxes(*tree));
+        of_surface->begin_pose(positions.rows());
+        if (automatic) automatic->boxes_trial.start_ns = 1e9 * watch.seconds();
+    }
+    return *of_surface;
 }
 
 PosedSpheres& PosedTreeState::spheres() noexcept {
-    if (!posed_spheres) posed_spheres = make_spheres(*tree, kind, {});
-    if (std::exchange(is_stale, false)) {
-        if (kind == BoundKind::affine) {
-            wide->make_surface(surface);
+    if (!posed_spheres) posed_spheres = make_spheres(*tree, kind, margin);
+    if (std::exchange(spheres_are_stale, false)) {
+        const Stopwatch watch;
+        if (is_of_nodes) {
+            of_nodes->make_surface(surface);
             positions = surface;
         }
+        if (!automatic) positions.require_all();
         posed_spheres->begin_pose(positions, {});
+        if (automatic) automatic->learned_trial.start_ns = 1e9 * watch.seconds();
     }
     return *posed_spheres;
+}
+
+void AutoPose::add_trial(const AutoChoice::Trial& boxes, const AutoChoice::Trial& learned) noexcept {
+    was_tried = true;
+    for (const auto& [sum, trial] : {std::pair(&boxes_trial, &boxes), {&learned_trial, &learned}}) {
+        sum->query_ns += trial->query_ns;
+        sum->work += trial->work;
+    }
+}
+
+void AutoPose::end_pose() noexcept {
+    if (was_tried)
+        choice.take_trial(boxes_trial, learned_trial);
+    else if (boxes_work + learned_work > 0)
+        choice.take_pose(boxes_work, learned_work);
+    *this = {.choice = choice};
+}
+
+bool goes_wide(const PosedTreeState& a, const PosedTreeState& b) noexcept {
+    if (!a.has_wide() || !b.has_wide()) return false;
+    return !(may_be_learned(a) && may_be_learned(b) &&
+             learned_is_cheaper(a.automatic->choice, b.automatic->choice));
 }
 
 void PosedSpheres::begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept {
@@ -174,7 +224,7 @@ const Sphere& PosedTree::sphere(int node) noexcept {
 }
 
 Box PosedTree::whole() noexcept {
-    if (const AffineBoxes* wide = state_->wide_pose()) return wide->whole();
+    if (goes_wide(*state_, *state_)) return state_->wide().whole();
     if (const auto root = box(0)) return *root;
     const Sphere& root = sphere(0);
     const Eigen::Array3f lo = root.c.array() - root.r, hi = root.c.array() + root.r;
@@ -195,13 +245,33 @@ std::optional<float> PosedTree::ood_score(int node) noexcept {
 }
 
 int PosedTree::nodes_bounded() const noexcept {
-    const int fitted = state_->wide_pose() ? state_->wide->fitted() : 0;
-    const bool has_spheres = state_->posed_spheres && !state_->is_stale;
-    return fitted + (has_spheres ? state_->posed_spheres->nodes_bounded() : 0);
+    const PosedTreeState& s = *state_;
+    const bool has_wide = s.has_wide() && !s.wide_is_stale;
+    const bool has_spheres = s.posed_spheres && !s.spheres_are_stale;
+    const auto fitted = [&] { return s.is_of_nodes ? s.of_nodes->fitted() : s.of_surface->fitted(); };
+    return (has_wide ? fitted() : 0) + (has_spheres ? s.posed_spheres->nodes_bounded() : 0);
 }
 
 int PosedTree::nodes_out_of_range() const noexcept {
-    return state_->posed_spheres && !state_->is_stale ? state_->posed_spheres->nodes_out_of_range() : 0;
+    const bool has_spheres = state_->posed_spheres && !state_->spheres_are_stale;
+    return has_spheres ? state_->posed_spheres->nodes_out_of_range() : 0;
+}
+
+BoundKind PosedTree::chosen() const noexcept {
+    const PosedTreeState& s = *state_;
+    if (s.kind != BoundKind::automatic) return s.kind;
+    if (s.last_was_wide) return s.is_of_nodes ? BoundKind::affine : BoundKind::boxes;
+    return s.automatic ? BoundKind::learned_boxes : BoundKind::boxes;
+}
+
+AutoChoice PosedTree::auto_choice() const noexcept {
+    return state_->automatic ? state_->automatic->choice : AutoChoice();
+}
+
+void PosedTree::restore(const AutoChoice& choice) noexcept {
+    if (!state_->automatic) return;
+    *state_->automatic = {};
+    state_->automatic->choice = choice;
 }
 
 const CollisionTree& PosedTree::tree() const noexcept { return *state_->tree; }

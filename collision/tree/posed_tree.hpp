@@ -5,6 +5,7 @@
 #include <span>
 
 #include "collision/geometry/box.hpp"
+#include "collision/tree/auto_choice.hpp"
 #include "collision/tree/collision_tree.hpp"
 
 namespace nbd {
@@ -18,6 +19,10 @@ struct PosedTreeState;
 /// box tree instead, and makes the sphere tree, from all positions of its surface, only when a query with a
 /// body of another kind, or a question about a node, needs it. Before its first pose a body touches nothing.
 /// Reading writes these caches, so only one thread at a time may use a tree.
+///
+/// `auto` bounds take what the pose allows: `affine` where it is given by nodes and the tree has a model for
+/// them, else `boxes`, or `learned_boxes` where the tree has these and they are cheaper, see AutoChoice. With
+/// a body of another kind they take what mixes with it.
 class PosedTree {
  public:
     /// `tree` is shared, not copied. margin: finite, >= 0. It multiplies the radius of every sphere by
@@ -35,9 +40,9 @@ class PosedTree {
     /// valid until the next call; do not pass an expression that creates a temporary. `exact` and `boxes`
     /// read every vertex here, `bd` and `nbd` read only their representatives, `learned_spheres` and
     /// `learned_boxes` nothing. Queries later read the samples of learned nodes, and all vertices of nodes
-    /// that are out of range. motion: for `certified`, one per region of the tree's model, valid as long as
-    /// x; without it, `certified` uses the exact sphere of every node. The other kinds ignore it. In such a
-    /// pose `affine` bodies have exact boxes of the sphere tree's nodes; give them nodes.
+    /// that are out of range. `auto` reads nothing here if its boxes may be learned. motion: for
+    /// `certified`, one per region of the tree's model, valid as long as x; without it, `certified` uses the
+    /// exact sphere of every node. The other kinds ignore it. In such a pose `affine` bodies have `boxes`.
     void begin_pose(VerticesRef x, std::span<const RegionMotion> motion = {}) noexcept;
 
     /// Starts a pose with positions that are computed on demand: all of them for `exact` and `boxes`, which
@@ -45,9 +50,10 @@ class PosedTree {
     /// the next call.
     void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion = {}) noexcept;
 
-    /// Starts a pose of a body with `affine` bounds, and only of such a one: it reads the nodes that carry
-    /// the surface. nodes: [node_count, 3], world space, metres, finite; valid until the next call, likewise.
-    /// A pose given by EmbeddedPositions takes the nodes from there.
+    /// Starts a pose of a body with `affine` bounds, or with `auto` ones and an affine model, and only of
+    /// such a one: it reads the nodes that carry the surface. nodes: [node_count, 3], world space, metres,
+    /// finite; valid until the next call, likewise. A pose given by EmbeddedPositions takes the nodes from
+    /// there.
     void begin_pose_of_nodes(VerticesRef nodes) noexcept;
 
     /// World-space sphere of a node in this pose; for bounds that are boxes, the sphere around the box.
@@ -70,10 +76,16 @@ class PosedTree {
 
     const CollisionTree& tree() const noexcept;
     BoundKind kind() const noexcept;
+    /// The bounds that the last query of pairs used: kind(), or what `auto` chose.
+    BoundKind chosen() const noexcept;
+
+    /// What `auto` bounds know of their costs. It holds times of this machine, so that two runs may choose
+    /// otherwise, and learned boxes miss what exact ones find; a run that has the choice of another from the
+    /// same pose on chooses alike. Other bodies have an empty choice and ignore it.
+    AutoChoice auto_choice() const noexcept;
+    void restore(const AutoChoice& choice) noexcept;
 
  private:
-    void begin_pose_of_boxes(const Positions& x) noexcept;
-
     std::unique_ptr<PosedTreeState> state_;
     friend class ClosestQuery;
     friend class PairQuery;

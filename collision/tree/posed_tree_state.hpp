@@ -8,11 +8,11 @@
 #include "collision/bounds/certified/certified_bound.hpp"
 #include "collision/bounds/exact/exact_bound.hpp"
 #include "collision/bounds/exact/exact_boxes.hpp"
-#include "collision/bounds/learned/auto_boxes.hpp"
 #include "collision/bounds/learned/bd_bound.hpp"
 #include "collision/bounds/learned/learned_boxes.hpp"
 #include "collision/bounds/learned/learned_spheres.hpp"
 #include "collision/bounds/learned/nbd_bound.hpp"
+#include "collision/tree/auto_choice.hpp"
 #include "collision/tree/leaf_boxes.hpp"
 #include "collision/tree/posed_tree.hpp"
 #include "collision/tree/sphere_cache.hpp"
@@ -22,8 +22,7 @@ namespace nbd {
 /// A pose of the sphere tree, its bounds and the boxes under its leaves. Queries take the type of the bounds
 /// out of the variant once and then run without a dispatch per node.
 struct PosedSpheres {
-    std::variant<ExactBound, ExactBoxes, BdBound, NbdBound, LearnedSpheres, LearnedBoxes, CertifiedBound,
-                 AutoBoxes>
+    std::variant<ExactBound, ExactBoxes, BdBound, NbdBound, LearnedSpheres, LearnedBoxes, CertifiedBound>
         bounds;
     SphereCache spheres;
     LeafBoxes boxes;
@@ -33,24 +32,57 @@ struct PosedSpheres {
     int nodes_out_of_range() const noexcept;
 };
 
-/// The data of a PosedTree, visible to the queries.
+/// What `auto` bounds that may be learned keep beside the pose, for their choice.
+struct AutoPose {
+    AutoChoice choice{};
+    bool was_tried = false;                            // by a query of this pose
+    AutoChoice::Trial boxes_trial{}, learned_trial{};  // of this pose's queries that used both
+    double boxes_work = 0, learned_work = 0;           // of all queries of this pose
+
+    /// Time that this pose took to begin in both trees, so far.
+    double starts_ns() const noexcept { return boxes_trial.start_ns + learned_trial.start_ns; }
+    void add_trial(const AutoChoice::Trial& boxes, const AutoChoice::Trial& learned) noexcept;
+    /// Adds the pose that ends to the choice.
+    void end_pose() noexcept;
+};
+
+/// The data of a PosedTree, visible to the queries. It has a wide tree, a sphere tree or both, and each
+/// begins a pose when it is first needed.
 struct PosedTreeState {
     std::shared_ptr<const CollisionTree> tree;
     BoundKind kind;
-    std::unique_ptr<PosedSpheres> posed_spheres;  // null: not needed so far
-    std::optional<AffineBoxes> wide{};            // for `affine` and `boxes`
-    Positions positions{};                        // for `boxes`: of the pose
-    Vertices surface{};                           // for `affine`: positions for posed_spheres
-    bool is_of_nodes = true;                      // for `affine`: the pose was given by nodes
-    bool is_stale = false;                        // for both: posed_spheres has another pose
+    std::optional<float> margin{};
+    std::unique_ptr<PosedSpheres> posed_spheres{};        // null: not needed so far
+    std::optional<AffineBoxes> of_nodes{}, of_surface{};  // wide trees; empty: not needed so far
+    std::optional<AutoPose> automatic{};                  // for `auto` bounds that may be learned
+    Positions positions{};                                // of the pose
+    Vertices surface{};                                   // `positions` that were made from nodes
+    bool is_of_nodes = false;                             // the pose was given by nodes
+    bool wide_is_stale = false;                           // of_surface has another pose
+    bool spheres_are_stale = false;                       // posed_spheres has another pose
+    bool last_was_wide = false;                           // the last query used the wide tree
 
-    /// The boxes of the wide tree; null if the body has none, or is an `affine` one in a pose given by
-    /// positions.
-    AffineBoxes* wide_pose() noexcept { return wide && is_of_nodes ? &*wide : nullptr; }
+    PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundKind bounds, std::optional<float> growth);
 
-    /// The sphere tree in this pose. `affine` bodies and `boxes` make it, with exact boxes, when a query with
-    /// a body of another kind, or a question about nodes, first needs it; it then reads the whole surface.
+    /// Start a pose, see PosedTree.
+    void begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept;
+    void begin_pose_of_nodes(VerticesRef nodes) noexcept;
+
+    /// Whether the bounds of its kind are, or for `auto` may be, those of a wide tree.
+    bool has_wide() const noexcept { return of_nodes || of_surface; }
+
+    /// The boxes of the wide tree in this pose.
+    AffineBoxes& wide() noexcept;
+    /// The sphere tree in this pose. For `boxes` and `affine` it has exact boxes, and reads the whole
+    /// surface.
     PosedSpheres& spheres() noexcept;
 };
+
+/// Whether a body's `auto` bounds may be learned in this pose.
+inline bool may_be_learned(const PosedTreeState& body) noexcept {
+    return body.automatic && !body.is_of_nodes;
+}
+/// Whether a query between two bodies, or with one alone, walks their wide trees; else their sphere trees.
+bool goes_wide(const PosedTreeState& a, const PosedTreeState& b) noexcept;
 
 }  // namespace nbd

@@ -37,10 +37,10 @@ struct Scene {
     }
 };
 
-struct Pair {
+struct HungPair {
     HungSurface a, b;
 };
-std::vector<Pair> pairs_of_bodies() {
+std::vector<HungPair> pairs_of_bodies() {
     return {{test::hung_on_tets(shapes::torus(24, 12), 3), test::hung_on_tets(shapes::bar(20, 14), 5)},
             {test::hung_on_lattice(shapes::sphere(14, 20), 2), test::hung_on_itself(shapes::torus(20, 14))},
             {test::hung_on_itself(shapes::sphere(3, 4)), test::hung_on_lattice(shapes::torus(40, 30), 6)}};
@@ -52,7 +52,7 @@ TEST(AffineQuery, AgreesWithBruteForceInWildPoses) {
     ClosestQuery closest;
     std::size_t found = 0, near = 0;
     int apart = 0;
-    for (const Pair& pair : pairs_of_bodies()) {
+    for (const HungPair& pair : pairs_of_bodies()) {
         PosedTree a(tree_of(pair.a), BoundKind::affine), b(tree_of(pair.b), BoundKind::affine);
         for (int kind = 0; kind < test::wild_poses; ++kind) {
             const Scene scene(pair.a, pair.b, kind, random);
