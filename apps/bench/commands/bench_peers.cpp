@@ -53,10 +53,10 @@ std::vector<PairMethodEntry> methods_for(const PeersArguments& arguments, const 
 nlohmann::ordered_json to_json(const RaceTable& table, const RaceRow& row) {
     return {{"contact", table.contact}, {"order", table.order},     {"faces", row.faces},
             {"method", row.method},     {"exact", row.exact},       {"update_us", row.update_us},
-            {"query_us", row.query_us}, {"total_us", row.total_us}, {"pairs", row.pairs},
-            {"missed", row.missed},     {"invented", row.invented}, {"recall", row.recall()},
-            {"scenes", row.scenes},     {"rounds", row.rounds},     {"bytes", row.bytes},
-            {"failure", row.failure}};
+            {"query_us", row.query_us}, {"total_us", row.total_us}, {"p95_us", row.p95_us},
+            {"pairs", row.pairs},       {"missed", row.missed},     {"invented", row.invented},
+            {"recall", row.recall()},   {"scenes", row.scenes},     {"rounds", row.rounds},
+            {"bytes", row.bytes},       {"failure", row.failure}};
 }
 
 RaceTable race_all(const PeersArguments& arguments, const std::vector<BenchBody>& bodies,

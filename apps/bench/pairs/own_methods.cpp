@@ -179,10 +179,14 @@ std::vector<BoundKind> raced_bounds(const CollisionTree& tree) {
 
 PairMethodEntry tree_method(BoundKind kind) {
     if (kind == BoundKind::affine)
-        return {"affine", true, true,
-                [](const BenchBody& body) { return std::make_unique<AffineMethod>(body); }};
-    return {std::string(name(kind)), is_exact(kind), false,
-            [kind](const BenchBody& body) { return std::make_unique<TreeMethod>(body.tree, kind); }};
+        return {.name = "affine",
+                .reads_nodes = true,
+                .make = [](const BenchBody& body) { return std::make_unique<AffineMethod>(body); },
+                .bounds = kind};
+    return {.name = std::string(name(kind)),
+            .exact = is_exact(kind),
+            .make = [kind](const BenchBody& body) { return std::make_unique<TreeMethod>(body.tree, kind); },
+            .bounds = kind};
 }
 
 std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
@@ -191,12 +195,17 @@ std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
     if (body.tree->affine) methods.push_back(tree_method(BoundKind::affine));
     for (const BoundKind kind : raced_bounds(*body.tree)) {
         if (is_exact(kind)) continue;
-        methods.push_back({fmt::format("{} from nodes", name(kind)), false, true, [kind](const BenchBody& b) {
-                               return std::make_unique<EmbeddedTreeMethod>(b, kind);
-                           }});
-        methods.push_back({fmt::format("{} broad phase", name(kind)), false, false,
-                           [kind](const BenchBody& b) { return std::make_unique<BroadPhase>(b.tree, kind); },
-                           false});
+        methods.push_back(
+            {.name = fmt::format("{} from nodes", name(kind)),
+             .exact = false,
+             .reads_nodes = true,
+             .make = [kind](const BenchBody& b) { return std::make_unique<EmbeddedTreeMethod>(b, kind); },
+             .bounds = kind});
+        methods.push_back(
+            {.name = fmt::format("{} broad phase", name(kind)),
+             .exact = false,
+             .make = [kind](const BenchBody& b) { return std::make_unique<BroadPhase>(b.tree, kind); },
+             .answers = false});
     }
     return methods;
 }

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -34,7 +35,8 @@ struct PairMethodEntry {
     bool exact = true;         // always finds all pairs
     bool reads_nodes = false;  // reads tet nodes and computes surface positions as needed
     std::function<std::unique_ptr<PairMethod>(const BenchBody&)> make;  // the body outlives the method
-    bool answers = true;  // false: finds no pairs, only measures a cost
+    bool answers = true;                // false: finds no pairs, only measures a cost
+    std::optional<BoundKind> bounds{};  // of the body's tree; empty: it has its own
 };
 
 }  // namespace nbd

@@ -46,6 +46,14 @@ std::vector<Stage> set_up(const BenchBody& body, std::span<const TouchingScene> 
     return stages;
 }
 
+std::optional<double> stated_miss_rate(const BenchBody& body, const PairMethodEntry& entry) {
+    if (!entry.bounds || entry.exact) return std::nullopt;
+    const auto kind = entry.bounds == BoundKind::automatic ? BoundKind::learned_boxes : *entry.bounds;
+    const auto calibration = body.tree->calibrations.find(kind);
+    if (calibration == body.tree->calibrations.end()) return std::nullopt;
+    return calibration->second.miss_rate;
+}
+
 RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<const Stage> stages,
                  std::span<const TouchingScene> scenes, const RaceConfig& config, Stand& stand) {
     RaceRow row{.method = entry.name,
@@ -53,7 +61,10 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
                 .answers = entry.answers,
                 .reads_nodes = entry.reads_nodes,
                 .faces = body.faces(),
-                .scenes = static_cast<int>(stages.size())};
+                .scenes = static_cast<int>(stages.size()),
+                .stated_miss_rate = stated_miss_rate(body, entry)};
+    for (const Stage& stage : stages)
+        row.pairs += static_cast<double>(stage.truth.size()) / static_cast<double>(stages.size());
     stand.enter(stages.front(), scenes.front());
     const std::size_t heap = heap_bytes();
     std::unique_ptr<PairMethod> method;
@@ -65,8 +76,9 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
     }
     std::vector<double> update, query, total;
     const Stopwatch race_time;
-    // Round 0 warms up and checks the answers.
+    // Round 0 warms up.
     for (int round = 0; round <= config.rounds; ++round) {
+        long missed = 0, invented = 0;
         for (std::size_t s = 0; s < stages.size(); ++s) {
             stand.enter(stages[s], scenes[s]);
             const Stopwatch watch;
@@ -74,17 +86,17 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
             const double updated = watch.microseconds();
             const std::span<const FacePair> found = method->query();
             const double finished = watch.microseconds();
-            if (round == 0) {
-                row.pairs += static_cast<double>(stages[s].truth.size()) / static_cast<double>(stages.size());
-                if (!entry.answers) continue;
-                row.missed += missing_pairs(stages[s].truth, found);
-                row.invented += missing_pairs(found, stages[s].truth);
-                continue;
+            if (entry.answers) {
+                missed += missing_pairs(stages[s].truth, found);
+                invented += missing_pairs(found, stages[s].truth);
             }
+            if (round == 0) continue;
             update.push_back(updated);
             query.push_back(finished - updated);
             total.push_back(finished);
         }
+        row.missed = std::max(row.missed, missed);
+        row.invented = std::max(row.invented, invented);
         if (round == 0) row.bytes = heap_bytes() - heap;
         row.rounds = round;
         if (round > 0 && race_time.seconds() > config.max_seconds) break;
@@ -92,6 +104,8 @@ RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<
     row.update_us = median(update);
     row.query_us = median(query);
     row.total_us = median(total);
+    row.mean_us = mean(total);
+    row.p95_us = quantile(total, 0.95);
     return row;
 }
 

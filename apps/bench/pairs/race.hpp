@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,10 +23,13 @@ struct RaceRow {
     int faces = 0;                                           // of each body
     int scenes = 0, rounds = 0;
     double update_us = 0, query_us = 0, total_us = 0;
-    double pairs = 0;               // intersecting pairs, mean per scene
-    long missed = 0, invented = 0;  // pairs not found, and wrong pairs; over all scenes
-    std::size_t bytes = 0;          // memory of both bodies, without positions, faces and the shared tree
-    std::string failure{};          // why a method could not run
+    double mean_us = 0, p95_us = 0;  // of the total: mean and 95th percentile
+    double pairs = 0;                // intersecting pairs, mean per scene
+    long missed = 0, invented = 0;   // pairs not found, and wrong pairs, over all scenes; of the worst round
+    /// Calibrated miss rate of the tree's nodes; empty for bounds that do not miss, or without calibration.
+    std::optional<double> stated_miss_rate{};
+    std::size_t bytes = 0;  // memory of both bodies, without positions, faces and the shared tree
+    std::string failure{};  // why a method could not run
 
     double recall() const { return pairs > 0 ? 1 - static_cast<double>(missed) / (pairs * scenes) : 1; }
 };
