@@ -11,6 +11,7 @@ void add_bench_simulate(CLI::App& app, Output& out);
 void add_bench_learned(CLI::App& app, Output& out);
 void add_bench_kernels(CLI::App& app, Output& out);
 void add_bench_peers(CLI::App& app, Output& out);
+void add_bench_exactness(CLI::App& app, Output& out);
 void add_bench_fig5(CLI::App& app, Output& out);
 void add_bench_scaling(CLI::App& app, Output& out);
 

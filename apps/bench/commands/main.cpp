@@ -7,6 +7,7 @@ int main(int argc, char** argv) {
         nbd::add_bench_simulate(app, out);
         nbd::add_bench_learned(app, out);
         nbd::add_bench_peers(app, out);
+        nbd::add_bench_exactness(app, out);
         nbd::add_bench_fig5(app, out);
         nbd::add_bench_scaling(app, out);
         nbd::add_bench_kernels(app, out);
