@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -73,7 +74,11 @@ void check_vertices(const SphereTree& tree, int vertex_count, FacesRef F) {
     for (const int v : tree.vertices)
         require(v >= 0 && v < vertex_count, "lists vertex ", v, ", but the surface has ", vertex_count,
                 " vertices");
-    std::vector<int> listed_by(static_cast<std::size_t>(vertex_count), -1), used_by = listed_by;
+    // Sized by the vertices in use: the number of vertices alone, of a damaged file, must not fill the
+    // memory.
+    const int in_use = 1 + std::max(F.size() > 0 ? F.maxCoeff() : -1,
+                                    tree.vertices.empty() ? -1 : *std::ranges::max_element(tree.vertices));
+    std::vector<int> listed_by(static_cast<std::size_t>(in_use), -1), used_by = listed_by;
     for (int i = 0; std::cmp_less(i, tree.nodes.size()); ++i) {
         if (!tree.nodes[static_cast<std::size_t>(i)].is_leaf()) continue;
         for (const int v : tree.node_vertices(i))
