@@ -40,13 +40,6 @@ Box box_of_points(const float* x, std::size_t count, std::size_t padded, const P
     return box;
 }
 
-Box grown(const Box& box, float rounding) noexcept {
-    if (rounding == 0) return box;
-    const float slack = rounding * std::max(box.lo.abs().maxCoeff(), box.hi.abs().maxCoeff()) + 0x1p-100f;
-    const Eigen::Array4f by(slack, slack, slack, 0);
-    return {box.lo - by, box.hi + by};
-}
-
 }  // namespace
 
 AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model)
@@ -78,7 +71,7 @@ void AffineBoxes::begin_pose(VerticesRef nodes) noexcept {
         nodes_ = own_.data();
     }
     for (int cluster = 0; cluster < tree_->clusters(); ++cluster) {
-        const Box box = grown(box_of_nodes(model_->clusters().nodes(cluster)), model_->rounding());
+        const Box box = box_of_nodes(model_->clusters().nodes(cluster));
         cluster_boxes_[static_cast<std::size_t>(cluster / width)].set(cluster % width, box);
         whole_ = joined(whole_, box);
     }
@@ -98,8 +91,7 @@ void AffineBoxes::fit_cluster(int cluster) noexcept {
     if (model_->clusters().maps(cluster) != AffineParts::Maps::none)
         return map_children(model_->clusters(), cluster, boxes);
     for (int k = 0; k < tree_->blocks_in(cluster); ++k)
-        boxes.set(k,
-                  grown(box_of_nodes(model_->blocks().nodes(tree_->first_block[c] + k)), model_->rounding()));
+        boxes.set(k, box_of_nodes(model_->blocks().nodes(tree_->first_block[c] + k)));
 }
 
 void AffineBoxes::fit_block(int block) noexcept {
@@ -109,8 +101,7 @@ void AffineBoxes::fit_block(int block) noexcept {
     BoxPack& boxes = leaf_boxes_[b];
     if (model_->blocks().maps(block) != AffineParts::Maps::none)
         return map_children(model_->blocks(), block, boxes);
-    for (int k = 0; k < tree_->leaves_in[b]; ++k)
-        boxes.set(k, grown(box_of_leaf_nodes(width * block + k), model_->rounding()));
+    for (int k = 0; k < tree_->leaves_in[b]; ++k) boxes.set(k, box_of_leaf_nodes(width * block + k));
 }
 
 void AffineBoxes::leaf_vertices(int i, Eigen::Array4f* x) const noexcept {
@@ -150,16 +141,25 @@ bool AffineBoxes::has_last_node(std::span<const int> nodes) const noexcept {
     return !nodes.empty() && nodes.back() == 3 * (model_->node_count() - 1);
 }
 
+Box AffineBoxes::widened(Box box) const noexcept {
+    if (model_->rounding() == 0) return box;
+    const float slack =
+        model_->rounding() * std::max(box.lo.abs().maxCoeff(), box.hi.abs().maxCoeff()) + 0x1p-100f;
+    const Eigen::Array4f by(slack, slack, slack, 0);
+    return {box.lo - by, box.hi + by};
+}
+
 Box AffineBoxes::box_of_nodes(std::span<const int> nodes) const noexcept {
     const std::size_t count = nodes.size(), padded = has_last_node(nodes) ? count - 1 : count;
-    return box_of_points(nodes_, count, padded, [&](std::size_t i) { return nodes[i]; });
+    return widened(box_of_points(nodes_, count, padded, [&](std::size_t i) { return nodes[i]; }));
 }
 
 Box AffineBoxes::box_of_leaf_nodes(int leaf) const noexcept {
     const std::span<const int> nodes = model_->blocks().nodes(leaf / width);
     const AffineModel::LeafWeights weights = model_->leaf_weights(leaf);
     const std::size_t count = tree_->leaf_vertices(leaf).size(), padded = has_last_node(nodes) ? 0 : count;
-    return box_of_points(nodes_, count, padded, [&](std::size_t i) { return nodes[weights.nodes[i]]; });
+    return widened(
+        box_of_points(nodes_, count, padded, [&](std::size_t i) { return nodes[weights.nodes[i]]; }));
 }
 
 void AffineBoxes::prefetch_cluster(int cluster) const noexcept {

@@ -110,6 +110,8 @@ class AffineBoxes {
     void fit_block(int block) noexcept;
     void fit_leaf(int leaf) noexcept;
     void leaf_vertices(int leaf, Eigen::Array4f* x) const noexcept;
+    /// A box of nodes, with room for the rounding errors of what hangs on them.
+    Box widened(Box box) const noexcept;
     /// nodes: ascending places.
     bool has_last_node(std::span<const int> nodes) const noexcept;
     Box box_of_nodes(std::span<const int> nodes) const noexcept;

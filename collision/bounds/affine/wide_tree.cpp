@@ -29,6 +29,14 @@ void add_leaf(WideTree& tree, int leaf, std::span<const int> leaf_faces, FacesRe
         }
 }
 
+/// Largest number of faces of a cluster. A query that touches a cluster reads all its vertices once more, so
+/// small surfaces, which have only a few clusters of full size, have smaller ones, 32 at least.
+int cluster_size(std::size_t faces) noexcept {
+    int size = 2 * WideTree::block_faces;
+    while (size < WideTree::cluster_faces && 32 * static_cast<std::size_t>(size) < faces) size *= 2;
+    return size;
+}
+
 using Part = std::function<void(std::span<int>)>;
 using Divide = std::function<void(std::span<int>, int, const Part&)>;
 
@@ -55,7 +63,7 @@ WideTree build(std::span<int> all, FacesRef F, int vertex_count, const Divide& d
         tree.leaves_in.push_back(static_cast<std::uint8_t>(leaf - static_cast<int>(first_leaf)));
         tree.cluster_of.push_back(cluster);
     };
-    divide(all, WideTree::cluster_faces, [&](std::span<int> in_cluster) {
+    divide(all, cluster_size(all.size()), [&](std::span<int> in_cluster) {
         divide(in_cluster, WideTree::block_faces, add_block);
         tree.first_block.push_back(tree.blocks());
         ++cluster;

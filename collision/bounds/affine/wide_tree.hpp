@@ -11,10 +11,10 @@
 namespace nbd {
 
 /// A tree over the faces of a surface whose nodes have up to sixteen children, as many as the kernels test at
-/// once. It has three levels: clusters of up to 4096 faces, blocks of up to 256, and leaves of up to 16.
-/// Block b has the leaves 16 b, 16 b + 1 and so on, of which only the first few may be present; slot 16 l + k
-/// holds face k of leaf l. Faces are divided at medians of their centroids in the rest pose, so parts are
-/// compact and nearly equal in size.
+/// once. It has three levels: clusters of up to 4096 faces (512 to 2048 on surfaces of less than 131,072),
+/// blocks of up to 256, and leaves of up to 16. Block b has the leaves 16 b, 16 b + 1 and so on, of which
+/// only the first few may be present; slot 16 l + k holds face k of leaf l. Faces are divided at medians of
+/// their centroids in the rest pose, so parts are compact and nearly equal in size.
 struct WideTree {
     static constexpr int width = 16;
     static constexpr int block_faces = width * width, cluster_faces = width * block_faces;
