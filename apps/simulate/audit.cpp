@@ -54,9 +54,9 @@ std::span<const FacePair> Audit::Side::within(std::size_t a, std::size_t b, floa
 Audit::Audit(const SceneSpec& spec, const std::vector<LoadedBody>& bodies) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const auto tree = scene_tree(spec.bodies[i], bodies[i]);
-        const bool is_affine = spec.bodies[i].bounds == BoundKind::affine;
-        hung_.push_back({is_affine ? tree->affine->weights() : SurfaceEmbedding()});
-        scene_.trees.emplace_back(tree, spec.bodies[i].bounds, spec.bodies[i].margin);
+        const BoundKind bounds = exact_for_auto(*tree, spec.bodies[i].bounds);
+        hung_.push_back({bounds == BoundKind::affine ? tree->affine->weights() : SurfaceEmbedding()});
+        scene_.trees.emplace_back(tree, bounds, spec.bodies[i].margin);
         exact_.trees.emplace_back(tree, BoundKind::exact);
     }
 }

@@ -48,6 +48,11 @@ void check_collision_tree(const CollisionTree& tree) {
     }
 }
 
+BoundKind exact_for_auto(const CollisionTree& tree, BoundKind kind) noexcept {
+    if (kind != BoundKind::automatic) return kind;
+    return tree.affine ? BoundKind::affine : BoundKind::boxes;
+}
+
 bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
     switch (kind) {
         case BoundKind::exact:

@@ -56,4 +56,8 @@ void check_collision_tree(const CollisionTree& tree);
 /// Whether the tree has the model that bounds of this kind need.
 bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept;
 
+/// For `auto`, the exact bounds that it would choose, so that answers do not depend on a clock: `affine` if
+/// the tree has a model for them, else `boxes`. Returns other kinds unchanged.
+BoundKind exact_for_auto(const CollisionTree& tree, BoundKind kind) noexcept;
+
 }  // namespace nbd

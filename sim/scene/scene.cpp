@@ -140,17 +140,19 @@ void read_source(JsonObject& from, const std::filesystem::path& base, SceneBody&
 void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody& body) {
     body.tree = read_path(from, "tree", base);
     body.bounds = bound_kind(from.choice(
-        "bounds", "exact",
+        "bounds", "auto",
         {"exact", "boxes", "bd", "nbd", "learned_spheres", "learned_boxes", "certified", "affine", "auto"},
         current_bound_name));
     body.margin = from.optional_number("margin", {0, 10, "between 0 and 10"});
-    if (is_exact(body.bounds) || body.bounds == BoundKind::affine) return;
+    if (is_exact(body.bounds) || body.bounds == BoundKind::affine || body.bounds == BoundKind::automatic)
+        return;
     if (!from.has("tree"))
         from.problem("tree",
                      fmt::format("is missing: bounds \"{}\" are learned or precomputed and need a tree file",
                                  name(body.bounds)));
     if (body.placement.scale != 1)
-        from.problem("transform.scale", "must be 1 unless bounds are \"exact\", \"boxes\" or \"affine\"");
+        from.problem("transform.scale",
+                     "must be 1 unless bounds are \"auto\", \"affine\", \"boxes\" or \"exact\"");
 }
 
 SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {

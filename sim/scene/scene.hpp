@@ -71,7 +71,7 @@ struct SceneBody {
     std::filesystem::path file;
     SceneMeshing meshing;
     std::filesystem::path tree;  // empty: no file; exact bounds need none
-    BoundKind bounds = BoundKind::exact;
+    BoundKind bounds = BoundKind::automatic;
     std::optional<double> margin;  // relative margin of the spheres; nullopt: as calibrated in the tree
     Placement placement;
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // m/s
@@ -143,8 +143,9 @@ struct LoadedBody {
 };
 
 /// The tree that a scene's body has in build_world(): the loaded one, or one with exact bounds; with `affine`
-/// bounds, which hang on the body's own nodes, if the scene asks for them. Throws std::invalid_argument if it
-/// asks for bounds that need a tree file and there is none, or the body's weights cannot bound.
+/// bounds, which hang on the body's own nodes, if the scene asks for them, or for `auto` and the weights
+/// allow them. Throws std::invalid_argument if it asks for bounds that need a tree file and there is none, or
+/// the body's weights cannot bound.
 std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const LoadedBody& loaded);
 
 /// Builds the world of a scene. bodies: one per spec.bodies, in that order, as loaded from their files;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/notice.hpp"
 #include "meshing/formats/read_surface.hpp"
 
 namespace nbd {
@@ -53,13 +54,21 @@ std::vector<int> nodes_in(const Region& region, NodesRef x) {
 
 std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const LoadedBody& loaded) {
     const Body& body = loaded.body;
-    const bool is_affine = spec.bounds == BoundKind::affine;
-    if (!loaded.tree && !is_exact(spec.bounds) && !is_affine)
+    const bool is_affine = spec.bounds == BoundKind::affine, is_auto = spec.bounds == BoundKind::automatic;
+    const bool needs_nodes = is_affine || is_auto;
+    if (!loaded.tree && !is_exact(spec.bounds) && !needs_nodes)
         throw std::invalid_argument(fmt::format("bounds \"{}\" need a tree", name(spec.bounds)));
-    if (loaded.tree && (!is_affine || loaded.tree->affine)) return loaded.tree;
+    if (loaded.tree && (!needs_nodes || loaded.tree->affine)) return loaded.tree;
     CollisionTree tree =
         loaded.tree ? *loaded.tree : make_exact_tree(body.surface.X.cast<float>(), body.surface.F);
-    if (is_affine) hang_on_nodes(tree, body.W.cast<float>(), body.tets.X.cast<float>());
+    const auto hang = [&] { hang_on_nodes(tree, body.W.cast<float>(), body.tets.X.cast<float>()); };
+    if (is_affine) hang();
+    if (is_auto) try {
+            hang();
+        } catch (const std::invalid_argument& error) {
+            notice(fmt::format("{}: bounds \"auto\" are boxes, as affine ones are not possible: {}",
+                               spec.name, error.what()));
+        }
     return std::make_shared<const CollisionTree>(std::move(tree));
 }
 

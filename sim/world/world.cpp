@@ -61,8 +61,9 @@ int World::add_body(WorldBody body) {
         if (body.tree->vertex_count != surface.vertex_count() || body.tree->faces != surface.F())
             throw std::invalid_argument(
                 "world: a collision tree belongs to another surface than that of its body");
-        tree = std::make_unique<PosedTree>(body.tree, body.bounds, body.margin);
-        if (body.bounds == BoundKind::affine && !body.tree->affine->hangs_by(surface.W().cast<float>()))
+        const BoundKind bounds = exact_for_auto(*body.tree, body.bounds);
+        tree = std::make_unique<PosedTree>(body.tree, bounds, body.margin);
+        if (bounds == BoundKind::affine && !body.tree->affine->hangs_by(surface.W().cast<float>()))
             throw std::invalid_argument(
                 "world: the affine bounds of a collision tree have other weights than the body");
     }

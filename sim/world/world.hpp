@@ -44,7 +44,7 @@ struct WorldBody {
     Embedding W;                                  // [surface vertices, tet nodes]
     Faces F;                                      // of the surface
     std::shared_ptr<const CollisionTree> tree{};  // of the surface W, F; null: collides with obstacles only
-    BoundKind bounds = BoundKind::exact;
+    BoundKind bounds = BoundKind::exact;          // `auto`: as exact_for_auto() says
     std::optional<float> margin{};  // relative, of the tree's spheres; none: PosedTree's default
     BodyState state{};              // empty x: the rest pose without velocity
     std::vector<Grip> grips{};

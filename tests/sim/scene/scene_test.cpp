@@ -1,4 +1,5 @@
 #include "sim/scene/scene.hpp"
+#include "sim/scene/scene_parts.hpp"
 
 #include <gtest/gtest.h>
 
@@ -78,7 +79,7 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(b.meshing.scheme, SubdivisionScheme::loop);
     EXPECT_EQ(b.file, std::filesystem::path("/abs/b.obj"));
     EXPECT_EQ(b.name, "b");
-    EXPECT_EQ(b.bounds, BoundKind::exact);
+    EXPECT_EQ(b.bounds, BoundKind::automatic);
     EXPECT_EQ(spec.bodies[2].source, BodySource::tets);
     EXPECT_EQ(spec.bodies[2].meshing.levels, 1);
     ASSERT_EQ(spec.obstacles.size(), 3u);
@@ -175,7 +176,7 @@ const Broken broken_scenes[] = {
     {with(R"("bounds": "nbd")"),
      "bodies[0].tree: is missing: bounds \"nbd\" are learned or precomputed and need a tree file"},
     {with(R"("bounds": "bd", "tree": "t.h5", "transform": {"scale": 2})"),
-     "bodies[0].transform.scale: must be 1 unless bounds are \"exact\", \"boxes\" or \"affine\""},
+     "bodies[0].transform.scale: must be 1 unless bounds are \"auto\", \"affine\", \"boxes\" or \"exact\""},
     {with(R"("margin": "wide")"), "bodies[0].margin: must be a number, not \"wide\""},
     {with(R"("margin": -0.1)"), "bodies[0].margin: is -0.1, but must be between 0 and 10"},
     {with(R"("material": {"poisson": 0.5})"),
@@ -298,7 +299,7 @@ TEST(BuildWorld, NamesTheBodyThatIsInvalid) {
 TEST(BuildWorld, HangsABodyOnItsOwnNodes) {
     const std::string text = R"({"bodies": [
         {"body": "a", "bounds": "affine", "transform": {"scale": 2, "rotate": {"degrees": 30}}},
-        {"body": "b", "bounds": "affine", "transform": {"translate": [0.3, 0.1, 0.65]},
+        {"body": "b", "transform": {"translate": [0.3, 0.1, 0.65]},
          "velocity": [0, 0, -2]},
         {"body": "c", "bounds": "exact", "transform": {"translate": [5, 0, 0]}}]})";
     const SceneSpec spec = parse_scene(text, "");
@@ -326,6 +327,9 @@ TEST(BuildWorld, HangsABodyOnItsOwnNodes) {
                   build_world(one, std::span(&outside, 1));
               }).find("bodies[0] (a): vertex 4 has the weight -0.5; allowed: 0 or more"),
               std::string::npos);
+    const SceneBody by_default = parse_scene(with(""), "").bodies.front();
+    EXPECT_FALSE(scene_tree(by_default, outside)->affine) << "auto bounds are boxes then";
+    EXPECT_TRUE(scene_tree(by_default, box())->affine);
 }
 
 TEST(CheckScene, ReportsEveryProblemOfBodiesAndObstacles) {
