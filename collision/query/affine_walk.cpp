@@ -1,9 +1,11 @@
 #include "collision/query/affine_walk.hpp"
 
 #include <bit>
+#include <limits>
 
 #include "collision/kernels/lane_mask.hpp"
 #include "collision/query/near_boxes.hpp"
+#include "collision/query/one_body.hpp"
 
 namespace nbd {
 namespace {
@@ -27,10 +29,29 @@ long near_pairs(const Side& s, const Side& t, const Near& near, const F& f) noex
     return width * (2 + std::popcount(lanes));
 }
 
+/// Nodes that will be fitted soon are prefetched some pairs ahead.
+template <class Pair, class OneOfA, class OneOfB>
+void prefetch_ahead(const std::vector<Pair>& coming, std::size_t k, const OneOfA& one_of_a,
+                    const OneOfB& one_of_b) noexcept {
+    constexpr std::size_t ahead = 4;
+    if (k + ahead >= coming.size()) return;
+    one_of_a(coming[k + ahead].a);
+    one_of_b(coming[k + ahead].b);
+}
+
 }  // namespace
 
-template <class Near>
-void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near) noexcept {
+template <class F>
+void AffineWalk::with_test(const F& f) const noexcept {
+    if (distance_ == 0)
+        f(Overlapping{});
+    else
+        f(Within(distance_));
+}
+
+template <class Near, class Taken>
+void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near,
+                               const Taken& taken) noexcept {
     const auto present = [](const AffineBoxes& boxes, int pack) {
         const int left = boxes.tree().clusters() - pack * width;
         return left >= width ? 0xffffu : (1u << left) - 1;
@@ -45,45 +66,45 @@ void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near)
             counters_.node_tests += width * b.cluster_packs();
             for (int pb = 0; pb < b.cluster_packs(); ++pb)
                 for_each_bit(near_b_[static_cast<std::size_t>(pb)] & present(b, pb), [&](int j) {
-                    clusters_.push_back({cluster, width * pb + j});
+                    if (taken.children(0, 0, cluster, width * pb + j))
+                        clusters_.push_back({cluster, width * pb + j});
                 });
         });
 }
 
-template <class Near>
-void AffineWalk::walk(AffineBoxes& a, AffineBoxes& b, const Near& near,
-                      std::vector<FacePair>& pairs) noexcept {
-    find_clusters(a, b, near);
-    // Nodes that will be fitted soon are prefetched some pairs ahead.
-    const auto prefetch = [](const std::vector<Pair>& coming, std::size_t k, const auto& one_of_a,
-                             const auto& one_of_b) {
-        constexpr std::size_t ahead = 4;
-        if (k + ahead >= coming.size()) return;
-        one_of_a(coming[k + ahead].a);
-        one_of_b(coming[k + ahead].b);
-    };
+template <class Near, class Taken>
+void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken) noexcept {
+    find_clusters(a, b, near, taken);
     for (std::size_t k = 0; k < clusters_.size(); ++k) {
-        prefetch(
+        prefetch_ahead(
             clusters_, k, [&](int i) { a.prefetch_cluster(i); }, [&](int i) { b.prefetch_cluster(i); });
         const Pair& pair = clusters_[k];
         counters_.node_tests += near_pairs(
             Side{a.blocks(pair.a), a.blocks_in(pair.a), a.cluster(pair.a)},
             Side{b.blocks(pair.b), b.blocks_in(pair.b), b.cluster(pair.b)}, near, [&](int i, int j) {
-                blocks_.push_back({a.first_block(pair.a) + i, b.first_block(pair.b) + j});
+                if (taken.children(pair.a, pair.b, i, j))
+                    blocks_.push_back({a.first_block(pair.a) + i, b.first_block(pair.b) + j});
             });
     }
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
-        prefetch(
+        prefetch_ahead(
             blocks_, k, [&](int i) { a.prefetch_block(i); }, [&](int i) { b.prefetch_block(i); });
         const Pair& pair = blocks_[k];
         counters_.node_tests +=
             near_pairs(Side{a.leaves(pair.a), a.leaves_in(pair.a), a.block(pair.a)},
                        Side{b.leaves(pair.b), b.leaves_in(pair.b), b.block(pair.b)}, near, [&](int i, int j) {
-                           leaves_.push_back({width * pair.a + i, width * pair.b + j});
+                           if (taken.children(pair.a, pair.b, i, j))
+                               leaves_.push_back({width * pair.a + i, width * pair.b + j});
                        });
     }
-    for (std::size_t k = 0; k < leaves_.size(); ++k) {
-        prefetch(
+    counters_.leaf_pairs = static_cast<long>(leaves_.size());
+}
+
+template <class Near, class Taken>
+void AffineWalk::find_faces(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken,
+                            std::size_t enough, std::vector<FacePair>& pairs) noexcept {
+    for (std::size_t& k = next_leaves_; k < leaves_.size() && pairs.size() < enough; ++k) {
+        prefetch_ahead(
             leaves_, k, [&](int i) { a.prefetch_leaf(i); }, [&](int i) { b.prefetch_leaf(i); });
         const Pair& pair = leaves_[k];
         a.leaf(pair.a);
@@ -92,24 +113,42 @@ void AffineWalk::walk(AffineBoxes& a, AffineBoxes& b, const Near& near,
         counters_.box_tests +=
             near_pairs(Side{s.boxes, a.faces_in(pair.a), s.whole}, Side{t.boxes, b.faces_in(pair.b), t.whole},
                        near, [&](int i, int j) {
-                           pairs.push_back({width * pair.a + i, width * pair.b + j});
+                           const FacePair slots{width * pair.a + i, width * pair.b + j};
+                           if (taken.children(pair.a, pair.b, i, j) && taken.faces(slots.a, slots.b))
+                               pairs.push_back(slots);
                        });
     }
-    counters_.leaf_pairs = static_cast<long>(leaves_.size());
+}
+
+template <class Taken>
+void AffineWalk::begin(AffineBoxes& a, AffineBoxes& b, float distance, const Taken& taken) noexcept {
+    counters_ = {};
+    distance_ = distance;
+    clusters_.clear();
+    blocks_.clear();
+    leaves_.clear();
+    next_leaves_ = 0;
+    if (!a.has_pose() || !b.has_pose() || apart(a.whole(), b.whole(), distance)) return;
+    with_test([&](const auto& near) { find_leaves(a, b, near, taken); });
 }
 
 void AffineWalk::near_faces(AffineBoxes& a, AffineBoxes& b, float distance,
                             std::vector<FacePair>& pairs) noexcept {
-    counters_ = {};
     pairs.clear();
-    clusters_.clear();
-    blocks_.clear();
-    leaves_.clear();
-    if (!a.has_pose() || !b.has_pose() || apart(a.whole(), b.whole(), distance)) return;
-    if (distance == 0)
-        walk(a, b, Overlapping{}, pairs);
-    else
-        walk(a, b, Within(distance), pairs);
+    begin(a, b, distance, TwoBodies{});
+    constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
+    with_test([&](const auto& near) { find_faces(a, b, near, TwoBodies{}, all, pairs); });
+}
+
+void AffineWalk::begin_one_body(AffineBoxes& body, float distance) noexcept {
+    begin(body, body, distance, OneBody(body, nullptr));
+}
+
+bool AffineWalk::next_near_faces(AffineBoxes& body, const FacePairSet* left_out, std::size_t enough,
+                                 std::vector<FacePair>& pairs) noexcept {
+    with_test(
+        [&](const auto& near) { find_faces(body, body, near, OneBody(body, left_out), enough, pairs); });
+    return next_leaves_ < leaves_.size();
 }
 
 }  // namespace nbd

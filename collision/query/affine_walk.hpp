@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "collision/bounds/affine/affine_boxes.hpp"
 #include "collision/geometry/geometry.hpp"
+#include "collision/query/face_pair_set.hpp"
 
 namespace nbd {
 
@@ -15,13 +17,21 @@ struct AffineWalkCounters {
     long box_tests = 0;   // pairs of boxes of faces compared, at most
 };
 
-/// Finds the faces of two bodies with wide trees whose boxes are near each other. Goes level by level, so
-/// that the data of later nodes can be prefetched. Owns its scratch memory.
+/// Finds the faces of two bodies with wide trees, or of one body with itself, whose boxes are near each
+/// other. Goes level by level, so that the data of later nodes can be prefetched. Owns its scratch memory.
 class AffineWalk {
  public:
     /// Writes pairs of slots, in no order, to `pairs`. distance: metres; 0: boxes that have a point in
     /// common. No pair of faces within the distance is left out.
     void near_faces(AffineBoxes& a, AffineBoxes& b, float distance, std::vector<FacePair>& pairs) noexcept;
+
+    /// Begins a walk over one body with itself, down to the leaves; next_near_faces() goes on, and the pose
+    /// must stay the same until it returns false.
+    void begin_one_body(AffineBoxes& body, float distance) noexcept;
+    /// Appends pairs of slots, each pair once, until there are `enough` or no more. Takes no pair of faces
+    /// that share a vertex, nor of those left out (null: none). Returns whether there may be more.
+    bool next_near_faces(AffineBoxes& body, const FacePairSet* left_out, std::size_t enough,
+                         std::vector<FacePair>& pairs) noexcept;
 
     const AffineWalkCounters& counters() const noexcept { return counters_; }
 
@@ -29,13 +39,23 @@ class AffineWalk {
     struct Pair {
         int a, b;
     };
-    template <class Near>
-    void walk(AffineBoxes& a, AffineBoxes& b, const Near& near, std::vector<FacePair>& pairs) noexcept;
-    template <class Near>
-    void find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near) noexcept;
+    /// Calls f with the test for boxes within distance_.
+    template <class F>
+    void with_test(const F& f) const noexcept;
+    template <class Near, class Taken>
+    void find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken) noexcept;
+    template <class Near, class Taken>
+    void find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken) noexcept;
+    template <class Near, class Taken>
+    void find_faces(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken, std::size_t enough,
+                    std::vector<FacePair>& pairs) noexcept;
+    template <class Taken>
+    void begin(AffineBoxes& a, AffineBoxes& b, float distance, const Taken& taken) noexcept;
 
+    float distance_ = 0;
     std::vector<std::uint16_t> near_a_, near_b_;  // a bit per cluster
     std::vector<Pair> clusters_, blocks_, leaves_;
+    std::size_t next_leaves_ = 0;  // the first pair of leaves whose faces were not looked at
     AffineWalkCounters counters_;
 };
 

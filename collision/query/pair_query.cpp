@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "collision/base/stopwatch.hpp"
-#include "collision/geometry/closest_points.hpp"
 #include "collision/geometry/separation.hpp"
-#include "collision/kernels/lane_mask.hpp"
+#include "collision/query/box_walk.hpp"
 #include "collision/query/keep_intersecting.hpp"
-#include "collision/query/near_boxes.hpp"
+#include "collision/query/keep_within.hpp"
+#include "collision/query/one_body.hpp"
 #include "collision/tree/posed_tree_state.hpp"
 
 namespace nbd {
@@ -76,49 +76,6 @@ void walk_nodes(const SphereTree& tree_a, PosedSpheres& a, A& bounds_a, const Sp
     next.reserve(level.capacity());
 }
 
-/// Walks over the boxes under a pair of leaves and finds all pairs of faces with near boxes.
-template <class Near>
-void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, const Near& near,
-                std::vector<NodePair>& stack, std::vector<FacePair>& near_faces,
-                QueryCounters& counters) noexcept {
-    a.open(root_a);
-    b.open(root_b);
-    stack.assign(1, {root_a, root_b});
-    while (!stack.empty()) {
-        const NodePair pair = stack.back();
-        stack.pop_back();
-        const LeafBoxes::Node &node_a = a.node(pair.a), &node_b = b.node(pair.b);
-        const LeafBoxes::Opened& boxes_a = a.open(pair.a);
-        const unsigned near_b = near_boxes(boxes_a, b.whole(pair.b), near);
-        counters.box_tests += node_a.count;
-        if (near_b == 0) continue;
-        const LeafBoxes::Opened& boxes_b = b.open(pair.b);
-        unsigned any = 0;  // boxes of b that are near any box of a
-        unsigned masks[LeafBoxes::max_boxes];
-        near_boxes(boxes_b, boxes_a, near_b, near, masks);
-        for_each_bit(near_b, [&](int i) {
-            const unsigned mask = masks[i];
-            counters.box_tests += node_b.count;
-            any |= mask;
-            if (mask == 0 || (node_a.has_faces() && !node_b.has_faces())) return;
-            if (node_b.has_faces() && !node_a.has_faces())
-                stack.push_back({node_a.first_child + i, pair.b});
-            else if (node_b.has_faces())
-                for_each_bit(mask, [&](int j) {
-                    near_faces.push_back({node_a.first_slot + i, node_b.first_slot + j});
-                });
-            else
-                for_each_bit(mask, [&](int j) {
-                    stack.push_back({node_a.first_child + i, node_b.first_child + j});
-                    a.prefetch_node(stack.back().a);
-                    b.prefetch_node(stack.back().b);
-                });
-        });
-        if (node_a.has_faces() && !node_b.has_faces())
-            for_each_bit(any, [&](int j) { stack.push_back({pair.a, node_b.first_child + j}); });
-    }
-}
-
 }  // namespace
 
 void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {
@@ -183,8 +140,8 @@ std::span<const FacePair> PairQuery::find_sphere_tree_pairs(PosedTree& a, PosedT
             boxes_b.prefetch_positions(boxes_b.root(leaf_pairs_[i + 1].b));
         }
         const auto walk = [&](const auto& near) {
-            walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), near, stack_, pairs_,
-                       counters_);
+            walk_boxes(boxes_a, boxes_a.root(pair.a), boxes_b, boxes_b.root(pair.b), near, TwoBodies{},
+                       stack_, pairs_, counters_);
         };
         if (distance == 0)
             walk(Overlapping{});
@@ -248,9 +205,7 @@ std::span<const FacePair> PairQuery::intersecting(PosedTree& a, PosedTree& b) no
 
 std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float distance) noexcept {
     const auto keep_near = [&](std::vector<FacePair>& pairs, const auto& in_a, const auto& in_b) {
-        std::erase_if(pairs, [&](const FacePair& pair) {
-            return !(triangle_distance(in_a.triangle(pair.a), in_b.triangle(pair.b)) <= double{distance});
-        });
+        keep_within(pairs, in_a, in_b, distance);
     };
     return find_face_pairs(a, b, distance, keep_near);
 }

@@ -78,6 +78,10 @@ class LeafBoxes {
 
     /// Index of the face at position `slot` of the sphere tree's `faces`.
     int face(int slot) const noexcept { return tree_->spheres.faces[static_cast<std::size_t>(slot)]; }
+    std::array<int, 3> face_vertices(int slot) const noexcept {
+        const int* c = corners(slot);
+        return {c[0], c[1], c[2]};
+    }
     /// The faces in this pose, numbered by slot.
     PosedFaces faces() const noexcept { return {&corners_, x_}; }
     Triangle triangle(int slot) const noexcept { return faces().triangle(slot); }

@@ -89,6 +89,7 @@ class PosedTree {
     std::unique_ptr<PosedTreeState> state_;
     friend class ClosestQuery;
     friend class PairQuery;
+    friend class SelfQuery;
 };
 
 }  // namespace nbd

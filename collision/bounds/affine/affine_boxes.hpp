@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -93,6 +94,7 @@ class AffineBoxes {
         const FaceCorners c = corners(slot);
         return {c[0].head<3>().matrix(), c[1].head<3>().matrix(), c[2].head<3>().matrix()};
     }
+    std::array<int, 3> face_vertices(int slot) const noexcept { return tree_->face_vertices(slot); }
     int face(int slot) const noexcept { return tree_->faces[static_cast<std::size_t>(slot)]; }
 
     /// Prefetch what blocks(), leaves() and leaf() will read.

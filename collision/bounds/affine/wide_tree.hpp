@@ -43,6 +43,13 @@ struct WideTree {
         return std::span(vertices).subspan(static_cast<std::size_t>(vertex_begin[l]),
                                            static_cast<std::size_t>(vertex_begin[l + 1] - vertex_begin[l]));
     }
+    /// Vertices of the face in a slot, as numbers of the surface.
+    std::array<int, 3> face_vertices(int slot) const noexcept {
+        const auto l = static_cast<std::size_t>(slot / width);
+        const int* at = vertices.data() + vertex_begin[l];
+        const std::uint8_t* corner = corners[l].data() + slot % width;
+        return {at[corner[0]], at[corner[width]], at[corner[2 * width]]};
+    }
     /// Vertices of a block without repeats, ascending.
     std::vector<int> block_vertices(int block) const;
 };

@@ -9,6 +9,7 @@
 #include "collision/query/closest_query.hpp"
 #include "collision/query/many_body_query.hpp"
 #include "collision/query/pair_query.hpp"
+#include "collision/query/self_query.hpp"
 #include "tests/collision/bounds/affine/hung_surface.hpp"
 #include "tests/collision/models.hpp"
 
@@ -67,6 +68,7 @@ void expect_no_allocations(PosedTree& a, PosedTree& b, const Vertices& rest, con
     PairQuery query;
     ClosestQuery closest;
     ManyBodyQuery many;
+    SelfQuery self;
     PosedTree* const bodies[] = {&a, &b};
     std::mt19937 random(2);
     std::vector<Vertices> poses;
@@ -84,6 +86,8 @@ void expect_no_allocations(PosedTree& a, PosedTree& b, const Vertices& rest, con
             query.leaf_pairs(a, b, 0.02f);
             closest.closest(a, b);
             pairs += static_cast<long>(many.intersecting(bodies).size());
+            self.intersecting(a);
+            pairs += static_cast<long>(self.within(b, 0.01f).size());
             a.sphere(17);
         }
     };

@@ -1,5 +1,4 @@
 #include "sim/scene/scene.hpp"
-#include "sim/scene/scene_parts.hpp"
 
 #include <gtest/gtest.h>
 

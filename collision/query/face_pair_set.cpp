@@ -1,0 +1,39 @@
+#include "collision/query/face_pair_set.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "collision/base/message.hpp"
+
+namespace nbd {
+
+FacePairSet::FacePairSet(std::span<const FacePair> pairs, int face_count) {
+    std::vector<FacePair> sorted;
+    sorted.reserve(pairs.size());
+    for (const FacePair& pair : pairs) {
+        const auto [a, b] = std::minmax(pair.a, pair.b);
+        if (a < 0 || b >= face_count)
+            throw std::invalid_argument(message("the pair (", pair.a, ", ", pair.b,
+                                                ") is of faces that are not there; allowed: 0 to ",
+                                                face_count - 1));
+        sorted.push_back({a, b});
+    }
+    std::ranges::sort(sorted);
+    sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+    others_.reserve(sorted.size());
+    begin_.reserve(static_cast<std::size_t>(face_count) + 1);
+    for (int face = 0; face < face_count; ++face) {
+        begin_.push_back(static_cast<int>(others_.size()));
+        while (others_.size() < sorted.size() && sorted[others_.size()].a == face)
+            others_.push_back(sorted[others_.size()].b);
+    }
+    begin_.push_back(static_cast<int>(others_.size()));
+}
+
+bool FacePairSet::contains(int a, int b) const noexcept {
+    const auto least = static_cast<std::size_t>(std::min(a, b));
+    return std::binary_search(others_.begin() + begin_[least], others_.begin() + begin_[least + 1],
+                              std::max(a, b));
+}
+
+}  // namespace nbd

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "collision/query/affine_walk.hpp"
+#include "collision/query/face_pair_set.hpp"
+#include "collision/query/pair_query.hpp"
+#include "collision/tree/posed_tree.hpp"
+
+namespace nbd {
+
+struct PosedSpheres;
+
+/// Queries of a posed tree with itself, for self-contact. Pairs of faces that share a vertex always touch;
+/// they are left out during the walk, and so are further pairs that were given. The walk visits every pair of
+/// nodes once. Faces that it finds are tested in batches, so that near faces never fill the memory.
+///
+/// Owns its scratch memory, so a warm query allocates nothing. Use one object per thread. Results stay valid
+/// until the next call on the same object.
+class SelfQuery {
+ public:
+    SelfQuery() = default;
+    /// left_out: further pairs of faces to leave out, of the surface of every body that is asked, for example
+    /// near_at_rest().
+    explicit SelfQuery(std::shared_ptr<const FacePairSet> left_out) : left_out_(std::move(left_out)) {}
+
+    /// Pairs (a, b), a < b, of faces that have a point in common but no vertex, sorted, without repeats. This
+    /// is the exact set for `exact`, `boxes`, `affine` and `certified` bounds. Learned bounds give a subset.
+    std::span<const FacePair> intersecting(PosedTree& body) noexcept;
+
+    /// Likewise pairs at most `distance` apart (metres, finite, >= 0). Faces around one vertex are often
+    /// nearer to each other than that: leave out near_at_rest() faces unless they matter.
+    std::span<const FacePair> within(PosedTree& body, float distance) noexcept;
+
+    /// Likewise pairs whose boxes come within `distance`: all pairs of within() and some more. For `boxes`
+    /// and `affine` bounds these are all pairs of such boxes; spheres may tell faces apart whose boxes are
+    /// near.
+    std::span<const FacePair> boxes_within(PosedTree& body, float distance) noexcept;
+
+    /// Counters of the last query.
+    const QueryCounters& counters() const noexcept { return counters_; }
+
+ private:
+    template <class Narrow>
+    std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Narrow& narrow) noexcept;
+    template <class Narrow>
+    void find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow) noexcept;
+    template <class Narrow>
+    void find_sphere_pairs(PosedSpheres& posed, const SphereTree& tree, float distance,
+                           const Narrow& narrow) noexcept;
+    void find_leaf_pairs(PosedSpheres& posed, const SphereTree& tree, float distance) noexcept;
+    /// Narrows the pairs of slots in `batch_` and moves them to `pairs_`, as faces.
+    template <class Boxes, class Posed, class Narrow>
+    void finish_batch(const Boxes& boxes, const Posed& posed, const Narrow& narrow) noexcept;
+
+    std::shared_ptr<const FacePairSet> left_out_;
+    QueryCounters counters_;
+    AffineWalk affine_walk_;
+    std::vector<LeafPair> leaf_pairs_;
+    std::vector<NodePair> stack_;
+    std::vector<FacePair> batch_, pairs_;
+};
+
+/// The pairs of faces that are at most `distance` apart in the rest pose and share no vertex. A SelfQuery
+/// that leaves them out reports only faces that came near each other since. X: rest positions [n, 3]; F:
+/// faces [m, 3]; distance: metres, finite, >= 0. Throws std::invalid_argument as intersecting_faces(), and on
+/// a distance out of range.
+std::shared_ptr<const FacePairSet> near_at_rest(VerticesRef X, FacesRef F, float distance);
+
+}  // namespace nbd
