@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "collision/geometry/box.hpp"
 #include "collision/kernels/kernels.hpp"
 #include "collision/kernels/packs.hpp"
@@ -22,6 +24,14 @@ inline void BoxPack::set(int lane, const Box& box) noexcept {
 
 inline Box BoxPack::box(int lane) const noexcept {
     return {{lo[0][lane], lo[1][lane], lo[2][lane], 0}, {hi[0][lane], hi[1][lane], hi[2][lane], 0}};
+}
+
+inline void BoxPack::join(const BoxPack& other) noexcept {
+    for (int axis = 0; axis < 3; ++axis)
+        for (int lane = 0; lane < lanes; ++lane) {
+            lo[axis][lane] = std::min(lo[axis][lane], other.lo[axis][lane]);
+            hi[axis][lane] = std::max(hi[axis][lane], other.hi[axis][lane]);
+        }
 }
 
 inline void BoxPack::grow(float by) noexcept {

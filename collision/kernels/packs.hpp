@@ -17,6 +17,8 @@ struct alignas(64) BoxPack {
     inline BoxPack() noexcept;
     inline void set(int lane, const Box& box) noexcept;
     inline Box box(int lane) const noexcept;
+    /// Makes every box hold that of the same lane as well.
+    inline void join(const BoxPack& other) noexcept;
     /// Moves every side outward by `by` metres.
     inline void grow(float by) noexcept;
 };

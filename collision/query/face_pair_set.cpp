@@ -32,8 +32,16 @@ FacePairSet::FacePairSet(std::span<const FacePair> pairs, int face_count) {
 
 bool FacePairSet::contains(int a, int b) const noexcept {
     const auto least = static_cast<std::size_t>(std::min(a, b));
-    return std::binary_search(others_.begin() + begin_[least], others_.begin() + begin_[least + 1],
-                              std::max(a, b));
+    const int most = std::max(a, b);
+    std::span<const int> others(others_.data() + begin_[least], others_.data() + begin_[least + 1]);
+    // Halves a long list. All of a short one is read at once, which is faster than a search with branches.
+    while (others.size() > 64) {
+        const std::size_t middle = others.size() / 2;
+        others = others[middle] <= most ? others.subspan(middle) : others.first(middle);
+    }
+    int found = 0;
+    for (const int other : others) found |= other == most;
+    return found != 0;
 }
 
 }  // namespace nbd

@@ -86,4 +86,11 @@ std::span<const TouchingBodies> ManyBodyQuery::within(std::span<PosedTree* const
     });
 }
 
+std::span<const TouchingBodies> ManyBodyQuery::boxes_within(std::span<PosedTree* const> bodies,
+                                                            float distance) {
+    return run(bodies, distance, [distance](PairQuery& query, PosedTree& a, PosedTree& b) {
+        return query.boxes_within(a, b, distance);
+    });
+}
+
 }  // namespace nbd

@@ -34,6 +34,7 @@ class ManyBodyQuery {
     /// executor throws.
     std::span<const TouchingBodies> intersecting(std::span<PosedTree* const> bodies);
     std::span<const TouchingBodies> within(std::span<PosedTree* const> bodies, float distance);
+    std::span<const TouchingBodies> boxes_within(std::span<PosedTree* const> bodies, float distance);
 
     /// Number of body pairs that the last query tested for face pairs, and its number of rounds.
     int pairs_asked() const noexcept { return static_cast<int>(pairs_.size()); }

@@ -211,6 +211,7 @@ std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float di
 }
 
 std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept {
+    assert(goes_wide(*a.state_, *b.state_) || !(a.state_->in_step || b.state_->in_step));
     return find_face_pairs(a, b, distance, [](std::vector<FacePair>&, const auto&, const auto&) {});
 }
 

@@ -48,6 +48,7 @@ class PairQuery {
     std::span<const FacePair> within(PosedTree& a, PosedTree& b, float distance) noexcept;
 
     /// Face pairs whose boxes come within `distance`: all pairs of within() and some more, found much faster.
+    /// For bodies in a step, those of their boxes over the whole step: see PosedTree::begin_step().
     std::span<const FacePair> boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept;
 
     /// The broad phase alone: leaf pairs whose bounds come within `distance`, sorted.

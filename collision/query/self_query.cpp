@@ -124,8 +124,8 @@ std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float dist
     counters_ = {};
     batch_.clear();
     pairs_.clear();
-    if (AffineBoxes* boxes = body.state_->wide_pose())
-        find_wide_pairs(*boxes, distance, narrow);
+    if (body.state_->has_wide())
+        find_wide_pairs(body.state_->wide(), distance, narrow);
     else
         find_sphere_pairs(body.state_->spheres(), body.tree().spheres, distance, narrow);
     std::ranges::sort(pairs_);

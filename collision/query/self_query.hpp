@@ -36,7 +36,7 @@ class SelfQuery {
 
     /// Likewise pairs whose boxes come within `distance`: all pairs of within() and some more. For `boxes`
     /// and `affine` bounds these are all pairs of such boxes; spheres may tell faces apart whose boxes are
-    /// near.
+    /// near. In a step, those of its boxes over the whole step: see PosedTree::begin_step().
     std::span<const FacePair> boxes_within(PosedTree& body, float distance) noexcept;
 
     /// Counters of the last query.

@@ -47,6 +47,10 @@ NodeMargins node_margins(const CollisionTree& tree, BoundKind kind, std::optiona
     return {calibration->second.margins, calibration->second.limits};
 }
 
+std::shared_ptr<const AffineModel> boxes_of(const CollisionTree& tree) {
+    return tree.boxes ? tree.boxes : make_boxes(tree);
+}
+
 std::unique_ptr<PosedSpheres> make_spheres(const CollisionTree& tree, BoundKind kind,
                                            std::optional<float> margin) {
     const NodeMargins margins = node_margins(tree, kind, margin);
@@ -91,23 +95,33 @@ void PosedTree::begin_pose_of_nodes(VerticesRef nodes) noexcept {
     state_->begin_pose_of_nodes(nodes);
 }
 
+void PosedTree::begin_step(VerticesRef start, VerticesRef end) noexcept {
+    assert(start.rows() == state_->tree->vertex_count && end.rows() == state_->tree->vertex_count);
+    state_->begin_step(start, end);
+}
+
+void PosedTree::begin_step_of_nodes(VerticesRef start, VerticesRef end) noexcept {
+    assert(state_->of_nodes);
+    state_->begin_step_of_nodes(start, end);
+}
+
 PosedTreeState::PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundKind bounds,
                                std::optional<float> growth)
     : tree(std::move(body)), kind(bounds), margin(growth) {
     const bool is_auto = kind == BoundKind::automatic;
     if (tree->affine && (kind == BoundKind::affine || is_auto)) of_nodes.emplace(tree->affine);
-    if (kind == BoundKind::boxes || is_auto)
-        of_surface.emplace(tree->boxes ? tree->boxes : make_boxes(*tree));
+    if (kind == BoundKind::boxes || is_auto) of_surface.emplace(boxes_of(*tree));
     if (is_auto && has_bounds(*tree, BoundKind::learned_boxes)) automatic.emplace();
-    if (!has_wide()) posed_spheres = make_spheres(*tree, kind, margin);
+    is_wide = of_nodes || of_surface;
+    if (!is_wide) posed_spheres = make_spheres(*tree, kind, margin);
     is_of_nodes = of_nodes.has_value();  // before the first pose too
 }
 
 void PosedTreeState::begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept {
     positions = x;
-    is_of_nodes = false;
-    if (!has_wide()) return posed_spheres->begin_pose(x, motion);
-    wide_is_stale = spheres_are_stale = true;
+    is_of_nodes = in_step = false;
+    wide_is_stale = spheres_are_stale = is_wide;
+    if (!is_wide) return posed_spheres->begin_pose(x, motion);
     if (automatic)
         automatic->end_pose();
     else
@@ -117,6 +131,21 @@ void PosedTreeState::begin_pose(const Positions& x, std::span<const RegionMotion
 void PosedTreeState::begin_pose_of_nodes(VerticesRef nodes) noexcept {
     of_nodes->begin_pose(nodes);
     is_of_nodes = spheres_are_stale = true;
+    wide_is_stale = in_step = false;
+}
+
+void PosedTreeState::begin_step(VerticesRef start, VerticesRef end) noexcept {
+    if (!of_surface) of_surface.emplace(boxes_of(*tree));
+    of_surface->begin_step(start, end);
+    positions = end;
+    in_step = spheres_are_stale = true;
+    is_of_nodes = wide_is_stale = false;
+    if (automatic) automatic->end_pose();
+}
+
+void PosedTreeState::begin_step_of_nodes(VerticesRef start, VerticesRef end) noexcept {
+    of_nodes->begin_step(start, end);
+    is_of_nodes = in_step = spheres_are_stale = true;
     wide_is_stale = false;
 }
 
@@ -125,7 +154,7 @@ AffineBoxes& PosedTreeState::wide() noexcept {
     if (std::exchange(wide_is_stale, false)) {
         const Stopwatch watch;
         positions.require_all();
-        if (!of_surface) of_surface.emplace(tree->boxes ? tree->boxes : make_boxes(*tree));
+        if (!of_surface) of_surface.emplace(boxes_of(*tree));
         of_surface->begin_pose(positions.rows());
         if (automatic) automatic->boxes_trial.start_ns = 1e9 * watch.seconds();
     }

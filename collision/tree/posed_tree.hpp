@@ -56,6 +56,17 @@ class PosedTree {
     /// there.
     void begin_pose_of_nodes(VerticesRef nodes) noexcept;
 
+    /// Starts a step of linear motion, for continuous collision detection: every vertex moves straight from
+    /// its position in `start` to that in `end`, like x of begin_pose(). whole() and the boxes_within() of
+    /// all queries then answer for the whole step: they leave out no faces that are within the distance at
+    /// any one time of it. A body with `boxes` or `affine` bounds in a pose is one that does not move. All
+    /// else sees the pose at the end. Bodies with spheres get the exact boxes of
+    /// `boxes` in a step; in a pose they must not meet a body in a step in boxes_within().
+    void begin_step(VerticesRef start, VerticesRef end) noexcept;
+
+    /// Likewise from the nodes at both ends, for a body as begin_pose_of_nodes() takes it.
+    void begin_step_of_nodes(VerticesRef start, VerticesRef end) noexcept;
+
     /// World-space sphere of a node in this pose; for bounds that are boxes, the sphere around the box.
     const Sphere& sphere(int node) noexcept;
 

@@ -54,22 +54,26 @@ struct PosedTreeState {
     std::optional<float> margin{};
     std::unique_ptr<PosedSpheres> posed_spheres{};        // null: not needed so far
     std::optional<AffineBoxes> of_nodes{}, of_surface{};  // wide trees; empty: not needed so far
-    std::optional<AutoPose> automatic{};                  // for `auto` bounds that may be learned
-    Positions positions{};                                // of the pose
-    Vertices surface{};                                   // `positions` that were made from nodes
-    bool is_of_nodes = false;                             // the pose was given by nodes
-    bool wide_is_stale = false;                           // of_surface has another pose
-    bool spheres_are_stale = false;                       // posed_spheres has another pose
-    bool last_was_wide = false;                           // the last query used the wide tree
+    bool is_wide = false;                 // has the bounds of a wide tree, perhaps among others
+    std::optional<AutoPose> automatic{};  // for `auto` bounds that may be learned
+    Positions positions{};                // of the pose
+    Vertices surface{};                   // `positions` that were made from nodes
+    bool is_of_nodes = false;             // the pose or step was given by nodes
+    bool in_step = false;                 // a step, whose end is the pose
+    bool wide_is_stale = false;           // of_surface has another pose
+    bool spheres_are_stale = false;       // posed_spheres has another pose
+    bool last_was_wide = false;           // the last query used the wide tree
 
     PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundKind bounds, std::optional<float> growth);
 
-    /// Start a pose, see PosedTree.
+    /// Start a pose or a step, see PosedTree.
     void begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept;
     void begin_pose_of_nodes(VerticesRef nodes) noexcept;
+    void begin_step(VerticesRef start, VerticesRef end) noexcept;
+    void begin_step_of_nodes(VerticesRef start, VerticesRef end) noexcept;
 
-    /// Whether the bounds of its kind are, or for `auto` may be, those of a wide tree.
-    bool has_wide() const noexcept { return of_nodes || of_surface; }
+    /// Whether queries may use wide(): by its kind, or in a step.
+    bool has_wide() const noexcept { return is_wide || in_step; }
 
     /// The boxes of the wide tree in this pose.
     AffineBoxes& wide() noexcept;
@@ -80,7 +84,7 @@ struct PosedTreeState {
 
 /// Whether a body's `auto` bounds may be learned in this pose.
 inline bool may_be_learned(const PosedTreeState& body) noexcept {
-    return body.automatic && !body.is_of_nodes;
+    return body.automatic && !body.is_of_nodes && !body.in_step;
 }
 /// Whether a query between two bodies, or with one alone, walks their wide trees; else their sphere trees.
 bool goes_wide(const PosedTreeState& a, const PosedTreeState& b) noexcept;

@@ -40,6 +40,13 @@ Box box_of_points(const float* x, std::size_t count, std::size_t padded, const P
     return box;
 }
 
+/// The numbers of some nodes, three each; copied to `own` if there is room between their rows.
+const float* contiguous(const VerticesRef& nodes, Vertices& own) noexcept {
+    if (nodes.outerStride() == 3) return nodes.data();
+    own = nodes;
+    return own.data();
+}
+
 }  // namespace
 
 AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model)
@@ -58,6 +65,19 @@ AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model)
 
 void AffineBoxes::begin_pose(VerticesRef nodes) noexcept {
     assert(nodes.rows() == model_->node_count());
+    nodes_ = contiguous(nodes, own_);
+    start_ = nullptr;
+    begin();
+}
+
+void AffineBoxes::begin_step(VerticesRef start, VerticesRef end) noexcept {
+    assert(start.rows() == model_->node_count() && end.rows() == model_->node_count());
+    nodes_ = contiguous(end, own_);
+    start_ = contiguous(start, own_start_);
+    begin();
+}
+
+void AffineBoxes::begin() noexcept {
     if (++pose_ == 0) {  // the counter wrapped around: mark all as old
         for (auto* poses : {&cluster_poses_, &block_poses_, &leaf_poses_}) std::ranges::fill(*poses, 0);
         pose_ = 1;
@@ -65,11 +85,6 @@ void AffineBoxes::begin_pose(VerticesRef nodes) noexcept {
     leaves_in_use_ = 0;
     fitted_ = 0;
     whole_ = empty_box();
-    nodes_ = nodes.data();
-    if (nodes.outerStride() != 3) {
-        own_ = nodes;
-        nodes_ = own_.data();
-    }
     for (int cluster = 0; cluster < tree_->clusters(); ++cluster) {
         const Box box = box_of_nodes(model_->clusters().nodes(cluster));
         cluster_boxes_[static_cast<std::size_t>(cluster / width)].set(cluster % width, box);
@@ -80,7 +95,14 @@ void AffineBoxes::begin_pose(VerticesRef nodes) noexcept {
 void AffineBoxes::map_children(const AffineParts& parts, int i, BoxPack& boxes) noexcept {
     const AffinePart part = parts.part(i);
     const auto map = parts.maps(i) == AffineParts::Maps::shared ? kernels().shared_map : kernels().own_maps;
-    map(part, parts.rest_boxes(i), nodes_, model_->rounding(), scratch_.data(), boxes);
+    const auto map_from = [&](const float* nodes, BoxPack& mapped) {
+        map(part, parts.rest_boxes(i), nodes, model_->rounding(), scratch_.data(), mapped);
+    };
+    map_from(nodes_, boxes);
+    if (!start_) return;
+    BoxPack at_start;
+    map_from(start_, at_start);
+    boxes.join(at_start);
 }
 
 void AffineBoxes::fit_cluster(int cluster) noexcept {
@@ -104,11 +126,17 @@ void AffineBoxes::fit_block(int block) noexcept {
     for (int k = 0; k < tree_->leaves_in[b]; ++k) boxes.set(k, box_of_leaf_nodes(width * block + k));
 }
 
-void AffineBoxes::leaf_vertices(int i, Eigen::Array4f* x) const noexcept {
+void AffineBoxes::leaf_vertices(int i, const float* nodes, Eigen::Array4f* x) const noexcept {
     const AffineModel::LeafWeights weights = model_->leaf_weights(i);
-    const std::span<const int> nodes = model_->blocks().nodes(i / width);
-    leaf_positions(nodes_, nodes.data(), weights.weights, weights.nodes, weights.count,
-                   static_cast<int>(tree_->leaf_vertices(i).size()), has_last_node(nodes), x[0].data());
+    const std::span<const int> places = model_->blocks().nodes(i / width);
+    leaf_positions(nodes, places.data(), weights.weights, weights.nodes, weights.count,
+                   static_cast<int>(tree_->leaf_vertices(i).size()), has_last_node(places), x[0].data());
+}
+
+void AffineBoxes::leaf_boxes(int i, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) const noexcept {
+    const std::size_t count = tree_->leaf_vertices(i).size();
+    whole = box_of_points(x[0].data(), count, count, [](std::size_t v) { return 4 * v; });
+    kernels().triangle_boxes(x[0].data(), tree_->corners[static_cast<std::size_t>(i)].data(), boxes);
 }
 
 void AffineBoxes::fit_leaf(int i) noexcept {
@@ -118,10 +146,16 @@ void AffineBoxes::fit_leaf(int i) noexcept {
     ++fitted_;
     if (leaves_.size() < static_cast<std::size_t>(leaves_in_use_)) leaves_.emplace_back();
     Leaf& leaf = leaves_[static_cast<std::size_t>(leaf_at_[l])];
-    leaf_vertices(i, leaf.x);
-    const std::size_t count = tree_->leaf_vertices(i).size();
-    leaf.whole = box_of_points(leaf.x[0].data(), count, count, [](std::size_t v) { return 4 * v; });
-    kernels().triangle_boxes(leaf.x[0].data(), tree_->corners[l].data(), leaf.boxes);
+    leaf_vertices(i, nodes_, leaf.x);
+    leaf_boxes(i, leaf.x, leaf.boxes, leaf.whole);
+    if (!start_) return;
+    Eigen::Array4f x[WideTree::max_leaf_vertices];
+    BoxPack boxes;
+    Box whole;
+    leaf_vertices(i, start_, x);
+    leaf_boxes(i, x, boxes, whole);
+    leaf.boxes.join(boxes);
+    leaf.whole = joined(leaf.whole, whole);
 }
 
 void AffineBoxes::make_surface(Vertices& x) noexcept {
@@ -131,7 +165,7 @@ void AffineBoxes::make_surface(Vertices& x) noexcept {
     for (int i = 0; i < tree_->leaves(); ++i) {
         const std::span<const int> vertices = tree_->leaf_vertices(i);
         if (vertices.empty()) continue;
-        leaf_vertices(i, own);
+        leaf_vertices(i, nodes_, own);
         for (std::size_t v = 0; v < vertices.size(); ++v)
             x.row(vertices[v]) = own[v].head<3>().matrix().transpose();
     }
@@ -149,17 +183,25 @@ Box AffineBoxes::widened(Box box) const noexcept {
     return {box.lo - by, box.hi + by};
 }
 
+template <class BoxAt>
+Box AffineBoxes::over_step(const BoxAt& box_at) const noexcept {
+    return start_ ? joined(box_at(start_), box_at(nodes_)) : box_at(nodes_);
+}
+
 Box AffineBoxes::box_of_nodes(std::span<const int> nodes) const noexcept {
     const std::size_t count = nodes.size(), padded = has_last_node(nodes) ? count - 1 : count;
-    return widened(box_of_points(nodes_, count, padded, [&](std::size_t i) { return nodes[i]; }));
+    return widened(over_step([&](const float* x) {
+        return box_of_points(x, count, padded, [&](std::size_t i) { return nodes[i]; });
+    }));
 }
 
 Box AffineBoxes::box_of_leaf_nodes(int leaf) const noexcept {
     const std::span<const int> nodes = model_->blocks().nodes(leaf / width);
     const AffineModel::LeafWeights weights = model_->leaf_weights(leaf);
     const std::size_t count = tree_->leaf_vertices(leaf).size(), padded = has_last_node(nodes) ? 0 : count;
-    return widened(
-        box_of_points(nodes_, count, padded, [&](std::size_t i) { return nodes[weights.nodes[i]]; }));
+    return widened(over_step([&](const float* x) {
+        return box_of_points(x, count, padded, [&](std::size_t i) { return nodes[weights.nodes[i]]; });
+    }));
 }
 
 void AffineBoxes::prefetch_cluster(int cluster) const noexcept {

@@ -32,9 +32,15 @@ class AffineBoxes {
     /// Starts a pose. nodes: [nodes, 3], must stay valid until the next pose.
     void begin_pose(VerticesRef nodes) noexcept;
 
+    /// Starts a step of linear motion: every box holds what it bounds at the start, at the end and at all
+    /// times between, if vertices move straight from W start to W end. Boxes of faces are the hulls of those
+    /// at both ends. Positions are those at the end. start, end: like the nodes of a pose.
+    void begin_step(VerticesRef start, VerticesRef end) noexcept;
+
     const WideTree& tree() const noexcept { return *tree_; }
     /// Whether begin_pose() was called.
     bool has_pose() const noexcept { return pose_ != 0; }
+    bool in_step() const noexcept { return start_ != nullptr; }
 
     /// Box around the whole body.
     const Box& whole() const noexcept { return whole_; }
@@ -107,23 +113,30 @@ class AffineBoxes {
 
  private:
     static unsigned bits(int count) noexcept { return (1u << count) - 1; }
+    void begin() noexcept;
     void map_children(const AffineParts& parts, int part, BoxPack& boxes) noexcept;
     void fit_cluster(int cluster) noexcept;
     void fit_block(int block) noexcept;
     void fit_leaf(int leaf) noexcept;
-    void leaf_vertices(int leaf, Eigen::Array4f* x) const noexcept;
+    void leaf_vertices(int leaf, const float* nodes, Eigen::Array4f* x) const noexcept;
+    /// Boxes of a leaf's faces, and the box around all of them, from positions of its vertices.
+    void leaf_boxes(int leaf, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) const noexcept;
     /// A box of nodes, with room for the rounding errors of what hangs on them.
     Box widened(Box box) const noexcept;
     /// nodes: ascending places.
     bool has_last_node(std::span<const int> nodes) const noexcept;
+    /// box_at(nodes): of the pose, or joined from both ends of the step.
+    template <class BoxAt>
+    Box over_step(const BoxAt& box_at) const noexcept;
     Box box_of_nodes(std::span<const int> nodes) const noexcept;
     /// Of a leaf whose vertices are nodes.
     Box box_of_leaf_nodes(int leaf) const noexcept;
 
     std::shared_ptr<const AffineModel> model_;
     const WideTree* tree_;
-    const float* nodes_ = nullptr;  // of the pose, three numbers each
-    Vertices own_;                  // nodes whose rows were not contiguous
+    const float* nodes_ = nullptr;  // of the pose, or at the end of the step, three numbers each
+    const float* start_ = nullptr;  // at the start of the step; null: a pose
+    Vertices own_, own_start_;      // nodes whose rows were not contiguous
     Box whole_ = empty_box();
     AlignedVector<BoxPack> cluster_boxes_;             // sixteen clusters each
     AlignedVector<BoxPack> block_boxes_, leaf_boxes_;  // [clusters], [blocks]

@@ -63,18 +63,22 @@ TEST(AllocationCount, CountsAllocationsOfVectorsAndMatrices) {
 
 /// Expects that queries between two trees allocate nothing once all poses were seen. begin: starts a pose of
 /// a tree.
-template <class Begin>
-void expect_no_allocations(PosedTree& a, PosedTree& b, const Vertices& rest, const Begin& begin) {
+/// step: starts a step of one.
+template <class Begin, class Step>
+void expect_no_allocations(PosedTree& a, PosedTree& b, const Vertices& rest, const Begin& begin,
+                           const Step& step) {
     PairQuery query;
     ClosestQuery closest;
     ManyBodyQuery many;
     SelfQuery self;
     PosedTree* const bodies[] = {&a, &b};
     std::mt19937 random(2);
-    std::vector<Vertices> poses;
-    for (int i = 0; i < 8; ++i)
+    std::vector<Vertices> poses, moved_on;
+    for (int i = 0; i < 8; ++i) {
         poses.push_back(
             shapes::moved(shapes::wobbled(rest, random, 0.05f), shapes::random_motion(random, 0.4f)));
+        moved_on.push_back(poses.back().rowwise() + Eigen::RowVector3f(0.01f, 0, 0));
+    }
     long pairs = 0;
     const auto run = [&] {
         for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
@@ -89,6 +93,10 @@ void expect_no_allocations(PosedTree& a, PosedTree& b, const Vertices& rest, con
             self.intersecting(a);
             pairs += static_cast<long>(self.within(b, 0.01f).size());
             a.sphere(17);
+            step(a, poses[i], moved_on[i]);
+            step(b, poses[i + 1], moved_on[i + 1]);
+            query.boxes_within(a, b, 0.02f);
+            self.boxes_within(a, 0);
         }
     };
     run();
@@ -105,7 +113,9 @@ TEST(WarmQueries, AllocateNothing) {
     for (const BoundKind kind : bound_kinds) {
         if (!has_bounds(*tree, kind)) continue;
         PosedTree a(tree, kind), b(tree, kind, kind == BoundKind::boxes ? 0.f : 0.1f);
-        expect_no_allocations(a, b, s.X, [](PosedTree& body, const Vertices& x) { body.begin_pose(x); });
+        expect_no_allocations(
+            a, b, s.X, [](PosedTree& body, const Vertices& x) { body.begin_pose(x); },
+            [](PosedTree& body, const Vertices& x, const Vertices& y) { body.begin_step(x, y); });
     }
 }
 
@@ -115,8 +125,9 @@ TEST(WarmQueries, AllocateNothingWithAffineBounds) {
     hang_on_nodes(tree, s.W, s.rest);
     const auto shared = std::make_shared<const CollisionTree>(std::move(tree));
     PosedTree a(shared, BoundKind::affine), b(shared, BoundKind::affine);
-    expect_no_allocations(a, b, s.rest,
-                          [](PosedTree& body, const Vertices& x) { body.begin_pose_of_nodes(x); });
+    expect_no_allocations(
+        a, b, s.rest, [](PosedTree& body, const Vertices& x) { body.begin_pose_of_nodes(x); },
+        [](PosedTree& body, const Vertices& x, const Vertices& y) { body.begin_step_of_nodes(x, y); });
 }
 
 }  // namespace
