@@ -25,7 +25,7 @@ namespace {
 using shapes::Surface;
 using test::HungSurface;
 
-std::vector<FacePair> as_list(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
+std::vector<FacePair> list_of(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
 
 bool share_a_vertex(const Faces& F, const FacePair& pair) {
     for (int i = 0; i < 3; ++i)
@@ -102,10 +102,10 @@ class ExactBodies {
                 body.begin_pose_of_nodes(nodes);
             else
                 body.begin_pose(x);
-            EXPECT_EQ(difference(as_list(query_.intersecting(body)), touching), "") << name(body.kind());
+            EXPECT_EQ(difference(list_of(query_.intersecting(body)), touching), "") << name(body.kind());
             EXPECT_EQ(query_.counters().face_pairs, static_cast<long>(touching.size()));
-            EXPECT_EQ(difference(as_list(query_.within(body, distance)), near), "") << name(body.kind());
-            const auto boxes = as_list(query_.boxes_within(body, distance));
+            EXPECT_EQ(difference(list_of(query_.within(body, distance)), near), "") << name(body.kind());
+            const auto boxes = list_of(query_.boxes_within(body, distance));
             if (is_box(body.kind())) {
                 EXPECT_EQ(difference(boxes, near_boxes), "") << name(body.kind());
             } else {
@@ -203,10 +203,10 @@ TEST(SelfQuery, FindsWhereAFoldedSheetTouchesItself) {
     std::erase_if(expected, [&](const FacePair& pair) { return at_rest->contains(pair.b, pair.a); });
     EXPECT_LT(expected.size(), before / 2);
     EXPECT_GT(expected.size(), 100u);
-    EXPECT_EQ(as_list(contacts.within(body, 0.06f)), expected);
+    EXPECT_EQ(list_of(contacts.within(body, 0.06f)), expected);
     PosedTree spheres(shared_exact_tree(sheet.X, sheet.F), BoundKind::exact);
     spheres.begin_pose(folded);
-    EXPECT_EQ(as_list(contacts.within(spheres, 0.06f)), expected);
+    EXPECT_EQ(list_of(contacts.within(spheres, 0.06f)), expected);
 }
 
 TEST(SelfQuery, FindsASubsetWithLearnedBounds) {
@@ -222,7 +222,7 @@ TEST(SelfQuery, FindsASubsetWithLearnedBounds) {
         for (int pose = 0; pose < 6; ++pose) {
             const Vertices x = test::wild_pose(s.X, 3 * (pose % 2), random);
             body.begin_pose(x);
-            const auto expected = intersecting(x, s.F), pairs = as_list(query.intersecting(body));
+            const auto expected = intersecting(x, s.F), pairs = list_of(query.intersecting(body));
             EXPECT_TRUE(std::ranges::includes(expected, pairs)) << name(kind);
             if (!can_miss(kind)) {
                 EXPECT_EQ(pairs, expected) << name(kind);

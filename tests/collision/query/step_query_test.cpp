@@ -160,8 +160,8 @@ TEST(StepQuery, LeavesOutNoFacesThatAreNearAtAnyTime) {
             for (const FacePair& pair : now) missed_at_ends += std::ranges::count(at_ends, pair) == 0;
         }
     }
-    EXPECT_GT(near, 1000u);
-    EXPECT_GT(missed_at_ends, near / 2) << "most are near in between alone";
+    EXPECT_GT(near, 300u);
+    EXPECT_GT(missed_at_ends, near / 4) << "many are near in between alone";
 }
 
 TEST(StepQuery, FindsBodiesThatPassThroughEachOther) {

@@ -1,0 +1,140 @@
+#include "collision/geometry/skinning.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "collision/base/message.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr double tolerance = 5e-6;  // of the sum of a vertex's weights; rounding W adds less than as much
+
+/// Throws as the constructor of Skinning.
+void check_skinning(const VerticesRef& X, const SurfaceEmbedding& weights) {
+    if (weights.rows() != X.rows())
+        throw std::invalid_argument(message("the bone weights have ", weights.rows(),
+                                            " rows; allowed: one for each of the ", X.rows(), " vertices"));
+    for (int v = 0; v < X.rows(); ++v) {
+        if (!X.row(v).allFinite()) throw std::invalid_argument(message("vertex ", v, " is not finite"));
+        int count = 0;
+        double sum = 0;
+        for (SurfaceEmbedding::InnerIterator entry(weights, v); entry; ++entry) {
+            if (!(entry.value() >= 0 && std::isfinite(entry.value())))
+                throw std::invalid_argument(message("vertex ", v, " has the bone weight ", entry.value(),
+                                                    "; allowed: finite, 0 or more"));
+            sum += double{entry.value()};
+            count += entry.value() != 0;
+        }
+        if (count > Skinning::max_bones)
+            throw std::invalid_argument(message("vertex ", v, " has ", count,
+                                                " bone weights; allowed: at most ", Skinning::max_bones));
+        if (!(std::abs(sum - 1) <= tolerance))
+            throw std::invalid_argument(message("the bone weights of vertex ", v, " sum to ", sum,
+                                                "; allowed: 1, within ", tolerance));
+    }
+}
+
+/// A tetrahedron around points: as long as they are along their principal axes, with a face that touches them
+/// on each of its four sides.
+class Tetrahedron {
+ public:
+    explicit Tetrahedron(std::span<const Eigen::Vector3d> points) {
+        const auto share = 1 / static_cast<double>(points.size());
+        for (const Eigen::Vector3d& p : points) mean_ += share * p;
+        Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+        for (const Eigen::Vector3d& p : points) spread += share * (p - mean_) * (p - mean_).transpose();
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
+        axes_ = solver.eigenvectors();
+        const double longest = std::sqrt(std::max(solver.eigenvalues()[2], 0.));
+        for (int a = 0; a < 3; ++a) {
+            const double length = std::sqrt(std::max(solver.eigenvalues()[a], 0.));
+            scale_[a] = longest > 0 ? std::max(length, 1e-3 * longest) : 1;
+        }
+        offsets_.fill(0);
+        for (const Eigen::Vector3d& p : points)
+            for (std::size_t i = 0; i < 4; ++i)
+                offsets_[i] = std::max(offsets_[i], normals[i].dot(scaled(p)));
+        // The volume must not vanish, not even around a single point.
+        for (double& offset : offsets_) {
+            offset += 1e-3;
+            sum_ += offset;
+        }
+    }
+
+    /// The corner opposite to a face.
+    Eigen::Vector3d corner(int face) const {
+        const auto i = static_cast<std::size_t>(face);
+        // The normals n have sum 0 and sum n n^T = 4 I.
+        Eigen::Vector3d q = -sum_ * normals[i];
+        for (std::size_t j = 0; j < 4; ++j) q += offsets_[j] * normals[j];
+        return mean_ + axes_ * scale_.cwiseProduct(q / 4);
+    }
+    /// Barycentric coordinate of one of the points, > 0; the four have sum 1.
+    double coordinate(int corner, const Eigen::Vector3d& p) const {
+        const auto i = static_cast<std::size_t>(corner);
+        return (offsets_[i] - normals[i].dot(scaled(p))) / sum_;
+    }
+
+ private:
+    static inline const std::array<Eigen::Vector3d, 4> normals{
+        Eigen::Vector3d(1, 1, 1), Eigen::Vector3d(1, -1, -1), Eigen::Vector3d(-1, 1, -1),
+        Eigen::Vector3d(-1, -1, 1)};
+
+    /// Place along the principal axes, in standard deviations.
+    Eigen::Vector3d scaled(const Eigen::Vector3d& p) const {
+        return (axes_.transpose() * (p - mean_)).cwiseQuotient(scale_);
+    }
+
+    Eigen::Vector3d mean_ = Eigen::Vector3d::Zero(), scale_;
+    Eigen::Matrix3d axes_;
+    std::array<double, 4> offsets_;  // of the faces, along their normals
+    double sum_ = 0;
+};
+
+}  // namespace
+
+Skinning::Skinning(VerticesRef X, const SurfaceEmbedding& weights) {
+    check_skinning(X, weights);
+    const auto bones = static_cast<std::size_t>(weights.cols());
+    const auto point = [&](int v) { return Eigen::Vector3d(X.row(v).cast<double>().transpose()); };
+    std::vector<std::vector<Eigen::Vector3d>> points(bones);
+    for (int v = 0; v < X.rows(); ++v)
+        for (SurfaceEmbedding::InnerIterator entry(weights, v); entry; ++entry)
+            if (entry.value() != 0) points[static_cast<std::size_t>(entry.col())].push_back(point(v));
+    std::vector<Tetrahedron> tetrahedra;
+    rest_nodes_.resize(4 * weights.cols(), 3);
+    for (std::vector<Eigen::Vector3d>& of_bone : points) {
+        if (of_bone.empty()) of_bone.emplace_back(Eigen::Vector3d::Zero());
+        const auto first = 4 * static_cast<Eigen::Index>(tetrahedra.size());
+        const Tetrahedron& around = tetrahedra.emplace_back(of_bone);
+        for (int i = 0; i < 4; ++i) rest_nodes_.row(first + i) = around.corner(i).cast<float>().transpose();
+    }
+    std::vector<Eigen::Triplet<float>> entries;
+    for (int v = 0; v < X.rows(); ++v)
+        for (SurfaceEmbedding::InnerIterator entry(weights, v); entry; ++entry) {
+            if (entry.value() == 0) continue;
+            const Tetrahedron& around = tetrahedra[static_cast<std::size_t>(entry.col())];
+            for (int i = 0; i < 4; ++i)
+                entries.emplace_back(
+                    v, 4 * static_cast<int>(entry.col()) + i,
+                    static_cast<float>(double{entry.value()} * around.coordinate(i, point(v))));
+        }
+    W_.resize(X.rows(), 4 * weights.cols());
+    W_.setFromTriplets(entries.begin(), entries.end());
+}
+
+void Skinning::pose(std::span<const BoneTransform> bones, Vertices& nodes) const noexcept {
+    assert(static_cast<int>(bones.size()) == bone_count());
+    nodes.resize(rest_nodes_.rows(), 3);
+    for (int i = 0; i < nodes.rows(); ++i) {
+        const BoneTransform& M = bones[static_cast<std::size_t>(i / 4)];
+        nodes.row(i) = rest_nodes_.row(i) * M.leftCols<3>().transpose() + M.col(3).transpose();
+    }
+}
+
+}  // namespace nbd
