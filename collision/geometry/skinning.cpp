@@ -1,10 +1,15 @@
 #include "collision/geometry/skinning.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <functional>
+#include <map>
+#include <numeric>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "collision/base/message.hpp"
@@ -96,43 +101,67 @@ class Tetrahedron {
     double sum_ = 0;
 };
 
+/// Divides vertices at medians along the longest side of their box and calls patch() for each part.
+void divide(VerticesRef X, std::span<int> vertices, const std::function<void(std::span<int>)>& patch) {
+    if (vertices.size() <= Skinning::max_patch) return patch(vertices);
+    Eigen::RowVector3f lo = X.row(vertices[0]), hi = lo;
+    for (const int v : vertices) {
+        lo = lo.cwiseMin(X.row(v));
+        hi = hi.cwiseMax(X.row(v));
+    }
+    Eigen::Index axis = 0;
+    (hi - lo).maxCoeff(&axis);
+    const std::size_t middle = vertices.size() / 2;
+    std::ranges::nth_element(vertices, vertices.begin() + static_cast<std::ptrdiff_t>(middle), {},
+                             [&](int v) { return std::pair(X(v, axis), v); });
+    divide(X, vertices.first(middle), patch);
+    divide(X, vertices.subspan(middle), patch);
+}
+
 }  // namespace
 
-Skinning::Skinning(VerticesRef X, const SurfaceEmbedding& weights) {
+Skinning::Skinning(VerticesRef X, const SurfaceEmbedding& weights)
+    : bone_count_(static_cast<int>(weights.cols())) {
     check_skinning(X, weights);
-    const auto bones = static_cast<std::size_t>(weights.cols());
-    const auto point = [&](int v) { return Eigen::Vector3d(X.row(v).cast<double>().transpose()); };
-    std::vector<std::vector<Eigen::Vector3d>> points(bones);
-    for (int v = 0; v < X.rows(); ++v)
-        for (SurfaceEmbedding::InnerIterator entry(weights, v); entry; ++entry)
-            if (entry.value() != 0) points[static_cast<std::size_t>(entry.col())].push_back(point(v));
-    std::vector<Tetrahedron> tetrahedra;
-    rest_nodes_.resize(4 * weights.cols(), 3);
-    for (std::vector<Eigen::Vector3d>& of_bone : points) {
-        if (of_bone.empty()) of_bone.emplace_back(Eigen::Vector3d::Zero());
-        const auto first = 4 * static_cast<Eigen::Index>(tetrahedra.size());
-        const Tetrahedron& around = tetrahedra.emplace_back(of_bone);
-        for (int i = 0; i < 4; ++i) rest_nodes_.row(first + i) = around.corner(i).cast<float>().transpose();
-    }
+    std::vector<Eigen::Vector3f> nodes;
     std::vector<Eigen::Triplet<float>> entries;
-    for (int v = 0; v < X.rows(); ++v)
-        for (SurfaceEmbedding::InnerIterator entry(weights, v); entry; ++entry) {
-            if (entry.value() == 0) continue;
-            const Tetrahedron& around = tetrahedra[static_cast<std::size_t>(entry.col())];
-            for (int i = 0; i < 4; ++i)
-                entries.emplace_back(
-                    v, 4 * static_cast<int>(entry.col()) + i,
-                    static_cast<float>(double{entry.value()} * around.coordinate(i, point(v))));
+    const auto add_patch = [&](std::span<const int> vertices) {
+        std::map<int, std::vector<std::pair<int, float>>> followers;  // of each bone, with their weights
+        for (const int v : vertices)
+            for (SurfaceEmbedding::InnerIterator entry(weights, v); entry; ++entry)
+                if (entry.value() != 0)
+                    followers[static_cast<int>(entry.col())].emplace_back(v, entry.value());
+        for (const auto& [bone, with_weights] : followers) {
+            std::vector<Eigen::Vector3d> points;
+            for (const auto& [v, weight] : with_weights)
+                points.push_back(X.row(v).transpose().cast<double>());
+            const Tetrahedron around(points);
+            for (int i = 0; i < 4; ++i) {
+                for (std::size_t p = 0; p < points.size(); ++p)
+                    entries.emplace_back(
+                        with_weights[p].first, static_cast<int>(nodes.size()),
+                        static_cast<float>(double{with_weights[p].second} * around.coordinate(i, points[p])));
+                nodes.emplace_back(around.corner(i).cast<float>());
+            }
+            bones_.push_back(bone);
         }
-    W_.resize(X.rows(), 4 * weights.cols());
+    };
+    std::vector<int> vertices(static_cast<std::size_t>(X.rows()));
+    std::iota(vertices.begin(), vertices.end(), 0);
+    divide(X, vertices, add_patch);
+    rest_nodes_.resize(static_cast<Eigen::Index>(nodes.size()), 3);
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+        rest_nodes_.row(static_cast<Eigen::Index>(i)) = nodes[i].transpose();
+    W_.resize(X.rows(), rest_nodes_.rows());
     W_.setFromTriplets(entries.begin(), entries.end());
 }
 
 void Skinning::pose(std::span<const BoneTransform> bones, Vertices& nodes) const noexcept {
     assert(static_cast<int>(bones.size()) == bone_count());
     nodes.resize(rest_nodes_.rows(), 3);
-    for (int i = 0; i < nodes.rows(); ++i) {
-        const BoneTransform& M = bones[static_cast<std::size_t>(i / 4)];
+    for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+        const int bone = bones_[static_cast<std::size_t>(i / 4)];
+        const BoneTransform& M = bones[static_cast<std::size_t>(bone)];
         nodes.row(i) = rest_nodes_.row(i) * M.leftCols<3>().transpose() + M.col(3).transpose();
     }
 }

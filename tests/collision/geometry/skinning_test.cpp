@@ -19,7 +19,7 @@ namespace {
 
 /// A bar along z with bones along it; each vertex follows those around it.
 struct SkinnedBar {
-    shapes::Surface surface = shapes::bar(40, 16);
+    shapes::Surface surface = shapes::bar(40, 16);  // more than two patches
     SurfaceEmbedding weights;
 
     explicit SkinnedBar(int bones, float reach = 1.5f) : weights(surface.X.rows(), bones) {
@@ -56,8 +56,7 @@ struct SkinnedBar {
 std::vector<BoneTransform> random_bones(int count, std::mt19937& random, float bend) {
     std::vector<BoneTransform> bones;
     for (int k = 0; k < count; ++k) {
-        BoneTransform M;
-        M.leftCols<3>() = Eigen::Matrix3f::Identity();
+        BoneTransform M = BoneTransform::Identity();
         for (float& entry : M.reshaped()) entry += bend * shapes::uniform(random);
         bones.push_back(M);
     }
@@ -113,7 +112,7 @@ TEST(Skinning, BoundsABodyThatFollowsItsBones) {
 }
 
 TEST(Skinning, HoldsEveryVertexInTheTetrahedraOfItsBones) {
-    // Bones with no vertex, one, two and three, and flat ones.
+    // Bones with one vertex, two and three.
     Vertices X(9, 3);
     X << 0, 0, 0, 1, 0, 0, 5, 5, 5, 5, 5, 6, 8, 0, 0, 8, 1, 0, 8, 0, 2, 1e-3f, 0, 0, 900, 900, 900;
     SurfaceEmbedding weights(9, 5);
