@@ -34,7 +34,8 @@ struct Sum {
 };
 
 void run(const ExactnessArguments& arguments, Output& out) {
-    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()});
+    if (!arguments.csv.empty())
+        check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()});
     std::vector<std::vector<ExactnessRow>> rows;
     std::vector<std::string> names;
     Sum all;
@@ -48,7 +49,7 @@ void run(const ExactnessArguments& arguments, Output& out) {
         names.push_back(std::filesystem::path(file).stem().string());
         rows.push_back(check_exactness(body, arguments.config, [&](int scenes) {
             out.progress(names.back(), scenes, arguments.config.scenes, "scenes");
-            if (interrupted()) throw Interrupted("the table is not written");
+            if (interrupted()) throw Interrupted("the table has the bodies before this one");
         }));
         Sum sum;
         for (const ExactnessRow& row : rows.back()) {
@@ -58,11 +59,11 @@ void run(const ExactnessArguments& arguments, Output& out) {
         out.text(fmt::format("{}: {} faces, {} scenes, {} with pairs ({} in all), {} answers, {} different",
                              names.back(), body.faces(), sum.scenes, sum.touching, sum.pairs, sum.queries,
                              sum.different));
-    }
-    if (!arguments.csv.empty()) {
-        h5::AtomicFile csv(arguments.csv);
-        csv.out() << to_csv(names, rows);
-        csv.commit();
+        if (!arguments.csv.empty()) {  // after each body, since a long run may be ended
+            h5::AtomicFile csv(arguments.csv);
+            csv.out() << to_csv(names, rows);
+            csv.commit();
+        }
     }
     out.text(fmt::format("{} scenes, {} answers, {} different", all.scenes, all.queries, all.different));
     out.result({{"scenes", all.scenes},
