@@ -23,8 +23,11 @@ namespace nbd {
 namespace {
 
 struct TrainArguments {
-    std::string body, recording, output, frame = "clustered";
+    std::string body, recording, output, network = "default";
     std::vector<std::string> bounds{"nbd", "learned_spheres"};
+    std::optional<std::string> label_frame;  // this and the next two: instead of the network's
+    std::optional<bool> linear_centre;
+    std::optional<double> weight_decay;
     TrainConfig config;
     CalibrateConfig calibrate;
     std::optional<std::size_t> memory;  // MiB
@@ -36,6 +39,17 @@ std::size_t frame_memory(const TrainArguments& arguments, const Rank& rank) {
     return default_frame_memory() / static_cast<std::size_t>(rank.count);
 }
 
+TrainConfig train_config(const TrainArguments& arguments) {
+    TrainConfig config = arguments.config;
+    if (arguments.network == "paper") use_paper_networks(config);
+    if (arguments.label_frame) config.label_frame = label_frame(*arguments.label_frame);
+    if (arguments.linear_centre) config.linear_centre = *arguments.linear_centre;
+    if (arguments.weight_decay) config.mlp.weight_decay = *arguments.weight_decay;
+    config.bounds.clear();
+    for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
+    return config;
+}
+
 void run(const TrainArguments& arguments, Output& out) {
     finish_on_interrupt();
     const Rank rank = this_rank();
@@ -44,10 +58,7 @@ void run(const TrainArguments& arguments, Output& out) {
         out.json = false;
     }
     check_output(arguments.output, {arguments.body, arguments.recording});
-    TrainConfig config = arguments.config;
-    config.label_frame = label_frame(arguments.frame);
-    config.bounds.clear();
-    for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
+    TrainConfig config = train_config(arguments);
     const bool nbd = std::ranges::find(config.bounds, BoundKind::nbd) != config.bounds.end();
     if (rank.number > 0) {  // learned bounds train quickly, so only rank 0 trains them
         std::erase(config.bounds, BoundKind::learned_spheres);
@@ -171,20 +182,25 @@ void add_train(CLI::App& app, Output& out) {
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
     command
-        ->add_option("--label-frame", arguments->frame,
-                     "Alignment of the labels: clustered, as for the modal coordinates, or full, over all "
-                     "vertices as in the paper")
+        ->add_option("--network", arguments->network,
+                     "Networks of nbd bounds: default, or paper, which are as the paper has them: full label "
+                     "frame, no linear part, no weight decay, float32")
         ->capture_default_str()
+        ->check(CLI::IsMember({"default", "paper"}));
+    command
+        ->add_option("--label-frame", arguments->label_frame,
+                     "Alignment of the labels: clustered, as for the modal coordinates, or full, over all "
+                     "vertices; default: clustered, paper networks: full")
         ->check(CLI::IsMember({"clustered", "full"}));
     command
-        ->add_option("--linear-centre", config.linear_centre,
-                     "Whether to fit a linear part of the centres besides the networks; the paper has none")
-        ->check(CLI::IsMember({"true", "false", "1", "0"}))
-        ->capture_default_str();
+        ->add_option("--linear-centre", arguments->linear_centre,
+                     "Whether to fit a linear part of the centres besides the networks; default: true, paper "
+                     "networks: false")
+        ->check(CLI::IsMember({"true", "false", "1", "0"}));
     command
-        ->add_option("--weight-decay", config.mlp.weight_decay,
-                     "Share of the learning rate by which weights shrink per step; the paper: 0")
-        ->capture_default_str()
+        ->add_option("--weight-decay", arguments->weight_decay,
+                     "Share of the learning rate by which weights shrink per step; default: 0.1, paper "
+                     "networks: 0")
         ->check(between(0, 1));
     command
         ->add_option("--held-out", config.held_out_share,

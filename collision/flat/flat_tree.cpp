@@ -54,8 +54,13 @@ constexpr auto nbd_fields = [](auto& file, auto& nbd) {
     file.field("nbd/z_centre", z_centre);
     file.field("nbd/z_scale", z_scale);
     file.field("nbd/weights", weights);
+    std::optional<bool> floats;  // absent for networks in bytes
+    if (networks.numbers() == NetworkNumbers::floats) floats = true;
+    file.optional("nbd/numbers", floats,
+                  [](auto& part, auto& value) { part.field("nbd/numbers/floats", value); });
     if constexpr (!std::is_const_v<std::remove_reference_t<decltype(nbd)>>) {
-        networks = NbdNetworks(nbd.mode_count(), hidden, weights);
+        networks = NbdNetworks(nbd.mode_count(), hidden, weights,
+                               floats.value_or(false) ? NetworkNumbers::floats : NetworkNumbers::bytes);
         if (networks.weights() != weights)
             throw std::invalid_argument("NBD-Tree: has weights that are not rounded to bytes");
     }

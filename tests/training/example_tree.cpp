@@ -63,4 +63,11 @@ TreeFile example_tree(const ExampleTree& config) {
     return file;
 }
 
+NbdNetworks float_networks(const NbdModel& model) {
+    const NbdNetworks& networks = model.networks;
+    const Eigen::VectorXf weights = Eigen::VectorXf::Random(networks.count() * networks.weight_count());
+    return {networks.inputs(), networks.hidden(),
+            std::span(weights.data(), static_cast<std::size_t>(weights.size())), NetworkNumbers::floats};
+}
+
 }  // namespace nbd::test

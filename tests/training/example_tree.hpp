@@ -12,4 +12,7 @@ struct ExampleTree {
 /// A valid, calibrated tree file with random numbers in all of its models. Its vertices are its nodes.
 TreeFile example_tree(const ExampleTree& config);
 
+/// Networks of the model's shape with random float32 weights, which are not rounded to bytes.
+NbdNetworks float_networks(const NbdModel& model);
+
 }  // namespace nbd::test

@@ -117,6 +117,7 @@ BdModel read_bd(const h5::Reader& file, std::size_t nodes) {
 void write_nbd(h5::Writer& file, const NbdModel& nbd) {
     file.group("nbd");
     file.attribute("nbd", "hidden", nbd.networks.hidden());
+    file.attribute("nbd", "numbers", name(nbd.networks.numbers()));
     file.write("nbd/z_centre", nbd.z_centre, packing);
     file.write("nbd/z_scale", nbd.z_scale, packing);
     const std::vector<float> weights = nbd.networks.weights();
@@ -130,7 +131,16 @@ void write_nbd(h5::Writer& file, const NbdModel& nbd) {
     file.write("nbd/z_whitening", nbd.z_whitening, packing);
 }
 
-/// as_stored: out, true if the file's networks were already rounded to bytes, false if rounding changed them.
+/// Numbers of the networks; bytes in files that do not say.
+NetworkNumbers read_numbers(const h5::Reader& file) {
+    if (!file.has_attribute("nbd", "numbers")) return NetworkNumbers::bytes;
+    const std::string text = file.text_attribute("nbd", "numbers");
+    for (const NetworkNumbers numbers : {NetworkNumbers::bytes, NetworkNumbers::floats})
+        if (text == name(numbers)) return numbers;
+    file.refuse(fmt::format("the networks have {} as numbers", text), "bytes and floats");
+}
+
+/// as_stored: out, true if the networks are as in the file, false if rounding to bytes changed them.
 NbdModel read_nbd(const h5::Reader& file, std::size_t nodes, bool& as_stored) {
     NbdModel nbd;
     nbd.modes = read_modes(file, "nbd/modes");
@@ -143,7 +153,7 @@ NbdModel read_nbd(const h5::Reader& file, std::size_t nodes, bool& as_stored) {
     nbd.z_scale = file.matrix<Eigen::VectorXf>("nbd/z_scale", m);
     const int per_node = NbdNetworks::weight_count(nbd.mode_count(), static_cast<int>(hidden));
     const auto weights = file.read<float>("nbd/weights", {nodes, static_cast<std::size_t>(per_node)});
-    nbd.networks = NbdNetworks(nbd.mode_count(), static_cast<int>(hidden), weights);
+    nbd.networks = NbdNetworks(nbd.mode_count(), static_cast<int>(hidden), weights, read_numbers(file));
     as_stored = nbd.networks.weights() == weights;
     nbd.out_centre = file.matrix<Eigen::MatrixXf>("nbd/out_centre", NbdModel::outputs, nodes);
     nbd.out_scale = file.matrix<Eigen::MatrixXf>("nbd/out_scale", NbdModel::outputs, nodes);

@@ -98,8 +98,10 @@ NbdModel train_model(const ClusteredModes& modes, PoseLabels& labels, const Trai
         weights.insert(weights.end(), network.weights.begin(), network.weights.end());
         node_loss[i] = network.loss;
     }
-    model.networks = round_networks({.inputs = model.mode_count(), .hidden = config.mlp.hidden}, weights,
-                                    labels.z, labels.spheres);
+    const MlpShape shape{.inputs = model.mode_count(), .hidden = config.mlp.hidden};
+    model.networks = config.network_numbers == NetworkNumbers::bytes
+                         ? round_networks(shape, weights, labels.z, labels.spheres)
+                         : NbdNetworks(shape.inputs, shape.hidden, weights, config.network_numbers);
     return model;
 }
 
@@ -118,6 +120,14 @@ void train_nbd(const SurfaceBody& body, FrameSource& source, std::span<const Fra
 }
 
 }  // namespace
+
+void use_paper_networks(TrainConfig& config) {
+    config.label_frame = LabelFrame::full;
+    config.linear_centre = false;
+    config.mlp.weight_decay = 0;
+    config.mlp.arithmetic = Arithmetic::single;
+    config.network_numbers = NetworkNumbers::floats;
+}
 
 std::string to_json(const TrainConfig& c) {
     nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
@@ -140,6 +150,7 @@ std::string to_json(const TrainConfig& c) {
         {"hidden", c.mlp.hidden},
         {"batch", c.mlp.batch},
         {"arithmetic", name(c.mlp.arithmetic)},
+        {"network_numbers", name(c.network_numbers)},
         {"learning_rate", c.mlp.learning_rate},
         {"min_learning_rate", c.mlp.min_learning_rate},
         {"weight_decay", c.mlp.weight_decay},

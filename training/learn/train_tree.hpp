@@ -20,8 +20,8 @@ namespace nbd {
 /// The bounds that training produces; `bd` comes with `nbd`, `learned_boxes` with `learned_spheres`.
 inline constexpr BoundKind trained_kinds[] = {BoundKind::nbd, BoundKind::learned_spheres};
 
-/// Options of a training. The defaults are the paper's, except for the label frame, which here cancels
-/// alignment errors, the linear part of the centres and the weight decay of the networks.
+/// Options of a training. The defaults are the paper's, except for those of `nbd` bounds that
+/// use_paper_networks() sets.
 struct TrainConfig {
     std::vector<BoundKind> bounds{BoundKind::nbd, BoundKind::learned_spheres};  // `nbd` includes `bd`
     SphereTreeConfig tree{};                                                    // depth 7
@@ -34,10 +34,16 @@ struct TrainConfig {
     double calibration_share = 0.25;  // of the other trajectories, in [0, 1): kept for calibration
     double random_frame_share = 0.1;  // of the training trajectories' frames, in [0, 1): kept for evaluation
     MlpConfig mlp{};
+    NetworkNumbers network_numbers = NetworkNumbers::bytes;
     LearnedConfig learned{};
     CertifiedConfig certified{};  // for bodies with tetrahedra
     std::uint64_t seed = 1;       // of the split, clustering and networks; overrides their seeds
 };
+
+/// Sets every option of `nbd` bounds in which the defaults deviate from the paper: labels in the frame of the
+/// full alignment, no linear part of the centres (so that outputs are scaled one by one), no weight decay,
+/// float32 in training and in the trained networks.
+void use_paper_networks(TrainConfig& config);
 
 /// JSON text of the options, for TrainingFacts::config.
 std::string to_json(const TrainConfig& config);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "collision/base/aligned_vector.hpp"
@@ -13,29 +14,40 @@
 
 namespace nbd {
 
-/// Small ReLU networks of one shape, with two hidden layers of equal width and one-byte weights: a network of
-/// the paper takes 6.6 kB. Each output of a layer has its own scale. The inputs of a layer are rounded
-/// relative to the largest of them: the networks' inputs to 14 bits, hidden values to 8.
+/// Numbers of the networks. `bytes`: one-byte weights, each output of a layer with its own scale. The inputs
+/// of a layer are rounded relative to the largest of them: the networks' inputs to 14 bits, hidden values
+/// to 8. `floats`: float32 throughout, as in the paper; three times the memory, and slower.
+enum class NetworkNumbers { bytes, floats };
+
+/// Name of the numbers: "bytes" or "floats".
+std::string_view name(NetworkNumbers numbers) noexcept;
+
+/// Small ReLU networks of one shape, with two hidden layers of equal width. A network of the paper's shape
+/// takes 6.6 kB in bytes, 21.3 kB in floats.
 class NbdNetworks {
  public:
     static constexpr int outputs = MlpShape::outputs, max_hidden = Kernels::max_hidden;
     static constexpr int max_inputs = Kernels::max_inputs;
 
     NbdNetworks() = default;
-    /// weights: network after network, each in the order of MlpShape. Rounds the weights; rounded weights
+    /// weights: network after network, each in the order of MlpShape. `bytes` rounds them; rounded weights
     /// stay the same. Throws std::invalid_argument on a shape that is not allowed, on a number of weights
     /// that is not a multiple of weight_count(), and on weights that are not finite.
-    NbdNetworks(int inputs, int hidden, std::span<const float> weights);
+    NbdNetworks(int inputs, int hidden, std::span<const float> weights,
+                NetworkNumbers numbers = NetworkNumbers::bytes);
 
     int inputs() const noexcept { return inputs_; }
     int hidden() const noexcept { return hidden_; }
     int count() const noexcept { return count_; }
+    NetworkNumbers numbers() const noexcept { return numbers_; }
+    /// Memory of all networks, in bytes.
+    std::size_t memory() const noexcept;
     /// Number of weights of one network.
     int weight_count() const noexcept { return weight_count(inputs_, hidden_); }
     static constexpr int weight_count(int inputs, int hidden) noexcept {
         return MlpShape{.inputs = inputs, .hidden = hidden}.weights();
     }
-    /// The rounded weights, in the order of the constructor.
+    /// The weights as stored, rounded if they are bytes, in the order of the constructor.
     std::vector<float> weights() const;
 
     /// Evaluates networks first to first + results.size() - 1, at most max_at_once, on x: [inputs], after
@@ -50,18 +62,22 @@ class NbdNetworks {
     static constexpr int padded(int count) noexcept { return (count + lanes - 1) / lanes * lanes; }
     int layer_inputs(int layer) const noexcept { return layer == 0 ? inputs_ : hidden_; }
     int layer_outputs(int layer) const noexcept { return layer == layers - 1 ? outputs : hidden_; }
+    void round(std::span<const float> weights);
     /// A layer of network i as kernels read it, with inputs and outputs padded by zeros to whole groups.
     ByteLayer layer(int i, int layer) const noexcept;
+    Eigen::Array4f evaluate_floats(int i, const FixedVector& x) const noexcept;
 
+    NetworkNumbers numbers_ = NetworkNumbers::bytes;
     int inputs_ = 0, hidden_ = 0, count_ = 0;
     struct Place {
         int bytes = 0, outputs = 0;  // number of bytes and outputs of a network before a layer
     };
     std::array<Place, layers + 1> places_;  // the last entry is for the whole network
-    // Stored layer by layer, see ByteLayer.
+    std::vector<float> floats_;             // in the order of the constructor; empty if the numbers are bytes
+    // Stored layer by layer, see ByteLayer; empty if the numbers are floats.
     AlignedVector<std::int8_t> bytes_;
     AlignedVector<std::int32_t> sums_;
-    AlignedVector<float> numbers_;  // a layer's scales, then its biases
+    AlignedVector<float> scales_;  // a layer's scales, then its biases
 };
 
 }  // namespace nbd

@@ -83,9 +83,46 @@ TEST(NbdNetworks, GiveTheSameResultsAloneAndInGroups) {
 }
 
 TEST(NbdNetworks, GiveNanForNonFiniteInputs) {
-    const NbdNetworks network(3, 2, random_weights(NbdNetworks::weight_count(3, 2), 3));
-    for (const float bad : {NAN, INFINITY})
-        EXPECT_TRUE(evaluated(network, 0, shapes::fixed(Eigen::Vector3f(0, bad, 1))).isNaN().all());
+    for (const NetworkNumbers numbers : {NetworkNumbers::bytes, NetworkNumbers::floats}) {
+        const NbdNetworks network(3, 2, random_weights(NbdNetworks::weight_count(3, 2), 3), numbers);
+        for (const float bad : {NAN, INFINITY})
+            EXPECT_TRUE(evaluated(network, 0, shapes::fixed(Eigen::Vector3f(0, bad, 1))).isNaN().all());
+    }
+}
+
+TEST(NbdNetworks, KeepFloatsAsTheyAre) {
+    const int inputs = 70, hidden = 33, nodes = 3;
+    const std::vector<float> weights = random_weights(nodes * NbdNetworks::weight_count(inputs, hidden), 5);
+    const NbdNetworks bytes(inputs, hidden, weights), floats(inputs, hidden, weights, NetworkNumbers::floats);
+    EXPECT_NE(bytes.weights(), weights);
+    EXPECT_EQ(floats.weights(), weights);
+    EXPECT_EQ(floats.memory(), 4 * weights.size());
+
+    const Eigen::VectorXf x = Eigen::VectorXf::LinSpaced(inputs, -0.7f, 0.9f);
+    for (int node = 0; node < nodes; ++node) {
+        const float* next = weights.data() + node * floats.weight_count();
+        Eigen::VectorXd values = x.cast<double>();
+        for (const int out : {hidden, hidden, NbdNetworks::outputs}) {
+            const Eigen::Map<const Eigen::MatrixXf> W(next, out, values.size());
+            const Eigen::Map<const Eigen::VectorXf> b(next + W.size(), out);
+            next += W.size() + b.size();
+            values = (W.cast<double>() * values + b.cast<double>()).eval();
+            if (out == hidden) values = values.cwiseMax(0);
+        }
+        const double size = values.cwiseAbs().maxCoeff();
+        const auto error = [&](const NbdNetworks& networks) {
+            return (evaluated(networks, node, shapes::fixed(x)).matrix().cast<double>() - values).norm() /
+                   size;
+        };
+        EXPECT_LT(error(floats), 1e-5);
+        EXPECT_GT(error(bytes), 1e-4);
+    }
+}
+
+TEST(NbdNetworks, TakeAThirdOfTheMemoryInBytes) {
+    const std::vector<float> weights = random_weights(NbdNetworks::weight_count(128, 32), 6);  // the paper's
+    EXPECT_EQ(NbdNetworks(128, 32, weights).memory(), 6592u);
+    EXPECT_EQ(NbdNetworks(128, 32, weights, NetworkNumbers::floats).memory(), 21264u);
 }
 
 TEST(NbdNetworks, RejectInvalidSizesAndWeights) {

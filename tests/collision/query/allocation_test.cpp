@@ -119,6 +119,16 @@ TEST(WarmQueries, AllocateNothing) {
     }
 }
 
+TEST(WarmQueries, AllocateNothingWithNetworksInFloats) {
+    const auto s = shapes::torus(40, 24);
+    CollisionTree tree = shapes::full_tree(s, shapes::make_modes(s, 20, 200, 1));
+    NbdNetworks& networks = tree.nbd->networks;
+    networks = NbdNetworks(networks.inputs(), networks.hidden(), networks.weights(), NetworkNumbers::floats);
+    const auto shared = std::make_shared<const CollisionTree>(std::move(tree));
+    PosedTree a(shared, BoundKind::nbd), b(shared, BoundKind::nbd, 0.1f);
+    expect_no_allocations(a, b, s.X, [](PosedTree& body, const Vertices& x) { body.begin_pose(x); });
+}
+
 TEST(WarmQueries, AllocateNothingWithAffineBounds) {
     const test::HungSurface s = test::hung_on_tets(shapes::torus(60, 40), 4);
     CollisionTree tree = make_exact_tree(s.surface.X, s.surface.F);

@@ -92,7 +92,9 @@ TEST(Crc64, MatchesTheXzFormat) {
 class FlatTree : public test::FileTest {};
 
 TEST_F(FlatTree, RoundTripsAllModelsBitForBit) {
-    for (const CollisionTree& tree : {random_tree(), certified_tree(), hung_tree()}) {
+    CollisionTree with_floats = random_tree();
+    with_floats.nbd->networks = test::float_networks(*with_floats.nbd);
+    for (const CollisionTree& tree : {random_tree(), with_floats, certified_tree(), hung_tree()}) {
         save_flat_tree(folder / "tree.nbd", tree);
         EXPECT_EQ(files_in_folder(), 1u);
         const CollisionTree again = load_flat_tree(folder / "tree.nbd");

@@ -92,6 +92,7 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
         EXPECT_EQ(a.tree.nbd->z_centre, b.tree.nbd->z_centre);
         EXPECT_EQ(a.tree.nbd->z_scale, b.tree.nbd->z_scale);
         EXPECT_EQ(a.tree.nbd->networks.hidden(), b.tree.nbd->networks.hidden());
+        EXPECT_EQ(a.tree.nbd->networks.numbers(), b.tree.nbd->networks.numbers());
         EXPECT_EQ(a.tree.nbd->networks.weights(), b.tree.nbd->networks.weights());
         EXPECT_EQ(a.tree.nbd->out_centre, b.tree.nbd->out_centre);
         EXPECT_EQ(a.tree.nbd->out_scale, b.tree.nbd->out_scale);
@@ -118,7 +119,8 @@ TEST_F(TreeFileTest, RoundTripsATree) {
     TreeFile file = example_tree({.grid = 8, .depth = 3, .modes = 5, .representatives = 12});
     save_tree(folder / "tree.h5", file);
     expect_same(load_tree(folder / "tree.h5"), file);
-    file.tree.nbd->centre_map = FixedMatrix();  // no linear part, as in the paper
+    file.tree.nbd->centre_map = FixedMatrix();  // no linear part and float32, as in the paper
+    file.tree.nbd->networks = test::float_networks(*file.tree.nbd);
     save_tree(folder / "tree.h5", file);
     expect_same(load_tree(folder / "tree.h5"), file);
     EXPECT_EQ(files_in_folder(), 1u);
@@ -297,6 +299,8 @@ const BrokenTree broken_trees[] = {
      [](EditFile& f) { f.replace("nbd/modes/U", {36}, std::vector<float>(36)); }},
     {"the networks have 100000 hidden units; allowed: 1 to 128",
      [](EditFile& f) { f.set_attribute("nbd", "hidden", 100000); }},
+    {"the networks have halves as numbers; allowed: bytes and floats",
+     [](EditFile& f) { f.set_attribute("nbd", "numbers", "halves"); }},
     {"dataset 'nbd/weights' is 15 x 1380; allowed: 15 x",
      [](EditFile& f) { f.set_attribute("nbd", "hidden", 16); }},
     {"NBD-Tree: a weight of node 1", [](EditFile& f) { f.set("nbd/weights", 1380 + 7, nan); }},

@@ -139,6 +139,28 @@ TEST_F(TrainTree, TrainsOnlyTheRequestedBounds) {
     EXPECT_EQ(load_tree(folder / "learned.h5").tree.learned->values, learned.tree.learned->values);
 }
 
+TEST_F(TrainTree, TrainsTheNetworksOfThePaper) {
+    const auto data = recording();
+    TrainConfig config = quick();
+    config.bounds = {BoundKind::nbd};
+    const TreeFile ours = train_tree(bar.body, data, config);
+    use_paper_networks(config);
+    const TreeFile paper = train_tree(bar.body, data, config);
+    EXPECT_EQ(ours.tree.nbd->networks.numbers(), NetworkNumbers::bytes);
+    EXPECT_GT(ours.tree.nbd->centre_map.size(), 0);
+    EXPECT_EQ(paper.tree.nbd->networks.numbers(), NetworkNumbers::floats);
+    EXPECT_EQ(paper.tree.nbd->centre_map.size(), 0);
+    for (const char* option : {"\"label_frame\":\"full\"", "\"linear_centre\":false", "\"weight_decay\":0.0",
+                               "\"arithmetic\":\"single\"", "\"network_numbers\":\"floats\""}) {
+        EXPECT_NE(paper.facts.config.find(option), std::string::npos) << option;
+        EXPECT_EQ(ours.facts.config.find(option) != std::string::npos,
+                  std::string_view(option).find("arithmetic") != std::string_view::npos &&
+                      !has_arithmetic(Arithmetic::mixed))
+            << option;
+    }
+    EXPECT_LT(paper.facts.node_loss.maxCoeff(), 0.05f);
+}
+
 TEST_F(TrainTree, UsesTheLowestModesOfTheBody) {
     TrainConfig config = quick();
     config.modes = 5;
