@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "tests/apps/small_files.hpp"
 
@@ -54,6 +57,74 @@ TEST_F(BenchLearned, ComparesEveryVariantAtEveryDepth) {
     const test::Ran few = test::run_bench(folder(), {"learned", "box.h5", "data.h5"});
     EXPECT_EQ(few.status, 1);
     EXPECT_NE(few.err.find("1 trajectories held out, at least 2 needed"), std::string::npos) << few.err;
+}
+
+using BenchNetworks = test::SmallFiles;
+
+TEST_F(BenchNetworks, AddsOurDeviationsToThePapersNetworks) {
+    make({"dataset", "box.h5", "-o", "motion.h5", "--trajectories", "12", "--frames", "24",
+          "--steps-per-frame", "1", "-q"});
+    const test::Ran ran =
+        test::run_bench(folder(), {"networks", "--body", "box.h5", "motion.h5", "--depth", "2", "--epochs",
+                                   "5", "--one-by-one", "-o", "networks.csv", "--json"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto rows = nlohmann::json::parse(ran.out);
+    std::vector<std::string> networks;
+    for (const auto& row : rows) {
+        const auto network = row.at("network").get<std::string>();
+        if (networks.empty() || networks.back() != network) networks.push_back(network);
+        EXPECT_GT(row.at("processor_seconds").get<double>(), 0) << row;
+        EXPECT_GT(row.at("radius_error").get<double>(), 0) << row;
+        EXPECT_TRUE(row.at("calibrated_inflation").is_number()) << row;
+    }
+    EXPECT_EQ(networks, (std::vector<std::string>{"paper", "with label frame", "with linear centre",
+                                                  "with weight decay", "with byte weights", "default"}));
+    EXPECT_EQ(rows.size(), networks.size() * 2 * 3);  // sets, depths
+    // The shape is 8-32-32-4.
+    EXPECT_EQ(rows.front().at("node_bytes"), 4 * (8 * 32 + 32 + 32 * 32 + 32 + 32 * 4 + 4));
+    EXPECT_LT(rows.back().at("node_bytes"), rows.front().at("node_bytes"));
+    EXPECT_TRUE(test::listing(folder()).contains("networks.csv"));
+    EXPECT_EQ(test::run_bench(folder(), {"networks", "--body", "box.h5"}).status, 2);
+}
+
+using BenchStrengths = test::SmallFiles;
+
+TEST_F(BenchStrengths, ShowsThatBdSpheresGrowWithTheMotion) {
+    std::vector<std::string> arguments{"strengths", "-o", "strengths.csv", "--json"};
+    for (const char* strength : {"0.05", "0.5"}) {
+        const std::string data = std::string("data_") + strength + ".h5",
+                          tree = std::string("tree_") + strength + ".h5";
+        make({"dataset", "box.h5", "-o", data, "--trajectories", "12", "--frames", "24", "--steps-per-frame",
+              "1", "--strength", strength, "-q"});
+        make({"train", "box.h5", data, "-o", tree, "--depth", "2", "-k", "16", "--epochs", "5", "-q"});
+        arguments.insert(arguments.end(), {"--set", tree, data});
+    }
+    const test::Ran ran = test::run_bench(folder(), arguments);
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto rows = nlohmann::json::parse(ran.out);
+    ASSERT_EQ(rows.size(), 2U * 2 * 5 * 3);  // datasets, sets of frames, bounds, depths
+    std::map<double, double> bd, displacement;
+    for (const auto& row : rows) {
+        const double strength = row.at("strength");
+        displacement[strength] = row.at("displacement");
+        if (row.at("bound") == "bd") bd[strength] = std::max(bd[strength], row.at("inflation").get<double>());
+        if (row.at("bound") == "exact") {
+            EXPECT_NEAR(row.at("inflation").get<double>(), 0, 1e-6);
+            EXPECT_TRUE(row.at("calibrated_inflation").is_null());
+        }
+        if (row.at("bound") == "nbd") {
+            EXPECT_TRUE(row.at("calibrated_inflation").is_number());
+        }
+    }
+    EXPECT_GT(displacement[0.5], 3 * displacement[0.05]);
+    EXPECT_GT(bd[0.5], 3 * bd[0.05]);
+    EXPECT_GT(bd[0.05], 0.001);
+    EXPECT_TRUE(test::listing(folder()).contains("strengths.csv"));
+
+    make({"remap", "data.h5", "--from", "box.h5", "--to", "box.h5", "-o", "plain.h5", "-q"});
+    const test::Ran plain = test::run_bench(folder(), {"strengths", "--set", "tree.h5", "plain.h5"});
+    EXPECT_EQ(plain.status, 1);
+    EXPECT_NE(plain.err.find("plain.h5: is not a dataset"), std::string::npos) << plain.err;
 }
 
 using BenchPeers = test::SmallFiles;

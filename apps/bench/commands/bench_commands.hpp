@@ -14,5 +14,7 @@ void add_bench_peers(CLI::App& app, Output& out);
 void add_bench_exactness(CLI::App& app, Output& out);
 void add_bench_fig5(CLI::App& app, Output& out);
 void add_bench_scaling(CLI::App& app, Output& out);
+void add_bench_networks(CLI::App& app, Output& out);
+void add_bench_strengths(CLI::App& app, Output& out);
 
 }  // namespace nbd

@@ -11,6 +11,8 @@ int main(int argc, char** argv) {
         nbd::add_bench_fig5(app, out);
         nbd::add_bench_scaling(app, out);
         nbd::add_bench_kernels(app, out);
+        nbd::add_bench_networks(app, out);
+        nbd::add_bench_strengths(app, out);
     };
     return nbd::run_program({.name = "nbdtree-bench",
                              .description = "Measures nbdtree beside other methods and libraries.",
