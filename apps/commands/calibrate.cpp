@@ -23,7 +23,7 @@ void run(const CalibrateArguments& arguments, Output& out) {
     save_tree(arguments.output, file);
     nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
     for (const auto& [kind, calibration] : file.tree.calibrations) {
-        out.text(describe(kind, calibration, file.tree.spheres));
+        out.text(describe(kind, calibration, {file.tree, kind}));
         bounds.push_back({{"bound", name(kind)},
                           {"miss_rate", calibration.miss_rate},
                           {"confidence", calibration.confidence},

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <numeric>
+
 #include "apps/cli/option_checks.hpp"
 
 namespace nbd {
@@ -26,13 +28,7 @@ void add_calibration_options(CLI::App& command, CalibrateConfig& config) {
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
 }
 
-std::string describe(BoundKind kind, const Calibration& calibration, const SphereTree& tree) {
-    std::vector<double> sums(static_cast<std::size_t>(tree.depth()) + 1), counts = sums;
-    for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
-        const auto depth = static_cast<std::size_t>(tree.nodes[i].depth);
-        sums[depth] += static_cast<double>(calibration.margins[i]);
-        counts[depth] += 1;
-    }
+std::string describe(BoundKind kind, const Calibration& calibration, const BoundLevels& levels) {
     std::string text = fmt::format(
         "{} bounds: at most {:g} % of a depth's nodes miss, pose by pose, in {:.4g} % of trajectories; from "
         "{} "
@@ -40,8 +36,14 @@ std::string describe(BoundKind kind, const Calibration& calibration, const Spher
         name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence, calibration.poses,
         calibration.trajectories,
         calibration.limits.empty() ? "" : ", for inputs at the edge of the calibrated range");
-    for (std::size_t depth = 0; depth < sums.size(); ++depth)
-        text += fmt::format(" {:.2f}", 100 * sums[depth] / counts[depth]);
+    for (int depth = 0; depth < levels.count(); ++depth) {
+        const auto level = static_cast<std::size_t>(depth);
+        const auto begin = calibration.margins.begin() + levels.begins[level],
+                   end = calibration.margins.begin() + levels.begins[level + 1];
+        text +=
+            fmt::format(" {:.2f}", 100 * std::accumulate(begin, end, 0.) / static_cast<double>(end - begin));
+    }
+    if (kind == BoundKind::learned_affine) return text + " % of a spread, then of residuals";
     return text + (kind == BoundKind::learned_boxes ? " % of a spread of the samples" : " % of the radius");
 }
 

@@ -11,6 +11,6 @@ namespace nbd {
 void add_calibration_options(CLI::App& command, CalibrateConfig& config);
 
 /// One line: stated miss rate and confidence, size of the calibration set, mean margins.
-std::string describe(BoundKind kind, const Calibration& calibration, const SphereTree& tree);
+std::string describe(BoundKind kind, const Calibration& calibration, const BoundLevels& levels);
 
 }  // namespace nbd

@@ -62,6 +62,7 @@ void run(const TrainArguments& arguments, Output& out) {
     const bool nbd = std::ranges::find(config.bounds, BoundKind::nbd) != config.bounds.end();
     if (rank.number > 0) {  // learned bounds train quickly, so only rank 0 trains them
         std::erase(config.bounds, BoundKind::learned_spheres);
+        std::erase(config.bounds, BoundKind::learned_affine);
         if (config.bounds.empty()) return;
     }
 
@@ -120,7 +121,7 @@ void run(const TrainArguments& arguments, Output& out) {
         arguments.output, nodes, facts.poses, facts.split.train_trajectories.size(), seconds,
         facts.split.calibration_trajectories.size(), facts.split.held_out_trajectories.size()));
     for (const auto& [kind, calibration] : file.tree.calibrations)
-        out.text(describe(kind, calibration, file.tree.spheres));
+        out.text(describe(kind, calibration, {file.tree, kind}));
     nlohmann::ordered_json result = {{"nodes", nodes},
                                      {"poses", facts.poses},
                                      {"train_trajectories", facts.split.train_trajectories},

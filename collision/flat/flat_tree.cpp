@@ -5,6 +5,7 @@
 #include <fstream>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "collision/base/message.hpp"
 #include "collision/base/notice.hpp"
@@ -85,6 +86,17 @@ constexpr auto learned_fields = [](auto& file, auto& learned) {
                FlatColumn{"inverse_deviation", &Fit::inverse_deviation});
 };
 
+constexpr auto learned_affine_fields = [](auto& file, auto& fit) {
+    using Box = LearnedAffineFit::ClusterBox;
+    auto& [X, samples, clusters, residual, growth] = fit;
+    file.field("learned_affine/X", X);
+    file.field("learned_affine/samples", samples);
+    file.table("learned_affine/clusters", clusters, FlatColumn{"growth", &Box::growth},
+               FlatColumn{"mean", &Box::mean}, FlatColumn{"inverse_deviation", &Box::inverse_deviation});
+    file.field("learned_affine/residual", residual);
+    file.field("learned_affine/growth", growth);
+};
+
 constexpr auto certified_fields = [](auto& file, auto& certified) {
     using Cell = CertifiedModel::Cell;
     using Pair = CertifiedModel::RegionPair;
@@ -131,9 +143,11 @@ constexpr auto hung_fields = [](auto& file, auto& nodes) {
     file.field("affine/weights", weights);
 };
 
-constexpr auto tree_fields = [](auto& file, auto& tree) {
+/// fit: of the tree's `learned_affine` bounds, which the reader makes of it.
+constexpr auto tree_fields = [](auto& file, auto& tree, auto& fit) {
     // The models of `affine` and `boxes` are not stored: hang_on_nodes() and make_boxes() make them again.
-    auto& [vertex_count, faces, spheres, bd, nbd, learned, certified, affine, boxes, calibrations] = tree;
+    auto& [vertex_count, faces, spheres, bd, nbd, learned, certified, learned_affine, affine, boxes,
+           calibrations] = tree;
     file.field("surface/vertex_count", vertex_count);
     file.field("surface/faces", faces);
     sphere_fields(file, spheres);
@@ -141,6 +155,7 @@ constexpr auto tree_fields = [](auto& file, auto& tree) {
     file.optional("nbd", nbd, nbd_fields);
     file.optional("learned", learned, learned_fields);
     file.optional("certified", certified, certified_fields);
+    file.optional("learned_affine", fit, learned_affine_fields);
     std::optional<HungNodes> hung = nodes_of(affine);
     file.optional("affine", hung, hung_fields);
     if constexpr (!std::is_const_v<std::remove_reference_t<decltype(tree)>>)
@@ -208,10 +223,15 @@ CollisionTree read_flat_tree(std::span<const std::byte> file) {
     CollisionTree tree;
     try {
         if (reader.version() < 3) use_names_of_version_2(reader);
-        tree_fields(reader, tree);
+        std::optional<LearnedAffineFit> fit;
+        tree_fields(reader, tree, fit);
         reader.finish();
-        check_collision_tree(tree);
+        check_sphere_tree(tree.spheres, tree.vertex_count, tree.faces);
         tree.boxes = make_boxes(tree);
+        if (fit)
+            tree.learned_affine =
+                std::make_shared<const LearnedAffineModel>(tree.boxes->tree(), *std::move(fit));
+        check_collision_tree(tree);
     } catch (const std::invalid_argument& e) {
         throw std::runtime_error(e.what());
     }
@@ -221,7 +241,9 @@ CollisionTree read_flat_tree(std::span<const std::byte> file) {
 std::vector<std::byte> write_flat_tree(const CollisionTree& tree) {
     check_collision_tree(tree);
     FlatFieldWriter writer;
-    tree_fields(writer, tree);
+    std::optional<LearnedAffineFit> fit;
+    if (tree.learned_affine) fit = tree.learned_affine->fit();
+    tree_fields(writer, tree, std::as_const(fit));
     return writer.finish();
 }
 

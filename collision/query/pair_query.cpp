@@ -107,9 +107,13 @@ std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b,
     leaf_pairs_.clear();
     AffineBoxes &boxes_a = a.state_->wide(), &boxes_b = b.state_->wide();
     const auto fitted = [&] { return boxes_a.fitted() + (&a == &b ? 0 : boxes_b.fitted()); };
-    const int fitted_before = fitted();
+    const auto out_of_range = [&] {
+        return boxes_a.out_of_range() + (&a == &b ? 0 : boxes_b.out_of_range());
+    };
+    const int fitted_before = fitted(), out_of_range_before = out_of_range();
     affine_walk_.near_faces(boxes_a, boxes_b, distance, pairs_);
     counters_.nodes_bounded = fitted() - fitted_before;
+    counters_.nodes_out_of_range = out_of_range() - out_of_range_before;
     counters_.node_tests = affine_walk_.counters().node_tests;
     counters_.leaf_pairs = affine_walk_.counters().leaf_pairs;
     counters_.box_tests = affine_walk_.counters().box_tests;

@@ -28,6 +28,8 @@ std::string_view name(BoundKind kind) noexcept {
             return "learned_spheres";
         case BoundKind::learned_boxes:
             return "learned_boxes";
+        case BoundKind::learned_affine:
+            return "learned_affine";
         case BoundKind::certified:
             return "certified";
         case BoundKind::affine:
@@ -52,9 +54,10 @@ BoundKind bound_kind(std::string_view text) {
     const std::string_view name = current_bound_name(text);
     for (const BoundKind kind : bound_kinds)
         if (name == nbd::name(kind)) return kind;
-    throw std::invalid_argument(
-        message("unknown bounds \"", name,
-                "\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, certified, affine, auto"));
+    throw std::invalid_argument(message(
+        "unknown bounds \"", name,
+        "\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, learned_affine, certified, "
+        "affine, auto"));
 }
 
 }  // namespace nbd

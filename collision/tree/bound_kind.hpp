@@ -4,15 +4,33 @@
 
 namespace nbd {
 
-enum class BoundKind { exact, boxes, bd, nbd, learned_spheres, learned_boxes, certified, affine, automatic };
+enum class BoundKind {
+    exact,
+    boxes,
+    bd,
+    nbd,
+    learned_spheres,
+    learned_boxes,
+    learned_affine,
+    certified,
+    affine,
+    automatic
+};
 
 /// All kinds, in order.
-inline constexpr BoundKind bound_kinds[] = {
-    BoundKind::exact,     BoundKind::boxes,           BoundKind::bd,
-    BoundKind::nbd,       BoundKind::learned_spheres, BoundKind::learned_boxes,
-    BoundKind::certified, BoundKind::affine,          BoundKind::automatic};
+inline constexpr BoundKind bound_kinds[] = {BoundKind::exact,
+                                            BoundKind::boxes,
+                                            BoundKind::bd,
+                                            BoundKind::nbd,
+                                            BoundKind::learned_spheres,
+                                            BoundKind::learned_boxes,
+                                            BoundKind::learned_affine,
+                                            BoundKind::certified,
+                                            BoundKind::affine,
+                                            BoundKind::automatic};
 
-/// "exact", "boxes", "bd", "nbd", "learned_spheres", "learned_boxes", "certified", "affine", "auto".
+/// "exact", "boxes", "bd", "nbd", "learned_spheres", "learned_boxes", "learned_affine", "certified",
+/// "affine", "auto".
 std::string_view name(BoundKind kind) noexcept;
 
 /// Whether bounds of this kind are computed from all vertices of a node and need no model.
@@ -29,8 +47,8 @@ constexpr bool can_miss(BoundKind kind) noexcept {
 
 /// Whether such a bound is an axis-aligned box; the others are spheres.
 constexpr bool is_box(BoundKind kind) noexcept {
-    return kind == BoundKind::boxes || kind == BoundKind::learned_boxes || kind == BoundKind::affine ||
-           kind == BoundKind::automatic;
+    return kind == BoundKind::boxes || kind == BoundKind::learned_boxes ||
+           kind == BoundKind::learned_affine || kind == BoundKind::affine || kind == BoundKind::automatic;
 }
 
 /// The kind with this name, or with a name from release 0.1. Throws std::invalid_argument, listing the known

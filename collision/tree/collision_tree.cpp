@@ -5,6 +5,18 @@
 #include "collision/base/message.hpp"
 
 namespace nbd {
+namespace {
+
+/// Whether a model has as many vertices and parts as the wide tree of the faces.
+bool fits(const LearnedAffineModel& model, const CollisionTree& tree) {
+    if (model.fit().X.rows() != tree.vertex_count) return false;
+    const std::shared_ptr<const AffineModel> boxes = tree.boxes ? tree.boxes : make_boxes(tree);
+    const WideTree& wide = boxes->tree();
+    return model.clusters() == wide.clusters() && model.parts() == wide.clusters() + wide.blocks();
+}
+
+}  // namespace
+
 CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
     CollisionTree tree;
     tree.spheres = build_sphere_tree(X, F, config);
@@ -39,18 +51,27 @@ void check_collision_tree(const CollisionTree& tree) {
     if (tree.boxes && !(is_over(tree.boxes->tree(), tree.vertex_count, tree.faces) &&
                         tree.boxes->node_count() == tree.vertex_count && tree.boxes->rounding() == 0))
         throw std::invalid_argument("the boxes are of another surface; allowed: those of make_boxes()");
+    if (tree.learned_affine && !fits(*tree.learned_affine, tree))
+        throw std::invalid_argument(
+            "learned affine bounds are of another surface; allowed: bounds over the tree's wide tree");
     if (tree.certified) check_certified_model(*tree.certified, tree.spheres, tree.vertex_count);
     for (const auto& [kind, calibration] : tree.calibrations) {
         if (!has_bounds(tree, kind))
             throw std::invalid_argument(
                 message("calibration of ", name(kind), " bounds, but the tree has no model for them"));
-        check_calibration(calibration, name(kind), tree.spheres.nodes.size());
+        check_calibration(calibration, name(kind), bound_count(tree, kind));
     }
 }
 
 BoundKind exact_for_auto(const CollisionTree& tree, BoundKind kind) noexcept {
     if (kind != BoundKind::automatic) return kind;
     return tree.affine ? BoundKind::affine : BoundKind::boxes;
+}
+
+std::size_t bound_count(const CollisionTree& tree, BoundKind kind) noexcept {
+    if (kind == BoundKind::learned_affine && tree.learned_affine)
+        return static_cast<std::size_t>(tree.learned_affine->bounds());
+    return tree.spheres.nodes.size();
 }
 
 bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
@@ -67,6 +88,8 @@ bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
             return tree.learned.has_value();
         case BoundKind::learned_boxes:
             return tree.learned && !tree.learned->boxes.empty();
+        case BoundKind::learned_affine:
+            return tree.learned_affine != nullptr;
         case BoundKind::certified:
             return tree.certified.has_value();
         case BoundKind::affine:

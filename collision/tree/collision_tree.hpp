@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "collision/bounds/affine/affine_model.hpp"
+#include "collision/bounds/affine/learned_affine_model.hpp"
 #include "collision/bounds/calibration.hpp"
 #include "collision/bounds/certified/certified_model.hpp"
 #include "collision/bounds/learned/bd_model.hpp"
@@ -21,11 +22,12 @@ struct CollisionTree {
     int vertex_count = 0;
     Faces faces;
     SphereTree spheres;
-    std::optional<BdModel> bd;                      // absent: the bound cannot be used
-    std::optional<NbdModel> nbd;                    // likewise
-    std::optional<LearnedModel> learned;            // likewise
-    std::optional<CertifiedModel> certified;        // likewise
-    std::shared_ptr<const AffineModel> affine;      // likewise; see hang_on_nodes()
+    std::optional<BdModel> bd;                                 // absent: the bound cannot be used
+    std::optional<NbdModel> nbd;                               // likewise
+    std::optional<LearnedModel> learned;                       // likewise
+    std::optional<CertifiedModel> certified;                   // likewise
+    std::shared_ptr<const LearnedAffineModel> learned_affine;  // likewise; over the wide tree of make_boxes()
+    std::shared_ptr<const AffineModel> affine;                 // likewise; see hang_on_nodes()
     std::shared_ptr<const AffineModel> boxes;       // absent: each PosedTree with `boxes` makes its own
     std::map<BoundKind, Calibration> calibrations;  // absent: the bound has no stated miss rate
 };
@@ -52,6 +54,10 @@ inline std::shared_ptr<const CollisionTree> refer_to(const CollisionTree& tree) 
 /// Validates a tree read from a file. Throws std::invalid_argument, saying what is wrong, unless all parts of
 /// the tree fit each other.
 void check_collision_tree(const CollisionTree& tree);
+
+/// Number of bounds of this kind that have a margin of their own: nodes of the sphere tree, or of a model
+/// over a wide tree.
+std::size_t bound_count(const CollisionTree& tree, BoundKind kind) noexcept;
 
 /// Whether the tree has the model that bounds of this kind need.
 bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept;

@@ -19,6 +19,7 @@ using Bounds = decltype(PosedSpheres::bounds);
 Bounds make_bounds(const CollisionTree& tree, BoundKind kind, const NodeMargins& margins) {
     if (kind == BoundKind::exact) return ExactBound(tree.spheres);
     if (kind == BoundKind::boxes || (kind == BoundKind::affine && tree.affine) ||
+        (kind == BoundKind::learned_affine && tree.learned_affine) ||
         (kind == BoundKind::automatic && !has_bounds(tree, BoundKind::learned_boxes)))
         return ExactBoxes(tree.spheres);
     if (kind == BoundKind::bd && tree.bd) return BdBound(tree.spheres, *tree.bd);
@@ -43,17 +44,22 @@ NodeMargins node_margins(const CollisionTree& tree, BoundKind kind, std::optiona
     const auto calibration =
         tree.calibrations.find(kind == BoundKind::automatic ? BoundKind::learned_boxes : kind);
     if (margin || calibration == tree.calibrations.end())
-        return {std::vector<float>(tree.spheres.nodes.size(), margin.value_or(0.f)), {}};
+        return {std::vector<float>(bound_count(tree, kind), margin.value_or(0.f)), {}};
     return {calibration->second.margins, calibration->second.limits};
 }
 
-std::shared_ptr<const AffineModel> boxes_of(const CollisionTree& tree) {
-    return tree.boxes ? tree.boxes : make_boxes(tree);
+/// The wide tree that a surface's positions move: exact, or learned where `kind` is.
+AffineBoxes make_wide(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {
+    std::optional<LearnedAffineBoxes> learned;
+    if (kind == BoundKind::learned_affine)
+        learned.emplace(tree.learned_affine, node_margins(tree, kind, margin));
+    return AffineBoxes(tree.boxes ? tree.boxes : make_boxes(tree), std::move(learned));
 }
 
 std::unique_ptr<PosedSpheres> make_spheres(const CollisionTree& tree, BoundKind kind,
                                            std::optional<float> margin) {
-    const NodeMargins margins = node_margins(tree, kind, margin);
+    const NodeMargins margins =
+        kind == BoundKind::learned_affine ? no_margins(tree) : node_margins(tree, kind, margin);
     return std::make_unique<PosedSpheres>(
         PosedSpheres{make_bounds(tree, kind, margins),
                      SphereCache(tree.spheres, is_box(kind) ? no_margins(tree) : margins), LeafBoxes(tree)});
@@ -110,7 +116,8 @@ PosedTreeState::PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundK
     : tree(std::move(body)), kind(bounds), margin(growth) {
     const bool is_auto = kind == BoundKind::automatic;
     if (tree->affine && (kind == BoundKind::affine || is_auto)) of_nodes.emplace(tree->affine);
-    if (kind == BoundKind::boxes || is_auto) of_surface.emplace(boxes_of(*tree));
+    if (kind == BoundKind::boxes || is_auto || (kind == BoundKind::learned_affine && tree->learned_affine))
+        of_surface.emplace(make_wide(*tree, kind, margin));
     if (is_auto && has_bounds(*tree, BoundKind::learned_boxes)) automatic.emplace();
     is_wide = of_nodes || of_surface;
     if (!is_wide) posed_spheres = make_spheres(*tree, kind, margin);
@@ -135,7 +142,7 @@ void PosedTreeState::begin_pose_of_nodes(VerticesRef nodes) noexcept {
 }
 
 void PosedTreeState::begin_step(VerticesRef start, VerticesRef end) noexcept {
-    if (!of_surface) of_surface.emplace(boxes_of(*tree));
+    if (!of_surface) of_surface.emplace(make_wide(*tree, kind, margin));
     of_surface->begin_step(start, end);
     positions = end;
     in_step = spheres_are_stale = true;
@@ -154,7 +161,7 @@ AffineBoxes& PosedTreeState::wide() noexcept {
     if (std::exchange(wide_is_stale, false)) {
         const Stopwatch watch;
         positions.require_all();
-        if (!of_surface) of_surface.emplace(boxes_of(*tree));
+        if (!of_surface) of_surface.emplace(make_wide(*tree, kind, margin));
         of_surface->begin_pose(positions.rows());
         if (automatic) automatic->boxes_trial.start_ns = 1e9 * watch.seconds();
     }
@@ -282,8 +289,11 @@ int PosedTree::nodes_bounded() const noexcept {
 }
 
 int PosedTree::nodes_out_of_range() const noexcept {
-    const bool has_spheres = state_->posed_spheres && !state_->spheres_are_stale;
-    return has_spheres ? state_->posed_spheres->nodes_out_of_range() : 0;
+    const PosedTreeState& s = *state_;
+    const bool has_wide = s.of_surface && !s.wide_is_stale;
+    const bool has_spheres = s.posed_spheres && !s.spheres_are_stale;
+    return (has_wide ? s.of_surface->out_of_range() : 0) +
+           (has_spheres ? s.posed_spheres->nodes_out_of_range() : 0);
 }
 
 BoundKind PosedTree::chosen() const noexcept {

@@ -15,10 +15,10 @@ class Positions;
 struct PosedTreeState;
 
 /// A body's collision tree in its current pose. Each sphere is computed on first use in a pose and cached;
-/// the small box tree below a leaf is refitted on first visit. A body with `affine` bounds or `boxes` has a
-/// box tree instead, and makes the sphere tree, from all positions of its surface, only when a query with a
-/// body of another kind, or a question about a node, needs it. Before its first pose a body touches nothing.
-/// Reading writes these caches, so only one thread at a time may use a tree.
+/// the small box tree below a leaf is refitted on first visit. A body with `affine` or `learned_affine`
+/// bounds or `boxes` has a box tree instead, and makes the sphere tree, from all positions of its surface,
+/// only when a query with a body of another kind, or a question about a node, needs it. Before its first pose
+/// a body touches nothing. Reading writes these caches, so only one thread at a time may use a tree.
 ///
 /// `auto` bounds take what the pose allows: `affine` where it is given by nodes and the tree has a model for
 /// them, else `boxes`, or `learned_boxes` where the tree has these and they are cheaper, see AutoChoice. With
@@ -26,11 +26,12 @@ struct PosedTreeState;
 class PosedTree {
  public:
     /// `tree` is shared, not copied. margin: finite, >= 0. It multiplies the radius of every sphere by
-    /// 1 + margin, or moves every side of a learned box outward by margin times the spread of its samples; no
-    /// node falls back to an exact bound. Without a margin, the tree's calibration of these bounds applies: a
-    /// margin per node, and exact bounds where the input is out of range. Without a calibration the margin is
-    /// 0. Throws std::invalid_argument if the tree's parts do not fit each other (check_collision_tree), it
-    /// has no model for `kind`, or the margin is out of range.
+    /// 1 + margin, or moves every side of a learned box outward by margin times the spread of its samples, or
+    /// their residual for those that follow an affine map; no node falls back to an exact bound. Without a
+    /// margin, the tree's calibration of these bounds applies: a margin per node, and exact bounds where the
+    /// input is out of range. Without a calibration the margin is 0. Throws std::invalid_argument if the
+    /// tree's parts do not fit each other (check_collision_tree), it has no model for `kind`, or the margin
+    /// is out of range.
     PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, std::optional<float> margin = {});
     PosedTree(PosedTree&&) noexcept;
     PosedTree& operator=(PosedTree&&) noexcept;
@@ -46,7 +47,8 @@ class PosedTree {
     void begin_pose(VerticesRef x, std::span<const RegionMotion> motion = {}) noexcept;
 
     /// Starts a pose with positions that are computed on demand: all of them for `exact` and `boxes`, which
-    /// copy them once more, few for the other kinds. x: its begin_pose() was called; must stay valid until
+    /// copy them once more, and for
+    /// `learned_affine`, few for the other kinds. x: its begin_pose() was called; must stay valid until
     /// the next call.
     void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion = {}) noexcept;
 

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
 #include "collision/bounds/exact/exact_boxes.hpp"
 #include "collision/bounds/learned/learned_boxes.hpp"
+#include "collision/kernels/box_pack.hpp"
 #include "collision/tree/posed_tree.hpp"
 
 namespace nbd {
@@ -58,6 +60,40 @@ void score_boxes(const CollisionTree& tree, FrameSource& source, std::span<const
     });
 }
 
+/// Fills in the margins that `learned_affine` needed, in spreads and residuals, and their scores.
+void score_parts(const CollisionTree& tree, FrameSource& source, std::span<const FrameId> frames,
+                 BoundScores& scores) {
+    const LearnedAffineModel& model = *tree.learned_affine;
+    const std::shared_ptr<const AffineModel> boxes = tree.boxes ? tree.boxes : make_boxes(tree);
+    const WideTree& wide = boxes->tree();
+    scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
+    std::vector<WideBoxes> exact(frame_slots);
+    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
+        WideBoxes& truth = exact[static_cast<std::size_t>(slot)];
+        fit_wide_boxes(wide, x, truth);
+        for (int c = 0; c < model.clusters(); ++c) {
+            const auto i = static_cast<std::size_t>(c);
+            const ClusterSamples samples = model.cluster_samples(c, x.data());
+            const float needed = outside(samples.box, truth.clusters[i]);
+            scores.excess(index, c) =
+                needed > 0 ? needed / samples.spread - model.fit().clusters[i].growth : -1.f;
+            scores.ood_score(index, c) = model.cluster_score(c, samples.spread);
+        }
+        std::array<float, LearnedAffineModel::scratch> scratch;
+        BoxPack mapped;
+        for (int part = 0; part < model.parts(); ++part) {
+            const float residual = model.map_children(part, x.data(), scratch.data(), mapped);
+            const auto protrusions = model.protrusions(part, mapped, wide, truth);
+            const float* growth = model.fit().growth.data() + std::ptrdiff_t{part} * WideTree::width;
+            float excess = -1;
+            for (std::size_t k = 0; k < protrusions.size(); ++k)
+                if (protrusions[k] > 0) excess = std::max(excess, protrusions[k] / residual - growth[k]);
+            scores.excess(index, model.clusters() + part) = excess;
+            scores.ood_score(index, model.clusters() + part) = model.part_score(part, residual);
+        }
+    });
+}
+
 }  // namespace
 
 float sphere_excess(VerticesRef x, std::span<const int> vertices, const Sphere& sphere) {
@@ -78,11 +114,13 @@ BoundScores score_bounds(VerticesRef X, const std::shared_ptr<const CollisionTre
         throw std::invalid_argument(fmt::format("the tree has no {} bounds", name(kind)));
     BoundScores scores;
     scores.excess.resize(static_cast<Eigen::Index>(frames.size()),
-                         static_cast<Eigen::Index>(tree->spheres.nodes.size()));
+                         static_cast<Eigen::Index>(bound_count(*tree, kind)));
     scores.ood_score.resize(scores.excess.rows(), 0);
     scores.trajectories = trajectories_of(source.recording(), frames);
     if (kind == BoundKind::learned_boxes)
         score_boxes(*tree, source, frames, scores);
+    else if (kind == BoundKind::learned_affine)
+        score_parts(*tree, source, frames, scores);
     else
         score_spheres(X, tree, kind, source, frames, scores);
     return scores;

@@ -22,20 +22,19 @@ constexpr float never = -std::numeric_limits<float>::infinity();
 /// Added to margins, so that rounding makes no pose miss that needs exactly the margin.
 constexpr float rounding = 1e-6f;
 
-/// Columns of a depth's nodes, which are consecutive: the first one and their number.
+/// Columns of a level's bounds, which are consecutive: the first one and their number.
 struct Level {
     Eigen::Index begin = 0, count = 0;
 };
 
-Level level_of(const SphereTree& tree, int depth) {
-    const auto begin = std::ranges::lower_bound(tree.nodes, depth, {}, &SphereTree::Node::depth);
-    const auto end = std::ranges::upper_bound(tree.nodes, depth, {}, &SphereTree::Node::depth);
-    return {begin - tree.nodes.begin(), end - begin};
+Level level_of(const BoundLevels& levels, int depth) {
+    const int* begin = levels.begins.data() + depth;
+    return {begin[0], begin[1] - begin[0]};
 }
 
-void check(const SphereTree& tree, const BoundScores& scores) {
+void check(const BoundLevels& levels, const BoundScores& scores) {
     const auto poses = static_cast<Eigen::Index>(scores.trajectories.size());
-    const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
+    const Eigen::Index nodes = levels.begins.back();
     if (poses == 0) throw std::invalid_argument("no poses to calibrate on");
     if (scores.excess.rows() != poses || scores.excess.cols() != nodes || scores.ood_score.rows() != poses ||
         (scores.ood_score.cols() != 0 && scores.ood_score.cols() != nodes))
@@ -113,10 +112,10 @@ Eigen::RowVectorXf first_margins(const PoseRows& needed, double rate) {
 
 }  // namespace
 
-Calibration calibrate(const SphereTree& tree, const BoundScores& shape, const BoundScores& scores,
+Calibration calibrate(const BoundLevels& levels, const BoundScores& shape, const BoundScores& scores,
                       const CalibrateConfig& config) {
-    check(tree, shape);
-    check(tree, scores);
+    check(levels, shape);
+    check(levels, scores);
     Calibration calibration{.miss_rate = config.miss_rate,
                             .confidence = 0,
                             .trajectories = count_trajectories(scores.trajectories),
@@ -129,9 +128,10 @@ Calibration calibrate(const SphereTree& tree, const BoundScores& shape, const Bo
         first_margins(needed_margins(calibration, shape), caution * config.miss_rate);
     // The need beyond the first margin is the conformal score.
     PoseRows lifts = needed_margins(calibration, scores).rowwise() - first;
-    calibration.margins.resize(tree.nodes.size());
-    for (int depth = 0; depth <= tree.depth(); ++depth) {
-        const Level level = level_of(tree, depth);
+    const auto bounds = static_cast<std::size_t>(levels.begins.back());
+    calibration.margins.resize(bounds);
+    for (int depth = 0; depth < levels.count(); ++depth) {
+        const Level level = level_of(levels, depth);
         const TrajectoryScores groups = by_trajectory(lifts, scores.trajectories, level);
         const float lift = std::max({0.f, confident_level(groups, config.miss_rate, calibration.confidence),
                                      mean_level(groups, config.miss_rate)});
@@ -142,7 +142,7 @@ Calibration calibrate(const SphereTree& tree, const BoundScores& shape, const Bo
             calibration.margins[static_cast<std::size_t>(i)] =
                 always_exact(calibration, i) ? 0 : first[i] + lift + rounding;
     }
-    check_calibration(calibration, "the", tree.nodes.size());
+    check_calibration(calibration, "the", bounds);
     return calibration;
 }
 
@@ -151,12 +151,12 @@ Eigen::ArrayXX<bool> misses(const Calibration& calibration, const BoundScores& s
     return needed_margins(calibration, scores).array() > margins.replicate(scores.excess.rows(), 1).array();
 }
 
-std::vector<double> miss_rates(const SphereTree& tree, const Calibration& calibration,
+std::vector<double> miss_rates(const BoundLevels& levels, const Calibration& calibration,
                                const BoundScores& scores, int depth) {
     const PoseRows missed = misses(calibration, scores).cast<float>();
     std::vector<double> rates;
     for (const std::vector<float>& trajectory :
-         by_trajectory(missed, scores.trajectories, level_of(tree, depth)))
+         by_trajectory(missed, scores.trajectories, level_of(levels, depth)))
         rates.push_back(rate_above(trajectory, 0.5f));
     return rates;
 }
@@ -191,7 +191,7 @@ void calibrate(TreeFile& file, FrameSource& source, const CalibrateConfig& confi
         const BoundScores known = score_shape(file.X, tree, kind, source, shape);
         const BoundScores scores = score_bounds(file.X, tree, kind, source, frames);
         try {
-            file.tree.calibrations[kind] = calibrate(tree->spheres, known, scores, config);
+            file.tree.calibrations[kind] = calibrate(BoundLevels(*tree, kind), known, scores, config);
         } catch (const std::runtime_error& e) {
             throw std::runtime_error(fmt::format("{} bounds: {}", name(kind), e.what()));
         }

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "collision/bounds/calibration.hpp"
+#include "training/calibrate/bound_levels.hpp"
 #include "training/calibrate/bound_scores.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/tree_file.hpp"
@@ -25,9 +26,11 @@ struct CalibrateConfig {
 ///   (pose, node of that depth) pairs are misses: the node is in range, and its sphere leaves a vertex
 ///   outside.
 ///
-/// It assumes nothing about the poses within a trajectory, the nodes or the bound. In addition, the mean miss
-/// rate of the calibration trajectories, with the worst counted twice, is at most `miss_rate`: see
-/// mean_level(). A guarantee for each single node at such rates would need about 1 / miss_rate trajectories.
+/// A node of `learned_affine` is one of LearnedAffineModel::bounds(): it misses if any of the boxes that
+/// share its margin leaves a vertex outside. The guarantee assumes nothing about the poses within a
+/// trajectory, the nodes or the bound. In addition, the mean miss rate of the calibration trajectories, with
+/// the worst counted twice, is at most `miss_rate`: see mean_level(). A guarantee for each single node at
+/// such rates would need about 1 / miss_rate trajectories.
 ///
 /// Method: `shape`, from other trajectories, gives each node a limit of its ood_score, which a share
 /// `out_of_range` of the node's inputs in `shape` exceeds, and a first margin, which suffices in `shape` at a
@@ -38,7 +41,7 @@ struct CalibrateConfig {
 ///
 /// Throws std::invalid_argument on a config out of range, no poses, or a confidence too high for the number
 /// of trajectories; std::runtime_error if a margin would be infinite.
-Calibration calibrate(const SphereTree& tree, const BoundScores& shape, const BoundScores& scores,
+Calibration calibrate(const BoundLevels& levels, const BoundScores& shape, const BoundScores& scores,
                       const CalibrateConfig& config);
 
 /// True where a node misses: one row per pose, one column per node.
@@ -46,7 +49,7 @@ Eigen::ArrayXX<bool> misses(const Calibration& calibration, const BoundScores& s
 
 /// Miss rate of each trajectory: its share of (pose, node of that depth) pairs that miss. Trajectories are in
 /// the order of `scores`.
-std::vector<double> miss_rates(const SphereTree& tree, const Calibration& calibration,
+std::vector<double> miss_rates(const BoundLevels& levels, const Calibration& calibration,
                                const BoundScores& scores, int depth);
 
 /// Calibrates all bounds of a trained tree that can miss, replacing any earlier calibration. First measures

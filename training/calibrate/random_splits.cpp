@@ -10,17 +10,17 @@
 
 namespace nbd {
 
-std::vector<RandomSplitsRow> check_random_splits(const SphereTree& tree, const BoundScores& shape,
+std::vector<RandomSplitsRow> check_random_splits(const BoundLevels& levels, const BoundScores& shape,
                                                  const BoundScores& pool, const CalibrateConfig& config,
                                                  int splits, std::uint64_t seed) {
     std::vector<int> ids = pool.trajectories;
     std::ranges::sort(ids);
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
     if (ids.size() < 2) throw std::invalid_argument("fewer than two trajectories to draw splits from");
-    std::vector<RandomSplitsRow> rows(static_cast<std::size_t>(tree.depth()) + 1);
+    std::vector<RandomSplitsRow> rows(static_cast<std::size_t>(levels.count()));
     for (int s = 0; s < splits; ++s) {
         const HeldOut split = draw_held_out(ids, 0.5, seed + static_cast<std::uint64_t>(s));
-        const Calibration calibration = calibrate(tree, shape, only(pool, split.train), config);
+        const Calibration calibration = calibrate(levels, shape, only(pool, split.train), config);
         const BoundScores test = only(pool, split.held_out);
         for (std::size_t depth = 0; depth < rows.size(); ++depth) {
             RandomSplitsRow& row = rows[depth];
@@ -30,7 +30,7 @@ std::vector<RandomSplitsRow> check_random_splits(const SphereTree& tree, const B
             row.test = static_cast<int>(split.held_out.size());
             row.stated = calibration.confidence;
             double mean = 0, keeping = 0;
-            for (const double rate : miss_rates(tree, calibration, test, row.depth)) {
+            for (const double rate : miss_rates(levels, calibration, test, row.depth)) {
                 mean += rate / row.test;
                 keeping += (rate <= config.miss_rate + 1e-12) / static_cast<double>(row.test);
             }
@@ -60,7 +60,7 @@ std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind
     FrameSource source(file.W, recording);
     if (source.hash(used) != file.facts.recording_hash)
         throw std::invalid_argument("random splits need the recording of the training");
-    return check_random_splits(tree->spheres, score_shape(file.X, tree, kind, source, known),
+    return check_random_splits(BoundLevels(*tree, kind), score_shape(file.X, tree, kind, source, known),
                                score_bounds(file.X, tree, kind, source, pool), config, splits);
 }
 

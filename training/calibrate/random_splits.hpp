@@ -21,7 +21,7 @@ struct RandomSplitsRow {
 /// Splits `pool` into equal parts for calibration and test, `splits` times at random; calibrates on the first
 /// part and counts misses on the second. The training and the shape stay the same. Throws as calibrate(), and
 /// std::invalid_argument if the pool has fewer than two trajectories.
-std::vector<RandomSplitsRow> check_random_splits(const SphereTree& tree, const BoundScores& shape,
+std::vector<RandomSplitsRow> check_random_splits(const BoundLevels& levels, const BoundScores& shape,
                                                  const BoundScores& pool, const CalibrateConfig& config,
                                                  int splits, std::uint64_t seed = 1);
 

@@ -11,6 +11,7 @@
 #include "collision/geometry/bounding_box.hpp"
 #include "collision/geometry/bounding_sphere.hpp"
 #include "collision/tree/posed_tree.hpp"
+#include "training/evaluate/wide_coverage.hpp"
 
 namespace nbd {
 namespace {
@@ -78,6 +79,16 @@ void add_pose(PosedTree& posed, VerticesRef x, std::vector<Sums>& depths) {
     }
 }
 
+void add_pose(WideCoverage& wide, VerticesRef x, std::vector<Sums>& depths) {
+    for (const WideOutcome& outcome : wide.measure(x))
+        depths[static_cast<std::size_t>(outcome.level)] += {.nodes = 1,
+                                                            .vertices = outcome.vertices,
+                                                            .missing = outcome.outside > 0,
+                                                            .outside = outcome.outside,
+                                                            .out_of_range = outcome.out_of_range,
+                                                            .inflation = outcome.inflation};
+}
+
 double share(long part, long all) { return static_cast<double>(part) / static_cast<double>(all); }
 
 }  // namespace
@@ -92,12 +103,20 @@ std::vector<CoverageRow> measure_coverage(const SurfaceBody& body,
                 ? fmt::format("{} bounds of the tree are not calibrated", name(kind))
                 : fmt::format("{} bounds never miss, so they have no coverage to measure", name(kind)));
     if (frames.empty()) throw std::invalid_argument("no frame to measure coverage on");
+    const bool is_wide = kind == BoundKind::learned_affine;
     std::vector<PosedTree> posed;
-    for (int slot = 0; slot < frame_slots; ++slot) posed.emplace_back(tree, kind);
-    const auto depths = static_cast<std::size_t>(tree->spheres.depth() + 1);
+    std::vector<WideCoverage> wide;
+    for (int slot = 0; slot < frame_slots; ++slot)
+        if (is_wide)
+            wide.emplace_back(*tree);
+        else
+            posed.emplace_back(tree, kind);
+    const auto depths = static_cast<std::size_t>(is_wide ? WideCoverage::levels : tree->spheres.depth() + 1);
     std::vector<std::vector<Sums>> poses(frames.size(), std::vector<Sums>(depths));
     for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
-        add_pose(posed[static_cast<std::size_t>(slot)], x, poses[static_cast<std::size_t>(index)]);
+        const auto s = static_cast<std::size_t>(slot);
+        std::vector<Sums>& sums = poses[static_cast<std::size_t>(index)];
+        is_wide ? add_pose(wide[s], x, sums) : add_pose(posed[s], x, sums);
     });
 
     std::vector<CoverageRow> rows;

@@ -29,7 +29,8 @@ struct CoverageRow {
 };
 
 /// Measures whether a tree's calibrated bounds keep the stated miss rate on poses that neither training nor
-/// calibration saw. One row per depth. Streams; same bits on any number of threads. Throws
+/// calibration saw. One row per depth; `learned_affine` has three, for boxes of clusters, blocks and leaves,
+/// whose nodes are LearnedAffineModel::bounds(). Streams; same bits on any number of threads. Throws
 /// std::invalid_argument if the bounds are not calibrated or there are no frames.
 std::vector<CoverageRow> measure_coverage(const SurfaceBody& body,
                                           const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,

@@ -19,7 +19,7 @@ const h5::Format tree_format{"nbdtree tree", 2};
 using IntRows = Eigen::Matrix<int, Eigen::Dynamic, 6, Eigen::RowMajor>;
 using LearnedNodeRows = Eigen::Matrix<int, Eigen::Dynamic, 2, Eigen::RowMajor>;  // samples, exact
 using SphereRows = Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor>;
-using LearnedBoxRows = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using LearnedBoxRows = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;  // also of clusters
 
 // Everything is deflated: index arrays shrink to a third, float32 by a tenth.
 constexpr auto packing = h5::Packing::deflate;
@@ -239,6 +239,30 @@ LearnedModel read_learned(const h5::Reader& file, std::size_t nodes) {
     return learned;
 }
 
+void write_learned_affine(h5::Writer& file, const LearnedAffineFit& fit) {
+    LearnedBoxRows clusters(static_cast<Eigen::Index>(fit.clusters.size()), 3);
+    for (Eigen::Index i = 0; i < clusters.rows(); ++i) {
+        const LearnedAffineFit::ClusterBox& box = fit.clusters[static_cast<std::size_t>(i)];
+        clusters.row(i) << box.growth, box.mean, box.inverse_deviation;
+    }
+    file.write("learned_affine/samples", fit.samples, packing);
+    file.write("learned_affine/clusters", clusters, packing);
+    file.write("learned_affine/residual", fit.residual, packing);
+    file.write("learned_affine/growth", fit.growth, packing);
+}
+
+LearnedAffineFit read_learned_affine(const h5::Reader& file, const Vertices& X) {
+    LearnedAffineFit fit{.X = X,
+                         .samples = file.read<int>("learned_affine/samples", {h5::any}),
+                         .clusters = {},
+                         .residual = file.read<float>("learned_affine/residual", {h5::any}),
+                         .growth = file.read<float>("learned_affine/growth", {h5::any})};
+    const auto clusters = file.matrix<LearnedBoxRows>("learned_affine/clusters", h5::any, 3);
+    for (Eigen::Index i = 0; i < clusters.rows(); ++i)
+        fit.clusters.push_back({clusters(i, 0), clusters(i, 1), clusters(i, 2)});
+    return fit;
+}
+
 void write_facts(h5::Writer& file, const TrainingFacts& facts) {
     file.group("facts");
     file.attribute("facts", "recording_sha256", facts.recording_hash);
@@ -357,6 +381,7 @@ void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
             write_modes(file, "bd/modes", tree.bd->modes);
     }
     if (tree.learned) write_learned(file, *tree.learned);
+    if (tree.learned_affine) write_learned_affine(file, tree.learned_affine->fit());
     for (const auto& [kind, calibration] : tree.calibrations) write_calibration(file, kind, calibration);
     if (tree.affine) file.write("affine/rest", tree.affine->rest(), packing);
     if (tree.certified) {
@@ -380,7 +405,8 @@ TreeFile load_tree(const std::filesystem::path& path) {
     if (file.has("nbd")) tree.nbd = of_file(path, [&] { return read_nbd(file, nodes, networks_as_stored); });
     if (file.has("learned")) tree.learned = read_learned(file, nodes);
     for (const BoundKind kind : bound_kinds)
-        if (file.has(calibration_group(kind))) tree.calibrations[kind] = read_calibration(file, kind, nodes);
+        if (kind != BoundKind::learned_affine && file.has(calibration_group(kind)))
+            tree.calibrations[kind] = read_calibration(file, kind, nodes);
     // These calibrations are invalid: they used an older ood_score, or networks that were not rounded.
     if (tree.nbd && (tree.nbd->z_mean.size() == 0 || !networks_as_stored))
         tree.calibrations.erase(BoundKind::nbd);
@@ -394,6 +420,16 @@ TreeFile load_tree(const std::filesystem::path& path) {
     if (file.has("affine")) {
         const auto rest = file.matrix<Vertices>("affine/rest", static_cast<std::size_t>(result.W.cols()), 3);
         of_file(path, [&] { hang_on_nodes(tree, result.W, rest); });
+    }
+    if (file.has("learned_affine")) {
+        tree.learned_affine = of_file(path, [&] {
+            return std::make_shared<const LearnedAffineModel>(tree.boxes->tree(),
+                                                              read_learned_affine(file, result.X));
+        });
+        constexpr auto kind = BoundKind::learned_affine;
+        if (file.has(calibration_group(kind)))
+            tree.calibrations[kind] = read_calibration(file, kind, bound_count(tree, kind));
+        check(path, result);
     }
     result.facts = read_facts(file, nodes);
     return result;

@@ -57,14 +57,6 @@ void fit_range(const SampleReach& reach, const LearnedModel::Node& node, float* 
     }
 }
 
-/// The least value that at most a share `miss_rate` of the numbers exceeds.
-float upper_quantile(Eigen::VectorXf numbers, double miss_rate) {
-    const auto above = static_cast<Eigen::Index>(miss_rate * static_cast<double>(numbers.size()));
-    float* nth = numbers.data() + numbers.size() - 1 - std::min(above, numbers.size() - 1);
-    std::nth_element(numbers.data(), nth, numbers.data() + numbers.size());
-    return *nth;
-}
-
 /// Fits the box growth, and its range as in fit_range().
 LearnedModel::BoxFit fit_box(const SampleReach& reach, Eigen::Index node, double miss_rate) {
     const Eigen::ArrayXd squared = reach.spread.col(node).cast<double>().array().square();
@@ -75,6 +67,13 @@ LearnedModel::BoxFit fit_box(const SampleReach& reach, Eigen::Index node, double
 }
 
 }  // namespace
+
+float upper_quantile(Eigen::VectorXf numbers, double miss_rate) {
+    const auto above = static_cast<Eigen::Index>(miss_rate * static_cast<double>(numbers.size()));
+    float* nth = numbers.data() + numbers.size() - 1 - std::min(above, numbers.size() - 1);
+    std::nth_element(numbers.data(), nth, numbers.data() + numbers.size());
+    return *nth;
+}
 
 void check_learned_config(const LearnedConfig& config) {
     check_samples_config(config.samples);

@@ -22,6 +22,9 @@ struct LearnedConfig {
     std::uint64_t seed = 1;       // overrides the seeds in samples and networks
 };
 
+/// The least of the numbers that at most a share `miss_rate` of them exceeds.
+float upper_quantile(Eigen::VectorXf numbers, double miss_rate);
+
 /// Throws std::invalid_argument naming the option that is out of range.
 void check_learned_config(const LearnedConfig& config);
 

@@ -25,11 +25,11 @@ bool trains(const TrainConfig& config, BoundKind kind) {
 
 void check_config(const TrainConfig& config, const SurfaceBody& body) {
     for (const BoundKind kind : config.bounds)
-        if (kind != BoundKind::nbd && kind != BoundKind::learned_spheres)
-            throw std::invalid_argument(
-                fmt::format("{} bounds are not trained; allowed: nbd, learned_spheres", name(kind)));
+        if (std::ranges::find(trained_kinds, kind) == std::end(trained_kinds))
+            throw std::invalid_argument(fmt::format(
+                "{} bounds are not trained; allowed: nbd, learned_spheres, learned_affine", name(kind)));
     if (config.bounds.empty())
-        throw std::invalid_argument("no bounds to train; allowed: nbd, learned_spheres");
+        throw std::invalid_argument("no bounds to train; allowed: nbd, learned_spheres, learned_affine");
     check_mlp_config(config.mlp);
     check_learned_config(config.learned);
     if (config.modes < 1 || config.modes > NbdNetworks::max_inputs)
@@ -226,6 +226,10 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
     hang_on_solid(file.tree, body);
     if (trains(config, BoundKind::learned_spheres))
         file.tree.learned = train_learned(body, file.tree.spheres, source, frames, config.learned, run.stage);
+    file.tree.boxes = make_boxes(file.tree);
+    if (trains(config, BoundKind::learned_affine))
+        file.tree.learned_affine =
+            train_learned_affine(body, file.tree.boxes->tree(), source, frames, config.learned, run.stage);
     if (run.hooks.cancel && *run.hooks.cancel) throw TrainingCancelled("training was stopped");
     if (trains(config, BoundKind::nbd)) train_nbd(body, source, frames, config, run, file);
     return file;

@@ -13,12 +13,14 @@
 #include "training/learn/cluster_modes.hpp"
 #include "training/learn/labels.hpp"
 #include "training/learn/train_learned.hpp"
+#include "training/learn/train_learned_affine.hpp"
 #include "training/networks/mlp_trainer.hpp"
 
 namespace nbd {
 
 /// The bounds that training produces; `bd` comes with `nbd`, `learned_boxes` with `learned_spheres`.
-inline constexpr BoundKind trained_kinds[] = {BoundKind::nbd, BoundKind::learned_spheres};
+inline constexpr BoundKind trained_kinds[] = {BoundKind::nbd, BoundKind::learned_spheres,
+                                              BoundKind::learned_affine};
 
 /// Options of a training. The defaults are the paper's, except for those of `nbd` bounds that
 /// use_paper_networks() sets.

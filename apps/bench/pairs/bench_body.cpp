@@ -58,6 +58,12 @@ BenchBody in_tree_order(const BenchBody& body) {
     tree.faces = F;
     tree.boxes = make_boxes(tree);
     renumber(tree.spheres.vertices.begin(), tree.spheres.vertices.end());
+    if (tree.learned_affine) {
+        LearnedAffineFit fit = tree.learned_affine->fit();
+        fit.X = moved.surface.X;
+        renumber(fit.samples.begin(), fit.samples.end());
+        tree.learned_affine = std::make_shared<const LearnedAffineModel>(tree.boxes->tree(), std::move(fit));
+    }
     if (tree.learned) renumber(tree.learned->samples.begin(), tree.learned->samples.end());
     for (ClusteredModes* modes : {tree.bd ? &tree.bd->modes : nullptr, tree.nbd ? &tree.nbd->modes : nullptr})
         if (modes) renumber(modes->representatives.begin(), modes->representatives.end());

@@ -194,7 +194,7 @@ std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
     for (const BoundKind kind : raced_bounds(*body.tree)) methods.push_back(tree_method(kind));
     if (body.tree->affine) methods.push_back(tree_method(BoundKind::affine));
     for (const BoundKind kind : raced_bounds(*body.tree)) {
-        if (is_exact(kind)) continue;
+        if (is_exact(kind) || kind == BoundKind::learned_affine) continue;
         methods.push_back(
             {.name = fmt::format("{} from nodes", name(kind)),
              .exact = false,

@@ -12,8 +12,8 @@ PairMethodEntry tree_method(BoundKind kind);
 /// The bounds of a tree that are timed. Not `certified`, because recordings lack the stretch they need.
 std::vector<BoundKind> raced_bounds(const CollisionTree& tree);
 
-/// One method for each of raced_bounds(), and two more for learned ones: from nodes, with positions computed
-/// on demand, and the broad phase alone, down to pairs of leaves.
+/// One method for each of raced_bounds(), and two more for learned ones over the sphere tree: from nodes,
+/// with positions computed on demand, and the broad phase alone, down to pairs of leaves.
 std::vector<PairMethodEntry> tree_methods(const BenchBody& body);
 
 /// LazyBoxes over the surface.

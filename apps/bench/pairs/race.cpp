@@ -135,9 +135,9 @@ std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEnt
 
 std::size_t tree_bytes(const CollisionTree& tree) {
     const std::size_t before = heap_bytes();
-    const CollisionTree copy = tree;  // shares the two models
+    const CollisionTree copy = tree;  // shares the models
     const auto bytes = [](const auto& model) { return model ? model->bytes() : 0; };
-    return heap_bytes() - before + bytes(tree.affine) + bytes(tree.boxes);
+    return heap_bytes() - before + bytes(tree.affine) + bytes(tree.boxes) + bytes(tree.learned_affine);
 }
 
 }  // namespace nbd

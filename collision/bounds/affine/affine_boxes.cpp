@@ -49,8 +49,8 @@ const float* contiguous(const VerticesRef& nodes, Vertices& own) noexcept {
 
 }  // namespace
 
-AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model)
-    : model_(std::move(model)), tree_(&model_->tree()) {
+AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model, std::optional<LearnedAffineBoxes> learned)
+    : model_(std::move(model)), learned_(std::move(learned)), tree_(&model_->tree()) {
     const auto clusters = static_cast<std::size_t>(tree_->clusters()),
                blocks = static_cast<std::size_t>(tree_->blocks());
     cluster_boxes_.resize((clusters + width - 1) / width);
@@ -85,11 +85,19 @@ void AffineBoxes::begin() noexcept {
     leaves_in_use_ = 0;
     fitted_ = 0;
     whole_ = empty_box();
+    if (is_learned()) learned_->begin_pose(nodes_);
     for (int cluster = 0; cluster < tree_->clusters(); ++cluster) {
-        const Box box = box_of_nodes(model_->clusters().nodes(cluster));
+        if (is_learned() && cluster + 1 < tree_->clusters()) learned_->prefetch_box(cluster + 1);
+        const Box box = cluster_box(cluster);
         cluster_boxes_[static_cast<std::size_t>(cluster / width)].set(cluster % width, box);
         whole_ = joined(whole_, box);
     }
+}
+
+Box AffineBoxes::cluster_box(int cluster) noexcept {
+    Box box;
+    if (is_learned() && learned_->box(cluster, box)) return box;
+    return box_of_nodes(model_->clusters().nodes(cluster));
 }
 
 void AffineBoxes::map_children(const AffineParts& parts, int i, BoxPack& boxes) noexcept {
@@ -110,6 +118,7 @@ void AffineBoxes::fit_cluster(int cluster) noexcept {
     cluster_poses_[c] = pose_;
     ++fitted_;
     BoxPack& boxes = block_boxes_[c];
+    if (is_learned() && learned_->blocks(cluster, boxes)) return;
     if (model_->clusters().maps(cluster) != AffineParts::Maps::none)
         return map_children(model_->clusters(), cluster, boxes);
     for (int k = 0; k < tree_->blocks_in(cluster); ++k)
@@ -121,6 +130,7 @@ void AffineBoxes::fit_block(int block) noexcept {
     block_poses_[b] = pose_;
     ++fitted_;
     BoxPack& boxes = leaf_boxes_[b];
+    if (is_learned() && learned_->leaves(block, boxes)) return;
     if (model_->blocks().maps(block) != AffineParts::Maps::none)
         return map_children(model_->blocks(), block, boxes);
     for (int k = 0; k < tree_->leaves_in[b]; ++k) boxes.set(k, box_of_leaf_nodes(width * block + k));
@@ -206,7 +216,9 @@ Box AffineBoxes::box_of_leaf_nodes(int leaf) const noexcept {
 
 void AffineBoxes::prefetch_cluster(int cluster) const noexcept {
     const auto c = static_cast<std::size_t>(cluster);
-    if (cluster_poses_[c] == pose_ || model_->clusters().maps(cluster) != AffineParts::Maps::none) return;
+    if (cluster_poses_[c] == pose_) return;
+    if (is_learned()) return learned_->prefetch_blocks(cluster);
+    if (model_->clusters().maps(cluster) != AffineParts::Maps::none) return;
     const int first = tree_->first_block[c], last = tree_->first_block[c + 1] - 1;
     const std::span<const int> begin = model_->blocks().nodes(first), end = model_->blocks().nodes(last);
     prefetch_lines(std::span(begin.data(), end.data() + end.size()));
@@ -214,6 +226,7 @@ void AffineBoxes::prefetch_cluster(int cluster) const noexcept {
 
 void AffineBoxes::prefetch_block(int block) const noexcept {
     if (block_poses_[static_cast<std::size_t>(block)] == pose_) return;
+    if (is_learned()) return learned_->prefetch_leaves(block);
     prefetch_lines(model_->blocks().nodes(block));
     if (model_->blocks().maps(block) == AffineParts::Maps::none) return;
     const AffinePart part = model_->blocks().part(block);

@@ -3,10 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "collision/base/aligned_vector.hpp"
 #include "collision/bounds/affine/affine_model.hpp"
+#include "collision/bounds/affine/learned_affine_boxes.hpp"
 #include "collision/bounds/affine/wide_tree.hpp"
 #include "collision/geometry/box.hpp"
 #include "collision/geometry/posed_faces.hpp"
@@ -15,7 +17,8 @@
 namespace nbd {
 
 /// The boxes of an affine model in a pose. A pose begins with the boxes of the clusters; the levels below are
-/// fitted where a query looks. All boxes contain what they bound, despite rounding. Boxes of faces are exact.
+/// fitted where a query looks. All boxes contain what they bound, despite rounding, except learned ones,
+/// which contain it as calibrated. Boxes of faces are exact.
 class AffineBoxes {
  public:
     /// The faces of a leaf in this pose.
@@ -25,7 +28,10 @@ class AffineBoxes {
         Eigen::Array4f x[WideTree::max_leaf_vertices];  // positions; lane 3 is unspecified
     };
 
-    explicit AffineBoxes(std::shared_ptr<const AffineModel> model);
+    /// learned: replaces the boxes of clusters, blocks and leaves where it is in range. model is then that of
+    /// the surface's own vertices.
+    explicit AffineBoxes(std::shared_ptr<const AffineModel> model,
+                         std::optional<LearnedAffineBoxes> learned = {});
     AffineBoxes(AffineBoxes&&) = default;  // no copies: they would refer to the nodes of another
     AffineBoxes& operator=(AffineBoxes&&) = default;
 
@@ -110,6 +116,8 @@ class AffineBoxes {
 
     /// Number of nodes and leaves that were fitted in this pose.
     int fitted() const noexcept { return fitted_; }
+    /// Number of learned bounds in this pose whose samples were out of range.
+    int out_of_range() const noexcept { return learned_ ? learned_->out_of_range() : 0; }
 
  private:
     static unsigned bits(int count) noexcept { return (1u << count) - 1; }
@@ -125,6 +133,9 @@ class AffineBoxes {
     Box widened(Box box) const noexcept;
     /// nodes: ascending places.
     bool has_last_node(std::span<const int> nodes) const noexcept;
+    /// Whether this pose uses the learned boxes; a step does not.
+    bool is_learned() const noexcept { return learned_ && !start_; }
+    Box cluster_box(int cluster) noexcept;
     /// box_at(nodes): of the pose, or joined from both ends of the step.
     template <class BoxAt>
     Box over_step(const BoxAt& box_at) const noexcept;
@@ -133,6 +144,7 @@ class AffineBoxes {
     Box box_of_leaf_nodes(int leaf) const noexcept;
 
     std::shared_ptr<const AffineModel> model_;
+    std::optional<LearnedAffineBoxes> learned_;
     const WideTree* tree_;
     const float* nodes_ = nullptr;  // of the pose, or at the end of the step, three numbers each
     const float* start_ = nullptr;  // at the start of the step; null: a pose

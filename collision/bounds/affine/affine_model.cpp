@@ -93,19 +93,14 @@ AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W
     if (checked.weights > 1 || checked.error > 0)
         rounding_ = static_cast<float>(((32 + 2 * checked.weights) * 0x1p-24 + 3 * checked.error) * 1.0001);
     using Maps = AffineParts::Maps;
-    AffineParts::Children of_cluster, of_block;
     for (int cluster = 0; cluster < tree_.clusters(); ++cluster) {
-        of_cluster = {};
         for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
             const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
-            for (int l = 0; l < width; ++l) {
-                const std::span<const int> vertices = tree_.leaf_vertices(width * block + l);
-                of_block[static_cast<std::size_t>(l)].assign(vertices.begin(), vertices.end());
-            }
+            const WideTree::Children of_block = tree_.block_children(block);
             blocks_.add(of_block, are_nodes(of_block, W) ? Maps::none : Maps::own, W, rest);
             for (const std::vector<int>& vertices : of_block) add_leaf(vertices, blocks_.nodes(block), W);
-            of_cluster[static_cast<std::size_t>(k)] = tree_.block_vertices(block);
         }
+        const WideTree::Children of_cluster = tree_.cluster_children(cluster);
         const bool mapped = !are_nodes(of_cluster, W) && distinct_nodes(of_cluster, W) <= most_mapped;
         clusters_.add(of_cluster, mapped ? Maps::shared : Maps::none, W, rest);
     }

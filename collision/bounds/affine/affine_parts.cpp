@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace nbd {
 namespace {
@@ -33,6 +34,9 @@ class Frame {
     }
     Eigen::Vector3d of_node(int node) const {
         return ((position(node) - mean_) * unit_).array().round().matrix();
+    }
+    Eigen::Vector3d of_point(const Eigen::RowVector3f& p) const {
+        return (p.cast<double>().transpose() - mean_) * unit_;
     }
     /// W rest of a vertex; it hangs on no other nodes.
     Eigen::Vector3d of_vertex(int vertex, const SurfaceEmbedding& W) const {
@@ -104,25 +108,38 @@ float rounded_up(double x) {
     return std::nextafter(static_cast<float>(x), std::numeric_limits<float>::infinity());
 }
 
-std::vector<Eigen::Vector3d> rest_points(const std::vector<int>& vertices, const Frame& frame,
-                                         const SurfaceEmbedding& W) {
-    std::vector<Eigen::Vector3d> points;
-    for (const int v : vertices) points.push_back(frame.of_vertex(v, W));
-    return points;
-}
-
 }  // namespace
 
 void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbedding& W, VerticesRef rest) {
     node_count_ = static_cast<int>(W.cols());
-    std::array<std::vector<int>, lanes> carriers;
+    Children carriers;
     std::vector<int> nodes;
-    std::size_t most = 0;
     for (std::size_t k = 0; k < lanes; ++k) {
         carriers[k] = carriers_of(children[k], W);
-        most = std::max(most, carriers[k].size());
         nodes.insert(nodes.end(), carriers[k].begin(), carriers[k].end());
     }
+    add(carriers, std::move(nodes), maps, rest, [&](std::size_t k, const Frame& frame) {
+        std::vector<Eigen::Vector3d> points;
+        for (const int v : children[k]) points.push_back(frame.of_vertex(v, W));
+        return points;
+    });
+}
+
+void AffineParts::add(const Children& children, const Children& carriers, std::span<const int> samples,
+                      VerticesRef X) {
+    node_count_ = static_cast<int>(X.rows());
+    add(carriers, {samples.begin(), samples.end()}, Maps::shared, X, [&](std::size_t k, const Frame& frame) {
+        std::vector<Eigen::Vector3d> points;
+        for (const int v : children[k]) points.push_back(frame.of_point(X.row(v)));
+        return points;
+    });
+}
+
+template <class RestPoints>
+void AffineParts::add(const Children& carriers, std::vector<int> nodes, Maps maps, VerticesRef rest,
+                      const RestPoints& rest_points) {
+    std::size_t most = 0;
+    for (const std::vector<int>& list : carriers) most = std::max(most, list.size());
     std::ranges::sort(nodes);
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     places_.back().node_count = nodes.size();
@@ -156,8 +173,8 @@ void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbeddin
         for (int a = 0; a < 3; ++a)
             for (const Eigen::Vector3d& p : r) rest_.push_back(static_cast<std::int16_t>(p[a]));
         for (std::size_t k = 0; k < lanes; ++k)
-            if (!children[k].empty()) {
-                set_rest_box(boxes, static_cast<int>(k), rest_points(children[k], frame, W));
+            if (!carriers[k].empty()) {
+                set_rest_box(boxes, static_cast<int>(k), rest_points(k, frame));
                 reach_box(boxes, static_cast<int>(k), reach);
             }
         for (const float number : inverse_moments(sum)) numbers_.push_back(number);
@@ -167,7 +184,7 @@ void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbeddin
         rest_.resize(first_rest + 3 * lanes * most);
         numbers_.resize(first_number + 9 * lanes);
         for (std::size_t k = 0; k < lanes; ++k) {
-            if (children[k].empty()) continue;
+            if (carriers[k].empty()) continue;
             std::vector<int> repeated;
             for (std::size_t c = 0; c < most; ++c) repeated.push_back(carrier(c, k));
             const Frame frame(repeated, rest);
@@ -181,7 +198,7 @@ void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbeddin
                     rest_[first_rest + (3 * c + a) * lanes + k] =
                         static_cast<std::int16_t>(r[static_cast<int>(a)]);
             }
-            set_rest_box(boxes, static_cast<int>(k), rest_points(children[k], frame, W));
+            set_rest_box(boxes, static_cast<int>(k), rest_points(k, frame));
             reach_box(boxes, static_cast<int>(k), reach);
             const std::array<float, 6> inverse = inverse_moments(sum);
             for (std::size_t i = 0; i < 6; ++i) numbers_[first_number + lanes * i + k] = inverse[i];

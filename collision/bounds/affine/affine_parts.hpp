@@ -25,6 +25,10 @@ class AffineParts {
 
     /// Appends a part. W: weights, [vertices, nodes]. rest: rest positions of the nodes.
     void add(const Children& children, Maps maps, const SurfaceEmbedding& W, VerticesRef rest);
+    /// Appends a part with a shared map whose nodes are some of its own vertices. No child is known to hang
+    /// on them, so that its box may miss. samples: without repeats. carriers: of each child, among the
+    /// samples. X: rest positions of the vertices.
+    void add(const Children& children, const Children& carriers, std::span<const int> samples, VerticesRef X);
     /// Appends a part without maps. nodes: without repeats, ascending.
     void add(std::span<const int> nodes);
 
@@ -46,6 +50,11 @@ class AffineParts {
     std::size_t bytes() const noexcept;
 
  private:
+    /// rest_points(k, frame): vertices of child k at rest.
+    template <class RestPoints>
+    void add(const Children& carriers, std::vector<int> nodes, Maps maps, VerticesRef rest,
+             const RestPoints& rest_points);
+
     struct Place {
         std::size_t nodes = 0, node_count = 0, carriers = 0, rest = 0, numbers = 0, boxes = 0;
     };

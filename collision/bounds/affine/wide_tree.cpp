@@ -90,6 +90,23 @@ std::vector<int> WideTree::block_vertices(int block) const {
     return list;
 }
 
+WideTree::Children WideTree::cluster_children(int cluster) const {
+    Children children;
+    for (int k = 0; k < blocks_in(cluster); ++k)
+        children[static_cast<std::size_t>(k)] =
+            block_vertices(first_block[static_cast<std::size_t>(cluster)] + k);
+    return children;
+}
+
+WideTree::Children WideTree::block_children(int block) const {
+    Children children;
+    for (int k = 0; k < width; ++k) {
+        const std::span<const int> list = leaf_vertices(width * block + k);
+        children[static_cast<std::size_t>(k)].assign(list.begin(), list.end());
+    }
+    return children;
+}
+
 WideTree build_wide_tree(VerticesRef X, FacesRef F) {
     FaceDivision division(X, F);
     return build(division.faces(), F, static_cast<int>(X.rows()),

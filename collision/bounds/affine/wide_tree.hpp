@@ -52,6 +52,10 @@ struct WideTree {
     }
     /// Vertices of a block without repeats, ascending.
     std::vector<int> block_vertices(int block) const;
+    /// Vertices of each child of a cluster or a block; empty for children that are not present.
+    using Children = std::array<std::vector<int>, width>;
+    Children cluster_children(int cluster) const;
+    Children block_children(int block) const;
 };
 
 /// With full leaves. X: rest positions [n, 3]; F: faces [m, 3], m >= 1. Deterministic. Throws

@@ -1,0 +1,183 @@
+#include "collision/bounds/affine/learned_affine_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "collision/base/message.hpp"
+#include "collision/base/prefetch.hpp"
+#include "collision/kernels/box_pack.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int width = WideTree::width;
+
+/// AffineModel::rounding() of a surface whose vertices have one weight.
+constexpr float rounding = 34.01f * 0x1p-24f;
+
+template <class... Parts>
+void require(bool ok, const Parts&... parts) {
+    if (!ok) throw std::invalid_argument(message("learned affine bounds: ", parts...));
+}
+
+void require_count(std::size_t count, std::size_t expected, const char* what) {
+    require(count == expected, "has ", count, " ", what, " instead of ", expected);
+}
+
+void require_numbers(std::span<const float> numbers, const char* what) {
+    for (const float number : numbers)
+        require(number >= 0 && std::isfinite(number), what, " is ", number, ", allowed: finite, 0 or more");
+}
+
+void check(const WideTree& tree, const LearnedAffineFit& fit) {
+    const auto clusters = static_cast<std::size_t>(tree.clusters()),
+               parts = clusters + static_cast<std::size_t>(tree.blocks());
+    require_count(static_cast<std::size_t>(fit.X.rows()), static_cast<std::size_t>(tree.vertex_count),
+                  "rest positions");
+    require(fit.X.allFinite(), "a rest position is not finite");
+    require_count(fit.samples.size(), parts * LearnedAffineFit::samples_per_part, "samples");
+    for (const int v : fit.samples)
+        require(v >= 0 && v < tree.vertex_count, "sample vertex ", v, ", but the surface has ",
+                tree.vertex_count, " vertices");
+    require_count(fit.clusters.size(), clusters, "boxes of clusters");
+    for (const LearnedAffineFit::ClusterBox& box : fit.clusters)
+        require_numbers({{box.growth, box.mean, box.inverse_deviation}}, "a number of a cluster's box");
+    require_count(fit.residual.size(), parts, "residuals");
+    require_numbers(fit.residual, "a residual");
+    require(std::ranges::find(fit.residual, 0.f) == fit.residual.end(), "a residual is 0, allowed: above 0");
+    require_count(fit.growth.size(), parts * width, "growths");
+    require_numbers(fit.growth, "a growth");
+}
+
+/// The samples that are nearest to the middle of a child at rest, ascending where they are equally near.
+std::vector<int> nearest(std::vector<int> samples, const std::vector<int>& child, const Vertices& X) {
+    if (child.empty()) return {};
+    Eigen::RowVector3d middle = Eigen::RowVector3d::Zero();
+    for (const int v : child) middle += X.row(v).cast<double>() / static_cast<double>(child.size());
+    std::ranges::stable_sort(samples, {},
+                             [&](int v) { return (X.row(v).cast<double>() - middle).squaredNorm(); });
+    samples.resize(std::min(samples.size(), std::size_t{LearnedAffineModel::carriers}));
+    return samples;
+}
+
+/// The unit of AffineParts' rest coordinates, metres.
+float resolution(const std::vector<int>& samples, const Vertices& X) {
+    Eigen::Array3f lo = X.row(samples.front()).array().transpose(), hi = lo;
+    for (const int v : samples) {
+        lo = lo.min(X.row(v).array().transpose());
+        hi = hi.max(X.row(v).array().transpose());
+    }
+    return std::max((hi - lo).maxCoeff() * 0x1p-15f, std::numeric_limits<float>::min());
+}
+
+}  // namespace
+
+LearnedAffineModel::LearnedAffineModel(const WideTree& tree, LearnedAffineFit fit)
+    : fit_(std::move(fit)), parts_of_(tree.clusters() + tree.blocks()) {
+    check(tree, fit_);
+    for (int part = 0; part < parts_of_; ++part) {
+        const auto first = fit_.samples.begin() + std::ptrdiff_t{part} * LearnedAffineFit::samples_per_part;
+        std::vector<int> samples(first, first + LearnedAffineFit::samples_per_part);
+        std::ranges::sort(samples);
+        samples.erase(std::unique(samples.begin(), samples.end()), samples.end());
+        const AffineParts::Children children = part < tree.clusters()
+                                                   ? tree.cluster_children(part)
+                                                   : tree.block_children(part - tree.clusters());
+        AffineParts::Children near;
+        for (std::size_t k = 0; k < children.size(); ++k) near[k] = nearest(samples, children[k], fit_.X);
+        maps_.add(children, near, samples, fit_.X);
+        grid_.push_back(resolution(samples, fit_.X));
+    }
+}
+
+ClusterSamples LearnedAffineModel::cluster_samples(int cluster, const float* x) const noexcept {
+    const std::span<const int> places = maps_.nodes(cluster);
+    const bool at_end = maps_.part(cluster).at_end;
+    const auto point = [&](std::size_t i) -> Eigen::Array4f {
+        const float* p = x + places[i];
+        if (at_end) return {p[0], p[1], p[2], 0};
+        return Eigen::Map<const Eigen::Array4f>(p);
+    };
+    // Offsets from the first sample keep their digits far from the origin.
+    const Eigen::Array4f first = point(0);
+    ClusterSamples result{{first, first}};
+    Eigen::Array4f sum = Eigen::Array4f::Zero(), squares = sum;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const Eigen::Array4f p = point(i), q = p - first;
+        result.box.lo = result.box.lo.min(p);
+        result.box.hi = result.box.hi.max(p);
+        sum += q;
+        squares += q * q;
+    }
+    result.box.lo[3] = result.box.hi[3] = 0;
+    const auto count = static_cast<float>(places.size());
+    const Eigen::Array4f squared = squares / count - (sum / count).square();
+    result.spread = std::sqrt(std::max(squared[0] + squared[1] + squared[2], 0.f));
+    return result;
+}
+
+float LearnedAffineModel::map_children(int part, const float* x, float* scratch,
+                                       BoxPack& boxes) const noexcept {
+    const AffinePart of_kernel = maps_.part(part);
+    kernels().shared_map(of_kernel, maps_.rest_boxes(part), x, rounding, scratch, boxes);
+    // The kernel leaves there what the map leaves at the samples.
+    const Eigen::Map<const Eigen::ArrayXf> left(scratch, 3 * of_kernel.count);
+    return std::sqrt(left.square().sum() / static_cast<float>(of_kernel.count)) +
+           grid_[static_cast<std::size_t>(part)];
+}
+
+float LearnedAffineModel::cluster_score(int cluster, float spread) const noexcept {
+    const LearnedAffineFit::ClusterBox& fit = fit_.clusters[static_cast<std::size_t>(cluster)];
+    return std::abs(spread * spread - fit.mean) * fit.inverse_deviation;
+}
+
+void LearnedAffineModel::grow(int part, float margin, float residual, BoxPack& boxes) const noexcept {
+    using Lanes = Eigen::Array<float, width, 1>;
+    const Lanes by =
+        (Eigen::Map<const Lanes>(fit_.growth.data() + std::ptrdiff_t{part} * width) + margin) * residual;
+    for (int a = 0; a < 3; ++a) {
+        Eigen::Map<Lanes>(boxes.lo[a]) -= by;
+        Eigen::Map<Lanes>(boxes.hi[a]) += by;
+    }
+}
+
+std::array<float, width> LearnedAffineModel::protrusions(int part, const BoxPack& boxes, const WideTree& tree,
+                                                         const WideBoxes& exact) const noexcept {
+    std::array<float, width> result;
+    result.fill(-std::numeric_limits<float>::infinity());
+    const bool is_cluster = part < clusters();
+    const int block = part - clusters();
+    const int first = is_cluster ? tree.first_block[static_cast<std::size_t>(part)] : width * block;
+    const int count =
+        is_cluster ? tree.blocks_in(part) : int{tree.leaves_in[static_cast<std::size_t>(block)]};
+    const std::vector<Box>& children = is_cluster ? exact.blocks : exact.leaves;
+    for (int k = 0; k < count; ++k)
+        result[static_cast<std::size_t>(k)] =
+            outside(boxes.box(k), children[static_cast<std::size_t>(first + k)]);
+    return result;
+}
+
+void LearnedAffineModel::prefetch_samples(int part, const float* x) const noexcept {
+    for (const int place : maps_.nodes(part)) prefetch_line(x + place);
+}
+
+void LearnedAffineModel::prefetch_part(int i) const noexcept {
+    const AffinePart part = maps_.part(i);
+    const auto count = static_cast<std::size_t>(part.count);
+    prefetch_lines(std::span(part.nodes, count));
+    prefetch_lines(std::span(part.carrier, 16 * static_cast<std::size_t>(part.carriers)));
+    prefetch_lines(std::span(part.rest, 3 * count));
+    prefetch_lines(std::span(part.moments, 9));
+    prefetch_lines(std::span(&maps_.rest_boxes(i), 1));
+}
+
+std::size_t LearnedAffineModel::bytes() const noexcept {
+    return maps_.bytes() + static_cast<std::size_t>(fit_.X.size()) * sizeof(float) +
+           fit_.samples.size() * sizeof(int) + fit_.clusters.size() * sizeof(LearnedAffineFit::ClusterBox) +
+           (fit_.residual.size() + fit_.growth.size() + grid_.size()) * sizeof(float);
+}
+
+}  // namespace nbd

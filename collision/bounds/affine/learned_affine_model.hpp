@@ -1,0 +1,100 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "collision/bounds/affine/affine_parts.hpp"
+#include "collision/bounds/affine/wide_boxes.hpp"
+#include "collision/bounds/affine/wide_tree.hpp"
+#include "collision/geometry/box.hpp"
+#include "collision/geometry/geometry.hpp"
+
+namespace nbd {
+
+/// What training finds for learned affine boxes. A part is a cluster or a block of a wide tree; the clusters
+/// come first, each level in the order of the tree.
+struct LearnedAffineFit {
+    static constexpr int samples_per_part = 32;
+
+    /// A box of a cluster's samples, whose sides move outward by a share of their spread: the root mean
+    /// square of their distances from their mean.
+    struct ClusterBox {
+        float growth = 0;             // in spreads
+        float mean = 0;               // mean of spread^2 in training, m^2
+        float inverse_deviation = 0;  // 1 / standard deviation of spread^2 in training, m^-2
+    };
+
+    Vertices X;                // rest positions of the surface, [n, 3]
+    std::vector<int> samples;  // [parts * samples_per_part] vertices; smaller parts repeat theirs
+    std::vector<ClusterBox> clusters;
+    /// [parts] root mean square of the part's residual in training, metres, > 0.
+    std::vector<float> residual;
+    /// [parts * 16] how far the box of each child moves outward, in residuals; 0 for children not present.
+    std::vector<float> growth;
+};
+
+/// Box of a cluster's samples and their spread, metres.
+struct ClusterSamples {
+    Box box;
+    float spread = 0;
+};
+
+/// The model of learned affine boxes: boxes of the parts of a wide tree from a few sampled vertices of each,
+/// for surfaces of which positions alone are known. A cluster's own box is that of its samples, grown as
+/// trained. A part's children are bounded by the affine map that fits its samples best: their rest boxes move
+/// with the map, widen by what the map leaves at the nearest samples, and grow by a trained multiple of the
+/// residual, the root mean square of what it leaves at all samples. Vertices that are not sampled may lie
+/// outside, at a rate that calibration states.
+class LearnedAffineModel {
+ public:
+    static constexpr int carriers = 8;  // samples near a child that widen its box
+
+    /// tree: of the surface. Throws std::invalid_argument, saying what is wrong, unless the fit is of this
+    /// tree.
+    LearnedAffineModel(const WideTree& tree, LearnedAffineFit fit);
+
+    const LearnedAffineFit& fit() const noexcept { return fit_; }
+    int clusters() const noexcept { return static_cast<int>(fit_.clusters.size()); }
+    int parts() const noexcept { return parts_of_; }
+    /// Number of bounds that have a margin and a limit of their own: the boxes of clusters, then for each
+    /// part the boxes of its children together.
+    int bounds() const noexcept { return clusters() + parts(); }
+    /// First bound of each level, and their number: boxes of clusters, of blocks, of leaves.
+    std::vector<int> levels() const { return {0, clusters(), 2 * clusters(), bounds()}; }
+
+    /// Numbers that map_children() needs as scratch.
+    static constexpr int scratch = 3 * LearnedAffineFit::samples_per_part;
+
+    /// Samples of a cluster in a pose, before growth. x: positions, three numbers each.
+    ClusterSamples cluster_samples(int cluster, const float* x) const noexcept;
+    /// Boxes of a part's children in a pose, before growth. Returns the residual, metres.
+    float map_children(int part, const float* x, float* scratch, BoxPack& boxes) const noexcept;
+    /// Out-of-distribution scores, see GatedBound: distance of spread^2 from its mean in training, in
+    /// standard deviations, and a residual over that of training.
+    float cluster_score(int cluster, float spread) const noexcept;
+    float part_score(int part, float residual) const noexcept {
+        return residual / fit_.residual[static_cast<std::size_t>(part)];
+    }
+    /// Moves the sides of the boxes of a part's children outward by growth plus a margin, both in residuals.
+    void grow(int part, float margin, float residual, BoxPack& boxes) const noexcept;
+
+    /// How far the children of a part protrude from their boxes before growth, lane by lane; negative for
+    /// boxes with room to spare, and for children that are not present. exact: boxes in the pose. Metres.
+    std::array<float, WideTree::width> protrusions(int part, const BoxPack& boxes, const WideTree& tree,
+                                                   const WideBoxes& exact) const noexcept;
+
+    /// Prefetches the positions of a part's samples, or all else that map_children() reads.
+    void prefetch_samples(int part, const float* x) const noexcept;
+    void prefetch_part(int part) const noexcept;
+
+    std::size_t bytes() const noexcept;
+
+ private:
+    LearnedAffineFit fit_;
+    AffineParts maps_;
+    std::vector<float> grid_;  // [parts] resolution of the samples' rest positions, metres
+    int parts_of_ = 0;
+};
+
+}  // namespace nbd

@@ -1,0 +1,82 @@
+#include "training/evaluate/wide_coverage.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace nbd {
+namespace {
+
+constexpr int width = WideTree::width;
+
+double diagonal(const Box& box) { return double{(box.hi - box.lo).matrix().norm()}; }
+
+LearnedAffineBoxes calibrated(const CollisionTree& tree) {
+    const Calibration& calibration = tree.calibrations.at(BoundKind::learned_affine);
+    return {tree.learned_affine, {calibration.margins, calibration.limits}};
+}
+
+}  // namespace
+
+WideCoverage::WideCoverage(const CollisionTree& tree)
+    : model_(tree.boxes ? tree.boxes : make_boxes(tree)),
+      tree_(&model_->tree()),
+      boxes_(model_, calibrated(tree)) {}
+
+WideCoverage::Node WideCoverage::cluster(int i) const {
+    const auto c = static_cast<std::size_t>(i);
+    return {exact_.clusters[c], width * tree_->first_block[c], width * tree_->first_block[c + 1]};
+}
+WideCoverage::Node WideCoverage::block(int i) const {
+    return {exact_.blocks[static_cast<std::size_t>(i)], width * i, width * (i + 1)};
+}
+WideCoverage::Node WideCoverage::leaf(int i) const {
+    return {exact_.leaves[static_cast<std::size_t>(i)], i, i + 1};
+}
+
+void WideCoverage::add(const Box& box, const Node& node, VerticesRef x, WideOutcome& outcome) const {
+    outcome.inflation +=
+        diagonal(box) / std::max(diagonal(node.exact), double{std::numeric_limits<float>::min()}) - 1;
+    const bool protrudes = nbd::outside(box, node.exact) > 0;
+    for (int i = node.first_leaf; i < node.end_leaf; ++i) {
+        const std::span<const int> vertices = tree_->leaf_vertices(i);
+        outcome.vertices += static_cast<long>(vertices.size());
+        if (!protrudes) continue;
+        for (const int v : vertices) {
+            const Eigen::Array3f p = x.row(v).transpose();
+            outcome.outside += !((p >= box.lo.head<3>()).all() && (p <= box.hi.head<3>()).all());
+        }
+    }
+}
+
+std::span<const WideOutcome> WideCoverage::measure(VerticesRef x) {
+    fit_wide_boxes(*tree_, x, exact_);
+    outcomes_.clear();
+    boxes_.begin_pose(x);
+    // Clusters are bounded as a pose begins, so which of them are out of range shows in their number alone.
+    const int out_of_range = boxes_.out_of_range();
+    for (int i = 0; i < tree_->clusters(); ++i) {
+        WideOutcome& outcome =
+            outcomes_.emplace_back(WideOutcome{.level = 0, .out_of_range = i < out_of_range});
+        add(boxes_.cluster(i), cluster(i), x, outcome);
+    }
+    const auto add_children = [&](int level, const BoxPack& boxes, int first, int count, int before,
+                                  const auto& node) {
+        WideOutcome& outcome = outcomes_.emplace_back(
+            WideOutcome{.level = level, .out_of_range = boxes_.out_of_range() > before});
+        for (int k = 0; k < count; ++k) add(boxes.box(k), node(first + k), x, outcome);
+        outcome.inflation /= count;
+    };
+    for (int i = 0; i < tree_->clusters(); ++i) {
+        const int before = boxes_.out_of_range();
+        add_children(1, boxes_.blocks(i), tree_->first_block[static_cast<std::size_t>(i)],
+                     tree_->blocks_in(i), before, [&](int k) { return block(k); });
+    }
+    for (int i = 0; i < tree_->blocks(); ++i) {
+        const int before = boxes_.out_of_range();
+        add_children(2, boxes_.leaves(i), width * i, tree_->leaves_in[static_cast<std::size_t>(i)], before,
+                     [&](int k) { return leaf(k); });
+    }
+    return outcomes_;
+}
+
+}  // namespace nbd

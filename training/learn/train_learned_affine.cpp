@@ -1,0 +1,144 @@
+#include "training/learn/train_learned_affine.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include "collision/base/counter_random.hpp"
+#include "collision/kernels/box_pack.hpp"
+#include "meshing/parallel/parallel_for.hpp"
+#include "training/networks/mlp.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int width = WideTree::width;
+constexpr std::size_t measurement_bytes = std::size_t{512} << 20;
+constexpr float least = std::numeric_limits<float>::min();
+
+/// What boxes lacked in some poses, in the units of their growth, and these units.
+struct Measurements {
+    PoseRows cluster_growth, spread;  // [poses, clusters]
+    PoseRows growth;                  // [poses, 16 parts]; negative for children that are not present
+    PoseRows residual;                // [poses, parts]
+};
+
+std::vector<int> part_vertices(const WideTree& tree, int part) {
+    std::vector<int> all;
+    const AffineParts::Children children =
+        part < tree.clusters() ? tree.cluster_children(part) : tree.block_children(part - tree.clusters());
+    for (const std::vector<int>& child : children) all.insert(all.end(), child.begin(), child.end());
+    std::ranges::sort(all);
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+}
+
+/// A fit with samples whose other numbers are neutral.
+LearnedAffineFit choose_part_samples(const SurfaceBody& body, const WideTree& tree) {
+    constexpr int per_part = LearnedAffineFit::samples_per_part;
+    const auto clusters = static_cast<std::size_t>(tree.clusters()),
+               parts = clusters + static_cast<std::size_t>(tree.blocks());
+    LearnedAffineFit fit{.X = body.X,
+                         .samples = std::vector<int>(parts * per_part),
+                         .clusters = std::vector<LearnedAffineFit::ClusterBox>(clusters),
+                         .residual = std::vector<float>(parts, 1.f),
+                         .growth = std::vector<float>(parts * width)};
+    const SamplesConfig config{.rule = SampleRule::spread, .count = per_part, .exact_vertices = per_part};
+    const Vertices rest[] = {body.X};
+    parallel_for(
+        static_cast<int>(parts),
+        [&](int part) {
+            const std::vector<int> chosen =
+                choose_samples(body.X, rest, part_vertices(tree, part), config).vertices;
+            for (int k = 0; k < per_part; ++k)
+                fit.samples[static_cast<std::size_t>(part * per_part + k)] =
+                    chosen[static_cast<std::size_t>(k) % chosen.size()];
+        },
+        1);
+    return fit;
+}
+
+Measurements measure(const LearnedAffineModel& model, const WideTree& tree, FrameSource& source,
+                     std::span<const FrameId> frames, std::uint64_t seed) {
+    const auto poses = static_cast<Eigen::Index>(frames.size());
+    Measurements all{PoseRows(poses, model.clusters()), PoseRows(poses, model.clusters()),
+                     PoseRows(poses, width * model.parts()), PoseRows(poses, model.parts())};
+    struct Scratch {
+        Vertices turned;
+        WideBoxes exact;
+        BoxPack boxes;
+        std::vector<float> of_map;
+    };
+    std::vector<Scratch> slots(frame_slots);
+    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
+        auto& [turned, exact, boxes, of_map] = slots[static_cast<std::size_t>(slot)];
+        of_map.resize(LearnedAffineModel::scratch);
+        const FrameId& f = frames[static_cast<std::size_t>(index)];
+        const auto stream =
+            static_cast<std::uint64_t>(f.trajectory) << 32 | static_cast<std::uint64_t>(f.frame);
+        turned = x * CounterRandom(seed, stream).orientation().toRotationMatrix().cast<float>();
+        fit_wide_boxes(tree, turned, exact);
+        for (int c = 0; c < model.clusters(); ++c) {
+            const ClusterSamples samples = model.cluster_samples(c, turned.data());
+            all.spread(index, c) = samples.spread;
+            all.cluster_growth(index, c) = outside(samples.box, exact.clusters[static_cast<std::size_t>(c)]) /
+                                           std::max(samples.spread, least);
+        }
+        for (int part = 0; part < model.parts(); ++part) {
+            const float residual = model.map_children(part, turned.data(), of_map.data(), boxes);
+            all.residual(index, part) = residual;
+            const auto protrusions = model.protrusions(part, boxes, tree, exact);
+            for (int k = 0; k < width; ++k)
+                all.growth(index, width * part + k) = protrusions[static_cast<std::size_t>(k)] / residual;
+        }
+    });
+    return all;
+}
+
+/// As many frames as the measurements of this model may hold.
+std::vector<FrameId> some_frames(const LearnedAffineModel& model, std::span<const FrameId> frames) {
+    const auto bytes =
+        static_cast<std::size_t>((width + 1) * model.parts() + 2 * model.clusters()) * sizeof(float);
+    const auto fit = std::clamp<std::size_t>(measurement_bytes / bytes, 1, 1'000'000);
+    return spread(frames, static_cast<int>(fit));
+}
+
+LearnedAffineFit::ClusterBox fit_cluster(const Measurements& measured, Eigen::Index cluster,
+                                         double miss_rate) {
+    const Eigen::ArrayXd squared = measured.spread.col(cluster).cast<double>().array().square();
+    const double mean = squared.mean(), deviation = std::sqrt((squared - mean).square().mean());
+    return {std::max(0.f, upper_quantile(measured.cluster_growth.col(cluster), miss_rate)),
+            static_cast<float>(mean),
+            static_cast<float>(1 / std::max({deviation, 0.003 * mean, double{least}}))};
+}
+
+}  // namespace
+
+std::shared_ptr<const LearnedAffineModel> train_learned_affine(
+    const SurfaceBody& body, const WideTree& tree, FrameSource& source, std::span<const FrameId> frames,
+    const LearnedConfig& config, const std::function<void(std::string_view)>& stage) {
+    check_learned_config(config);
+    if (frames.empty()) throw std::invalid_argument("no pose to fit learned affine bounds to");
+    if (stage) stage("fitting learned affine bounds");
+    LearnedAffineFit fit = choose_part_samples(body, tree);
+    const LearnedAffineModel neutral(tree, fit);
+    const Measurements measured =
+        measure(neutral, tree, source, some_frames(neutral, frames), counter_random(config.seed, 3, 0));
+    for (int c = 0; c < neutral.clusters(); ++c)
+        fit.clusters[static_cast<std::size_t>(c)] = fit_cluster(measured, c, config.box_miss_rate);
+    for (int part = 0; part < neutral.parts(); ++part) {
+        fit.residual[static_cast<std::size_t>(part)] = std::max(
+            least, static_cast<float>(
+                       std::sqrt(measured.residual.col(part).cast<double>().array().square().mean())));
+        for (int k = width * part; k < width * (part + 1); ++k)
+            fit.growth[static_cast<std::size_t>(k)] =
+                std::max(0.f, upper_quantile(measured.growth.col(k), config.box_miss_rate));
+    }
+    return std::make_shared<const LearnedAffineModel>(tree, std::move(fit));
+}
+
+}  // namespace nbd
