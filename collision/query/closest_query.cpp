@@ -140,7 +140,7 @@ std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, do
     triangle_tests_ = 0;
     most_ = most;
     closest_.reset();
-    if (goes_wide(*a.state_, *b.state_))
+    if (choose_bounds(*a.state_, *b.state_))
         search_wide(a.state_->wide(), b.state_->wide());
     else
         search_sphere_trees(a, b);

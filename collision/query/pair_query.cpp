@@ -167,36 +167,35 @@ std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b,
                                                      const Narrow& narrow) noexcept {
     PosedTreeState &s = *a.state_, &t = *b.state_;
     const auto find = [&](bool wide) {
-        s.last_was_wide = t.last_was_wide = wide;
         return wide ? find_wide_pairs(a, b, distance, narrow)
                     : find_sphere_tree_pairs(a, b, distance, narrow);
     };
-    if (!may_be_learned(s) || !may_be_learned(t)) return find(goes_wide(s, t));
+    if (!may_be_learned(s) || !may_be_learned(t)) return find(choose_bounds(s, t));
 
     // Both bodies share the work of a query.
     AutoPose* const bodies[] = {&*s.automatic, &*t.automatic};
     const auto work = [&] { return static_cast<double>(counters_.nodes_bounded + counters_.leaf_pairs) / 2; };
-    const auto answer = [&](bool wide) {
-        const auto pairs = find(wide);
-        for (AutoPose* body : bodies) (wide ? body->boxes_work : body->learned_work) += work();
+    const auto answer = [&](bool learned) {
+        const auto pairs = find(choose_bounds(s, t, learned));
+        for (AutoPose* body : bodies) (learned ? body->learned_work : body->boxes_work) += work();
         return pairs;
     };
     if (!bodies[0]->choice.is_trial_due() && !bodies[1]->choice.is_trial_due())
-        return answer(goes_wide(s, t));
+        return answer(learned_is_cheaper(bodies[0]->choice, bodies[1]->choice));
 
     const auto starts_ns = [&] { return bodies[0]->starts_ns() + bodies[1]->starts_ns(); };
-    const auto tried = [&](bool wide) {
+    const auto tried = [&](bool learned) {
         const double before_ns = starts_ns();
         const Stopwatch watch;
-        answer(wide);
+        answer(learned);
         return AutoChoice::Trial{.query_ns = (1e9 * watch.seconds() - (starts_ns() - before_ns)) / 2,
                                  .work = work()};
     };
     // Exact boxes come second, in caches that hold what both read, and give the answer. Bodies that learned
     // boxes find apart say nothing of the costs.
-    const AutoChoice::Trial learned = tried(false);
+    const AutoChoice::Trial learned = tried(true);
     if (counters_.leaf_pairs == 0) return pairs_;
-    const AutoChoice::Trial boxes = tried(true);
+    const AutoChoice::Trial boxes = tried(false);
     for (AutoPose* body : bodies) body->add_trial(boxes, learned);
     return pairs_;
 }
@@ -215,7 +214,7 @@ std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float di
 }
 
 std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept {
-    assert(goes_wide(*a.state_, *b.state_) || !(a.state_->in_step || b.state_->in_step));
+    assert(choose_bounds(*a.state_, *b.state_) || !(a.state_->in_step || b.state_->in_step));
     return find_face_pairs(a, b, distance, [](std::vector<FacePair>&, const auto&, const auto&) {});
 }
 

@@ -124,7 +124,7 @@ std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float dist
     counters_ = {};
     batch_.clear();
     pairs_.clear();
-    if (body.state_->has_wide())
+    if (choose_bounds(*body.state_, *body.state_, false))
         find_wide_pairs(body.state_->wide(), distance, narrow);
     else
         find_sphere_pairs(body.state_->spheres(), body.tree().spheres, distance, narrow);

@@ -17,7 +17,7 @@ struct BoundsCost {
     double of_last_pose() const noexcept { return of_pose(work); }
 };
 
-/// The choice of `auto` bounds between `boxes` and `learned_boxes`, for one body. Both are measured on the
+/// The choice of `auto` bounds between `boxes` and learned ones, for one body. Both are measured on the
 /// body in its first poses that may touch another, a few times, and these prices are kept; from then on
 /// counts of work decide. Both are tried again once the poses since the last trial cost fifty times as much
 /// as a trial.

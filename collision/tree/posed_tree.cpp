@@ -118,7 +118,9 @@ PosedTreeState::PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundK
     if (tree->affine && (kind == BoundKind::affine || is_auto)) of_nodes.emplace(tree->affine);
     if (kind == BoundKind::boxes || is_auto || (kind == BoundKind::learned_affine && tree->learned_affine))
         of_surface.emplace(make_wide(*tree, kind, margin));
-    if (is_auto && has_bounds(*tree, BoundKind::learned_boxes)) automatic.emplace();
+    if (is_auto && tree->learned_affine)
+        of_samples.emplace(make_wide(*tree, BoundKind::learned_affine, margin));
+    if (is_auto && (of_samples || has_bounds(*tree, BoundKind::learned_boxes))) automatic.emplace();
     is_wide = of_nodes || of_surface;
     if (!is_wide) posed_spheres = make_spheres(*tree, kind, margin);
     is_of_nodes = of_nodes.has_value();  // before the first pose too
@@ -127,7 +129,7 @@ PosedTreeState::PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundK
 void PosedTreeState::begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept {
     positions = x;
     is_of_nodes = in_step = false;
-    wide_is_stale = spheres_are_stale = is_wide;
+    wide_is_stale = samples_are_stale = spheres_are_stale = is_wide;
     if (!is_wide) return posed_spheres->begin_pose(x, motion);
     if (automatic)
         automatic->end_pose();
@@ -137,7 +139,7 @@ void PosedTreeState::begin_pose(const Positions& x, std::span<const RegionMotion
 
 void PosedTreeState::begin_pose_of_nodes(VerticesRef nodes) noexcept {
     of_nodes->begin_pose(nodes);
-    is_of_nodes = spheres_are_stale = true;
+    is_of_nodes = samples_are_stale = spheres_are_stale = true;
     wide_is_stale = in_step = false;
 }
 
@@ -145,19 +147,28 @@ void PosedTreeState::begin_step(VerticesRef start, VerticesRef end) noexcept {
     if (!of_surface) of_surface.emplace(make_wide(*tree, kind, margin));
     of_surface->begin_step(start, end);
     positions = end;
-    in_step = spheres_are_stale = true;
+    in_step = samples_are_stale = spheres_are_stale = true;
     is_of_nodes = wide_is_stale = false;
     if (automatic) automatic->end_pose();
 }
 
 void PosedTreeState::begin_step_of_nodes(VerticesRef start, VerticesRef end) noexcept {
     of_nodes->begin_step(start, end);
-    is_of_nodes = in_step = spheres_are_stale = true;
+    is_of_nodes = in_step = samples_are_stale = spheres_are_stale = true;
     wide_is_stale = false;
 }
 
 AffineBoxes& PosedTreeState::wide() noexcept {
     if (is_of_nodes) return *of_nodes;
+    if (asks_learned) {
+        if (std::exchange(samples_are_stale, false)) {
+            const Stopwatch watch;
+            positions.require_all();
+            of_samples->begin_pose(positions.rows());
+            automatic->learned_trial.start_ns = 1e9 * watch.seconds();
+        }
+        return *of_samples;
+    }
     if (std::exchange(wide_is_stale, false)) {
         const Stopwatch watch;
         positions.require_all();
@@ -176,7 +187,7 @@ PosedSpheres& PosedTreeState::spheres() noexcept {
             of_nodes->make_surface(surface);
             positions = surface;
         }
-        if (!automatic) positions.require_all();
+        if (std::holds_alternative<ExactBoxes>(posed_spheres->bounds)) positions.require_all();
         posed_spheres->begin_pose(positions, {});
         if (automatic) automatic->learned_trial.start_ns = 1e9 * watch.seconds();
     }
@@ -199,10 +210,15 @@ void AutoPose::end_pose() noexcept {
     *this = {.choice = choice};
 }
 
-bool goes_wide(const PosedTreeState& a, const PosedTreeState& b) noexcept {
-    if (!a.has_wide() || !b.has_wide()) return false;
-    return !(may_be_learned(a) && may_be_learned(b) &&
-             learned_is_cheaper(a.automatic->choice, b.automatic->choice));
+bool choose_bounds(PosedTreeState& a, PosedTreeState& b) noexcept {
+    return choose_bounds(a, b,
+                         may_be_learned(a) && may_be_learned(b) &&
+                             learned_is_cheaper(a.automatic->choice, b.automatic->choice));
+}
+
+bool choose_bounds(PosedTreeState& a, PosedTreeState& b, bool learned) noexcept {
+    a.asks_learned = b.asks_learned = learned;
+    return a.goes_wide = b.goes_wide = a.has_wide() && b.has_wide();
 }
 
 void PosedSpheres::begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept {
@@ -260,7 +276,7 @@ const Sphere& PosedTree::sphere(int node) noexcept {
 }
 
 Box PosedTree::whole() noexcept {
-    if (goes_wide(*state_, *state_)) return state_->wide().whole();
+    if (choose_bounds(*state_, *state_)) return state_->wide().whole();
     if (const auto root = box(0)) return *root;
     const Sphere& root = sphere(0);
     const Eigen::Array3f lo = root.c.array() - root.r, hi = root.c.array() + root.r;
@@ -282,25 +298,31 @@ std::optional<float> PosedTree::ood_score(int node) noexcept {
 
 int PosedTree::nodes_bounded() const noexcept {
     const PosedTreeState& s = *state_;
-    const bool has_wide = s.has_wide() && !s.wide_is_stale;
-    const bool has_spheres = s.posed_spheres && !s.spheres_are_stale;
-    const auto fitted = [&] { return s.is_of_nodes ? s.of_nodes->fitted() : s.of_surface->fitted(); };
-    return (has_wide ? fitted() : 0) + (has_spheres ? s.posed_spheres->nodes_bounded() : 0);
+    int count = 0;
+    if (s.is_of_nodes)
+        count = s.of_nodes->fitted();
+    else if ((s.is_wide || s.in_step) && !s.wide_is_stale)
+        count = s.of_surface->fitted();
+    if (s.of_samples && !s.samples_are_stale) count += s.of_samples->fitted();
+    if (s.posed_spheres && !s.spheres_are_stale) count += s.posed_spheres->nodes_bounded();
+    return count;
 }
 
 int PosedTree::nodes_out_of_range() const noexcept {
     const PosedTreeState& s = *state_;
-    const bool has_wide = s.of_surface && !s.wide_is_stale;
-    const bool has_spheres = s.posed_spheres && !s.spheres_are_stale;
-    return (has_wide ? s.of_surface->out_of_range() : 0) +
-           (has_spheres ? s.posed_spheres->nodes_out_of_range() : 0);
+    int count = 0;
+    if (s.of_surface && !s.is_of_nodes && !s.wide_is_stale) count = s.of_surface->out_of_range();
+    if (s.of_samples && !s.samples_are_stale) count += s.of_samples->out_of_range();
+    if (s.posed_spheres && !s.spheres_are_stale) count += s.posed_spheres->nodes_out_of_range();
+    return count;
 }
 
 BoundKind PosedTree::chosen() const noexcept {
     const PosedTreeState& s = *state_;
     if (s.kind != BoundKind::automatic) return s.kind;
-    if (s.last_was_wide) return s.is_of_nodes ? BoundKind::affine : BoundKind::boxes;
-    return s.automatic ? BoundKind::learned_boxes : BoundKind::boxes;
+    if (s.goes_wide && s.is_of_nodes) return BoundKind::affine;
+    if (s.goes_wide) return s.asks_learned ? BoundKind::learned_affine : BoundKind::boxes;
+    return has_bounds(*s.tree, BoundKind::learned_boxes) ? BoundKind::learned_boxes : BoundKind::boxes;
 }
 
 AutoChoice PosedTree::auto_choice() const noexcept {

@@ -21,7 +21,8 @@ struct PosedTreeState;
 /// a body touches nothing. Reading writes these caches, so only one thread at a time may use a tree.
 ///
 /// `auto` bounds take what the pose allows: `affine` where it is given by nodes and the tree has a model for
-/// them, else `boxes`, or `learned_boxes` where the tree has these and they are cheaper, see AutoChoice. With
+/// them, else `boxes`, or learned ones where the tree has these and they are cheaper, see AutoChoice:
+/// `learned_affine`, or `learned_boxes` in a tree without them. With
 /// a body of another kind they take what mixes with it.
 class PosedTree {
  public:

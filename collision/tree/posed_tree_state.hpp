@@ -54,6 +54,7 @@ struct PosedTreeState {
     std::optional<float> margin{};
     std::unique_ptr<PosedSpheres> posed_spheres{};        // null: not needed so far
     std::optional<AffineBoxes> of_nodes{}, of_surface{};  // wide trees; empty: not needed so far
+    std::optional<AffineBoxes> of_samples{};              // for `auto` bounds that may be learned affine ones
     bool is_wide = false;                 // has the bounds of a wide tree, perhaps among others
     std::optional<AutoPose> automatic{};  // for `auto` bounds that may be learned
     Positions positions{};                // of the pose
@@ -61,8 +62,10 @@ struct PosedTreeState {
     bool is_of_nodes = false;             // the pose or step was given by nodes
     bool in_step = false;                 // a step, whose end is the pose
     bool wide_is_stale = false;           // of_surface has another pose
+    bool samples_are_stale = false;       // of_samples has another pose
     bool spheres_are_stale = false;       // posed_spheres has another pose
-    bool last_was_wide = false;           // the last query used the wide tree
+    bool asks_learned = false;            // the query uses the learned ones of `auto` bounds
+    bool goes_wide = false;               // and the wide trees
 
     PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundKind bounds, std::optional<float> growth);
 
@@ -72,10 +75,10 @@ struct PosedTreeState {
     void begin_step(VerticesRef start, VerticesRef end) noexcept;
     void begin_step_of_nodes(VerticesRef start, VerticesRef end) noexcept;
 
-    /// Whether queries may use wide(): by its kind, or in a step.
-    bool has_wide() const noexcept { return is_wide || in_step; }
+    /// Whether the query may use wide(): by the body's kind, or in a step.
+    bool has_wide() const noexcept { return asks_learned ? of_samples.has_value() : is_wide || in_step; }
 
-    /// The boxes of the wide tree in this pose.
+    /// The boxes of the wide tree in this pose, or the learned ones if the query asks for these.
     AffineBoxes& wide() noexcept;
     /// The sphere tree in this pose. For `boxes` and `affine` it has exact boxes, and reads the whole
     /// surface.
@@ -86,7 +89,9 @@ struct PosedTreeState {
 inline bool may_be_learned(const PosedTreeState& body) noexcept {
     return body.automatic && !body.is_of_nodes && !body.in_step;
 }
-/// Whether a query between two bodies, or with one alone, walks their wide trees; else their sphere trees.
-bool goes_wide(const PosedTreeState& a, const PosedTreeState& b) noexcept;
+/// Begin a query between two bodies, or with one alone: they decide whether it uses learned bounds, by their
+/// costs or as said. Return whether it walks the bodies' wide trees; else it walks their sphere trees.
+bool choose_bounds(PosedTreeState& a, PosedTreeState& b) noexcept;
+bool choose_bounds(PosedTreeState& a, PosedTreeState& b, bool learned) noexcept;
 
 }  // namespace nbd

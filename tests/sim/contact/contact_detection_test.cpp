@@ -39,7 +39,8 @@ class FarBoxes : public testing::Test {
             Eigen::AngleAxisd(0.002, Eigen::Vector3d(2, 3, 1).normalized()).toRotationMatrix();
         const auto placed = [&](const Eigen::RowVector3d& centre) {
             const Nodes x = (body_.tets.X.rowwise() + centre) * R.transpose();
-            return BodyState{x.rowwise() + Eigen::RowVector3d(20000, -15000, 18000), Nodes::Zero(x.rows(), 3)};
+            return BodyState{x.rowwise() + Eigen::RowVector3d(20000, -15000, 18000),
+                             Nodes::Zero(x.rows(), 3)};
         };
         const BodyState states[] = {placed({0, 0, 0}), placed({0.03, 0.01, 0.3 + gap})};
         std::vector<ContactSurface> surfaces;
