@@ -3,20 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
+#include <ranges>
 
 namespace nbd {
 namespace {
 
-/// Percentages of a number over rows, as "1.2 to 3.4".
 template <class Number>
-std::string extent(std::span<const Accuracy> rows, const Number& number) {
-    double least = std::numeric_limits<double>::infinity(), largest = -least;
-    for (const Accuracy& row : rows) {
-        least = std::min(least, 100 * number(row));
-        largest = std::max(largest, 100 * number(row));
-    }
-    return fmt::format("{:.3g} to {:.3g}", least, largest);
+Extent extent(std::span<const Accuracy> rows, const Number& number) {
+    const auto [least, largest] = std::ranges::minmax(rows | std::views::transform(number));
+    return {least, largest};
+}
+
+std::string percent(const Extent& extent) {
+    return fmt::format("{:.3g} to {:.3g} %", 100 * extent.least, 100 * extent.largest);
 }
 
 }  // namespace
@@ -51,23 +50,45 @@ std::string accuracy_cells(const Accuracy& accuracy) {
                                row.out_of_range, row.keeping, row.trajectories);
 }
 
-std::string to_text(const std::vector<Accuracy>& rows, std::string_view indent) {
-    std::string text;
-    const auto other_block = [](const Accuracy& a, const Accuracy& b) {
-        return a.bare.frames != b.bare.frames || a.bare.bound != b.bare.bound;
-    };
+std::vector<AccuracyExtents> over_depths(const std::vector<Accuracy>& rows) {
+    std::vector<AccuracyExtents> all;
     for (auto begin = rows.begin(), end = begin; begin != rows.end(); begin = end) {
-        end = std::find_if(begin, rows.end(), [&](const Accuracy& row) { return other_block(*begin, row); });
+        const EvaluationRow& first = begin->bare;
+        end = std::find_if(begin, rows.end(), [&](const Accuracy& row) {
+            return row.bare.frames != first.frames || row.bare.bound != first.bound;
+        });
         const std::span<const Accuracy> depths(begin, end);
-        const auto of = [&](auto number) { return extent(depths, number); };
-        text += fmt::format("{}{}{:15} {:21} radius error {} %, inflation {} %", text.empty() ? "" : "\n",
-                            indent, name(begin->bare.bound), begin->bare.frames,
-                            of([](const Accuracy& a) { return a.bare.radius_error; }),
-                            of([](const Accuracy& a) { return a.bare.inflation; }));
-        if (begin->calibrated)
-            text += fmt::format("; calibrated {} %, nodes that miss {} %",
-                                of([](const Accuracy& a) { return a.calibrated->inflation; }),
-                                of([](const Accuracy& a) { return a.calibrated->nodes_missing; }));
+        AccuracyExtents& extents = all.emplace_back(
+            AccuracyExtents{.bound = first.bound, .frames = first.frames, .poses = first.poses});
+        extents.radius_error = extent(depths, [](const Accuracy& a) { return a.bare.radius_error; });
+        extents.inflation = extent(depths, [](const Accuracy& a) { return a.bare.inflation; });
+        extents.calibrated = begin->calibrated.has_value();
+        if (!extents.calibrated) continue;
+        extents.calibrated_inflation =
+            extent(depths, [](const Accuracy& a) { return a.calibrated->inflation; });
+        extents.calibrated_nodes_missing =
+            extent(depths, [](const Accuracy& a) { return a.calibrated->nodes_missing; });
+    }
+    return all;
+}
+
+std::string extents_cells(const AccuracyExtents& e) {
+    const std::string cells =
+        fmt::format("{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},", name(e.bound), e.frames, e.poses,
+                    e.radius_error.least, e.radius_error.largest, e.inflation.least, e.inflation.largest);
+    if (!e.calibrated) return cells + ",,";
+    return cells + fmt::format("{:.4g},{:.4g},{:.4g}", e.calibrated_inflation.least,
+                               e.calibrated_inflation.largest, e.calibrated_nodes_missing.largest);
+}
+
+std::string to_text(const std::vector<Accuracy>& rows) {
+    std::string text;
+    for (const AccuracyExtents& e : over_depths(rows)) {
+        text += fmt::format("{}  {:15} {:21} radius error {}, inflation {}", text.empty() ? "" : "\n",
+                            name(e.bound), e.frames, percent(e.radius_error), percent(e.inflation));
+        if (e.calibrated)
+            text += fmt::format("; calibrated: inflation {}, nodes that miss {}",
+                                percent(e.calibrated_inflation), percent(e.calibrated_nodes_missing));
     }
     return text;
 }

@@ -21,8 +21,10 @@ StrengthSet measure_strength(const std::filesystem::path& tree, const std::files
     if (variety.stretch.empty())
         throw std::runtime_error(fmt::format(
             "{}: has no frames to measure; allowed: a dataset with complete trajectories", data.string()));
+    const nlohmann::json plan = nlohmann::json::parse(manifest.plan);
     return {.name = tree.stem().string(),
-            .strength = nlohmann::json::parse(manifest.plan).at("recipe").at("strength").get<double>(),
+            .seed = plan.at("seed").get<std::uint64_t>(),
+            .strength = plan.at("recipe").at("strength").get<double>(),
             .displacement = variety.displacement / variety.body_length,
             .stretch_low = variety.stretch.front(),
             .stretch_high = variety.stretch.back(),
@@ -33,13 +35,14 @@ StrengthSet measure_strength(const std::filesystem::path& tree, const std::files
 
 std::string to_csv(const std::vector<StrengthSet>& sets) {
     std::string text = fmt::format(
-        "tree,strength,displacement,stretch_1_percent,stretch_99_percent,least_stretch,largest_stretch,{}\n",
-        accuracy_columns);
+        "tree,seed,strength,displacement,stretch_1_percent,stretch_99_percent,least_stretch,largest_stretch,{"
+        "}\n",
+        extents_columns);
     for (const StrengthSet& set : sets)
-        for (const Accuracy& accuracy : set.accuracy)
-            text += fmt::format("{},{:g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{}\n", set.name, set.strength,
-                                set.displacement, set.stretch_low, set.stretch_high, set.least_stretch,
-                                set.largest_stretch, accuracy_cells(accuracy));
+        for (const AccuracyExtents& extents : over_depths(set.accuracy))
+            text += fmt::format("{},{},{:g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{}\n", set.name, set.seed,
+                                set.strength, set.displacement, set.stretch_low, set.stretch_high,
+                                set.least_stretch, set.largest_stretch, extents_cells(extents));
     return text;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@ namespace nbd {
 /// Bounds of a tree on the dataset that it was trained on, and how strong the dataset's motion is.
 struct StrengthSet {
     std::string name;         // of the tree's file
+    std::uint64_t seed = 0;   // of the dataset
     double strength = 0;      // of its recipe
     double displacement = 0;  // root mean square without rigid motion, over the body's length
     double stretch_low = 1, stretch_high = 1;  // 1 % and 99 % quantiles of the elements' principal stretches
@@ -23,7 +25,7 @@ struct StrengthSet {
 StrengthSet measure_strength(const std::filesystem::path& tree, const std::filesystem::path& data,
                              std::span<const BoundKind> bounds);
 
-/// CSV: column names, then one line per set of frames, bound and depth.
+/// CSV: column names, then one line per tree, set of frames and bound.
 std::string to_csv(const std::vector<StrengthSet>& sets);
 
 }  // namespace nbd

@@ -24,7 +24,8 @@ struct BenchNetworksArguments {
 void run(const BenchNetworksArguments& arguments, Output& out) {
     for (const auto& [body, recording] : arguments.bodies)
         if (!arguments.csv.empty()) check_output(arguments.csv, {body, recording});
-    std::string text = fmt::format("# {}\n{},{}\n", this_machine(), network_columns, accuracy_columns);
+    std::string text = fmt::format("# {}, training seed {}\n{},{}\n", this_machine(), arguments.config.seed,
+                                   network_columns, accuracy_columns);
     out.text(this_machine());
     nlohmann::ordered_json result = nlohmann::ordered_json::array();
     for (const auto& [body_file, recording] : arguments.bodies) {
@@ -37,7 +38,7 @@ void run(const BenchNetworksArguments& arguments, Output& out) {
         for (const NetworkStep& step : steps) {
             out.text(fmt::format("{}, {}: {} poses, {:.1f} s of processor time, {:.0f} bytes a node\n{}",
                                  name, step.network, step.poses, step.processor_seconds, step.node_bytes,
-                                 to_text(step.accuracy, "  ")));
+                                 to_text(step.accuracy)));
             for (const Accuracy& accuracy : step.accuracy) {
                 nlohmann::ordered_json row = {{"body", name},
                                               {"network", step.network},

@@ -5,6 +5,7 @@
 
 #include "apps/bench/accuracy/strengths.hpp"
 #include "apps/bench/commands/bench_commands.hpp"
+#include "apps/bench/measure/machine.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
@@ -34,9 +35,10 @@ void run(const BenchStrengthsArguments& arguments, Output& out) {
                         "{:.3f} (98 % of "
                         "them), {:.3f} to {:.3f} (all)\n{}",
                         set.name, set.strength, 100 * set.displacement, set.stretch_low, set.stretch_high,
-                        set.least_stretch, set.largest_stretch, to_text(set.accuracy, "  ")));
+                        set.least_stretch, set.largest_stretch, to_text(set.accuracy)));
         for (const Accuracy& accuracy : set.accuracy) {
             nlohmann::ordered_json row = {{"tree", set.name},
+                                          {"seed", set.seed},
                                           {"strength", set.strength},
                                           {"displacement", set.displacement},
                                           {"stretch_1_percent", set.stretch_low},
@@ -49,7 +51,7 @@ void run(const BenchStrengthsArguments& arguments, Output& out) {
     }
     if (!arguments.csv.empty()) {
         h5::AtomicFile file(arguments.csv);
-        file.out() << to_csv(sets);
+        file.out() << "# " << this_machine() << '\n' << to_csv(sets);
         file.commit();
     }
     out.result(result);
