@@ -108,11 +108,34 @@ LearnedModel random_learned_model(const SphereTree& tree, bool network, unsigned
     return model;
 }
 
+std::shared_ptr<const LearnedAffineModel> sampled_affine_model(const CollisionTree& tree, VerticesRef X) {
+    const WideTree& wide = tree.boxes->tree();
+    LearnedAffineFit fit;
+    fit.X = X;
+    const auto add_part = [&](const WideTree::Children& children) {
+        std::vector<int> vertices;
+        for (const std::vector<int>& child : children) {
+            vertices.insert(vertices.end(), child.begin(), child.end());
+            fit.growth.push_back(child.empty() ? 0 : 0.5f);
+        }
+        constexpr std::size_t count = LearnedAffineFit::samples_per_part;
+        for (std::size_t k = 0; k < count; ++k) fit.samples.push_back(vertices[k * vertices.size() / count]);
+        fit.residual.push_back(0.01f);
+    };
+    for (int i = 0; i < wide.clusters(); ++i) {
+        add_part(wide.cluster_children(i));
+        fit.clusters.push_back({0.1f, 1, 1});
+    }
+    for (int i = 0; i < wide.blocks(); ++i) add_part(wide.block_children(i));
+    return std::make_shared<const LearnedAffineModel>(wide, std::move(fit));
+}
+
 CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeConfig& config) {
     CollisionTree tree = make_exact_tree(s.X, s.F, config);
     tree.bd = build_bd_model(tree.spheres, modes.U, modes.clustered);
     tree.nbd = random_model(tree.spheres, modes.clustered, 32, 5);
     tree.learned = random_learned_model(tree.spheres, true, 6);
+    tree.learned_affine = sampled_affine_model(tree, s.X);
     return tree;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+
 #include "collision/tree/collision_tree.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -27,6 +29,9 @@ NbdModel random_model(const SphereTree& tree, const ClusteredModes& modes, int h
 
 /// A model with random weights over evenly spaced vertices of each node, at most 32 a node.
 LearnedModel random_learned_model(const SphereTree& tree, bool network, unsigned seed);
+
+/// A model over evenly spaced vertices of each part, with made-up growths. tree: has `boxes`.
+std::shared_ptr<const LearnedAffineModel> sampled_affine_model(const CollisionTree& tree, VerticesRef X);
 
 /// A tree of a surface with every kind of bounds except certified.
 CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeConfig& config = {});

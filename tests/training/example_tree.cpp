@@ -43,6 +43,7 @@ TreeFile example_tree(const ExampleTree& config) {
 
     hang_on_nodes(tree, file.W, X);
     tree.learned = shapes::random_learned_model(tree.spheres, false, 3);
+    tree.learned_affine = shapes::sampled_affine_model(tree, X);
 
     for (const BoundKind kind : {BoundKind::bd, BoundKind::nbd}) {
         Calibration& calibration = tree.calibrations[kind];
@@ -50,6 +51,10 @@ TreeFile example_tree(const ExampleTree& config) {
         const Eigen::VectorXf margins = Eigen::VectorXf::Random(nodes).cwiseAbs();
         calibration.margins.assign(margins.begin(), margins.end());
     }
+    Calibration& affine = tree.calibrations[BoundKind::learned_affine];
+    affine = {.miss_rate = 1e-3, .confidence = 0.9, .trajectories = 20, .poses = 1000};
+    affine.margins.assign(bound_count(tree, BoundKind::learned_affine), 0.25f);
+    affine.limits.assign(affine.margins.size(), 2.5f);
     tree.calibrations[BoundKind::nbd].limits.assign(static_cast<std::size_t>(nodes), 1.25f);
 
     TrainingFacts& facts = file.facts;

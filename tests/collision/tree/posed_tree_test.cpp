@@ -89,7 +89,7 @@ TEST_F(PosedTreeTest, RejectsTreesWithoutTheModelAndInvalidMargins) {
     EXPECT_EQ(
         test::refusal([&] { PosedTree(without_bd, BoundKind::bd); }),
         "the collision tree has no model for \"bd\" bounds, only for exact, boxes, nbd, learned_spheres, "
-        "learned_boxes, auto");
+        "learned_boxes, learned_affine, auto");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, -0.1f); }),
               "margin is -0.1, allowed: finite and 0 or more");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::boxes, 0.1f); }),
@@ -184,6 +184,7 @@ TEST(BoundKinds, NamesRoundTrip) {
     for (const BoundKind kind : bound_kinds) EXPECT_EQ(bound_kind(name(kind)), kind);
     EXPECT_EQ(test::refusal([] { bound_kind("loca"); }),
               "unknown bounds \"loca\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, "
+              "learned_affine, "
               "certified, affine, auto");
 }
 

@@ -79,6 +79,15 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
     EXPECT_EQ(a.W.toDense(), b.W.toDense());
     expect_same(a.tree.spheres, b.tree.spheres);
     expect_same(a.tree.calibrations, b.tree.calibrations);
+    ASSERT_EQ(a.tree.learned_affine != nullptr, b.tree.learned_affine != nullptr);
+    if (a.tree.learned_affine) {
+        const LearnedAffineFit &s = a.tree.learned_affine->fit(), &t = b.tree.learned_affine->fit();
+        EXPECT_EQ(s.X, t.X);
+        EXPECT_EQ(s.samples, t.samples);
+        EXPECT_EQ(s.residual, t.residual);
+        EXPECT_EQ(s.growth, t.growth);
+        EXPECT_EQ(s.clusters.size(), t.clusters.size());
+    }
     ASSERT_EQ(a.tree.bd.has_value(), b.tree.bd.has_value());
     if (a.tree.bd) {
         expect_same(a.tree.bd->modes, b.tree.bd->modes);
@@ -142,7 +151,8 @@ TEST_F(TreeFileTest, DropsCalibrationsOfNetworksThatLoadingRounds) {
     EXPECT_TRUE(load_tree(folder / "tree.h5").tree.calibrations.contains(BoundKind::nbd));
     EditFile(folder / "tree.h5").set("nbd/weights", 3, 0.123f);
     const TreeFile rounded = load_tree(folder / "tree.h5");
-    EXPECT_TRUE(rounded.tree.calibrations.empty());
+    EXPECT_EQ(rounded.tree.calibrations.size(), 1u);
+    EXPECT_TRUE(rounded.tree.calibrations.contains(BoundKind::learned_affine));
 }
 
 TEST_F(TreeFileTest, NeedsNoModels) {

@@ -182,9 +182,10 @@ TEST_F(TrainTree, RejectsTooFewPosesAndInvalidOptions) {
     EXPECT_NE(error([](auto&) {}).find("training poses; allowed: at least 32"), std::string::npos);
     EXPECT_EQ(error([](auto& c) { c.modes = 0; }), "0 modes; allowed: 1 to 1024");
     EXPECT_EQ(error([](auto& c) { c.modes = 1025; }), "1025 modes; allowed: 1 to 1024");
-    EXPECT_EQ(error([](auto& c) { c.bounds = {}; }), "no bounds to train; allowed: nbd, learned_spheres");
+    EXPECT_EQ(error([](auto& c) { c.bounds = {}; }),
+              "no bounds to train; allowed: nbd, learned_spheres, learned_affine");
     EXPECT_EQ(error([](auto& c) { c.bounds = {BoundKind::bd}; }),
-              "bd bounds are not trained; allowed: nbd, learned_spheres");
+              "bd bounds are not trained; allowed: nbd, learned_spheres, learned_affine");
     EXPECT_EQ(error([](auto& c) { c.learned.sample_poses = 0; }),
               "0 poses to choose samples from, at least 1 needed");
     EXPECT_EQ(error([](auto& c) { c.held_out_share = 2; }),
