@@ -157,7 +157,8 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
          "data.h5: has 3 complete trajectories, and holding out 3 of them leaves none to train on"},
         {{"evaluate", "tree.h5", "data.h5", "--bounds", "foo"},
          2,
-         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,affine,auto}"},
+         "--bounds: foo not in "
+         "{exact,boxes,bd,nbd,learned_spheres,learned_boxes,learned_affine,certified,affine,auto}"},
         {{"evaluate", "tree.h5", "data.h5", "--bounds", "exact,affine"},
          1,
          "affine bounds are not those of the tree's nodes, which this command measures; compare their face "
@@ -165,7 +166,7 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
         {{"coverage", "tree.h5", "data.h5", "--bounds", "affine", "--contacts", "0"},
          1,
          "affine bounds never miss, so they have no coverage to measure"},
-        {train("--bounds", "bd"), 2, "--bounds: bd not in {nbd,learned_spheres}"},
+        {train("--bounds", "bd"), 2, "--bounds: bd not in {nbd,learned_spheres,learned_affine}"},
         {train("--samples", "17"), 2, "--samples: is '17'; allowed: 0, 16, 32 .. 128"},
         {{"transfer", "tree.h5", "box.h5"}, 2, "--output is required"},
         {{"evaluate", "tree.h5", "data.h5", "--margins", "0,-1"},
@@ -182,7 +183,8 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
          "--within: is 'nan'; allowed: a number >= 0"},
         {{"collide", "box.obj", "box.obj", "--bounds", "foo"},
          2,
-         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,affine,auto}"},
+         "--bounds: foo not in "
+         "{exact,boxes,bd,nbd,learned_spheres,learned_boxes,learned_affine,certified,affine,auto}"},
     });
 }
 
@@ -305,7 +307,8 @@ TEST_F(BadInputTest, RejectsInvalidScenes) {
     };
     expect_refused({
         {simulate("x.h5", "--bounds", "foo"), 2,
-         "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,certified,affine,auto}"},
+         "--bounds: foo not in "
+         "{exact,boxes,bd,nbd,learned_spheres,learned_boxes,learned_affine,certified,affine,auto}"},
         {{"simulate", "good.json", "-o", "x.h5", "--bounds", "affine", "--margin", "0.1"},
          1,
          "bodies[0] (box): margin is 0.1, but exact boxes take none"},

@@ -62,8 +62,7 @@ TEST(AllocationCount, CountsAllocationsOfVectorsAndMatrices) {
 }
 
 /// Expects that queries between two trees allocate nothing once all poses were seen. begin: starts a pose of
-/// a tree.
-/// step: starts a step of one.
+/// a tree. step: starts a step of one.
 template <class Begin, class Step>
 void expect_no_allocations(PosedTree& a, PosedTree& b, const Vertices& rest, const Begin& begin,
                            const Step& step) {
@@ -126,7 +125,9 @@ TEST(WarmQueries, AllocateNothingWithNetworksInFloats) {
     networks = NbdNetworks(networks.inputs(), networks.hidden(), networks.weights(), NetworkNumbers::floats);
     const auto shared = std::make_shared<const CollisionTree>(std::move(tree));
     PosedTree a(shared, BoundKind::nbd), b(shared, BoundKind::nbd, 0.1f);
-    expect_no_allocations(a, b, s.X, [](PosedTree& body, const Vertices& x) { body.begin_pose(x); });
+    expect_no_allocations(
+        a, b, s.X, [](PosedTree& body, const Vertices& x) { body.begin_pose(x); },
+        [](PosedTree& body, const Vertices& x, const Vertices& y) { body.begin_step(x, y); });
 }
 
 TEST(WarmQueries, AllocateNothingWithAffineBounds) {

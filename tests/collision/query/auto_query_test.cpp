@@ -25,9 +25,15 @@ AutoChoice priced(double boxes_ns, double learned_ns) {
 
 struct AutoQuery : testing::Test {
     shapes::Surface s = shapes::torus(40, 24);
-    std::shared_ptr<const CollisionTree> learned = std::make_shared<const CollisionTree>(
-        shapes::full_tree(s, shapes::make_modes(s, 6, 40, 1), {.depth = 4}));
+    CollisionTree full = shapes::full_tree(s, shapes::make_modes(s, 6, 40, 1), {.depth = 4});
+    std::shared_ptr<const CollisionTree> sampled = std::make_shared<const CollisionTree>(full),
+                                         learned = without_sampled_maps(full);
     std::mt19937 random{3};
+
+    static std::shared_ptr<const CollisionTree> without_sampled_maps(CollisionTree tree) {
+        tree.learned_affine.reset();
+        return std::make_shared<const CollisionTree>(std::move(tree));
+    }
 
     Vertices pose(float apart) {
         Vertices x = shapes::moved(s.X, shapes::random_motion(random, 0.2f));
@@ -74,9 +80,9 @@ TEST_F(AutoQuery, DoesNotTryOnBodiesThatAreApart) {
 
 TEST_F(AutoQuery, UsesTheCheaperBounds) {
     const Vertices x = pose(0), y = pose(0.1f);
-    for (const BoundKind kind : {BoundKind::boxes, BoundKind::learned_boxes}) {
-        PosedTree a(learned, BoundKind::automatic), b(learned, BoundKind::automatic), c(learned, kind),
-            d(learned, kind);
+    for (const BoundKind kind : {BoundKind::boxes, BoundKind::learned_boxes, BoundKind::learned_affine}) {
+        const auto& tree = kind == BoundKind::learned_affine ? sampled : learned;
+        PosedTree a(tree, BoundKind::automatic), b(tree, BoundKind::automatic), c(tree, kind), d(tree, kind);
         for (PosedTree* body : {&a, &b})
             body->restore(kind == BoundKind::boxes ? priced(1, 1e9) : priced(1e9, 1));
         for (const auto& [body, positions] : {std::pair(&a, &x), {&b, &y}, {&c, &x}, {&d, &y}})
@@ -116,8 +122,8 @@ TEST_F(AutoQuery, MixesWithEveryKind) {
     const Vertices x = pose(0), y = pose(0.1f);
     const auto expected = test::brute_force_intersecting(x, s.F, y, s.F);
     for (const BoundKind kind : bound_kinds) {
-        if (!has_bounds(*learned, kind)) continue;
-        PosedTree a(learned, BoundKind::automatic), b(learned, kind, can_miss(kind) ? 10.f : 0.f);
+        if (!has_bounds(*sampled, kind)) continue;
+        PosedTree a(sampled, BoundKind::automatic), b(sampled, kind, can_miss(kind) ? 10.f : 0.f);
         a.begin_pose(x);
         b.begin_pose(y);
         PairQuery query;
