@@ -25,6 +25,7 @@ namespace {
 struct TrainArguments {
     std::string body, recording, output, network = "default";
     std::vector<std::string> bounds{"nbd", "learned_spheres"};
+    std::optional<int> depth;                // default: default_depth()
     std::optional<std::string> label_frame;  // this and the next two: instead of the network's
     std::optional<bool> linear_centre;
     std::optional<double> weight_decay;
@@ -92,6 +93,7 @@ void run(const TrainArguments& arguments, Output& out) {
     const Stopwatch watch;
     const RecordingReader recording(arguments.recording);
     SurfaceBody surface = surface_body(body);
+    config.tree.depth = arguments.depth.value_or(default_depth(config.bounds, surface.F.rows()));
     FrameSource source(surface.W, recording, frame_memory(arguments, rank));
     TreeFile file;
     try {
@@ -167,8 +169,11 @@ void add_train(CLI::App& app, Output& out) {
         ->delimiter(',')
         ->capture_default_str()
         ->check(bounds_name(trained_kinds));
-    command->add_option("--depth", config.tree.depth, "Levels of the tree below the root")
-        ->capture_default_str()
+    command
+        ->add_option(
+            "--depth", arguments->depth,
+            "Levels of the tree below the root; default: with nbd 7, as in the paper, else at least 7, "
+            "with leaves of at most 600 faces")
         ->check(CLI::Range(0, 16));
     command->add_option("-m,--modes", config.modes, "Number of modal coordinates")
         ->capture_default_str()

@@ -121,6 +121,14 @@ void train_nbd(const SurfaceBody& body, FrameSource& source, std::span<const Fra
 
 }  // namespace
 
+int default_depth(std::span<const BoundKind> bounds, Eigen::Index faces) {
+    constexpr Eigen::Index most_leaf_faces = 600;
+    int depth = SphereTreeConfig().depth;
+    if (std::ranges::find(bounds, BoundKind::nbd) != bounds.end()) return depth;
+    while (depth < 16 && faces >> depth > most_leaf_faces) ++depth;
+    return depth;
+}
+
 void use_paper_networks(TrainConfig& config) {
     config.label_frame = LabelFrame::full;
     config.linear_centre = false;

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -46,6 +47,10 @@ struct TrainConfig {
 /// full alignment, no linear part of the centres (so that outputs are scaled one by one), no weight decay,
 /// float32 in training and in the trained networks.
 void use_paper_networks(TrainConfig& config);
+
+/// Depth of a tree for these bounds on a surface of so many faces: with `nbd` 7, as in the paper; else at
+/// least 7 and at most 16, so that leaves have at most 600 faces, since queries of larger ones read too much.
+int default_depth(std::span<const BoundKind> bounds, Eigen::Index faces);
 
 /// JSON text of the options, for TrainingFacts::config.
 std::string to_json(const TrainConfig& config);

@@ -172,6 +172,17 @@ TEST_F(TrainTree, UsesTheLowestModesOfTheBody) {
     EXPECT_NE(file.facts.config.find("\"modes\":5,"), std::string::npos);
 }
 
+TEST(DefaultDepth, IsThePapersForItsNetworksAndFollowsTheFacesElse) {
+    const BoundKind with_nbd[] = {BoundKind::learned_spheres, BoundKind::nbd},
+                    without[] = {BoundKind::learned_spheres};
+    EXPECT_EQ(default_depth(with_nbd, 871'306), 7);
+    EXPECT_EQ(default_depth(without, 100), 7);
+    EXPECT_EQ(default_depth(without, 600 * 128 + 127), 7);
+    EXPECT_EQ(default_depth(without, 600 * 128 + 128), 8);
+    EXPECT_EQ(default_depth(without, 871'306), 11);
+    EXPECT_EQ(default_depth(without, 1'000'000'000), 16);
+}
+
 TEST_F(TrainTree, RejectsTooFewPosesAndInvalidOptions) {
     const auto data = recording(2, 10);
     const auto error = [&](auto change) {
