@@ -114,33 +114,29 @@ Page figure5(std::span<const RaceRow> rows) {
                 .x_label = "faces of each body",
                 .y_label = "us",
                 .x_ticks = {},
-                .panels = {{"", {}}},
-                .columns = 1,
+                .panels = {},
+                .columns = 3,
                 .log_x = true};
-    struct Part {
-        const char* name;
-        double RaceRow::*time;
-        Dash dash;
-    };
-    constexpr Part parts[] = {{"total", &RaceRow::total_us, Dash::solid},
-                              {"update", &RaceRow::update_us, Dash::dashed},
-                              {"collision", &RaceRow::query_us, Dash::dotted}};
     std::vector<std::string> names;
-    for (const RaceRow& r : rows) add_once(names, r.method);
-    for (std::size_t i = 0; i < names.size(); ++i)
-        for (const Part& part : parts) {
-            Series series{fmt::format("{}, {}", names[i], part.name),
-                          category_colour(static_cast<int>(i)),
-                          part.dash,
-                          {}};
-            for (const RaceRow& r : rows)
-                if (r.method == names[i] && r.failure.empty()) {
-                    add_once(chart.x_ticks, static_cast<double>(r.faces));
-                    series.points.push_back({static_cast<double>(r.faces), r.*part.time});
-                }
-            chart.panels.front().series.push_back(std::move(series));
-        }
+    for (const RaceRow& r : rows) {
+        add_once(names, r.method);
+        add_once(chart.x_ticks, static_cast<double>(r.faces));
+    }
     std::ranges::sort(chart.x_ticks);
+    const std::pair<const char*, double RaceRow::*> parts[] = {
+        {"total", &RaceRow::total_us}, {"update", &RaceRow::update_us}, {"collision", &RaceRow::query_us}};
+    for (const auto& [part, time] : parts) {
+        Panel panel{part, {}};
+        for (int i = 0; const std::string& name : names) {
+            Series series{name, category_colour(i), category_dash(i), {}};
+            for (const RaceRow& r : rows)
+                if (r.method == name && r.failure.empty())
+                    series.points.push_back({static_cast<double>(r.faces), r.*time});
+            panel.series.push_back(std::move(series));
+            ++i;
+        }
+        chart.panels.push_back(std::move(panel));
+    }
     return to_page(chart);
 }
 
