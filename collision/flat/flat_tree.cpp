@@ -88,9 +88,10 @@ constexpr auto learned_fields = [](auto& file, auto& learned) {
 
 constexpr auto learned_affine_fields = [](auto& file, auto& fit) {
     using Box = LearnedAffineFit::ClusterBox;
-    auto& [X, samples, clusters, residual, growth] = fit;
+    auto& [X, samples, box_samples, clusters, residual, growth] = fit;
     file.field("learned_affine/X", X);
     file.field("learned_affine/samples", samples);
+    file.field("learned_affine/box_samples", box_samples);
     file.table("learned_affine/clusters", clusters, FlatColumn{"growth", &Box::growth},
                FlatColumn{"mean", &Box::mean}, FlatColumn{"inverse_deviation", &Box::inverse_deviation});
     file.field("learned_affine/residual", residual);

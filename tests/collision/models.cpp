@@ -125,6 +125,9 @@ std::shared_ptr<const LearnedAffineModel> sampled_affine_model(const CollisionTr
     for (int i = 0; i < wide.clusters(); ++i) {
         add_part(wide.cluster_children(i));
         fit.clusters.push_back({0.1f, 1, 1});
+        for (std::size_t k = 0; k < LearnedAffineFit::samples_per_box; ++k)
+            fit.box_samples.push_back(*(fit.samples.end() - LearnedAffineFit::samples_per_part +
+                                        static_cast<std::ptrdiff_t>(2 * k)));
     }
     for (int i = 0; i < wide.blocks(); ++i) add_part(wide.block_children(i));
     return std::make_shared<const LearnedAffineModel>(wide, std::move(fit));

@@ -246,6 +246,7 @@ void write_learned_affine(h5::Writer& file, const LearnedAffineFit& fit) {
         clusters.row(i) << box.growth, box.mean, box.inverse_deviation;
     }
     file.write("learned_affine/samples", fit.samples, packing);
+    file.write("learned_affine/box_samples", fit.box_samples, packing);
     file.write("learned_affine/clusters", clusters, packing);
     file.write("learned_affine/residual", fit.residual, packing);
     file.write("learned_affine/growth", fit.growth, packing);
@@ -254,6 +255,7 @@ void write_learned_affine(h5::Writer& file, const LearnedAffineFit& fit) {
 LearnedAffineFit read_learned_affine(const h5::Reader& file, const Vertices& X) {
     LearnedAffineFit fit{.X = X,
                          .samples = file.read<int>("learned_affine/samples", {h5::any}),
+                         .box_samples = file.read<int>("learned_affine/box_samples", {h5::any}),
                          .clusters = {},
                          .residual = file.read<float>("learned_affine/residual", {h5::any}),
                          .growth = file.read<float>("learned_affine/growth", {h5::any})};

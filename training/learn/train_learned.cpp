@@ -16,18 +16,6 @@ namespace {
 
 constexpr std::size_t pose_bytes = std::size_t{512} << 20;
 
-/// At most `most` of the surface's poses, evenly spread, as many as memory allows.
-std::vector<Vertices> some_poses(FrameSource& source, std::span<const FrameId> frames, int most) {
-    const auto bytes =
-        static_cast<std::size_t>(std::max<Eigen::Index>(3 * source.W().rows(), 1)) * sizeof(float);
-    const auto fit = static_cast<int>(std::clamp<std::size_t>(pose_bytes / bytes, 1, 1'000'000));
-    const std::vector<FrameId> chosen = spread(frames, std::min(most, fit));
-    std::vector<Vertices> poses(chosen.size());
-    source.for_each_frame(chosen,
-                          [&](int, int index, VerticesRef x) { poses[static_cast<std::size_t>(index)] = x; });
-    return poses;
-}
-
 /// Builds a model with samples and the weights of the centres; reach and ranges are 0.
 LearnedModel make_model(const std::vector<NodeSamples>& nodes, bool network) {
     LearnedModel model;
@@ -67,6 +55,17 @@ LearnedModel::BoxFit fit_box(const SampleReach& reach, Eigen::Index node, double
 }
 
 }  // namespace
+
+std::vector<Vertices> some_poses(FrameSource& source, std::span<const FrameId> frames, int most) {
+    const auto bytes =
+        static_cast<std::size_t>(std::max<Eigen::Index>(3 * source.W().rows(), 1)) * sizeof(float);
+    const auto fit = static_cast<int>(std::clamp<std::size_t>(pose_bytes / bytes, 1, 1'000'000));
+    const std::vector<FrameId> chosen = spread(frames, std::min(most, fit));
+    std::vector<Vertices> poses(chosen.size());
+    source.for_each_frame(chosen,
+                          [&](int, int index, VerticesRef x) { poses[static_cast<std::size_t>(index)] = x; });
+    return poses;
+}
 
 float upper_quantile(Eigen::VectorXf numbers, double miss_rate) {
     const auto above = static_cast<Eigen::Index>(miss_rate * static_cast<double>(numbers.size()));

@@ -22,6 +22,9 @@ struct LearnedConfig {
     std::uint64_t seed = 1;       // overrides the seeds in samples and networks
 };
 
+/// At most `most` of the surface's poses, evenly spread, as many as 512 MiB hold.
+std::vector<Vertices> some_poses(FrameSource& source, std::span<const FrameId> frames, int most);
+
 /// The least of the numbers that at most a share `miss_rate` of them exceeds.
 float upper_quantile(Eigen::VectorXf numbers, double miss_rate);
 

@@ -37,29 +37,40 @@ std::vector<int> part_vertices(const WideTree& tree, int part) {
     return all;
 }
 
-/// A fit with samples whose other numbers are neutral.
-LearnedAffineFit choose_part_samples(const SurfaceBody& body, const WideTree& tree) {
-    constexpr int per_part = LearnedAffineFit::samples_per_part;
-    const auto clusters = static_cast<std::size_t>(tree.clusters()),
-               parts = clusters + static_cast<std::size_t>(tree.blocks());
-    LearnedAffineFit fit{.X = body.X,
-                         .samples = std::vector<int>(parts * per_part),
-                         .clusters = std::vector<LearnedAffineFit::ClusterBox>(clusters),
-                         .residual = std::vector<float>(parts, 1.f),
-                         .growth = std::vector<float>(parts * width)};
-    const SamplesConfig config{.rule = SampleRule::spread, .count = per_part, .exact_vertices = per_part};
-    const Vertices rest[] = {body.X};
+/// Samples of each of the first `count` parts, `per_part` each; smaller parts repeat theirs.
+std::vector<int> choose_part_samples(const SurfaceBody& body, std::span<const Vertices> poses,
+                                     const WideTree& tree, int count, const SamplesConfig& config) {
+    std::vector<int> samples(static_cast<std::size_t>(count * config.count));
     parallel_for(
-        static_cast<int>(parts),
+        count,
         [&](int part) {
             const std::vector<int> chosen =
-                choose_samples(body.X, rest, part_vertices(tree, part), config).vertices;
-            for (int k = 0; k < per_part; ++k)
-                fit.samples[static_cast<std::size_t>(part * per_part + k)] =
+                choose_samples(body.X, poses, part_vertices(tree, part), config).vertices;
+            for (int k = 0; k < config.count; ++k)
+                samples[static_cast<std::size_t>(part * config.count + k)] =
                     chosen[static_cast<std::size_t>(k) % chosen.size()];
         },
         1);
-    return fit;
+    return samples;
+}
+
+/// A fit with samples whose other numbers are neutral.
+LearnedAffineFit choose_all_samples(const SurfaceBody& body, const WideTree& tree, FrameSource& source,
+                                    std::span<const FrameId> frames, const LearnedConfig& config) {
+    const int parts = tree.clusters() + tree.blocks();
+    const auto sampling = [](SampleRule rule, int count) {
+        return SamplesConfig{.rule = rule, .count = count, .exact_vertices = count};
+    };
+    const Vertices rest[] = {body.X};
+    return {.X = body.X,
+            .samples = choose_part_samples(body, rest, tree, parts,
+                                           sampling(SampleRule::spread, LearnedAffineFit::samples_per_part)),
+            .box_samples = choose_part_samples(
+                body, some_poses(source, frames, config.sample_poses), tree, tree.clusters(),
+                sampling(SampleRule::support, LearnedAffineFit::samples_per_box)),
+            .clusters = std::vector<LearnedAffineFit::ClusterBox>(static_cast<std::size_t>(tree.clusters())),
+            .residual = std::vector<float>(static_cast<std::size_t>(parts), 1.f),
+            .growth = std::vector<float>(static_cast<std::size_t>(parts * width))};
 }
 
 Measurements measure(const LearnedAffineModel& model, const WideTree& tree, FrameSource& source,
@@ -124,7 +135,7 @@ std::shared_ptr<const LearnedAffineModel> train_learned_affine(
     check_learned_config(config);
     if (frames.empty()) throw std::invalid_argument("no pose to fit learned affine bounds to");
     if (stage) stage("fitting learned affine bounds");
-    LearnedAffineFit fit = choose_part_samples(body, tree);
+    LearnedAffineFit fit = choose_all_samples(body, tree, source, frames, config);
     const LearnedAffineModel neutral(tree, fit);
     const Measurements measured =
         measure(neutral, tree, source, some_frames(neutral, frames), counter_random(config.seed, 3, 0));

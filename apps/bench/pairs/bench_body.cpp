@@ -62,6 +62,7 @@ BenchBody in_tree_order(const BenchBody& body) {
         LearnedAffineFit fit = tree.learned_affine->fit();
         fit.X = moved.surface.X;
         renumber(fit.samples.begin(), fit.samples.end());
+        renumber(fit.box_samples.begin(), fit.box_samples.end());
         tree.learned_affine = std::make_shared<const LearnedAffineModel>(tree.boxes->tree(), std::move(fit));
     }
     if (tree.learned) renumber(tree.learned->samples.begin(), tree.learned->samples.end());

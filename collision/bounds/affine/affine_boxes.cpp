@@ -86,8 +86,9 @@ void AffineBoxes::begin() noexcept {
     fitted_ = 0;
     whole_ = empty_box();
     if (is_learned()) learned_->begin_pose(nodes_);
+    constexpr int ahead = 2;
     for (int cluster = 0; cluster < tree_->clusters(); ++cluster) {
-        if (is_learned() && cluster + 1 < tree_->clusters()) learned_->prefetch_box(cluster + 1);
+        if (is_learned() && cluster + ahead < tree_->clusters()) learned_->prefetch_box(cluster + ahead);
         const Box box = cluster_box(cluster);
         cluster_boxes_[static_cast<std::size_t>(cluster / width)].set(cluster % width, box);
         whole_ = joined(whole_, box);

@@ -39,9 +39,11 @@ void check(const WideTree& tree, const LearnedAffineFit& fit) {
                   "rest positions");
     require(fit.X.allFinite(), "a rest position is not finite");
     require_count(fit.samples.size(), parts * LearnedAffineFit::samples_per_part, "samples");
-    for (const int v : fit.samples)
-        require(v >= 0 && v < tree.vertex_count, "sample vertex ", v, ", but the surface has ",
-                tree.vertex_count, " vertices");
+    require_count(fit.box_samples.size(), clusters * LearnedAffineFit::samples_per_box, "samples of boxes");
+    for (const std::vector<int>* samples : {&fit.samples, &fit.box_samples})
+        for (const int v : *samples)
+            require(v >= 0 && v < tree.vertex_count, "sample vertex ", v, ", but the surface has ",
+                    tree.vertex_count, " vertices");
     require_count(fit.clusters.size(), clusters, "boxes of clusters");
     for (const LearnedAffineFit::ClusterBox& box : fit.clusters)
         require_numbers({{box.growth, box.mean, box.inverse_deviation}}, "a number of a cluster's box");
@@ -78,6 +80,7 @@ float resolution(const std::vector<int>& samples, const Vertices& X) {
 LearnedAffineModel::LearnedAffineModel(const WideTree& tree, LearnedAffineFit fit)
     : fit_(std::move(fit)), parts_of_(tree.clusters() + tree.blocks()) {
     check(tree, fit_);
+    for (const int v : fit_.box_samples) box_places_.push_back(3 * v);
     for (int part = 0; part < parts_of_; ++part) {
         const auto first = fit_.samples.begin() + std::ptrdiff_t{part} * LearnedAffineFit::samples_per_part;
         std::vector<int> samples(first, first + LearnedAffineFit::samples_per_part);
@@ -94,18 +97,19 @@ LearnedAffineModel::LearnedAffineModel(const WideTree& tree, LearnedAffineFit fi
 }
 
 ClusterSamples LearnedAffineModel::cluster_samples(int cluster, const float* x) const noexcept {
-    const std::span<const int> places = maps_.nodes(cluster);
-    const bool at_end = maps_.part(cluster).at_end;
+    constexpr auto count = std::size_t{LearnedAffineFit::samples_per_box};
+    const int* places = box_places_.data() + count * static_cast<std::size_t>(cluster);
+    const int last = 3 * (static_cast<int>(fit_.X.rows()) - 1);
     const auto point = [&](std::size_t i) -> Eigen::Array4f {
         const float* p = x + places[i];
-        if (at_end) return {p[0], p[1], p[2], 0};
+        if (places[i] == last) return {p[0], p[1], p[2], 0};  // the array may end here
         return Eigen::Map<const Eigen::Array4f>(p);
     };
     // Offsets from the first sample keep their digits far from the origin.
     const Eigen::Array4f first = point(0);
     ClusterSamples result{{first, first}};
     Eigen::Array4f sum = Eigen::Array4f::Zero(), squares = sum;
-    for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
         const Eigen::Array4f p = point(i), q = p - first;
         result.box.lo = result.box.lo.min(p);
         result.box.hi = result.box.hi.max(p);
@@ -113,8 +117,8 @@ ClusterSamples LearnedAffineModel::cluster_samples(int cluster, const float* x) 
         squares += q * q;
     }
     result.box.lo[3] = result.box.hi[3] = 0;
-    const auto count = static_cast<float>(places.size());
-    const Eigen::Array4f squared = squares / count - (sum / count).square();
+    constexpr float share = 1 / static_cast<float>(count);
+    const Eigen::Array4f squared = squares * share - (sum * share).square();
     result.spread = std::sqrt(std::max(squared[0] + squared[1] + squared[2], 0.f));
     return result;
 }
@@ -160,8 +164,10 @@ std::array<float, width> LearnedAffineModel::protrusions(int part, const BoxPack
     return result;
 }
 
-void LearnedAffineModel::prefetch_samples(int part, const float* x) const noexcept {
-    for (const int place : maps_.nodes(part)) prefetch_line(x + place);
+void LearnedAffineModel::prefetch_samples(int cluster, const float* x) const noexcept {
+    constexpr int count = LearnedAffineFit::samples_per_box;
+    for (int i = count * cluster; i < count * (cluster + 1); ++i)
+        prefetch_line(x + box_places_[static_cast<std::size_t>(i)]);
 }
 
 void LearnedAffineModel::prefetch_part(int i) const noexcept {
@@ -176,7 +182,8 @@ void LearnedAffineModel::prefetch_part(int i) const noexcept {
 
 std::size_t LearnedAffineModel::bytes() const noexcept {
     return maps_.bytes() + static_cast<std::size_t>(fit_.X.size()) * sizeof(float) +
-           fit_.samples.size() * sizeof(int) + fit_.clusters.size() * sizeof(LearnedAffineFit::ClusterBox) +
+           (fit_.samples.size() + 2 * fit_.box_samples.size()) * sizeof(int) +
+           fit_.clusters.size() * sizeof(LearnedAffineFit::ClusterBox) +
            (fit_.residual.size() + fit_.growth.size() + grid_.size()) * sizeof(float);
 }
 

@@ -15,9 +15,9 @@ namespace nbd {
 /// What training finds for learned affine boxes. A part is a cluster or a block of a wide tree; the clusters
 /// come first, each level in the order of the tree.
 struct LearnedAffineFit {
-    static constexpr int samples_per_part = 32;
+    static constexpr int samples_per_part = 32, samples_per_box = 16;
 
-    /// A box of a cluster's samples, whose sides move outward by a share of their spread: the root mean
+    /// A box of a cluster's box samples, whose sides move outward by a share of their spread: the root mean
     /// square of their distances from their mean.
     struct ClusterBox {
         float growth = 0;             // in spreads
@@ -27,6 +27,8 @@ struct LearnedAffineFit {
 
     Vertices X;                // rest positions of the surface, [n, 3]
     std::vector<int> samples;  // [parts * samples_per_part] vertices; smaller parts repeat theirs
+    /// [clusters * samples_per_box] vertices that stand out; smaller clusters repeat theirs.
+    std::vector<int> box_samples;
     std::vector<ClusterBox> clusters;
     /// [parts] root mean square of the part's residual in training, metres, > 0.
     std::vector<float> residual;
@@ -34,17 +36,17 @@ struct LearnedAffineFit {
     std::vector<float> growth;
 };
 
-/// Box of a cluster's samples and their spread, metres.
+/// Box of the samples of a cluster's box and their spread, metres.
 struct ClusterSamples {
     Box box;
     float spread = 0;
 };
 
 /// The model of learned affine boxes: boxes of the parts of a wide tree from a few sampled vertices of each,
-/// for surfaces of which positions alone are known. A cluster's own box is that of its samples, grown as
-/// trained. A part's children are bounded by the affine map that fits its samples best: their rest boxes move
-/// with the map, widen by what the map leaves at the nearest samples, and grow by a trained multiple of the
-/// residual, the root mean square of what it leaves at all samples. Vertices that are not sampled may lie
+/// for surfaces of which positions alone are known. A cluster's own box is that of samples of its own, grown
+/// as trained. A part's children are bounded by the affine map that fits its samples best: their rest boxes
+/// move with the map, widen by what the map leaves at the nearest samples, and grow by a trained multiple of
+/// the residual, the root mean square of what it leaves at all samples. Vertices that are not sampled may lie
 /// outside, at a rate that calibration states.
 class LearnedAffineModel {
  public:
@@ -84,8 +86,8 @@ class LearnedAffineModel {
     std::array<float, WideTree::width> protrusions(int part, const BoxPack& boxes, const WideTree& tree,
                                                    const WideBoxes& exact) const noexcept;
 
-    /// Prefetches the positions of a part's samples, or all else that map_children() reads.
-    void prefetch_samples(int part, const float* x) const noexcept;
+    /// Prefetch the positions that cluster_samples() reads, and all but positions that map_children() reads.
+    void prefetch_samples(int cluster, const float* x) const noexcept;
     void prefetch_part(int part) const noexcept;
 
     std::size_t bytes() const noexcept;
@@ -93,7 +95,8 @@ class LearnedAffineModel {
  private:
     LearnedAffineFit fit_;
     AffineParts maps_;
-    std::vector<float> grid_;  // [parts] resolution of the samples' rest positions, metres
+    std::vector<int> box_places_;  // of box_samples: their first coordinates in the positions
+    std::vector<float> grid_;      // [parts] resolution of the samples' rest positions, metres
     int parts_of_ = 0;
 };
 

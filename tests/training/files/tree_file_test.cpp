@@ -84,6 +84,7 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
         const LearnedAffineFit &s = a.tree.learned_affine->fit(), &t = b.tree.learned_affine->fit();
         EXPECT_EQ(s.X, t.X);
         EXPECT_EQ(s.samples, t.samples);
+        EXPECT_EQ(s.box_samples, t.box_samples);
         EXPECT_EQ(s.residual, t.residual);
         EXPECT_EQ(s.growth, t.growth);
         EXPECT_EQ(s.clusters.size(), t.clusters.size());

@@ -203,6 +203,9 @@ TEST(LearnedAffine, RefusesAFitOfAnotherTree) {
               "learned affine bounds: a residual is 0, allowed: above 0");
     EXPECT_EQ(error([](LearnedAffineFit& fit) { fit.growth[3] = -1; }),
               "learned affine bounds: a growth is -1, allowed: finite, 0 or more");
+    EXPECT_NE(
+        error([](LearnedAffineFit& fit) { fit.box_samples.pop_back(); }).find(" samples of boxes instead"),
+        std::string::npos);
     EXPECT_NE(error([](LearnedAffineFit& fit) { fit.samples.pop_back(); }).find(" samples instead of "),
               std::string::npos);
     EXPECT_NE(
