@@ -57,6 +57,16 @@ PointRows seed_centroids(PointRowsRef points, int k, std::uint64_t seed, std::ui
     }
 }
 
+/// One point of every `stride`, drawn at random.
+PointRows draw_points(PointRowsRef points, Eigen::Index stride, std::uint64_t seed) {
+    constexpr std::uint64_t stream = 1 << 20;  // above all initialisations
+    PointRows drawn(points.rows() / stride, points.cols());
+    for (Eigen::Index i = 0; i < drawn.rows(); ++i)
+        drawn.row(i) = points.row(i * stride + counter_index(seed, stream, static_cast<std::uint64_t>(i),
+                                                             static_cast<int>(stride)));
+    return drawn;
+}
+
 /// Nearest centroid of every point, ties to the lowest number, and its squared distance.
 void assign(PointRowsRef points, const PointRows& centroids, std::vector<int>& label,
             Eigen::VectorXf& distance) {
@@ -89,6 +99,14 @@ std::vector<int> cluster_sizes(const std::vector<int>& label, int k) {
     std::vector<int> size(static_cast<std::size_t>(k), 0);
     for (const int c : label) ++size[static_cast<std::size_t>(c)];
     return size;
+}
+
+/// Gives every point to its nearest centroid and every centroid at least one point. Returns the inertia.
+double assign_all(PointRowsRef points, const PointRows& centroids, std::vector<int>& label,
+                  Eigen::VectorXf& distance) {
+    assign(points, centroids, label, distance);
+    refill(cluster_sizes(label, static_cast<int>(centroids.rows())), label, distance);
+    return std::accumulate(distance.begin(), distance.end(), 0.0);
 }
 
 /// Members of each cluster in ascending order.
@@ -135,6 +153,20 @@ void represent(PointRowsRef points, const PointRows& centroids, Clustering& resu
     result.sizes = Eigen::Map<const Eigen::VectorXf>(sizes.data(), static_cast<Eigen::Index>(sizes.size()));
 }
 
+/// Lloyd's iterations over all of these points. Sets everything but the representatives and sizes.
+void iterate(PointRowsRef points, const KMeansConfig& config, PointRows& centroids, Clustering& result) {
+    result.label.resize(static_cast<std::size_t>(points.rows()));
+    Eigen::VectorXf distance(points.rows());
+    double last = std::numeric_limits<double>::infinity();
+    while (result.iterations < config.max_iterations) {
+        ++result.iterations;
+        result.inertia = assign_all(points, centroids, result.label, distance);
+        if (!(result.inertia < last * (1 - config.improvement))) break;
+        last = result.inertia;
+        move_centroids(points, result.label, centroids);
+    }
+}
+
 }  // namespace
 
 Clustering k_means(PointRowsRef points, const KMeansConfig& config, std::uint64_t initialisation) {
@@ -145,21 +177,21 @@ Clustering k_means(PointRowsRef points, const KMeansConfig& config, std::uint64_
     if (config.max_iterations < 1)
         throw std::invalid_argument(
             fmt::format("{} iterations of k-means, at least 1 needed", config.max_iterations));
+    if (config.points_per_cluster < 1)
+        throw std::invalid_argument(
+            fmt::format("{} points per cluster, at least 1 needed", config.points_per_cluster));
     const int k = static_cast<int>(std::min<Eigen::Index>(config.clusters, n));
 
     Clustering result;
-    result.label.resize(static_cast<std::size_t>(n));
     PointRows centroids = seed_centroids(points, k, config.seed, initialisation);
-    Eigen::VectorXf distance(n);
-    double last = std::numeric_limits<double>::infinity();
-    while (result.iterations < config.max_iterations) {
-        ++result.iterations;
-        assign(points, centroids, result.label, distance);
-        refill(cluster_sizes(result.label, k), result.label, distance);
-        result.inertia = std::accumulate(distance.begin(), distance.end(), 0.0);
-        if (!(result.inertia < last * (1 - config.improvement))) break;
-        last = result.inertia;
-        move_centroids(points, result.label, centroids);
+    const Eigen::Index stride = n / (Eigen::Index{config.points_per_cluster} * k);
+    if (stride < 2) {
+        iterate(points, config, centroids, result);
+    } else {
+        iterate(draw_points(points, stride, config.seed), config, centroids, result);
+        result.label.resize(static_cast<std::size_t>(n));
+        Eigen::VectorXf distance(n);
+        result.inertia = assign_all(points, centroids, result.label, distance);
     }
     represent(points, centroids, result);
     return result;

@@ -14,6 +14,9 @@ struct KMeansConfig {
     int clusters = 512;         // at most the number of points is used
     int max_iterations = 50;    // stops earlier once the inertia falls by less than `improvement`
     double improvement = 1e-4;  // relative
+    /// Of a larger set, one point of every two or more moves the centroids, at least so many per cluster;
+    /// then all points are assigned.
+    int points_per_cluster = 128;
     std::uint64_t seed = 1;
 };
 
@@ -21,7 +24,7 @@ struct Clustering {
     std::vector<int> label;            // [n] cluster of each point
     std::vector<int> representatives;  // [k] member nearest to the cluster's centroid; all different
     Eigen::VectorXf sizes;             // [k] members, >= 1
-    double inertia = 0;                // sum of squared distances to the centroids
+    double inertia = 0;                // sum of squared distances of all points to the centroids
     int iterations = 0;
 };
 

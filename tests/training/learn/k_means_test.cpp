@@ -49,6 +49,19 @@ TEST(KMeans, FindsSeparateClusters) {
     EXPECT_NEAR(c.inertia, inertia_of(points, c), 1e-3 * c.inertia);
 }
 
+TEST(KMeans, FindsClustersFromAPartOfThePoints) {
+    const int groups = 40, each = 700;
+    PointRows points = clouds(groups, each, 5);
+    const Clustering part = k_means(points, {.clusters = groups, .points_per_cluster = 20}, 1);
+    ASSERT_EQ(part.label.size(), static_cast<std::size_t>(groups * each));
+    EXPECT_EQ(part.sizes.sum(), groups * each);
+    EXPECT_GE(part.inertia, inertia_of(points, part));
+    const Clustering whole = k_means(points, {.clusters = groups, .points_per_cluster = groups * each}, 1);
+    EXPECT_GT(part.inertia, whole.inertia);
+    EXPECT_LT(part.inertia,
+              1.1 * whole.inertia);  // the mean of 20 points is off by a twentieth of a variance
+}
+
 TEST(KMeans, PicksTheMemberNearestToTheMeanAsRepresentative) {
     const PointRows points = clouds(5, 40, 6);
     const Clustering c = k_means(points, {.clusters = 5}, 3);
@@ -99,6 +112,7 @@ TEST(KMeans, RejectsAnEmptySetAndAnInvalidConfig) {
     EXPECT_THROW(k_means(PointRows(0, 3), {}, 0), std::invalid_argument);
     EXPECT_THROW(k_means(PointRows::Zero(2, 3), {.clusters = 0}, 0), std::invalid_argument);
     EXPECT_THROW(k_means(PointRows::Zero(2, 3), {.max_iterations = 0}, 0), std::invalid_argument);
+    EXPECT_THROW(k_means(PointRows::Zero(2, 3), {.points_per_cluster = 0}, 0), std::invalid_argument);
 }
 
 }  // namespace
