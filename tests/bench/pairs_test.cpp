@@ -141,11 +141,21 @@ TEST_F(BenchPairs, ARaceCountsMissedPairs) {
     const PairMethodEntry broken{"broken", true, false, [](const BenchBody&) -> std::unique_ptr<PairMethod> {
                                      throw std::runtime_error("does not start");
                                  }};
-    int told = 0;
+    std::vector<std::string> turns;
+    double done = 0;
     const auto rows = race(*coarse_, {reading_alone(), lazy_boxes_method(64), half, broken}, scenes_,
-                           {.rounds = 2}, [&](const RaceRow&) { ++told; });
+                           {.rounds = 2}, [&](const std::string& method, double share) {
+                               turns.push_back(method);
+                               EXPECT_GE(share, done);
+                               done = share;
+                           });
     ASSERT_EQ(rows.size(), 4U);
-    EXPECT_EQ(told, 4);
+    const std::vector<std::string> round{"reading alone", "lazy boxes 64", "half"};
+    std::vector<std::string> expected = round;
+    expected.push_back("broken");
+    for (int i = 0; i < 2; ++i) expected.insert(expected.end(), round.begin(), round.end());
+    EXPECT_EQ(turns, expected);
+    EXPECT_EQ(done, 1);
     EXPECT_EQ(rows[1].missed + rows[1].invented, 0);
     EXPECT_GT(rows[1].pairs, 8);
     EXPECT_GT(rows[1].total_us, 0);

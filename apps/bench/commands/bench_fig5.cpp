@@ -41,11 +41,11 @@ void run(const Figure5Arguments& arguments, Output& out) {
     RaceTable table{"recorded", "file", {}};
     for (const BenchBody& body : bodies) {
         const auto methods = methods_for(arguments.bounds, body);
-        const auto rows = race(body, methods, scenes, arguments.race, [&](const RaceRow& row) {
-            out.progress("figure 5", static_cast<double>(table.rows.size()),
-                         static_cast<double>(bodies.size()), row.method);
-            if (interrupted()) throw Interrupted("the figure is not written");
-        });
+        const auto rows =
+            race(body, methods, scenes, arguments.race, [&](const std::string& method, double share) {
+                out.progress(fmt::format("figure 5, {} faces", body.faces()), 100 * share, 100, method);
+                if (interrupted()) throw Interrupted("the figure is not written");
+            });
         table.rows.insert(table.rows.end(), rows.begin(), rows.end());
     }
     if (table.rows.empty()) throw std::runtime_error("none of the trees has any of the requested bounds");

@@ -66,12 +66,12 @@ RaceTable race_all(const PeersArguments& arguments, const std::vector<BenchBody>
     for (const BenchBody& as_given : bodies) {
         const BenchBody body = order == "tree" ? in_tree_order(as_given) : as_given;
         const std::vector<PairMethodEntry> methods = methods_for(arguments, body);
-        double done = 0;
         const std::string what = fmt::format("{} {} {} faces", contact, order, body.faces());
-        const auto rows = race(body, methods, scenes, arguments.race, [&](const RaceRow& row) {
-            out.progress(what, ++done, static_cast<double>(methods.size()), row.method);
-            if (interrupted()) throw Interrupted("the benchmark's tables are not written");
-        });
+        const auto rows =
+            race(body, methods, scenes, arguments.race, [&](const std::string& method, double share) {
+                out.progress(what, 100 * share, 100, method);
+                if (interrupted()) throw Interrupted("the benchmark's tables are not written");
+            });
         table.rows.insert(table.rows.end(), rows.begin(), rows.end());
     }
     return table;

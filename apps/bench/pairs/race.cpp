@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <deque>
+#include <numeric>
+#include <ranges>
 #include <stdexcept>
 
 #include "apps/bench/measure/heap.hpp"
@@ -48,66 +50,112 @@ std::vector<Stage> set_up(const BenchBody& body, std::span<const TouchingScene> 
 
 std::optional<double> stated_miss_rate(const BenchBody& body, const PairMethodEntry& entry) {
     if (!entry.bounds || entry.exact) return std::nullopt;
-    const auto kind = entry.bounds == BoundKind::automatic ? BoundKind::learned_boxes : *entry.bounds;
+    BoundKind kind = *entry.bounds;
+    if (kind == BoundKind::automatic)
+        kind = body.tree->learned_affine ? BoundKind::learned_affine : BoundKind::learned_boxes;
     const auto calibration = body.tree->calibrations.find(kind);
     if (calibration == body.tree->calibrations.end()) return std::nullopt;
     return calibration->second.miss_rate;
 }
 
-RaceRow race_one(const BenchBody& body, const PairMethodEntry& entry, std::span<const Stage> stages,
-                 std::span<const TouchingScene> scenes, const RaceConfig& config, Stand& stand) {
-    RaceRow row{.method = entry.name,
-                .exact = entry.exact,
-                .answers = entry.answers,
-                .reads_nodes = entry.reads_nodes,
-                .faces = body.faces(),
-                .scenes = static_cast<int>(stages.size()),
-                .stated_miss_rate = stated_miss_rate(body, entry)};
-    for (const Stage& stage : stages)
-        row.pairs += static_cast<double>(stage.truth.size()) / static_cast<double>(stages.size());
-    stand.enter(stages.front(), scenes.front());
-    const std::size_t heap = heap_bytes();
-    std::unique_ptr<PairMethod> method;
-    try {
-        method = entry.make(body);
-    } catch (const std::exception& error) {
-        row.failure = error.what();
+/// What all methods of a race are asked: scenes on one surface, and the arrays that they are read from.
+struct Course {
+    std::span<const TouchingScene> scenes;
+    std::vector<Stage> stages;
+    Stand stand{};
+
+    void enter(std::size_t scene) { stand.enter(stages[scene], scenes[scene]); }
+};
+
+/// A method in a race, with its times so far.
+class Racer {
+ public:
+    /// Makes the method and lets it run once to warm up.
+    Racer(const BenchBody& body, const PairMethodEntry& entry, Course& course)
+        : course_(course),
+          row_{.method = entry.name,
+               .exact = entry.exact,
+               .answers = entry.answers,
+               .reads_nodes = entry.reads_nodes,
+               .faces = body.faces(),
+               .scenes = static_cast<int>(course.stages.size()),
+               .stated_miss_rate = stated_miss_rate(body, entry)} {
+        for (const Stage& stage : course.stages)
+            row_.pairs += static_cast<double>(stage.truth.size()) / static_cast<double>(course.stages.size());
+        course.enter(0);
+        const std::size_t heap = heap_bytes();
+        try {
+            method_ = entry.make(body);
+        } catch (const std::exception& error) {
+            row_.failure = error.what();
+            return;
+        }
+        for (std::size_t s = 0; s < course.stages.size(); ++s) run(s);
+        row_.bytes = heap_bytes() - heap;
+    }
+
+    const std::string& name() const { return row_.method; }
+
+    /// Share of its rounds, or of its time; 1: it has run them all.
+    double share_done(const RaceConfig& config) const {
+        if (!method_) return 1;
+        const double rounds = static_cast<double>(row_.rounds) / config.rounds;
+        return std::min(1.0, std::max(rounds, seconds_ / config.max_seconds));
+    }
+
+    void run_round() {
+        const Stopwatch watch;
+        for (std::size_t s = 0; s < course_.stages.size(); ++s) {
+            const Times times = run(s);
+            update_.push_back(times.updated);
+            query_.push_back(times.finished - times.updated);
+            total_.push_back(times.finished);
+        }
+        ++row_.rounds;
+        seconds_ += watch.seconds();
+    }
+
+    RaceRow result() const {
+        RaceRow row = row_;
+        if (!method_) return row;
+        row.missed = std::accumulate(missed_.begin(), missed_.end(), 0L);
+        row.invented = std::accumulate(invented_.begin(), invented_.end(), 0L);
+        row.update_us = median(update_);
+        row.query_us = median(query_);
+        row.total_us = median(total_);
+        row.mean_us = mean(total_);
+        row.p95_us = quantile(total_, 0.95);
         return row;
     }
-    std::vector<double> update, query, total;
-    const Stopwatch race_time;
-    // Round 0 warms up.
-    for (int round = 0; round <= config.rounds; ++round) {
-        long missed = 0, invented = 0;
-        for (std::size_t s = 0; s < stages.size(); ++s) {
-            stand.enter(stages[s], scenes[s]);
-            const Stopwatch watch;
-            method->update({stand.a, stand.nodes_a}, {stand.b, stand.nodes_b});
-            const double updated = watch.microseconds();
-            const std::span<const FacePair> found = method->query();
-            const double finished = watch.microseconds();
-            if (entry.answers) {
-                missed += missing_pairs(stages[s].truth, found);
-                invented += missing_pairs(found, stages[s].truth);
-            }
-            if (round == 0) continue;
-            update.push_back(updated);
-            query.push_back(finished - updated);
-            total.push_back(finished);
+
+ private:
+    struct Times {
+        double updated, finished;  // microseconds since the start of the update
+    };
+
+    Times run(std::size_t scene) {
+        course_.enter(scene);
+        const Stand& stand = course_.stand;
+        const Stopwatch watch;
+        method_->update({stand.a, stand.nodes_a}, {stand.b, stand.nodes_b});
+        const double updated = watch.microseconds();
+        const std::span<const FacePair> found = method_->query();
+        const double finished = watch.microseconds();
+        if (row_.answers) {
+            const std::vector<FacePair>& truth = course_.stages[scene].truth;
+            missed_[scene] = std::max(missed_[scene], missing_pairs(truth, found));
+            invented_[scene] = std::max(invented_[scene], missing_pairs(found, truth));
         }
-        row.missed = std::max(row.missed, missed);
-        row.invented = std::max(row.invented, invented);
-        if (round == 0) row.bytes = heap_bytes() - heap;
-        row.rounds = round;
-        if (round > 0 && race_time.seconds() > config.max_seconds) break;
+        return {updated, finished};
     }
-    row.update_us = median(update);
-    row.query_us = median(query);
-    row.total_us = median(total);
-    row.mean_us = mean(total);
-    row.p95_us = quantile(total, 0.95);
-    return row;
-}
+
+    Course& course_;
+    RaceRow row_;
+    std::unique_ptr<PairMethod> method_;
+    std::vector<double> update_, query_, total_;
+    std::vector<long> missed_ = std::vector<long>(course_.stages.size()), invented_ = missed_;
+    double seconds_ = 0;
+};
 
 /// Throws if an exact method finds other pairs than the reference, since one of them must then be wrong.
 void check_answers(const RaceRow& row) {
@@ -121,14 +169,28 @@ void check_answers(const RaceRow& row) {
 
 std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEntry>& methods,
                           std::span<const TouchingScene> scenes, const RaceConfig& config,
-                          const std::function<void(const RaceRow&)>& done) {
-    const std::vector<Stage> stages = set_up(body, scenes);
-    Stand stand;
-    std::vector<RaceRow> rows;
+                          const RaceProgress& progress) {
+    Course course{.scenes = scenes, .stages = set_up(body, scenes)};
+    std::deque<Racer> racers;
+    const auto tell = [&](const std::string& name) {
+        double done = 0;
+        for (const Racer& racer : racers) done += racer.share_done(config);
+        progress(name, done / static_cast<double>(methods.size()));
+    };
     for (const PairMethodEntry& entry : methods) {
-        rows.push_back(race_one(body, entry, stages, scenes, config, stand));
+        racers.emplace_back(body, entry, course);
+        tell(entry.name);
+    }
+    const auto runs = [&](const Racer& racer) { return racer.share_done(config) < 1; };
+    while (std::ranges::any_of(racers, runs))
+        for (Racer& racer : racers | std::views::filter(runs)) {
+            racer.run_round();
+            tell(racer.name());
+        }
+    std::vector<RaceRow> rows;
+    for (const Racer& racer : racers) {
+        rows.push_back(racer.result());
         check_answers(rows.back());
-        done(rows.back());
     }
     return rows;
 }

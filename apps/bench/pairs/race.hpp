@@ -25,7 +25,7 @@ struct RaceRow {
     double update_us = 0, query_us = 0, total_us = 0;
     double mean_us = 0, p95_us = 0;  // of the total: mean and 95th percentile
     double pairs = 0;                // intersecting pairs, mean per scene
-    long missed = 0, invented = 0;   // pairs not found, and wrong pairs, over all scenes; of the worst round
+    long missed = 0, invented = 0;   // pairs not found, and wrong pairs: of each scene in its worst round
     /// Calibrated miss rate of the tree's nodes; empty for bounds that do not miss, or without calibration.
     std::optional<double> stated_miss_rate{};
     std::size_t bytes = 0;  // memory of both bodies, without positions, faces and the shared tree
@@ -34,13 +34,16 @@ struct RaceRow {
     double recall() const { return pairs > 0 ? 1 - static_cast<double>(missed) / (pairs * scenes) : 1; }
 };
 
+/// Called when a method has run a round, with its name and the share of the race that is done; may throw.
+using RaceProgress = std::function<void(const std::string& method, double share)>;
+
 /// Times methods on one body. Before each timing, the pose is written to the arrays that methods read, as a
-/// simulator would do. One thread; methods one after another, round after round over all scenes. Lazy boxes
-/// give the reference pairs. done: called after each method with its row. Throws std::runtime_error if an
-/// exact method finds other pairs.
+/// simulator would do. One thread; all methods exist at the same time and take turns, a round over all scenes
+/// each, so that slow minutes of the machine hit all of them. Lazy boxes give the reference pairs. Throws
+/// std::runtime_error if an exact method finds other pairs.
 std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEntry>& methods,
                           std::span<const TouchingScene> scenes, const RaceConfig& config,
-                          const std::function<void(const RaceRow&)>& done);
+                          const RaceProgress& progress);
 
 /// Memory of a tree with all its bounds, bytes; 0 if unknown.
 std::size_t tree_bytes(const CollisionTree& tree);

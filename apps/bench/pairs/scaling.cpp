@@ -105,9 +105,10 @@ std::vector<DepthRow> race_by_depth(const BenchBody& coarse, const BenchBody& bo
     for (const double depth : config.depths) {
         const auto scenes =
             make_scenes_of_depth(coarse, recording, frames, config.scenes, depth, config.seed);
-        for (RaceRow& row : race(body, methods_for(body, config), scenes, config.race, [&](const RaceRow& r) {
-                 progress(fmt::format("depth {:g}, {}", depth, r.method));
-             }))
+        for (RaceRow& row : race(body, methods_for(body, config), scenes, config.race,
+                                 [&](const std::string&method, double) {
+                                     progress(fmt::format("depth {:g}, {}", depth, method));
+                                 }))
             rows.push_back({depth, std::move(row)});
     }
     return rows;
