@@ -13,6 +13,7 @@
 #include "apps/simulate/journal.hpp"
 #include "apps/simulate/scene_files.hpp"
 #include "apps/simulate/simulation_outputs.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "meshing/h5/version.hpp"
 #include "sim/factor/blas.hpp"
 
@@ -96,8 +97,22 @@ double smallest_size(const World& world) {
     return size;
 }
 
-/// Prints the results. size: length that penetration is compared with, metres.
-void tell(const SceneOutput& paths, int frames, const StepTotals& total, double size, Output& out) {
+/// Where the time of a step went, in ms and as a share of the step. output_us: mean per frame, microseconds.
+std::string time_line(const StepTotals& total, double output_us) {
+    const auto part = [&](double us) {
+        return fmt::format("{:.2f} ({:.1f} %)", 1e-3 * us, 100 * us / std::max(total.step_us(), 1e-3));
+    };
+    return fmt::format(
+        "time per step: {:.2f} ms: search {}, detection {}, assembly {}, solve {}, rest {}; output {:.2f} ms "
+        "a "
+        "frame",
+        1e-3 * total.step_us(), part(total.search_us()), part(total.detect_us), part(total.assemble_us),
+        part(total.solve_us), part(total.rest_us), 1e-3 * output_us);
+}
+
+/// Prints the results. size: length that penetration is compared with, metres. output_us: as in time_line().
+void tell(const SceneOutput& paths, int frames, const StepTotals& total, double size, double output_us,
+          Output& out) {
     out.text(
         fmt::format("{}: {} frames, {:.3f} s simulated; contacts in {} frames, deepest penetration {:.3g} m, "
                     "{:.2g} % of the smallest body",
@@ -105,6 +120,7 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
                     total.deepest_penetration, 100 * total.deepest_penetration / size));
     out.text(fmt::format("broad phase per step: {:.1f} us update, {:.1f} us queries, {:.1f} nodes bounded",
                          total.update_us, total.collision_us, total.nodes_bounded));
+    out.text(time_line(total, output_us));
     if (total.audited_frames > 0)
         out.text(fmt::format(
             "audit of {} frames: {} of {} touching face pairs missed, {} of {} within contact distance",
@@ -126,6 +142,11 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
                 {"smallest_body", size},
                 {"update_us", total.update_us},
                 {"collision_us", total.collision_us},
+                {"detect_us", total.detect_us},
+                {"assemble_us", total.assemble_us},
+                {"solve_us", total.solve_us},
+                {"rest_us", total.rest_us},
+                {"output_us", output_us},
                 {"nodes_bounded", total.nodes_bounded},
                 {"nodes_out_of_range", total.nodes_out_of_range},
                 {"audited_frames", total.audited_frames},
@@ -163,17 +184,22 @@ void run(const SimulateArguments& arguments, Output& out) {
     SimulationOutputs outputs(paths, spec, world, hashes);
 
     SimulationFrame frame;
-    const auto keep = [&](SimulationFrame next) {
-        frame = std::move(next);
+    double output_us = 0;  // of the frames that this run made
+    int frames_made = 0;
+    const auto keep = [&](int number, std::vector<StepRow> steps) {
+        const Stopwatch watch;
+        frame = take_frame(number, world, std::move(steps));
         journal.append(to_bytes(frame));
         outputs.add_frame(frame);
+        output_us += watch.microseconds();
+        ++frames_made;
     };
     if (auto last = replay(journal, outputs)) {
         frame = std::move(*last);
         world.restore(frame.world);
         out.text(fmt::format("{}: continues after frame {}", paths.recording.string(), frame.number));
     } else {
-        keep(take_frame(0, world, {}));
+        keep(0, {});
     }
     std::string failure;
     out.progress("frames", frame.number, spec.time.frames);
@@ -196,12 +222,13 @@ void run(const SimulateArguments& arguments, Output& out) {
             steps.back().audited = true;
             steps.back().audit = audit.check(world);
         }
-        keep(take_frame(number, world, std::move(steps)));
+        keep(number, std::move(steps));
         out.progress("frames", number, spec.time.frames);
     }
     if (factorised > 1) out.warning(fmt::format("linear systems were factorised in {} steps", factorised));
     outputs.finish(failure);
-    tell(paths, frame.number, outputs.table().totals(), smallest_size(world), out);
+    tell(paths, frame.number, outputs.table().totals(), smallest_size(world),
+         output_us / std::max(frames_made, 1), out);
     const bool stopped = failure.empty() && frame.number < spec.time.frames;
     if (!stopped) journal.remove();
     if (!failure.empty())

@@ -25,7 +25,11 @@ StepRow step_row(int frame, const WorldReport& report) {
             .gravity_energy = report.gravity_energy,
             .deepest_penetration = report.deepest_penetration,
             .update_us = report.update_us,
-            .collision_us = report.collision_us};
+            .collision_us = report.collision_us,
+            .detect_us = report.detect_us,
+            .assemble_us = report.assemble_us,
+            .solve_us = report.solve_us,
+            .rest_us = report.rest_us};
 }
 
 StepTotals StepTable::totals() const {
@@ -39,32 +43,39 @@ StepTotals StepTable::totals() const {
         total.deepest_penetration = std::max(total.deepest_penetration, row.deepest_penetration);
         total.update_us += row.update_us;
         total.collision_us += row.collision_us;
+        total.detect_us += row.detect_us;
+        total.assemble_us += row.assemble_us;
+        total.solve_us += row.solve_us;
+        total.rest_us += row.rest_us;
         total.nodes_bounded += static_cast<double>(row.nodes_bounded);
         total.nodes_out_of_range += row.nodes_out_of_range;
         if (!row.audited) continue;
         ++total.audited_frames;
         total.audit += row.audit;
     }
-    for (double* sum : {&total.update_us, &total.collision_us, &total.nodes_bounded})
+    for (double* sum : {&total.update_us, &total.collision_us, &total.detect_us, &total.assemble_us,
+                        &total.solve_us, &total.rest_us, &total.nodes_bounded})
         *sum /= std::max(1, total.steps);
     return total;
 }
 
 void StepTable::write(const std::filesystem::path& path) const {
     h5::AtomicFile file(path);
-    file.out()
-        << "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,collision_us,substeps,"
-           "newton_iterations,solver_iterations,"
-           "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
-           "inverted_elements,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
-           "near_pairs_missed,audit_tests,audit_exact_tests,audit_us,audit_exact_us\n";
+    file.out() << "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,collision_us,"
+                  "detect_us,assemble_us,solve_us,rest_us,substeps,"
+                  "newton_iterations,solver_iterations,"
+                  "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
+                  "inverted_elements,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
+                  "near_pairs_missed,audit_tests,audit_exact_tests,audit_us,audit_exact_us\n";
     for (const StepRow& row : rows_) {
         file.out() << fmt::format(
-            "{},{:.9g},{},{},{},{},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.6g},{}", row.frame,
-            row.time, row.contacts, row.face_pairs, row.nodes_bounded, row.nodes_out_of_range, row.update_us,
-            row.collision_us, row.substeps, row.newton_iterations, row.solver_iterations,
-            row.solver_converged ? 1 : 0, row.kinetic_energy, row.elastic_energy, row.gravity_energy,
-            row.deepest_penetration, row.inverted_elements);
+            "{},{:.9g},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g}"
+            ",{:.6g},{}",
+            row.frame, row.time, row.contacts, row.face_pairs, row.nodes_bounded, row.nodes_out_of_range,
+            row.update_us, row.collision_us, row.detect_us, row.assemble_us, row.solve_us, row.rest_us,
+            row.substeps, row.newton_iterations, row.solver_iterations, row.solver_converged ? 1 : 0,
+            row.kinetic_energy, row.elastic_energy, row.gravity_energy, row.deepest_penetration,
+            row.inverted_elements);
         if (row.audited)
             file.out() << fmt::format(",{},{},{},{},{},{},{:.6g},{:.6g}\n", row.audit.intersecting,
                                       row.audit.intersecting_missed, row.audit.near, row.audit.near_missed,

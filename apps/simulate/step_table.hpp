@@ -16,7 +16,8 @@ struct StepRow {
     bool solver_converged = true, audited = false;
     long face_pairs = 0, nodes_bounded = 0, nodes_out_of_range = 0;
     double kinetic_energy = 0, elastic_energy = 0, gravity_energy = 0, deepest_penetration = 0;
-    double update_us = 0, collision_us = 0;  // measured; all other values are the same in every run
+    double update_us = 0, collision_us = 0, detect_us = 0, assemble_us = 0, solve_us = 0,
+           rest_us = 0;  // measured; all other values are the same in every run
     AuditCount audit{};
 };
 
@@ -27,10 +28,14 @@ struct StepTotals {
     double time = 0;  // seconds simulated
     int steps = 0, frames_in_contact = 0;
     double deepest_penetration = 0;  // metres
-    double update_us = 0, collision_us = 0, nodes_bounded = 0;
+    double update_us = 0, collision_us = 0, detect_us = 0, assemble_us = 0, solve_us = 0, rest_us = 0;
+    double nodes_bounded = 0;
     long nodes_out_of_range = 0;
     int audited_frames = 0;
     AuditCount audit;
+
+    double search_us() const noexcept { return update_us + collision_us; }  // for near face pairs
+    double step_us() const noexcept { return search_us() + detect_us + assemble_us + solve_us + rest_us; }
 };
 
 /// Results of a scene's steps, one row per step.

@@ -26,8 +26,9 @@ struct DetectionReport {
     long face_pairs = 0;          // close face pairs of two bodies that were examined
     long nodes_bounded = 0;       // spheres of collision trees that were computed
     long nodes_out_of_range = 0;  // those bounded exactly: input out of the calibrated range
-    double update_us = 0;         // time to start the poses of the trees, microseconds
+    double update_us = 0;         // time to start the poses of surfaces and trees, microseconds
     double collision_us = 0;      // time of the queries for face pairs, microseconds
+    double detect_us = 0;         // time of the rest: closest features, obstacles, reach, microseconds
     double approach = 0;          // maximum approach of two nearby bodies within the step, metres
 };
 

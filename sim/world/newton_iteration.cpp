@@ -57,7 +57,9 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
         given.push_back(prescribed(body, dt));
     }
     v = start_velocities(given);
+    const Stopwatch start;
     solver_.begin(detection_.contacts(), surfaces, first_unknown_, config_.contact, thickness(), dt, v);
+    report.solve_us += start.microseconds();
     const int max_iterations = config_.step.newton_iterations;
     double left = 0;
     for (int k = 0; k < max_iterations; ++k) {

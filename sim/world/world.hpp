@@ -51,19 +51,22 @@ struct WorldBody {
 };
 
 /// What a step did. Counts and costs are sums over its parts, rejected ones included; `contacts` is of the
-/// last part; energies, inverted elements and penetration are those at the end of the step.
+/// last part; energies, inverted elements and penetration are those at the end of the step. The contacts
+/// found at the end of a step are those at the start of the next, and count there.
 struct WorldReport {
     double time = 0;              // seconds, end of the step
     int contacts = 0;             // those that press
     long face_pairs = 0;          // of two bodies, tested by the narrow phase
     long nodes_bounded = 0;       // bounds of tree nodes computed
     long nodes_out_of_range = 0;  // of these, computed exactly because the input was out of distribution
-    double update_us = 0;         // microseconds to start the trees' poses
+    double update_us = 0;         // microseconds to start the poses of surfaces and trees
     double collision_us = 0;      // microseconds of the queries for face pairs
+    double detect_us = 0;         // microseconds to find the contacts among these, and those with obstacles
     int substeps = 0;             // number of equal parts; 1: the step was not cut
     int newton_iterations = 0;    // linearisations of elasticity
     double assemble_us = 0;       // microseconds to assemble the linear systems
     double solve_us = 0;          // microseconds of the linear solves, contact iterations included
+    double rest_us = 0;           // microseconds of all else in the step
     int patch_nodes = 0;          // largest patch of a linear solve; see CoupledSolver
     int solver_iterations = 0;    // of conjugate gradients
     bool solver_converged = true;
@@ -200,6 +203,7 @@ class World {
     double dt_before_ = 0;       // length of the part that led to the current state; 0: none
     double detected_dt_ = 0;     // detection_ holds the contacts of a step of this length from here; 0: none
     DetectionReport detected_;   // of that detection
+    double detecting_us_ = 0;    // microseconds in detect() since the step began
     ContactSides sides_before_;  // its input
 };
 

@@ -37,14 +37,15 @@ void World::detect(double dt) {
     detected_ = {};
     std::vector<ContactParty> parties;
     for (Body& body : bodies_) {
-        body.surface.update(body.state.x);
         const Stopwatch watch;
+        body.surface.update(body.state.x);
         if (body.tree) begin_pose(body, *body.tree);
         detected_.update_us += watch.microseconds();
         parties.push_back({*body.elastic, body.state, body.surface, body.tree.get()});
     }
     detection_.find(parties, obstacles_, config_.contact, thickness(), time_, dt_before_, dt, detected_);
     detected_dt_ = dt;
+    detecting_us_ += detected_.update_us + detected_.collision_us + detected_.detect_us;
 }
 
 /// Moves the bodies with velocities v. Returns an empty text, or why the simulation has failed; the bodies
@@ -81,6 +82,7 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
     report.nodes_out_of_range += detected_.nodes_out_of_range;
     report.update_us += detected_.update_us;
     report.collision_us += detected_.collision_us;
+    report.detect_us += detected_.detect_us;
     const double depth = detection_.deepest(), max_approach = 4 * thickness();
     Rejection rejection;
     if (detected_.approach > max_approach)

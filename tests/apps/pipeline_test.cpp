@@ -90,6 +90,13 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     EXPECT_GT(scene["near_pairs"], 0);
     EXPECT_GT(scene["frames_in_contact"], 0);
     EXPECT_EQ(std::ranges::count(bytes("scene.csv"), '\n'), 9);  // one line per step
+    for (const char* part :
+         {"update_us", "collision_us", "detect_us", "assemble_us", "solve_us", "rest_us", "output_us"}) {
+        EXPECT_GT(scene[part], 0) << part;
+        const std::string column = std::string(",") + part + ",";
+        EXPECT_EQ(bytes("scene.csv").find(column) == std::string::npos, part == std::string("output_us"))
+            << part;
+    }
     EXPECT_EQ(bytes("scene.png").substr(1, 3), "PNG");
     EXPECT_EQ(listing(folder / "vtu").size(), 6u);  // the rest pose, four frames, scene.pvd
 

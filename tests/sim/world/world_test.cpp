@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "collision/base/stopwatch.hpp"
 #include "tests/sim/support/momentum.hpp"
 #include "tests/sim/world/box_model.hpp"
 #include "tests/support/box_mesh.hpp"
@@ -89,6 +90,24 @@ TEST(World, CollidingBodiesConserveMomentum) {
     ASSERT_GT(touched, 3);
     EXPECT_LT(linear_momentum(*elastic, world.state(0).v).x(), 0.5 * speed_before);
     EXPECT_LT((momentum() - before).norm(), 1e-4 * speed_before);
+}
+
+TEST(World, SaysWhereTheTimeOfItsStepsWent) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
+    world.add_body(box.at({0, 0, 0}, turned(0.2), {1.2, 0.1, 0}));
+    world.add_body(box.at({0.75, 0.1, 0.05}, turned(-0.5), {-0.8, 0, 0.1}));
+    const Stopwatch watch;
+    double sum_us = 0;
+    for (int i = 0; i < 30; ++i) {
+        const WorldReport report = world.step(5e-3);
+        for (const double part : {report.update_us, report.collision_us, report.detect_us, report.assemble_us,
+                                  report.solve_us, report.rest_us}) {
+            EXPECT_TRUE(part > 0 || i < 29);
+            sum_us += part;
+        }
+    }
+    EXPECT_LE(sum_us, watch.microseconds());
 }
 
 TEST(World, ABlockSlidesOnlyOnSlopesAboveTheFrictionAngle) {
