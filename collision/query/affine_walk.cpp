@@ -78,7 +78,7 @@ void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, c
     for (std::size_t k = 0; k < clusters_.size(); ++k) {
         prefetch_ahead(
             clusters_, k, [&](int i) { a.prefetch_cluster(i); }, [&](int i) { b.prefetch_cluster(i); });
-        const Pair& pair = clusters_[k];
+        const NodePair& pair = clusters_[k];
         counters_.node_tests += near_pairs(
             Side{a.blocks(pair.a), a.blocks_in(pair.a), a.cluster(pair.a)},
             Side{b.blocks(pair.b), b.blocks_in(pair.b), b.cluster(pair.b)}, near, [&](int i, int j) {
@@ -89,7 +89,7 @@ void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, c
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
         prefetch_ahead(
             blocks_, k, [&](int i) { a.prefetch_block(i); }, [&](int i) { b.prefetch_block(i); });
-        const Pair& pair = blocks_[k];
+        const NodePair& pair = blocks_[k];
         counters_.node_tests +=
             near_pairs(Side{a.leaves(pair.a), a.leaves_in(pair.a), a.block(pair.a)},
                        Side{b.leaves(pair.b), b.leaves_in(pair.b), b.block(pair.b)}, near, [&](int i, int j) {
@@ -106,7 +106,7 @@ void AffineWalk::find_faces(AffineBoxes& a, AffineBoxes& b, const Near& near, co
     for (std::size_t& k = next_leaves_; k < leaves_.size() && pairs.size() < enough; ++k) {
         prefetch_ahead(
             leaves_, k, [&](int i) { a.prefetch_leaf(i); }, [&](int i) { b.prefetch_leaf(i); });
-        const Pair& pair = leaves_[k];
+        const NodePair& pair = leaves_[k];
         a.leaf(pair.a);
         b.leaf(pair.b);  // may move the first one, if both are one body
         const AffineBoxes::Leaf &s = a.leaf(pair.a), &t = b.leaf(pair.b);
@@ -138,6 +138,11 @@ void AffineWalk::near_faces(AffineBoxes& a, AffineBoxes& b, float distance,
     begin(a, b, distance, TwoBodies{});
     constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
     with_test([&](const auto& near) { find_faces(a, b, near, TwoBodies{}, all, pairs); });
+}
+
+std::span<const LeafPair> AffineWalk::near_leaves(AffineBoxes& a, AffineBoxes& b, float distance) noexcept {
+    begin(a, b, distance, TwoBodies{});
+    return leaves_;
 }
 
 void AffineWalk::begin_one_body(AffineBoxes& body, float distance) noexcept {

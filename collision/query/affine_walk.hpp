@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "collision/bounds/affine/affine_boxes.hpp"
@@ -9,6 +10,13 @@
 #include "collision/query/face_pair_set.hpp"
 
 namespace nbd {
+
+/// Two nodes, one of each tree.
+struct NodePair {
+    int a = 0, b = 0;
+    auto operator<=>(const NodePair&) const = default;
+};
+using LeafPair = NodePair;
 
 /// Counters of a walk.
 struct AffineWalkCounters {
@@ -25,6 +33,10 @@ class AffineWalk {
     /// common. No pair of faces within the distance is left out.
     void near_faces(AffineBoxes& a, AffineBoxes& b, float distance, std::vector<FacePair>& pairs) noexcept;
 
+    /// Pairs of leaves whose boxes are near, in no order; valid until the next walk. They hold the pairs of
+    /// near_faces().
+    std::span<const LeafPair> near_leaves(AffineBoxes& a, AffineBoxes& b, float distance) noexcept;
+
     /// Begins a walk over one body with itself, down to the leaves; next_near_faces() goes on, and the pose
     /// must stay the same until it returns false.
     void begin_one_body(AffineBoxes& body, float distance) noexcept;
@@ -36,9 +48,6 @@ class AffineWalk {
     const AffineWalkCounters& counters() const noexcept { return counters_; }
 
  private:
-    struct Pair {
-        int a, b;
-    };
     /// Calls f with the test for boxes within distance_.
     template <class F>
     void with_test(const F& f) const noexcept;
@@ -54,7 +63,7 @@ class AffineWalk {
 
     float distance_ = 0;
     std::vector<std::uint16_t> near_a_, near_b_;  // a bit per cluster
-    std::vector<Pair> clusters_, blocks_, leaves_;
+    std::vector<NodePair> clusters_, blocks_, leaves_;
     std::size_t next_leaves_ = 0;  // the first pair of leaves whose faces were not looked at
     AffineWalkCounters counters_;
 };

@@ -99,10 +99,8 @@ void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noex
     counters_.leaf_pairs = static_cast<long>(leaf_pairs_.size());
 }
 
-template <class Narrow>
-std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b, float distance,
-                                                     const Narrow& narrow) noexcept {
-    assert(distance >= 0 && std::isfinite(distance));
+template <class Walk>
+void PairQuery::walk_wide(PosedTree& a, PosedTree& b, const Walk& walk) noexcept {
     counters_ = {};
     leaf_pairs_.clear();
     AffineBoxes &boxes_a = a.state_->wide(), &boxes_b = b.state_->wide();
@@ -111,12 +109,20 @@ std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b,
         return boxes_a.out_of_range() + (&a == &b ? 0 : boxes_b.out_of_range());
     };
     const int fitted_before = fitted(), out_of_range_before = out_of_range();
-    affine_walk_.near_faces(boxes_a, boxes_b, distance, pairs_);
+    walk(boxes_a, boxes_b);
     counters_.nodes_bounded = fitted() - fitted_before;
     counters_.nodes_out_of_range = out_of_range() - out_of_range_before;
     counters_.node_tests = affine_walk_.counters().node_tests;
     counters_.leaf_pairs = affine_walk_.counters().leaf_pairs;
     counters_.box_tests = affine_walk_.counters().box_tests;
+}
+
+template <class Narrow>
+std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b, float distance,
+                                                     const Narrow& narrow) noexcept {
+    assert(distance >= 0 && std::isfinite(distance));
+    AffineBoxes &boxes_a = a.state_->wide(), &boxes_b = b.state_->wide();
+    walk_wide(a, b, [&](AffineBoxes& s, AffineBoxes& t) { affine_walk_.near_faces(s, t, distance, pairs_); });
     counters_.triangle_tests = static_cast<long>(pairs_.size());
     narrow(pairs_, boxes_a, boxes_b);
     for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
@@ -216,6 +222,17 @@ std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float di
 std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept {
     assert(choose_bounds(*a.state_, *b.state_) || !(a.state_->in_step || b.state_->in_step));
     return find_face_pairs(a, b, distance, [](std::vector<FacePair>&, const auto&, const auto&) {});
+}
+
+std::span<const LeafPair> PairQuery::box_leaves_within(PosedTree& a, PosedTree& b, float distance) noexcept {
+    assert(distance >= 0 && std::isfinite(distance) && a.box_tree() && b.box_tree());
+    choose_bounds(*a.state_, *b.state_, false);
+    std::span<const LeafPair> found;
+    walk_wide(a, b,
+              [&](AffineBoxes& s, AffineBoxes& t) { found = affine_walk_.near_leaves(s, t, distance); });
+    leaf_pairs_.assign(found.begin(), found.end());
+    std::ranges::sort(leaf_pairs_);
+    return leaf_pairs_;
 }
 
 std::span<const LeafPair> PairQuery::leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {

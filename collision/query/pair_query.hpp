@@ -20,13 +20,6 @@ struct QueryCounters {
     long face_pairs = 0;          // reported
 };
 
-/// Two nodes, one of each tree.
-struct NodePair {
-    int a = 0, b = 0;
-    auto operator<=>(const NodePair&) const = default;
-};
-using LeafPair = NodePair;
-
 /// Queries between two posed trees by one walk down both sphere trees. The walk starts with the roots and
 /// replaces the larger node of a colliding pair (or the one that is not a leaf) by its children. So a node is
 /// bounded only after its parent was found in collision, and at most once per pose. Nodes are compared by
@@ -51,6 +44,10 @@ class PairQuery {
     /// For bodies in a step, those of their boxes over the whole step: see PosedTree::begin_step().
     std::span<const FacePair> boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept;
 
+    /// Leaves of the bodies' box trees, see PosedTree::box_tree(), whose boxes come within `distance`,
+    /// sorted. All pairs of boxes_within() lie in these. Both bodies must have a box tree.
+    std::span<const LeafPair> box_leaves_within(PosedTree& a, PosedTree& b, float distance) noexcept;
+
     /// The broad phase alone: leaf pairs whose bounds come within `distance`, sorted.
     std::span<const LeafPair> leaf_pairs(PosedTree& a, PosedTree& b, float distance = 0) noexcept;
 
@@ -59,6 +56,9 @@ class PairQuery {
 
  private:
     void find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept;
+    /// Walks the wide trees with walk(a, b), which sets the counters of the walk.
+    template <class Walk>
+    void walk_wide(PosedTree& a, PosedTree& b, const Walk& walk) noexcept;
     template <class Narrow>
     std::span<const FacePair> find_face_pairs(PosedTree& a, PosedTree& b, float distance,
                                               const Narrow& narrow) noexcept;

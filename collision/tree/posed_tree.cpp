@@ -337,6 +337,13 @@ void PosedTree::restore(const AutoChoice& choice) noexcept {
 
 const CollisionTree& PosedTree::tree() const noexcept { return *state_->tree; }
 
+const WideTree* PosedTree::box_tree() const noexcept {
+    const PosedTreeState& s = *state_;
+    if (!s.is_wide || s.kind == BoundKind::automatic) return nullptr;
+    if (s.is_of_nodes) return &s.of_nodes->tree();
+    return s.of_surface ? &s.of_surface->tree() : nullptr;
+}
+
 BoundKind PosedTree::kind() const noexcept { return state_->kind; }
 
 }  // namespace nbd

@@ -89,6 +89,9 @@ class PosedTree {
     int nodes_out_of_range() const noexcept;
 
     const CollisionTree& tree() const noexcept;
+    /// The tree of the boxes in this pose, for bounds that are walked down a box tree and are not chosen by
+    /// their costs; null for others. Before the first pose, as in the poses that the bounds are for.
+    const WideTree* box_tree() const noexcept;
     BoundKind kind() const noexcept;
     /// The bounds that the last query of pairs used: kind(), or what `auto` chose.
     BoundKind chosen() const noexcept;

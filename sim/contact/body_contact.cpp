@@ -1,6 +1,8 @@
 #include "sim/contact/body_contact.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 
 #include "collision/geometry/closest_points.hpp"
@@ -16,14 +18,16 @@ struct NearestFace {
     Eigen::Vector3d barycentric, normal;
 };
 
+ClosestPoints closest_point(const ContactSurface& surface, int face, const Eigen::Vector3d& p) {
+    const auto corners = surface.F().row(face);
+    return closest_point_triangle(p, surface.x(corners[0]), surface.x(corners[1]), surface.x(corners[2]));
+}
+
 NearestFace measure(const ContactSurface& surface, int face, const Eigen::Vector3d& p, double reach) {
     /// At smaller shares of `reach` the line between two points is too short to give a direction.
     constexpr double direction_share = 1e-3;
-    const Faces& F = surface.F();
-    const Nodes& x = surface.x();
-    const ClosestPoints closest =
-        closest_point_triangle(p, x.row(F(face, 0)), x.row(F(face, 1)), x.row(F(face, 2)));
-    const Eigen::Vector3d outward = feature_normal(surface.topology(), F, x, face, closest.weights_b);
+    const ClosestPoints closest = closest_point(surface, face, p);
+    const Eigen::Vector3d outward = surface.feature_normal(face, closest.weights_b);
     const double sign = closest.gap.dot(outward) < 0 ? -1 : 1;
     const bool far = closest.distance > direction_share * reach;
     return {.distance = sign * closest.distance,
@@ -32,28 +36,95 @@ NearestFace measure(const ContactSurface& surface, int face, const Eigen::Vector
             .normal = far ? Eigen::Vector3d(sign * closest.gap / closest.distance) : outward};
 }
 
-NearestFace nearest_of(const ContactSurface& surface, std::span<const int> faces, const Eigen::Vector3d& p,
-                       double reach) {
-    const Faces& F = surface.F();
-    const Nodes& x = surface.x();
-    double least = std::numeric_limits<double>::infinity();
-    int nearest = -1;
-    for (const int f : faces) {
-        const double distance =
-            closest_point_triangle(p, x.row(F(f, 0)), x.row(F(f, 1)), x.row(F(f, 2))).distance;
-        if (!(distance < least)) continue;
-        least = distance;
-        nearest = f;
-    }
-    return least <= reach ? measure(surface, nearest, p, reach) : NearestFace{};
-}
+/// A face and the squared distance to it in single precision.
+struct Candidate {
+    float squared;
+    int face;
+};
 
-/// The nearest of the faces whose normal at their nearest point has the same side as `side`.
-NearestFace nearest_on_side(const ContactSurface& surface, std::span<const int> faces,
+/// Finds the nearest face of some patches to a point.
+class NearestSearch {
+ public:
+    /// others: of patches; patches: their places.
+    NearestSearch(const PosedPatches& others, std::span<const PatchPair> pairs, float tolerance)
+        : others_(others), pairs_(pairs), slack_(16 * tolerance) {}
+
+    /// The nearest face within reach of a point: p in double precision, q in single precision relative to the
+    /// origin of the patches. face is -1 if there is none.
+    NearestFace nearest(const Eigen::Vector3d& p, const std::array<float, 3>& q, double reach) {
+        candidates_.clear();
+        allow(static_cast<float>(reach));
+        boxes_.clear();
+        std::size_t first = 0;
+        for (std::size_t k = 0; k < pairs_.size(); ++k) {
+            boxes_.push_back(others_[pairs_[k].b].squared_distance_to_box(q));
+            if (boxes_[k] < boxes_[first]) first = k;
+        }
+        least_ = most_;
+        if (!(boxes_[first] <= most_)) return {};
+        visit(first, q);
+        for (std::size_t k = 0; k < pairs_.size(); ++k)
+            if (k != first && boxes_[k] <= most_) visit(k, q);
+        return measured(p, reach);
+    }
+
+ private:
+    /// Candidates are within `distance`, and what rounding may add.
+    void allow(float distance) noexcept { most_ = (distance + slack_) * (distance + slack_); }
+
+    void visit(std::size_t k, const std::array<float, 3>& q) {
+        const int patch = pairs_[k].b;
+        const PosedPatch& posed = others_[patch];
+        const float closest = posed.squared_distances(q, squared_);
+        if (!(closest <= most_) && posed.slivers == 0) return;
+        if (closest < least_) {
+            least_ = closest;
+            allow(std::sqrt(closest));
+        }
+        const auto faces = others_.surface().patches().faces[patch];
+        for (std::size_t i = 0; i < faces.size(); ++i) {
+            const bool sliver = posed.slivers >> i & 1;
+            if (sliver || squared_[i] <= most_) candidates_.push_back({sliver ? 0 : squared_[i], faces[i]});
+        }
+    }
+
+    NearestFace measured(const Eigen::Vector3d& p, double reach) const {
+        const ContactSurface& surface = others_.surface();
+        double least = std::numeric_limits<double>::infinity();
+        int nearest = -1;
+        for (const Candidate& candidate : candidates_) {
+            if (!(candidate.squared <= most_)) continue;
+            const double distance = closest_point(surface, candidate.face, p).distance;
+            if (distance < least || (distance == least && candidate.face < nearest)) {
+                least = distance;
+                nearest = candidate.face;
+            }
+        }
+        return least <= reach ? measure(surface, nearest, p, reach) : NearestFace{};
+    }
+
+    const PosedPatches& others_;
+    std::span<const PatchPair> pairs_;
+    float slack_, most_ = 0, least_ = 0;  // most_, least_: squared
+    PatchLanes squared_;
+    std::vector<float> boxes_;  // squared distances
+    std::vector<Candidate> candidates_;
+};
+
+/// The nearest of the faces of some patches whose normal at their nearest point has the same side as `side`,
+/// among those whose boxes are within reach.
+NearestFace nearest_on_side(const ContactSurface& surface, std::span<const PatchPair> pairs,
                             const Eigen::Vector3d& p, const Eigen::Vector3d& side, double reach) {
+    const Eigen::Vector3f q = p.cast<float>();
+    const Box box = bounding_box({q, q, q});
+    std::vector<int> faces;
+    for (const PatchPair& pair : pairs)
+        for (const int face : surface.patches().faces[pair.b])
+            if (!apart(box, surface.face_box(face), static_cast<float>(reach))) faces.push_back(face);
+    std::ranges::sort(faces);
     NearestFace nearest;
-    for (const int f : faces) {
-        const NearestFace candidate = measure(surface, f, p, reach);
+    for (const int face : faces) {
+        const NearestFace candidate = measure(surface, face, p, reach);
         if (candidate.normal.dot(side) > 0 && std::abs(candidate.distance) < std::abs(nearest.distance))
             nearest = candidate;
     }
@@ -68,43 +139,41 @@ SurfacePoint face_point(int body, const ContactSurface& surface, int face, const
             .weights = {w[0], w[1], w[2]}};
 }
 
-Box point_box(const ContactSurface& surface, int vertex) {
-    const Eigen::Vector3f p = surface.x_float().row(vertex);
-    return bounding_box({p, p, p});
-}
-
 }  // namespace
 
-void BodyContactFinder::find(const ContactSurface& a, const ContactSurface& b,
-                             std::span<const FacePair> pairs, const ContactReach& reach, double moved,
-                             std::vector<Contact>& contacts) {
-    find_vertices(body_a_, a, body_b_, b, pairs, reach, moved, sides_a_, contacts);
+void BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const PatchPair> pairs,
+                             const ContactReach& reach, double moved, std::vector<Contact>& contacts) {
     flipped_.clear();
-    for (const FacePair& pair : pairs) flipped_.push_back({pair.b, pair.a});
+    for (const PatchPair& pair : pairs) {
+        a.require(pair.a);
+        b.require(pair.b);
+        flipped_.push_back({pair.b, pair.a});
+    }
     std::ranges::sort(flipped_);
+    find_vertices(body_a_, a, body_b_, b, pairs, reach, moved, sides_a_, contacts);
     find_vertices(body_b_, b, body_a_, a, flipped_, reach, moved, sides_b_, contacts);
     find_edge_contacts({body_a_, a}, {body_b_, b}, pairs, reach, contacts);
 }
 
-/// pairs: sorted; pair.a is a face of `points`.
-void BodyContactFinder::find_vertices(int body, const ContactSurface& points, int other_body,
-                                      const ContactSurface& surface, std::span<const FacePair> pairs,
+/// pairs: sorted; pair.a is a patch of `points`.
+void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int other_body,
+                                      const PosedPatches& others, std::span<const PatchPair> pairs,
                                       const ContactReach& reach, double moved, Sides& sides,
                                       std::vector<Contact>& contacts) {
-    const auto most = static_cast<float>(reach.most());
-    Sides now;
+    const ContactSurface &own = points.surface(), &surface = others.surface();
+    struct Hit {
+        int vertex;
+        NearestFace nearest;
+    };
+    std::vector<Hit> hits;
     for (std::size_t begin = 0, end = 0; begin < pairs.size(); begin = end) {
-        const int own = pairs[begin].a;
-        while (end < pairs.size() && pairs[end].a == own) ++end;
-        for (int k = 0; k < 3; ++k) {
-            const int vertex = points.F()(own, k);
-            if (!points.topology().owns_vertex(own, vertex)) continue;
-            const Box box = point_box(points, vertex);
-            near_faces_.clear();
-            for (const FacePair& pair : pairs.subspan(begin, end - begin))
-                if (!apart(box, surface.face_box(pair.b), most)) near_faces_.push_back(pair.b);
-            const Eigen::Vector3d p = points.x().row(vertex);
-            NearestFace nearest = nearest_of(surface, near_faces_, p, reach.most());
+        const int patch = pairs[begin].a;
+        while (end < pairs.size() && pairs[end].a == patch) ++end;
+        const auto near = pairs.subspan(begin, end - begin);
+        NearestSearch search(others, near, points.tolerance() + others.tolerance());
+        for (const int vertex : own.patches().vertices[patch]) {
+            const Eigen::Vector3d p = own.x(vertex);
+            NearestFace nearest = search.nearest(p, points.position(vertex), reach.most());
             double inside = moved;
             if (nearest.distance < 0) {
                 const auto known = std::ranges::lower_bound(sides, vertex, {}, &Side::vertex);
@@ -112,23 +181,25 @@ void BodyContactFinder::find_vertices(int body, const ContactSurface& points, in
                     inside += known->depth;
                     if (nearest.normal.dot(known->normal) <= 0)
                         if (const NearestFace other =
-                                nearest_on_side(surface, near_faces_, p, known->normal, reach.most());
+                                nearest_on_side(surface, near, p, known->normal, reach.most());
                             other.face >= 0)
                             nearest = other;
                 }
             }
-            if (!(nearest.distance <= reach.apart && -nearest.distance <= std::min(inside, reach.inside)))
-                continue;
-            now.push_back({vertex, nearest.normal, std::max(0.0, -nearest.distance)});
-            contacts.push_back({.a = {.body = body, .count = 1, .vertices = {vertex}, .weights = {1}},
-                                .b = face_point(other_body, surface, nearest.face, nearest.barycentric),
-                                .normal = nearest.normal,
-                                .gap = nearest.distance,
-                                .area = points.rest_areas()[vertex]});
+            if (nearest.distance <= reach.apart && -nearest.distance <= std::min(inside, reach.inside))
+                hits.push_back({vertex, nearest});
         }
     }
-    std::ranges::sort(now, {}, &Side::vertex);
-    sides.swap(now);
+    std::ranges::sort(hits, {}, &Hit::vertex);
+    sides.clear();
+    for (const auto& [vertex, nearest] : hits) {
+        sides.push_back({vertex, nearest.normal, std::max(0.0, -nearest.distance)});
+        contacts.push_back({.a = {.body = body, .count = 1, .vertices = {vertex}, .weights = {1}},
+                            .b = face_point(other_body, surface, nearest.face, nearest.barycentric),
+                            .normal = nearest.normal,
+                            .gap = nearest.distance,
+                            .area = own.rest_areas()[vertex]});
+    }
 }
 
 double BodyContactFinder::deepest() const noexcept {

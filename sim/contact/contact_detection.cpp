@@ -37,12 +37,14 @@ double fastest_within(const Box& region, const ContactParty& body, const Eigen::
     return std::sqrt(squared);
 }
 
-/// By how much coordinates in the pose of a body's tree may differ from surface.x_float(), metres. `affine`
-/// bounds add products of K rounded weights and rounded nodes, which is off by at most (K + 4) 2^-24 of the
-/// farthest node; AffineModel::rounding() is larger, or 0 where every vertex is a node.
+/// By how much coordinates in the pose of a body's tree may differ from those of its surface, metres: these
+/// are rounded to single precision. `affine` bounds add products of K rounded weights and rounded nodes,
+/// which is off by at most (K + 4) 2^-24 of the farthest node; AffineModel::rounding() is larger, or 0 where
+/// every vertex is a node.
 double tree_error(const ContactParty& body) {
-    if (body.tree->kind() != BoundKind::affine) return 0;
-    return double{body.tree->tree().affine->rounding()} * body.state.x.cwiseAbs().maxCoeff();
+    double share = 0x1p-24;
+    if (body.tree->kind() == BoundKind::affine) share += double{body.tree->tree().affine->rounding()};
+    return share * body.state.x.cwiseAbs().maxCoeff();
 }
 
 Box grown(const Box& box, double by) {
@@ -108,6 +110,34 @@ void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
     }
 }
 
+/// Pairs of patches that hold all pairs of faces that are within `distance`, sorted.
+std::span<const PatchPair> ContactDetection::near_patches(const ContactParty& a, const ContactParty& b,
+                                                          float distance, DetectionReport& report) {
+    const Stopwatch watch;
+    std::span<const PatchPair> pairs;
+    if (a.surface.has_patches_of(a.tree->box_tree()) && b.surface.has_patches_of(b.tree->box_tree())) {
+        pairs = query_.box_leaves_within(*a.tree, *b.tree, distance);
+    } else {
+        const auto patch = [](const ContactParty& body, int face) {
+            return body.surface.patches().of_face[static_cast<std::size_t>(face)];
+        };
+        patch_pairs_.clear();
+        for (const FacePair& faces : query_.boxes_within(*a.tree, *b.tree, distance))
+            patch_pairs_.push_back({patch(a, faces.a), patch(b, faces.b)});
+        std::ranges::sort(patch_pairs_);
+        const auto repeats = std::ranges::unique(patch_pairs_);
+        patch_pairs_.erase(repeats.begin(), repeats.end());
+        pairs = patch_pairs_;
+    }
+    report.collision_us += watch.microseconds();
+    report.nodes_bounded += query_.counters().nodes_bounded;
+    report.nodes_out_of_range += query_.counters().nodes_out_of_range;
+    for (const PatchPair& pair : pairs)
+        report.face_pairs += static_cast<long>(a.surface.patches().faces[pair.a].size() *
+                                               b.surface.patches().faces[pair.b].size());
+    return pairs;
+}
+
 void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactParty> bodies,
                                    const ContactConfig& config, double thickness, double dt_before, double dt,
                                    DetectionReport& report) {
@@ -126,20 +156,16 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     const double overlap =
         std::min(finder.deepest(), 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
     const ContactReach reach{.apart = thickness + near, .inside = std::max(thickness, overlap) + near};
-    const Stopwatch watch;
-    // The finder measures again with the surfaces' own positions, so that contacts do not depend on the
-    // trees.
-    const auto face_pairs = query_.boxes_within(
-        *a.tree, *b.tree,
-        static_cast<float>(reach.most() + std::sqrt(3.0) * (tree_error(a) + tree_error(b))));
-    report.collision_us += watch.microseconds();
-    report.nodes_bounded += query_.counters().nodes_bounded;
-    report.nodes_out_of_range += query_.counters().nodes_out_of_range;
-    report.face_pairs += static_cast<long>(face_pairs.size());
+    // The finder measures with the surfaces' own positions, so that contacts do not depend on the trees.
+    const auto pairs = near_patches(
+        a, b, static_cast<float>(reach.most() + std::sqrt(3.0) * (tree_error(a) + tree_error(b))), report);
+    const Eigen::Vector3d origin = ((region.lo + region.hi) / 2).head<3>().matrix().cast<double>();
+    posed_a_.begin(a.surface, origin);
+    posed_b_.begin(b.surface, origin);
     const std::size_t first = contacts_.size();
     // Backward Euler: the current velocities apply to the whole previous step.
     const double moved = dt_before > 0 ? dt_before * speed : std::numeric_limits<double>::infinity();
-    finder.find(a.surface, b.surface, face_pairs, reach, moved, contacts_);
+    finder.find(posed_a_, posed_b_, pairs, reach, moved, contacts_);
     const double stiffness = config.stiffness_scale * layer_modulus(a.elastic, b.elastic) / thickness;
     for (std::size_t c = first; c < contacts_.size(); ++c) {
         contacts_[c].friction = config.friction;

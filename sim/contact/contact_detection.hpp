@@ -23,7 +23,7 @@ struct ContactParty {
 
 /// Counts and costs of a search for contacts.
 struct DetectionReport {
-    long face_pairs = 0;          // close face pairs of two bodies that were examined
+    long face_pairs = 0;          // face pairs of patches of two bodies that are close, at most
     long nodes_bounded = 0;       // spheres of collision trees that were computed
     long nodes_out_of_range = 0;  // those bounded exactly: input out of the calibrated range
     double update_us = 0;         // time to start the poses of surfaces and trees, microseconds
@@ -33,9 +33,9 @@ struct DetectionReport {
 };
 
 /// Finds all contacts of a step. Obstacles: by signed distance. Bodies: a sweep over their boxes, then their
-/// trees down to face pairs, then vertices with faces and edges with edges. Contact of a body with itself
-/// would need one more finder, for the pair (b, b), and a query of a tree with itself that skips faces with a
-/// common vertex.
+/// trees down to patches of the surfaces, then vertices with faces and edges with edges. Contact of a body
+/// with itself would need one more finder, for the pair (b, b), and a query of a tree with itself that skips
+/// faces with a common vertex.
 class ContactDetection {
  public:
     /// Fills contacts(). time: time of the states, seconds. dt: length of the step that starts there.
@@ -55,12 +55,16 @@ class ContactDetection {
  private:
     void find_obstacles(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
                         const ContactConfig& config, double thickness, double time, double dt);
+    std::span<const PatchPair> near_patches(const ContactParty& a, const ContactParty& b, float distance,
+                                            DetectionReport& report);
     void find_bodies(BodyIndices pair, std::span<const ContactParty> bodies, const ContactConfig& config,
                      double thickness, double dt_before, double dt, DetectionReport& report);
 
     std::map<BodyIndices, BodyContactFinder> finders_;  // pairs whose boxes touched in the last find()
     Sweep sweep_;
     PairQuery query_;
+    PosedPatches posed_a_, posed_b_;
+    std::vector<PatchPair> patch_pairs_;
     std::vector<Contact> contacts_;
 };
 

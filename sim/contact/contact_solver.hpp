@@ -8,8 +8,8 @@
 
 #include "sim/contact/contact.hpp"
 #include "sim/contact/contact_force.hpp"
-#include "sim/contact/contact_surface.hpp"
 #include "sim/fem/step_system.hpp"
+#include "sim/patches/contact_surface.hpp"
 #include "sim/solvers/coupled_solver.hpp"
 
 namespace nbd {

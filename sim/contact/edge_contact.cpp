@@ -2,9 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 
 #include "collision/geometry/closest_points.hpp"
-#include "collision/geometry/separation.hpp"
 
 namespace nbd {
 namespace {
@@ -22,25 +24,18 @@ struct Segment {
 
 Segment segment(const ContactSurface& surface, int edge) {
     const auto ends = surface.topology().edges.row(edge);
-    return {surface.x().row(ends[0]), surface.x().row(ends[1])};
+    return {surface.x(ends[0]), surface.x(ends[1])};
 }
 
-Box edge_box(const ContactSurface& surface, int edge) {
+SurfacePoint edge_point(int body, const ContactSurface& surface, int edge, double t) {
     const auto ends = surface.topology().edges.row(edge);
-    const Eigen::Vector3f p = surface.x_float().row(ends[0]), q = surface.x_float().row(ends[1]);
-    return bounding_box({p, q, q});
-}
-
-SurfacePoint edge_point(const BodySurface& from, int edge, double t) {
-    const auto ends = from.surface.topology().edges.row(edge);
-    return {.body = from.body, .count = 2, .vertices = {ends[0], ends[1]}, .weights = {1 - t, t}};
+    return {.body = body, .count = 2, .vertices = {ends[0], ends[1]}, .weights = {1 - t, t}};
 }
 
 /// Whether a segment crosses the interior of a face, up to rounding.
 bool crosses_face(const ContactSurface& surface, int face, const Segment& s) {
     const auto corners = surface.F().row(face);
-    const Eigen::Vector3d a = surface.x().row(corners[0]), b = surface.x().row(corners[1]),
-                          c = surface.x().row(corners[2]);
+    const Eigen::Vector3d a = surface.x(corners[0]), b = surface.x(corners[1]), c = surface.x(corners[2]);
     const Eigen::Vector3d normal = (b - a).cross(c - a), d = s.q - s.p;
     if (normal.dot(s.p - a) * normal.dot(s.q - a) >= 0) return false;
     const double u = d.dot((a - s.p).cross(b - s.p)), v = d.dot((b - s.p).cross(c - s.p)),
@@ -58,51 +53,112 @@ double edge_area(const ContactSurface& surface, int edge) {
     return (surface.rest_areas()[edges(edge, 0)] + surface.rest_areas()[edges(edge, 1)]) / 6;
 }
 
-void find_contact(const BodySurface& a, int edge_a, const BodySurface& b, int edge_b,
+void find_contact(const BodyPatches& a, int edge_a, const BodyPatches& b, int edge_b,
                   const ContactReach& reach, std::vector<Contact>& contacts) {
-    const Segment on_a = segment(a.surface, edge_a), on_b = segment(b.surface, edge_b);
+    const ContactSurface &in_a = a.patches.surface(), &in_b = b.patches.surface();
+    const Segment on_a = segment(in_a, edge_a), on_b = segment(in_b, edge_b);
     const Eigen::Vector3d along_a = on_a.q - on_a.p, along_b = on_b.q - on_b.p;
     if (along_a.cross(along_b).norm() < parallel * along_a.norm() * along_b.norm()) return;
     const ClosestPoints closest = closest_edge_edge(on_a.p, on_a.q, on_b.p, on_b.q);
     const double s = closest.weights_a[1], t = closest.weights_b[1], length = closest.distance;
     if (length > reach.most() || s <= 0 || s >= 1 || t <= 0 || t >= 1) return;
-    const auto normal = [](const ContactSurface& of, int edge) {
-        return edge_normal(of.topology(), of.F(), of.x(), edge);
-    };
-    const double above_b = closest.gap.dot(normal(b.surface, edge_b));
-    const double below_a = -closest.gap.dot(normal(a.surface, edge_a));
+    const double above_b = closest.gap.dot(in_b.edge_normal(edge_b));
+    const double below_a = -closest.gap.dot(in_a.edge_normal(edge_a));
     const double least = clear * length;
     const bool outside = length <= reach.apart && above_b > least && below_a > least;
-    const bool overlapping =
-        length <= reach.inside && above_b < -least && below_a < -least &&
-        (crosses_faces_at(b.surface, edge_b, on_a) || crosses_faces_at(a.surface, edge_a, on_b));
+    const bool overlapping = length <= reach.inside && above_b < -least && below_a < -least &&
+                             (crosses_faces_at(in_b, edge_b, on_a) || crosses_faces_at(in_a, edge_a, on_b));
     if (!outside && !overlapping) return;
     const double sign = outside ? 1 : -1;
-    contacts.push_back({.a = edge_point(a, edge_a, s),
-                        .b = edge_point(b, edge_b, t),
+    contacts.push_back({.a = edge_point(a.body, in_a, edge_a, s),
+                        .b = edge_point(b.body, in_b, edge_b, t),
                         .normal = sign * closest.gap / length,
                         .gap = sign * length,
-                        .area = std::min(edge_area(a.surface, edge_a), edge_area(b.surface, edge_b))});
+                        .area = std::min(edge_area(in_a, edge_a), edge_area(in_b, edge_b))});
+}
+
+/// An edge in single precision: from p, along d.
+struct FloatEdge {
+    FloatEdge(const PosedPatch::Edges& pack, std::size_t lane)
+        : squared(pack.squared[lane]), inverse_length(pack.inverse_length[lane]) {
+        for (std::size_t i = 0; i < 3; ++i) p[i] = pack.p[i][lane], d[i] = pack.d[i][lane];
+    }
+    std::array<float, 3> p, d;
+    float squared, inverse_length;
+};
+
+/// Whether points of the box may be in reach of the edge and between the planes across its ends, where points
+/// are that are closest to its interior.
+bool may_face(const FloatEdge& edge, const PosedPatch& box, float reach, float tolerance) noexcept {
+    float squared = 0, middle = 0, spread = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const float q = edge.p[i] + edge.d[i], low = std::min(edge.p[i], q), high = std::max(edge.p[i], q);
+        const float gap = std::max({box.lo[i] - high, low - box.hi[i], 0.f});
+        squared += gap * gap;
+        middle += ((box.lo[i] + box.hi[i]) / 2 - edge.p[i]) * edge.d[i];
+        spread += ((box.hi[i] - box.lo[i]) / 2 + 4 * tolerance) * std::abs(edge.d[i]);
+    }
+    return squared <= reach * reach && middle + spread >= 0 && middle - spread <= edge.squared;
+}
+
+using LaneFlags = std::array<std::uint8_t, ContactPatches::width>;
+
+/// Flags the edges of the pack whose closest points with `edge` may be interior to both and within reach.
+/// Rounding errors of positions grow as the edges become parallel: `slack` bounds what they do to the places
+/// of these points along the edges, as shares of their lengths.
+void flag_facing(const FloatEdge& edge, const PosedPatch::Edges& pack, float reach, float tolerance,
+                 LaneFlags& flags) noexcept {
+    constexpr float least_sine_squared = 2e-7f;  // below it edges are parallel, in spite of rounding
+    const float ux = edge.d[0], uy = edge.d[1], uz = edge.d[2], length = std::sqrt(edge.squared);
+    for (std::size_t k = 0; k < ContactPatches::width; ++k) {
+        const float vx = pack.d[0][k], vy = pack.d[1][k], vz = pack.d[2][k];
+        const float wx = edge.p[0] - pack.p[0][k], wy = edge.p[1] - pack.p[1][k],
+                    wz = edge.p[2] - pack.p[2][k];
+        const float u_v = ux * vx + uy * vy + uz * vz, u_w = ux * wx + uy * wy + uz * wz,
+                    v_w = vx * wx + vy * wy + vz * wz, w_w = wx * wx + wy * wy + wz * wz;
+        const float both = edge.squared * pack.squared[k], crossing = both - u_v * u_v;
+        const float s = (u_v * v_w - pack.squared[k] * u_w) / crossing,
+                    t = (edge.squared * v_w - u_v * u_w) / crossing;
+        const float inverse_lengths = edge.inverse_length + pack.inverse_length[k];
+        const float slack =
+            4 * tolerance * (1 + std::sqrt(w_w) * inverse_lengths) * inverse_lengths * both / crossing;
+        const float gx = wx + s * ux - t * vx, gy = wy + s * uy - t * vy, gz = wz + s * uz - t * vz;
+        const float most = reach + slack * (length + pack.squared[k] * pack.inverse_length[k]);
+        flags[k] = (crossing > least_sine_squared * both) & (s > -slack) & (s < 1 + slack) & (t > -slack) &
+                   (t < 1 + slack) & (gx * gx + gy * gy + gz * gz <= most * most);
+    }
 }
 
 }  // namespace
 
-void find_edge_contacts(const BodySurface& a, const BodySurface& b, std::span<const FacePair> pairs,
+void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<const PatchPair> pairs,
                         const ContactReach& reach, std::vector<Contact>& contacts) {
-    const auto most = static_cast<float>(reach.most());
-    const SurfaceTopology &on_a = a.surface.topology(), &on_b = b.surface.topology();
-    for (const FacePair& pair : pairs)
-        for (int i = 0; i < 3; ++i) {
-            const int edge_a = on_a.face_edges(pair.a, i);
-            if (!on_a.owns_edge(pair.a, edge_a)) continue;
-            const Box box = edge_box(a.surface, edge_a);
-            if (apart(box, b.surface.face_box(pair.b), most)) continue;
-            for (int j = 0; j < 3; ++j) {
-                const int edge_b = on_b.face_edges(pair.b, j);
-                if (on_b.owns_edge(pair.b, edge_b) && !apart(box, edge_box(b.surface, edge_b), most))
-                    find_contact(a, edge_a, b, edge_b, reach, contacts);
+    constexpr std::size_t width = ContactPatches::width;
+    const float tolerance = a.patches.tolerance() + b.patches.tolerance(),
+                most = static_cast<float>(reach.most()) + 8 * tolerance;
+    const ContactPatches &in_a = a.patches.surface().patches(), &in_b = b.patches.surface().patches();
+    struct EdgePair {
+        int a, b;
+        auto operator<=>(const EdgePair&) const = default;
+    };
+    std::vector<EdgePair> facing;
+    LaneFlags flags;
+    for (const PatchPair& pair : pairs) {
+        const PosedPatch &s = a.patches[pair.a], &t = b.patches[pair.b];
+        const auto edges_a = in_a.edges[pair.a], edges_b = in_b.edges[pair.b];
+        for (std::size_t i = 0; i < edges_a.size(); ++i) {
+            const FloatEdge edge(s.edges[i / width], i % width);
+            if (!may_face(edge, t, most, tolerance)) continue;
+            for (std::size_t first = 0; first < edges_b.size(); first += width) {
+                flag_facing(edge, t.edges[first / width], most, tolerance, flags);
+                const std::size_t count = std::min(width, edges_b.size() - first);
+                for (std::size_t k = 0; k < count; ++k)
+                    if (flags[k]) facing.push_back({edges_a[i], edges_b[first + k]});
             }
         }
+    }
+    std::ranges::sort(facing);
+    for (const EdgePair& pair : facing) find_contact(a, pair.a, b, pair.b, reach, contacts);
 }
 
 }  // namespace nbd

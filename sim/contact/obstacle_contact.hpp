@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "sim/contact/contact.hpp"
-#include "sim/contact/contact_surface.hpp"
 #include "sim/contact/obstacle.hpp"
+#include "sim/patches/contact_surface.hpp"
 
 namespace nbd {
 

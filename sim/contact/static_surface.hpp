@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "sim/contact/surface_normals.hpp"
+#include "sim/patches/surface_normals.hpp"
 
 namespace nbd {
 

@@ -54,16 +54,14 @@ int World::add_body(WorldBody body) {
         grip_start.push_back(body.state.x(grip.nodes, Eigen::all));
     }
     check_grip(all, nodes);  // no node may be in two grips
-    ContactSurface surface(std::move(body.W), std::move(body.F), elastic.rest().X);
-    surface.update(body.state.x);
     std::unique_ptr<PosedTree> tree;
     if (body.tree) {
-        if (body.tree->vertex_count != surface.vertex_count() || body.tree->faces != surface.F())
+        if (body.tree->vertex_count != body.W.rows() || body.tree->faces != body.F)
             throw std::invalid_argument(
                 "world: a collision tree belongs to another surface than that of its body");
         const BoundKind bounds = exact_for_auto(*body.tree, body.bounds);
         tree = std::make_unique<PosedTree>(body.tree, bounds, body.margin);
-        if (bounds == BoundKind::affine && !body.tree->affine->hangs_by(surface.W().cast<float>()))
+        if (bounds == BoundKind::affine && !body.tree->affine->hangs_by(body.W.cast<float>()))
             throw std::invalid_argument(
                 "world: the affine bounds of a collision tree have other weights than the body");
     }
@@ -72,6 +70,9 @@ int World::add_body(WorldBody body) {
         meter = std::make_unique<RegionMeter>(
             std::shared_ptr<const TetRegions>(body.tree, &body.tree->certified->regions),
             elastic.element_count());
+    ContactSurface surface(std::move(body.W), std::move(body.F), elastic.rest().X,
+                           tree ? tree->box_tree() : nullptr);
+    surface.update(body.state.x);
     const int index = body_count();
     systems_.emplace_back(elastic);
     bodies_.push_back({.elastic = std::move(body.elastic),

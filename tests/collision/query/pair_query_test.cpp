@@ -208,6 +208,33 @@ TEST(PairQuery, LeafPairsHaveCollidingSpheresAndHoldAllTouchingFaces) {
     EXPECT_GT(found, 100u);
 }
 
+TEST(PairQuery, BoxLeavesHoldAllPairsWhoseBoxesAreNear) {
+    const Surface a = shapes::torus(60, 40), b = shapes::sphere(30, 40, 0.5f);
+    PosedTree s = exact_tree(a, {}, BoundKind::boxes), t = exact_tree(b, {}, BoundKind::boxes);
+    ASSERT_EQ(exact_tree(a).box_tree(), nullptr);
+    const WideTree &in_s = *s.box_tree(), &in_t = *t.box_tree();
+    s.begin_pose(a.X);
+    const Vertices moved = b.X.rowwise() + Eigen::RowVector3f(0.7f, 0.1f, 0.3f);
+    t.begin_pose(moved);
+    for (const float distance : {0.f, 0.05f}) {
+        PairQuery query;
+        const auto leaves = query.box_leaves_within(s, t, distance);
+        const std::vector<LeafPair> found(leaves.begin(), leaves.end());
+        EXPECT_TRUE(std::ranges::is_sorted(found));
+        EXPECT_LT(static_cast<long>(found.size()), long{in_s.leaves()} * in_t.leaves() / 4);
+        std::vector<FacePair> held;
+        for (const LeafPair& pair : found)
+            for (int i = 0; i < in_s.faces_in[static_cast<std::size_t>(pair.a)]; ++i)
+                for (int j = 0; j < in_t.faces_in[static_cast<std::size_t>(pair.b)]; ++j)
+                    held.push_back({in_s.faces[static_cast<std::size_t>(WideTree::width * pair.a + i)],
+                                    in_t.faces[static_cast<std::size_t>(WideTree::width * pair.b + j)]});
+        std::ranges::sort(held);
+        const auto near = copied(query.boxes_within(s, t, distance));
+        EXPECT_GT(near.size(), 100u);
+        EXPECT_TRUE(std::ranges::includes(held, near));
+    }
+}
+
 TEST(PairQuery, BoundsANodeOncePerPoseAndOnlyIfItsParentCollides) {
     const Surface s = shapes::torus(48, 32);
     PosedTree a = exact_tree(s), b = exact_tree(s);

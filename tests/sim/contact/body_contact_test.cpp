@@ -2,8 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
+#include <map>
+#include <memory>
+#include <set>
+#include <utility>
 
+#include "collision/base/counter_random.hpp"
+#include "collision/geometry/closest_points.hpp"
+#include "meshing/body/make_body.hpp"
 #include "tests/support/box_body.hpp"
 
 namespace nbd {
@@ -23,11 +31,14 @@ class SunkCube : public testing::Test {
     /// Depth of the deepest vertex of the small cube in contact, metres; 0 if none is below the surface.
     double deepest(double depth, double moved) {
         cube.update(cube_body_.tets.X.rowwise() + Eigen::RowVector3d(0.3, 0.2, 0.1 - depth));
-        std::vector<FacePair> all;
-        for (int a = 0; a < cube.F().rows(); ++a)
-            for (int b = 0; b < ground.F().rows(); ++b) all.push_back({a, b});
+        std::vector<PatchPair> all;
+        for (int a = 0; a < cube.patches().count(); ++a)
+            for (int b = 0; b < ground.patches().count(); ++b) all.push_back({a, b});
+        PosedPatches posed_cube, posed_ground;
+        posed_cube.begin(cube, Eigen::Vector3d::Zero());
+        posed_ground.begin(ground, Eigen::Vector3d::Zero());
         std::vector<Contact> contacts;
-        finder.find(cube, ground, all, {.apart = 0.01, .inside = 0.08}, moved, contacts);
+        finder.find(posed_cube, posed_ground, all, {.apart = 0.01, .inside = 0.08}, moved, contacts);
         double deepest = 0;
         for (const Contact& contact : contacts)
             if (contact.a.body == 0 && contact.a.count == 1) deepest = std::max(deepest, -contact.gap);
@@ -68,6 +79,116 @@ TEST_F(SunkCube, IsRecognisedAfterSavingAndRestoringSides) {
     finder = BodyContactFinder(0, 1);
     finder.restore_sides(sides);
     EXPECT_NEAR(deepest(0.06, 0.035), 0.06, 1e-12);
+}
+
+/// Two crumpled boxes, one above the other, whose surfaces are finer than their tetrahedra.
+class CrumpledBoxes : public testing::Test {
+ protected:
+    CrumpledBoxes() : body_(test::box_body({1, 0.6, 0.3}, {5, 3, 2})) {
+        const Subdivision fine = subdivide(body_.surface, SubdivisionScheme::midpoint, 2);
+        body_.W = (fine.S * body_.W).eval();
+        body_.surface = fine.mesh;
+    }
+
+    ContactSurface crumpled(std::uint64_t seed, const Eigen::RowVector3d& centre) const {
+        CounterRandom random(seed, 0);
+        Nodes x = body_.tets.X.rowwise() + centre;
+        for (double& coordinate : x.reshaped()) coordinate += 0.05 * (random.unit() - 0.5);
+        ContactSurface surface(body_.W, body_.surface.F, body_.tets.X);
+        surface.update(x);
+        return surface;
+    }
+
+    /// The contacts of a first find(), from all pairs of patches.
+    static std::vector<Contact> contacts(const ContactSurface& a, const ContactSurface& b,
+                                         const ContactReach& reach) {
+        std::vector<PatchPair> all;
+        for (int i = 0; i < a.patches().count(); ++i)
+            for (int j = 0; j < b.patches().count(); ++j)
+                if (!a.patches().faces[i].empty() && !b.patches().faces[j].empty()) all.push_back({i, j});
+        PosedPatches posed_a, posed_b;
+        posed_a.begin(a, Eigen::Vector3d(0, 0, 0.15));
+        posed_b.begin(b, Eigen::Vector3d(0, 0, 0.15));
+        std::vector<Contact> contacts;
+        BodyContactFinder(0, 1).find(posed_a, posed_b, all, reach, std::numeric_limits<double>::infinity(),
+                                     contacts);
+        return contacts;
+    }
+
+    /// Signed distance of a point, from all faces.
+    static double distance_to(const ContactSurface& surface, const Eigen::Vector3d& p) {
+        ClosestPoints nearest{};
+        nearest.distance = std::numeric_limits<double>::infinity();
+        int face = -1;
+        for (int f = 0; f < surface.F().rows(); ++f) {
+            const auto corners = surface.F().row(f);
+            const ClosestPoints closest = closest_point_triangle(
+                p, surface.x(corners[0]), surface.x(corners[1]), surface.x(corners[2]));
+            if (closest.distance < nearest.distance) nearest = closest, face = f;
+        }
+        return nearest.gap.dot(surface.feature_normal(face, nearest.weights_b)) < 0 ? -nearest.distance
+                                                                                    : nearest.distance;
+    }
+
+ private:
+    Body body_;
+};
+
+TEST_F(CrumpledBoxes, HaveEveryContactOfAVertexThatAllFacesGive) {
+    const ContactReach reach{.apart = 0.03, .inside = 0.04};
+    int outside = 0, inside = 0;
+    for (std::uint64_t seed = 0; seed < 6; ++seed) {
+        const ContactSurface surfaces[] = {crumpled(seed, {0, 0, 0}),
+                                           crumpled(seed + 100, {0.1, 0.05, 0.29 + 0.01 * double(seed)})};
+        std::map<int, double> found[2];
+        for (const Contact& contact : contacts(surfaces[0], surfaces[1], reach))
+            if (contact.a.count == 1) found[contact.a.body][contact.a.vertices[0]] = contact.gap;
+        for (std::size_t body = 0; body < 2; ++body)
+            for (int v = 0; v < surfaces[body].vertex_count(); ++v) {
+                const double gap = distance_to(surfaces[1 - body], surfaces[body].x(v));
+                const auto contact = found[body].find(v);
+                ASSERT_EQ(contact != found[body].end(), gap <= reach.apart && -gap <= reach.inside)
+                    << "vertex " << v << " at " << gap;
+                if (contact == found[body].end()) continue;
+                EXPECT_NEAR(contact->second, gap, 1e-12);
+                ++(gap < 0 ? inside : outside);
+            }
+    }
+    EXPECT_GT(outside, 100);
+    EXPECT_GT(inside, 100);
+}
+
+TEST_F(CrumpledBoxes, HaveEveryContactOfEdgesThatAreApart) {
+    const ContactReach reach{.apart = 0.03, .inside = 0.03};
+    int expected_contacts = 0;
+    for (std::uint64_t seed = 0; seed < 3; ++seed) {
+        const ContactSurface a = crumpled(seed, {0, 0, 0}), b = crumpled(seed + 100, {0.1, 0.05, 0.33});
+        std::set<std::pair<std::pair<int, int>, std::pair<int, int>>> found, expected;
+        for (const Contact& contact : contacts(a, b, reach))
+            if (contact.a.count == 2 && contact.gap > 0)
+                found.insert({{contact.a.vertices[0], contact.a.vertices[1]},
+                              {contact.b.vertices[0], contact.b.vertices[1]}});
+        const auto ends = [](const ContactSurface& s, int edge) {
+            return std::pair(s.topology().edges(edge, 0), s.topology().edges(edge, 1));
+        };
+        for (int i = 0; i < a.topology().edges.rows(); ++i)
+            for (int j = 0; j < b.topology().edges.rows(); ++j) {
+                const auto [p, q] = ends(a, i);
+                const auto [u, v] = ends(b, j);
+                const Eigen::Vector3d along_a = a.x(q) - a.x(p), along_b = b.x(v) - b.x(u);
+                if ((a.x(p) - b.x(u)).norm() > reach.apart + along_a.norm() + along_b.norm()) continue;
+                if (along_a.cross(along_b).norm() < 1e-3 * along_a.norm() * along_b.norm()) continue;
+                const ClosestPoints closest = closest_edge_edge(a.x(p), a.x(q), b.x(u), b.x(v));
+                const double length = closest.distance, s = closest.weights_a[1], t = closest.weights_b[1];
+                if (length <= reach.apart && s > 0 && s < 1 && t > 0 && t < 1 &&
+                    closest.gap.dot(b.edge_normal(j)) > 1e-3 * length &&
+                    -closest.gap.dot(a.edge_normal(i)) > 1e-3 * length)
+                    expected.insert({{p, q}, {u, v}});
+            }
+        EXPECT_EQ(found, expected);
+        expected_contacts += static_cast<int>(expected.size());
+    }
+    EXPECT_GT(expected_contacts, 100);
 }
 
 }  // namespace

@@ -29,6 +29,7 @@ class FarBoxes : public testing::Test {
 
     struct Found {
         std::vector<Contact> contacts;
+        int computed = 0;            // positions of the lower box that were computed
         std::vector<FacePair> near;  // within the thickness, in the positions of the trees
     };
 
@@ -48,8 +49,9 @@ class FarBoxes : public testing::Test {
         Vertices nodes[2];
         for (std::size_t b = 0; b < 2; ++b) {
             nodes[b] = states[b].x.cast<float>();
-            surfaces.emplace_back(body_.W, body_.surface.F, body_.tets.X).update(states[b].x);
             trees.emplace_back(tree_, kind);
+            surfaces.emplace_back(body_.W, body_.surface.F, body_.tets.X, trees[b].box_tree())
+                .update(states[b].x);
         }
         std::vector<ContactParty> parties;
         for (std::size_t b = 0; b < 2; ++b) {
@@ -62,9 +64,11 @@ class FarBoxes : public testing::Test {
         DetectionReport report;
         ContactDetection detection;
         detection.find(parties, {}, {}, thickness, 0, 0, 5e-3, report);
+        const int computed = surfaces[0].computed();
         PairQuery query;
         const auto near = query.boxes_within(trees[0], trees[1], static_cast<float>(thickness));
-        return {{detection.contacts().begin(), detection.contacts().end()}, {near.begin(), near.end()}};
+        return {
+            {detection.contacts().begin(), detection.contacts().end()}, computed, {near.begin(), near.end()}};
     }
 
     static constexpr double thickness = 0.01;
@@ -91,6 +95,15 @@ TEST_F(FarBoxes, HaveTheContactsOfExactBoundsWithAffineOnes) {
     }
     EXPECT_GT(with_contacts, 5);
     EXPECT_GT(left_out, 5) << "at the thickness itself, positions in single precision leave out pairs";
+}
+
+TEST_F(FarBoxes, HaveNoPositionsComputedWhereNothingMayTouch) {
+    const Found apart = find(BoundKind::affine, 40 * thickness), touching = find(BoundKind::affine, 0);
+    EXPECT_EQ(apart.computed, 0);
+    EXPECT_TRUE(apart.contacts.empty());
+    EXPECT_GT(touching.computed, 50);
+    EXPECT_LT(touching.computed, find(BoundKind::exact, 0).computed);
+    EXPECT_FALSE(touching.contacts.empty());
 }
 
 }  // namespace

@@ -16,12 +16,14 @@ struct SurfaceTopology {
     std::vector<int> vertex_begin;  // [n + 1] range of vertex_faces
     std::vector<int> vertex_faces;  // faces at each vertex, ascending
 
-    /// Whether `face` owns the vertex or edge. Each vertex and each edge has exactly one owner among its
-    /// faces, so a loop over faces can visit it once.
-    bool owns_vertex(int face, int vertex) const noexcept {
-        return vertex_faces[static_cast<std::size_t>(vertex_begin[static_cast<std::size_t>(vertex)])] == face;
+    /// The face that owns a vertex or an edge, the first of its faces, so that a loop over faces can visit it
+    /// once; -1 for a vertex without faces.
+    int owner_of_vertex(int vertex) const noexcept {
+        const auto v = static_cast<std::size_t>(vertex);
+        return vertex_begin[v] < vertex_begin[v + 1] ? vertex_faces[static_cast<std::size_t>(vertex_begin[v])]
+                                                     : -1;
     }
-    bool owns_edge(int face, int edge) const noexcept { return edge_faces(edge, 0) == face; }
+    int owner_of_edge(int edge) const noexcept { return edge_faces(edge, 0); }
 };
 
 /// Throws std::invalid_argument for an index outside 0 .. vertex_count - 1 or an edge of more than two faces.

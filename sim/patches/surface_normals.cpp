@@ -1,4 +1,4 @@
-#include "sim/contact/surface_normals.hpp"
+#include "sim/patches/surface_normals.hpp"
 
 #include <fmt/format.h>
 

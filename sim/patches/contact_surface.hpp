@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "collision/geometry/box.hpp"
+#include "meshing/surface/mesh.hpp"
+#include "sim/patches/contact_patches.hpp"
+#include "sim/patches/surface_normals.hpp"
+
+namespace nbd {
+
+/// The surface with which a simulated body makes contact, embedded in its tetrahedra: x = W nodes. A pose
+/// costs what is asked of it: positions are computed where they are first read, and kept until the next
+/// pose. Reading writes them, so only one thread at a time may use a surface.
+class ContactSurface {
+ public:
+    /// W: [n, N], rows sum to 1; F: faces over the n surface vertices; X: rest positions of the tet nodes,
+    /// [N, 3]. tree: over F, its leaves become the patches; null: a tree over the rest pose. Throws
+    /// std::invalid_argument where shapes or indices disagree.
+    ContactSurface(Embedding W, Faces F, NodesRef X, const WideTree* tree = nullptr);
+
+    /// Moves the surface to the positions of the tet nodes, [N, 3]. Reads the nodes alone.
+    void update(NodesRef nodes);
+
+    int vertex_count() const noexcept { return static_cast<int>(W_.rows()); }
+    const Embedding& W() const noexcept { return W_; }
+    const Faces& F() const noexcept { return F_; }
+    const SurfaceTopology& topology() const noexcept { return topology_; }
+    const ContactPatches& patches() const noexcept { return patches_; }
+    /// Whether the leaves of `tree` are the patches.
+    bool has_patches_of(const WideTree* tree) const noexcept { return tree && tree == tree_; }
+    const Eigen::VectorXd& rest_areas() const noexcept { return rest_areas_; }  // [n] m2
+    double rest_diagonal() const noexcept { return rest_diagonal_; }            // of the box at rest, metres
+
+    /// Position of a vertex, metres.
+    Eigen::Vector3d x(int vertex) const noexcept {
+        const auto v = static_cast<std::size_t>(vertex);
+        if (poses_[v] != pose_) compute(vertex);
+        return x_.row(vertex);
+    }
+    /// Box of a face, of positions in single precision.
+    Box face_box(int face) const noexcept;
+    /// Outward normal at a point of a face, see the function of this name.
+    Eigen::Vector3d feature_normal(int face, const Eigen::Vector3d& barycentric) const noexcept;
+    Eigen::Vector3d edge_normal(int edge) const noexcept;
+
+    /// x() of all vertices in single precision, [n, 3]. The first call in a pose computes every position.
+    const Vertices& x_float();
+
+    /// A box that holds all vertices: that of the nodes that carry them.
+    const Box& box() const noexcept { return box_; }
+    /// A ball that holds the vertices of a patch: of the nodes that carry them.
+    struct Ball {
+        Eigen::Vector3d centre;
+        double radius;  // metres
+    };
+    Ball patch_ball(int patch) const noexcept;
+    Ball ball() const noexcept;  // of the whole surface
+
+    /// Number of vertices whose positions were computed in this pose.
+    int computed() const noexcept { return computed_; }
+
+ private:
+    void compute(int vertex) const noexcept;
+    void compute_faces_at(int vertex) const noexcept;
+    void compute_face(int face) const noexcept;
+    Ball ball_around(const Eigen::AlignedBox3d& nodes) const noexcept;
+
+    Embedding W_;
+    Faces F_;
+    SurfaceTopology topology_;
+    const WideTree* tree_;
+    ContactPatches patches_;
+    IndexLists patch_nodes_;     // that carry the vertices of each patch
+    std::vector<int> carriers_;  // nodes that carry any vertex, ascending
+    double overhang_ = 0;        // largest sum of the negative weights of a vertex, >= 0
+    Eigen::VectorXd rest_areas_;
+    double rest_diagonal_ = 0;
+    Nodes nodes_;
+    mutable Nodes x_;
+    mutable std::vector<std::uint32_t> poses_;  // [n] pose in which each position was computed
+    mutable int computed_ = 0;
+    std::uint32_t pose_ = 0;
+    Vertices x_float_;
+    std::uint32_t float_pose_ = 0;  // pose of x_float_
+    Eigen::AlignedBox3d node_box_;
+    Box box_;
+};
+
+}  // namespace nbd

@@ -1,0 +1,155 @@
+#include "sim/patches/posed_patches.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace nbd {
+namespace {
+
+constexpr float far_away = 1e15f;
+/// Twice the area over the product of the sides, squared, below which a face is a sliver.
+constexpr float thin = 1e-4f;
+
+/// 1 / x, or 0 unless x > 0.
+float inverse_of(float x) noexcept { return x > 0 ? 1 / x : 0; }
+
+float least(float a, float b) noexcept { return a < b ? a : b; }
+float unit_interval(float x) noexcept { return least(x > 0 ? x : 0, 1); }
+
+}  // namespace
+
+float PosedPatch::squared_distances(const std::array<float, 3>& p, PatchLanes& squared) const noexcept {
+    for (std::size_t k = 0; k < ContactPatches::width; ++k) {
+        const float ux = side_1[0][k], uy = side_1[1][k], uz = side_1[2][k];
+        const float vx = side_2[0][k], vy = side_2[1][k], vz = side_2[2][k];
+        const float x = p[0] - corner[0][k], y = p[1] - corner[1][k], z = p[2] - corner[2][k];
+        const auto squared_to_side = [](float ax, float ay, float az, float bx, float by, float bz,
+                                        float inverse_b) {
+            const float s = unit_interval((ax * bx + ay * by + az * bz) * inverse_b);
+            const float gx = ax - s * bx, gy = ay - s * by, gz = az - s * bz;
+            return gx * gx + gy * gy + gz * gz;
+        };
+        const float to_sides =
+            least(squared_to_side(x, y, z, ux, uy, uz, inverse_1[k]),
+                  least(squared_to_side(x, y, z, vx, vy, vz, inverse_2[k]),
+                        squared_to_side(x - ux, y - uy, z - uz, vx - ux, vy - uy, vz - uz, inverse_3[k])));
+        // The foot of the perpendicular, solved twice: the second time for what rounding left of the first.
+        float s = 0, t = 0, gx = x, gy = y, gz = z;
+        for (int pass = 0; pass < 2; ++pass) {
+            const float along_1 = gx * ux + gy * uy + gz * uz, along_2 = gx * vx + gy * vy + gz * vz;
+            const float more_s = (squared_2[k] * along_1 - product[k] * along_2) * inverse[k],
+                        more_t = (squared_1[k] * along_2 - product[k] * along_1) * inverse[k];
+            s += more_s;
+            t += more_t;
+            gx -= more_s * ux + more_t * vx;
+            gy -= more_s * uy + more_t * vy;
+            gz -= more_s * uz + more_t * vz;
+        }
+        const float to_plane = gx * gx + gy * gy + gz * gz;
+        const bool inside = (s >= 0) & (t >= 0) & (s + t <= 1) & (inverse[k] > 0);
+        squared[k] = inside ? least(to_plane, to_sides) : to_sides;
+    }
+    float smallest = squared[0];
+    for (std::size_t k = 1; k < ContactPatches::width; ++k) smallest = least(smallest, squared[k]);
+    return smallest;
+}
+
+float PosedPatch::squared_distance_to_box(const std::array<float, 3>& p) const noexcept {
+    float sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const float gap = std::max({lo[i] - p[i], p[i] - hi[i], 0.f});
+        sum += gap * gap;
+    }
+    return sum;
+}
+
+void PosedPatches::begin(const ContactSurface& surface, const Eigen::Vector3d& origin) {
+    if (surface_ != &surface || at_.size() != static_cast<std::size_t>(surface.patches().count())) {
+        at_.assign(static_cast<std::size_t>(surface.patches().count()), -1);
+        required_.clear();
+    }
+    for (const int patch : required_) at_[static_cast<std::size_t>(patch)] = -1;
+    required_.clear();
+    surface_ = &surface;
+    origin_ = origin;
+    in_use_ = 0;
+    tolerance_ = 0;
+}
+
+std::array<float, 3> PosedPatches::position(int vertex) const noexcept {
+    const Eigen::Vector3f p = (surface_->x(vertex) - origin_).cast<float>();
+    return {p[0], p[1], p[2]};
+}
+
+void PosedPatches::require(int patch) {
+    int& at = at_[static_cast<std::size_t>(patch)];
+    if (at >= 0) return;
+    at = static_cast<int>(in_use_);
+    required_.push_back(patch);
+    if (posed_.size() <= in_use_) posed_.resize(std::max<std::size_t>(64, 2 * in_use_));
+    pose(patch, posed_[in_use_++]);
+}
+
+void PosedPatches::pose(int patch, PosedPatch& posed) {
+    const Faces& F = surface_->F();
+    const auto faces = surface_->patches().faces[patch], edges = surface_->patches().edges[patch];
+    const std::array<float, 3> nowhere{far_away, far_away, far_away};
+    posed.lo.fill(std::numeric_limits<float>::infinity());
+    posed.hi.fill(-std::numeric_limits<float>::infinity());
+    posed.slivers = 0;
+    for (std::size_t k = 0; k < ContactPatches::width; ++k) {
+        std::array<std::array<float, 3>, 3> x{nowhere, nowhere, nowhere};
+        if (k < faces.size())
+            for (std::size_t c = 0; c < 3; ++c) {
+                x[c] = position(F(faces[k], static_cast<Eigen::Index>(c)));
+                for (std::size_t i = 0; i < 3; ++i) {
+                    posed.lo[i] = std::min(posed.lo[i], x[c][i]);
+                    posed.hi[i] = std::max(posed.hi[i], x[c][i]);
+                }
+            }
+        float squared_1 = 0, squared_2 = 0, product = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const float u = x[1][i] - x[0][i], v = x[2][i] - x[0][i];
+            posed.corner[i][k] = x[0][i];
+            posed.side_1[i][k] = u;
+            posed.side_2[i][k] = v;
+            squared_1 += u * u;
+            squared_2 += v * v;
+            product += u * v;
+        }
+        const float squared_3 = squared_1 + squared_2 - 2 * product,
+                    area = squared_1 * squared_2 - product * product,
+                    longest = std::max({squared_1, squared_2, squared_3});
+        if (k < faces.size() && !(area > thin * longest * longest)) posed.slivers |= 1u << k;
+        posed.squared_1[k] = squared_1;
+        posed.squared_2[k] = squared_2;
+        posed.product[k] = product;
+        posed.inverse_1[k] = inverse_of(squared_1);
+        posed.inverse_2[k] = inverse_of(squared_2);
+        posed.inverse_3[k] = inverse_of(squared_3);
+        posed.inverse[k] = inverse_of(area);
+    }
+    const auto& ends = surface_->topology().edges;
+    constexpr std::size_t width = ContactPatches::width;
+    posed.edge_packs = (edges.size() + width - 1) / width;
+    for (std::size_t k = 0; k < posed.edge_packs * width; ++k) {
+        PosedPatch::Edges& pack = posed.edges[k / width];
+        const bool used = k < edges.size();
+        const std::array<float, 3> p = used ? position(ends(edges[k], 0)) : nowhere,
+                                   q = used ? position(ends(edges[k], 1)) : nowhere;
+        float squared = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            pack.p[i][k % width] = p[i];
+            pack.d[i][k % width] = q[i] - p[i];
+            squared += (q[i] - p[i]) * (q[i] - p[i]);
+        }
+        pack.squared[k % width] = squared;
+        pack.inverse_length[k % width] = std::sqrt(inverse_of(squared));
+    }
+    for (std::size_t i = 0; i < 3; ++i)
+        tolerance_ =
+            std::max({tolerance_, 0x1p-22f * std::abs(posed.lo[i]), 0x1p-22f * std::abs(posed.hi[i])});
+}
+
+}  // namespace nbd

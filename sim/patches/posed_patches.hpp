@@ -1,0 +1,79 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "collision/query/pair_query.hpp"
+#include "sim/patches/contact_surface.hpp"
+
+namespace nbd {
+
+/// Sixteen numbers, one for each face or edge of a patch. Loops over them are plain, for the compiler to make
+/// vectors of.
+struct alignas(64) PatchLanes {
+    std::array<float, ContactPatches::width> values;
+    float& operator[](std::size_t k) noexcept { return values[k]; }
+    float operator[](std::size_t k) const noexcept { return values[k]; }
+};
+using PatchLanes3 = std::array<PatchLanes, 3>;
+
+/// The faces and edges of a patch in a pose, in single precision, relative to an origin that is near. Unused
+/// lanes are far from everything.
+struct PosedPatch {
+    /// Sixteen of the edges that the patch owns: from p, along d.
+    struct Edges {
+        PatchLanes3 p, d;
+        PatchLanes squared, inverse_length;  // of the lengths; 0 for edges without length
+    };
+
+    std::array<float, 3> lo, hi;                          // box of the faces, and so of the edges
+    PatchLanes3 corner, side_1, side_2;                   // a corner of each face, and its sides from there
+    PatchLanes squared_1, squared_2, product;             // of the sides
+    PatchLanes inverse_1, inverse_2, inverse_3, inverse;  // 1 / squares of the sides, and of twice the area
+    unsigned slivers;            // bit k: face k is too thin to measure in single precision
+    std::array<Edges, 3> edges;  // only the packs that are in use are set
+    std::size_t edge_packs;
+
+    /// Squared distances from p to the faces, metres2, and the least of them. Off by less than 8 tolerances
+    /// as distances, but for slivers, for which they are an upper bound.
+    float squared_distances(const std::array<float, 3>& p, PatchLanes& squared) const noexcept;
+    /// Squared distance from p to the box.
+    float squared_distance_to_box(const std::array<float, 3>& p) const noexcept;
+};
+
+/// Two patches, one of each surface.
+using PatchPair = LeafPair;
+
+/// Poses patches of a surface where they are first asked for.
+class PosedPatches {
+ public:
+    /// Begins a pose of the surface, which must stay as it is. origin: metres.
+    void begin(const ContactSurface& surface, const Eigen::Vector3d& origin);
+
+    const ContactSurface& surface() const noexcept { return *surface_; }
+    /// Relative to the origin, in single precision.
+    std::array<float, 3> position(int vertex) const noexcept;
+    /// Poses a patch.
+    void require(int patch);
+    /// A patch that was required, valid until another one is.
+    const PosedPatch& operator[](int patch) const noexcept {
+        return posed_[static_cast<std::size_t>(at_[static_cast<std::size_t>(patch)])];
+    }
+    /// By how much rounding may displace a position of the required patches, metres.
+    float tolerance() const noexcept { return tolerance_; }
+
+ private:
+    void pose(int patch, PosedPatch& posed);
+
+    const ContactSurface* surface_ = nullptr;
+    Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+    std::vector<PosedPatch> posed_;  // the first in_use_
+    std::size_t in_use_ = 0;
+    std::vector<int> at_;  // [patches] place in posed_; -1: not required
+    std::vector<int> required_;
+    float tolerance_ = 0;
+};
+
+}  // namespace nbd
