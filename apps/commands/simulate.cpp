@@ -10,6 +10,7 @@
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/simulate/audit.hpp"
+#include "apps/simulate/contact_comparison.hpp"
 #include "apps/simulate/journal.hpp"
 #include "apps/simulate/scene_files.hpp"
 #include "apps/simulate/simulation_outputs.hpp"
@@ -25,8 +26,9 @@ struct SimulateArguments {
     SceneOutput output;
     std::optional<double> margin;
     std::optional<int> frames;
+    std::optional<int> per_group;
     int audit = 0;
-    bool resume = false;
+    bool resume = false, compare = false;
 };
 
 /// Applies the options that override the scene file.
@@ -36,6 +38,7 @@ void override(SceneSpec& spec, const SimulateArguments& arguments) {
         if (arguments.margin) body.margin = arguments.margin;
     }
     if (arguments.frames) spec.time.frames = *arguments.frames;
+    if (arguments.per_group) spec.contact.per_group = *arguments.per_group;
 }
 
 /// Output paths of the run; the command line overrides the scene.
@@ -74,6 +77,7 @@ Journal::Facts facts_of(const SimulateArguments& arguments, const SceneSpec& spe
         {"--margin", arguments.margin ? fmt::format("{}", *arguments.margin) : ""},
         {"--frames", fmt::format("{}", spec.time.frames)},
         {"--audit", fmt::format("{}", arguments.audit)},
+        {"--contacts", fmt::format("{}", spec.contact.per_group)},
     };
     for (const std::filesystem::path& input : scene_inputs(spec))
         facts.emplace_back(input.filename().string(), file_hash(input));
@@ -181,6 +185,8 @@ void run(const SimulateArguments& arguments, Output& out) {
     }
     World world = build_world(spec, bodies);
     Audit audit(spec, bodies);
+    std::optional<ContactComparison> comparison;
+    if (arguments.compare) comparison.emplace(spec, bodies);
     SimulationOutputs outputs(paths, spec, world, hashes);
 
     SimulationFrame frame;
@@ -207,8 +213,10 @@ void run(const SimulateArguments& arguments, Output& out) {
     while (frame.number < spec.time.frames && failure.empty() && !interrupted()) {
         const int number = frame.number + 1;
         std::vector<StepRow> steps;
+        WorldReport report;
         for (int step = 0; step < spec.time.steps_per_frame && failure.empty(); ++step) {
-            const WorldReport report = world.step(spec.time.dt);
+            report = world.step(spec.time.dt);
+            if (comparison) comparison->step(spec.time.dt);
             steps.push_back(step_row(number, report));
             failure = report.failure;
             if (!report.fallback.empty() && factorised++ == 0)
@@ -222,6 +230,7 @@ void run(const SimulateArguments& arguments, Output& out) {
             steps.back().audited = true;
             steps.back().audit = audit.check(world);
         }
+        if (comparison) comparison->compare(world, report);
         keep(number, std::move(steps));
         out.progress("frames", number, spec.time.frames);
     }
@@ -229,6 +238,9 @@ void run(const SimulateArguments& arguments, Output& out) {
     outputs.finish(failure);
     tell(paths, frame.number, outputs.table().totals(), smallest_size(world),
          output_us / std::max(frames_made, 1), out);
+    if (comparison)
+        out.text(fmt::format("compared with all contacts; distances of nodes in % of the smallest body:\n{}",
+                             comparison->table(smallest_size(world))));
     const bool stopped = failure.empty() && frame.number < spec.time.frames;
     if (!stopped) journal.remove();
     if (!failure.empty())
@@ -262,13 +274,23 @@ void add_simulate(CLI::App& app, Output& out) {
                      "Every N-th frame, count the face pairs that the scene's bounds miss; 0: never")
         ->capture_default_str()
         ->check(not_negative());
+    command
+        ->add_option("--contacts", arguments->per_group,
+                     "Contacts kept of those that the same two nodes carry, instead of the scene's; 0: all")
+        ->check(CLI::Range(0, 1000));
     command->add_option("--csv", output.csv,
                         "File with one line per step (CSV): contacts, iterations, costs, energies");
     command->add_option("--vtu", output.vtu, "Folder for frames that ParaView opens (scene.pvd)");
     command->add_option("--obj", output.obj, "Folder for the bodies' surfaces, one file per frame and body");
     command->add_option("--picture", output.picture, "PNG file with six frames");
-    command->add_flag("--resume", arguments->resume,
-                      "Continue a run that was interrupted or killed; start one if there is none");
+    CLI::Option* resume =
+        command->add_flag("--resume", arguments->resume,
+                          "Continue a run that was interrupted or killed; start one if there is none");
+    command
+        ->add_flag(
+            "--compare-contacts", arguments->compare,
+            "Run the scene a second time beside it, with all contacts, and print how far they come apart")
+        ->excludes(resume);
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "collision/geometry/closest_points.hpp"
-#include "collision/geometry/separation.hpp"
 #include "sim/contact/edge_contact.hpp"
 
 namespace nbd {
@@ -42,94 +41,118 @@ struct Candidate {
     int face;
 };
 
-/// Finds the nearest face of some patches to a point.
+/// Finds the nearest face in reach among those of some patches of a surface, for the vertices of one patch of
+/// another.
 class NearestSearch {
  public:
-    /// others: of patches; patches: their places.
-    NearestSearch(const PosedPatches& others, std::span<const PatchPair> pairs, float tolerance)
-        : others_(others), pairs_(pairs), slack_(16 * tolerance) {}
+    /// pairs: the patch of the vertices, and those of the faces.
+    NearestSearch(const PosedPatches& points, const PosedPatches& others, std::span<const PatchPair> pairs,
+                  const ContactReach& reach)
+        : points_(points),
+          others_(others),
+          pairs_(pairs),
+          reach_(reach),
+          slack_(16 * (points.tolerance() + others.tolerance())),
+          boxes_(pairs.size()) {
+        for (const PatchPair& pair : pairs)
+            reaches_.push_back(squared(static_cast<float>(
+                reach.least() + std::min(reach.approach, relative_motion(points[pair.a], others[pair.b])))));
+    }
 
-    /// The nearest face within reach of a point: p in double precision, q in single precision relative to the
-    /// origin of the patches. face is -1 if there is none.
-    NearestFace nearest(const Eigen::Vector3d& p, const std::array<float, 3>& q, double reach) {
+    /// How far a vertex and a face may approach each other in the step, at most, metres.
+    double approach(int vertex, int face) const {
+        const Eigen::Vector3d own = points_.motion(vertex);
+        double most = 0;
+        for (const int corner : others_.surface().F().row(face))
+            most = std::max(most, (own - others_.motion(corner)).norm());
+        return std::min(reach_.approach, most);
+    }
+
+    /// face is -1 if there is none.
+    NearestFace nearest(int vertex) {
+        const std::array<float, 3> q = points_.position(vertex);
         candidates_.clear();
-        allow(static_cast<float>(reach));
-        boxes_.clear();
+        most_ = std::numeric_limits<float>::infinity();
         std::size_t first = 0;
         for (std::size_t k = 0; k < pairs_.size(); ++k) {
-            boxes_.push_back(others_[pairs_[k].b].squared_distance_to_box(q));
+            boxes_[k] = others_[pairs_[k].b].squared_distance_to_box(q);
             if (boxes_[k] < boxes_[first]) first = k;
         }
-        least_ = most_;
-        if (!(boxes_[first] <= most_)) return {};
         visit(first, q);
         for (std::size_t k = 0; k < pairs_.size(); ++k)
-            if (k != first && boxes_[k] <= most_) visit(k, q);
-        return measured(p, reach);
+            if (k != first) visit(k, q);
+        return measured(vertex);
+    }
+
+    /// The nearest face in reach whose normal at its nearest point has the same side as `side`.
+    NearestFace nearest_on_side(int vertex, const Eigen::Vector3d& side) const {
+        const ContactSurface& surface = others_.surface();
+        const Eigen::Vector3d p = points_.surface().x(vertex);
+        NearestFace nearest;
+        for (const PatchPair& pair : pairs_)
+            for (const int face : surface.patches().faces[pair.b]) {
+                const NearestFace candidate = measure(surface, face, p, reach_.most());
+                const double distance = std::abs(candidate.distance), least = std::abs(nearest.distance);
+                if (candidate.normal.dot(side) > 0 && in_reach(vertex, face, distance) &&
+                    (distance < least || (distance == least && face < nearest.face)))
+                    nearest = candidate;
+            }
+        return nearest;
     }
 
  private:
-    /// Candidates are within `distance`, and what rounding may add.
-    void allow(float distance) noexcept { most_ = (distance + slack_) * (distance + slack_); }
+    /// Of a distance, with what rounding may add.
+    float squared(float distance) const noexcept { return (distance + slack_) * (distance + slack_); }
 
+    bool in_reach(int vertex, int face, double distance) const {
+        return distance <= reach_.least() ||
+               (distance <= reach_.most() && distance <= reach_.least() + approach(vertex, face));
+    }
+
+    /// A face that is certainly in reach ends the search for those that are certainly farther away.
     void visit(std::size_t k, const std::array<float, 3>& q) {
+        const float most = std::min(most_, reaches_[k]);
+        if (!(boxes_[k] <= most)) return;
         const int patch = pairs_[k].b;
         const PosedPatch& posed = others_[patch];
         const float closest = posed.squared_distances(q, squared_);
-        if (!(closest <= most_) && posed.slivers == 0) return;
-        if (closest < least_) {
-            least_ = closest;
-            allow(std::sqrt(closest));
-        }
+        if (!(closest <= most) && posed.slivers == 0) return;
+        const float distance = std::sqrt(closest);
+        if (distance + slack_ <= static_cast<float>(reach_.least()))
+            most_ = std::min(most_, squared(distance));
         const auto faces = others_.surface().patches().faces[patch];
         for (std::size_t i = 0; i < faces.size(); ++i) {
             const bool sliver = posed.slivers >> i & 1;
-            if (sliver || squared_[i] <= most_) candidates_.push_back({sliver ? 0 : squared_[i], faces[i]});
+            if (sliver || squared_[i] <= most) candidates_.push_back({sliver ? 0 : squared_[i], faces[i]});
         }
     }
 
-    NearestFace measured(const Eigen::Vector3d& p, double reach) const {
+    NearestFace measured(int vertex) const {
         const ContactSurface& surface = others_.surface();
+        const Eigen::Vector3d p = points_.surface().x(vertex);
         double least = std::numeric_limits<double>::infinity();
         int nearest = -1;
         for (const Candidate& candidate : candidates_) {
             if (!(candidate.squared <= most_)) continue;
-            const double distance = closest_point(surface, candidate.face, p).distance;
-            if (distance < least || (distance == least && candidate.face < nearest)) {
+            const int face = candidate.face;
+            const double distance = closest_point(surface, face, p).distance;
+            if ((distance < least || (distance == least && face < nearest)) &&
+                in_reach(vertex, face, distance)) {
                 least = distance;
-                nearest = candidate.face;
+                nearest = face;
             }
         }
-        return least <= reach ? measure(surface, nearest, p, reach) : NearestFace{};
+        return nearest < 0 ? NearestFace{} : measure(surface, nearest, p, reach_.most());
     }
 
-    const PosedPatches& others_;
+    const PosedPatches &points_, &others_;
     std::span<const PatchPair> pairs_;
-    float slack_, most_ = 0, least_ = 0;  // most_, least_: squared
+    const ContactReach& reach_;
+    float slack_, most_ = 0;              // most_: squared
+    std::vector<float> boxes_, reaches_;  // [pairs] squared distance to the box, squared reach
     PatchLanes squared_;
-    std::vector<float> boxes_;  // squared distances
     std::vector<Candidate> candidates_;
 };
-
-/// The nearest of the faces of some patches whose normal at their nearest point has the same side as `side`,
-/// among those whose boxes are within reach.
-NearestFace nearest_on_side(const ContactSurface& surface, std::span<const PatchPair> pairs,
-                            const Eigen::Vector3d& p, const Eigen::Vector3d& side, double reach) {
-    const Eigen::Vector3f q = p.cast<float>();
-    const Box box = bounding_box({q, q, q});
-    std::vector<int> faces;
-    for (const PatchPair& pair : pairs)
-        for (const int face : surface.patches().faces[pair.b])
-            if (!apart(box, surface.face_box(face), static_cast<float>(reach))) faces.push_back(face);
-    std::ranges::sort(faces);
-    NearestFace nearest;
-    for (const int face : faces) {
-        const NearestFace candidate = measure(surface, face, p, reach);
-        if (candidate.normal.dot(side) > 0 && std::abs(candidate.distance) < std::abs(nearest.distance))
-            nearest = candidate;
-    }
-    return nearest;
-}
 
 SurfacePoint face_point(int body, const ContactSurface& surface, int face, const Eigen::Vector3d& w) {
     const auto corners = surface.F().row(face);
@@ -143,16 +166,25 @@ SurfacePoint face_point(int body, const ContactSurface& surface, int face, const
 
 void BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const PatchPair> pairs,
                              const ContactReach& reach, double moved, std::vector<Contact>& contacts) {
-    flipped_.clear();
     for (const PatchPair& pair : pairs) {
         a.require(pair.a);
         b.require(pair.b);
+    }
+    near_.clear();
+    flipped_.clear();
+    const float room = 8 * (a.tolerance() + b.tolerance());
+    for (const PatchPair& pair : pairs) {
+        const PosedPatch &s = a[pair.a], &t = b[pair.b];
+        const float most =
+            static_cast<float>(reach.least() + std::min(reach.approach, relative_motion(s, t))) + room;
+        if (squared_distance(s, t) > most * most) continue;
+        near_.push_back(pair);
         flipped_.push_back({pair.b, pair.a});
     }
     std::ranges::sort(flipped_);
-    find_vertices(body_a_, a, body_b_, b, pairs, reach, moved, sides_a_, contacts);
+    find_vertices(body_a_, a, body_b_, b, near_, reach, moved, sides_a_, contacts);
     find_vertices(body_b_, b, body_a_, a, flipped_, reach, moved, sides_b_, contacts);
-    find_edge_contacts({body_a_, a}, {body_b_, b}, pairs, reach, contacts);
+    find_edge_contacts({body_a_, a}, {body_b_, b}, near_, reach, contacts);
 }
 
 /// pairs: sorted; pair.a is a patch of `points`.
@@ -170,23 +202,25 @@ void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int 
         const int patch = pairs[begin].a;
         while (end < pairs.size() && pairs[end].a == patch) ++end;
         const auto near = pairs.subspan(begin, end - begin);
-        NearestSearch search(others, near, points.tolerance() + others.tolerance());
+        NearestSearch search(points, others, near, reach);
         for (const int vertex : own.patches().vertices[patch]) {
-            const Eigen::Vector3d p = own.x(vertex);
-            NearestFace nearest = search.nearest(p, points.position(vertex), reach.most());
+            NearestFace nearest = search.nearest(vertex);
+            if (nearest.face < 0) continue;
             double inside = moved;
             if (nearest.distance < 0) {
                 const auto known = std::ranges::lower_bound(sides, vertex, {}, &Side::vertex);
                 if (known != sides.end() && known->vertex == vertex) {
                     inside += known->depth;
                     if (nearest.normal.dot(known->normal) <= 0)
-                        if (const NearestFace other =
-                                nearest_on_side(surface, near, p, known->normal, reach.most());
+                        if (const NearestFace other = search.nearest_on_side(vertex, known->normal);
                             other.face >= 0)
                             nearest = other;
                 }
             }
-            if (nearest.distance <= reach.apart && -nearest.distance <= std::min(inside, reach.inside))
+            const double most = nearest.distance < 0 ? reach.inside : reach.apart,
+                         distance = std::abs(nearest.distance);
+            if ((distance <= most || distance <= most + search.approach(vertex, nearest.face)) &&
+                -nearest.distance <= inside)
                 hits.push_back({vertex, nearest});
         }
     }

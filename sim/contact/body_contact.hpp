@@ -22,8 +22,9 @@ class BodyContactFinder {
     /// Appends every contact once, by ascending vertices of a, vertices of b, edges; stiffness and friction
     /// stay zero. Closest features are sought in single precision, sixteen at a time, and those that may be
     /// the closest are measured in double precision, so that neither rounding nor the patches matter.
-    /// a, b: posed with one origin near both bodies. pairs: sorted, without repeats, with all patches within
-    /// reach.most(); more do no harm.
+    /// The nearest face is that of the faces in reach, whose reach depends on their motion.
+    /// a, b: posed with one origin near both bodies, for one step. pairs: sorted, without repeats, with all
+    /// patches within reach.most(); more do no harm.
     /// moved: maximum approach of the bodies since the last call, metres.
     void find(PosedPatches& a, PosedPatches& b, std::span<const PatchPair> pairs, const ContactReach& reach,
               double moved, std::vector<Contact>& contacts);
@@ -51,7 +52,7 @@ class BodyContactFinder {
                        Sides& sides, std::vector<Contact>& contacts);
 
     int body_a_, body_b_;
-    std::vector<PatchPair> flipped_;
+    std::vector<PatchPair> near_, flipped_;
     Sides sides_a_, sides_b_;
 };
 

@@ -26,10 +26,12 @@ struct Contact {
     double friction = 0;   // Coulomb's coefficient
 };
 
-/// Maximum distance and maximum depth at which two points make a contact. Metres, >= 0.
+/// Maximum distance and maximum depth at which two features make a contact. Both grow by how far the features
+/// move relative to each other in the step, `approach` at most. Metres, >= 0.
 struct ContactReach {
-    double apart = 0, inside = 0;
-    double most() const noexcept { return apart > inside ? apart : inside; }
+    double apart = 0, inside = 0, approach = 0;
+    double least() const noexcept { return apart > inside ? apart : inside; }  // without an approach
+    double most() const noexcept { return least() + approach; }
 };
 
 /// Settings of the contact response. The defaults suit soft solids of any size.
@@ -40,6 +42,7 @@ struct ContactConfig {
     double damping = 2e-3;  // damping coefficient over stiffness, seconds
     double slip_velocity =
         1e-3;            // below this speed, m/s, friction grows linearly with speed; above it is constant
+    int per_group = 4;   // contacts kept of those that the same nodes carry, see ContactReduction; 0: all
     int iterations = 8;  // maximum number of solves per step to settle which contacts press and slip
     double tolerance = 1e-4;  // relative residual, contacts included, at which they count as settled
 };

@@ -56,12 +56,6 @@ Box common(const Box& s, const Box& t) { return {s.lo.max(t.lo), s.hi.min(t.hi)}
 
 }  // namespace
 
-double ContactDetection::deepest() const noexcept {
-    double deepest = 0;
-    for (const Contact& contact : contacts_) deepest = std::max(deepest, -contact.gap);
-    return deepest;
-}
-
 ContactSides ContactDetection::sides() const {
     ContactSides sides;
     for (const auto& [pair, finder] : finders_) finder.save_sides(sides);
@@ -83,6 +77,7 @@ void ContactDetection::find(std::span<const ContactParty> bodies, std::span<cons
     const Stopwatch watch;
     const double queries_before_us = report.collision_us;
     contacts_.clear();
+    deepest_ = 0;
     find_obstacles(bodies, obstacles, config, thickness, time, dt);
     std::vector<Box> boxes;
     for (const ContactParty& body : bodies)
@@ -105,8 +100,10 @@ void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
             find_obstacle_contacts(static_cast<int>(b), bodies[b].surface, obstacle, time, dt,
                                    thickness + dt * fastest(bodies[b], mean_velocity(obstacle, time, dt)),
                                    contacts_);
-        for (std::size_t c = first; c < contacts_.size(); ++c)
+        for (std::size_t c = first; c < contacts_.size(); ++c) {
             contacts_[c].stiffness = stiffness * contacts_[c].area;
+            deepest_ = std::max(deepest_, -contacts_[c].gap);
+        }
     }
 }
 
@@ -155,17 +152,21 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     BodyContactFinder& finder = finders_.try_emplace(pair, pair.a, pair.b).first->second;
     const double overlap =
         std::min(finder.deepest(), 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
-    const ContactReach reach{.apart = thickness + near, .inside = std::max(thickness, overlap) + near};
+    const ContactReach reach{.apart = thickness, .inside = std::max(thickness, overlap), .approach = near};
     // The finder measures with the surfaces' own positions, so that contacts do not depend on the trees.
     const auto pairs = near_patches(
         a, b, static_cast<float>(reach.most() + std::sqrt(3.0) * (tree_error(a) + tree_error(b))), report);
     const Eigen::Vector3d origin = ((region.lo + region.hi) / 2).head<3>().matrix().cast<double>();
-    posed_a_.begin(a.surface, origin);
-    posed_b_.begin(b.surface, origin);
+    // Damping makes a contact press that much earlier than it is within the thickness.
+    posed_a_.begin(a.surface, origin, a.state.v, dt + config.damping);
+    posed_b_.begin(b.surface, origin, b.state.v, dt + config.damping);
     const std::size_t first = contacts_.size();
     // Backward Euler: the current velocities apply to the whole previous step.
     const double moved = dt_before > 0 ? dt_before * speed : std::numeric_limits<double>::infinity();
     finder.find(posed_a_, posed_b_, pairs, reach, moved, contacts_);
+    for (std::size_t c = first; c < contacts_.size(); ++c) deepest_ = std::max(deepest_, -contacts_[c].gap);
+    if (config.per_group > 0)
+        reduction_.reduce(contacts_, first, pair.a, a.surface, b.surface, thickness, config.per_group);
     const double stiffness = config.stiffness_scale * layer_modulus(a.elastic, b.elastic) / thickness;
     for (std::size_t c = first; c < contacts_.size(); ++c) {
         contacts_[c].friction = config.friction;

@@ -7,6 +7,7 @@
 #include "collision/query/pair_query.hpp"
 #include "collision/query/sweep.hpp"
 #include "sim/contact/body_contact.hpp"
+#include "sim/contact/contact_reduction.hpp"
 #include "sim/contact/obstacle.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "sim/fem/step_system.hpp"
@@ -46,7 +47,8 @@ class ContactDetection {
 
     /// Contacts of the last find(), in an order determined by the bodies and their states.
     std::span<const Contact> contacts() const noexcept { return contacts_; }
-    double deepest() const noexcept;  // largest overlap among contacts(), metres, >= 0
+    /// Largest overlap among the contacts, those that were left out included, metres, >= 0.
+    double deepest() const noexcept { return deepest_; }
 
     /// The state that the next find() depends on besides its arguments.
     ContactSides sides() const;
@@ -65,7 +67,9 @@ class ContactDetection {
     PairQuery query_;
     PosedPatches posed_a_, posed_b_;
     std::vector<PatchPair> patch_pairs_;
+    ContactReduction reduction_;
     std::vector<Contact> contacts_;
+    double deepest_ = 0;
 };
 
 }  // namespace nbd

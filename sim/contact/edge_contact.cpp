@@ -53,6 +53,17 @@ double edge_area(const ContactSurface& surface, int edge) {
     return (surface.rest_areas()[edges(edge, 0)] + surface.rest_areas()[edges(edge, 1)]) / 6;
 }
 
+/// Maximum distance that a point of one edge may move relative to a point of the other, metres.
+double relative_motion(const PosedPatches& a, int edge_a, const PosedPatches& b, int edge_b) {
+    double most = 0;
+    for (int i = 0; i < 2; ++i)
+        for (int j = 0; j < 2; ++j)
+            most = std::max(most, (a.motion(a.surface().topology().edges(edge_a, i)) -
+                                   b.motion(b.surface().topology().edges(edge_b, j)))
+                                      .norm());
+    return most;
+}
+
 void find_contact(const BodyPatches& a, int edge_a, const BodyPatches& b, int edge_b,
                   const ContactReach& reach, std::vector<Contact>& contacts) {
     const ContactSurface &in_a = a.patches.surface(), &in_b = b.patches.surface();
@@ -62,11 +73,15 @@ void find_contact(const BodyPatches& a, int edge_a, const BodyPatches& b, int ed
     const ClosestPoints closest = closest_edge_edge(on_a.p, on_a.q, on_b.p, on_b.q);
     const double s = closest.weights_a[1], t = closest.weights_b[1], length = closest.distance;
     if (length > reach.most() || s <= 0 || s >= 1 || t <= 0 || t >= 1) return;
+    const double approach =
+        length > std::min(reach.apart, reach.inside)
+            ? std::min(reach.approach, relative_motion(a.patches, edge_a, b.patches, edge_b))
+            : 0;
     const double above_b = closest.gap.dot(in_b.edge_normal(edge_b));
     const double below_a = -closest.gap.dot(in_a.edge_normal(edge_a));
     const double least = clear * length;
-    const bool outside = length <= reach.apart && above_b > least && below_a > least;
-    const bool overlapping = length <= reach.inside && above_b < -least && below_a < -least &&
+    const bool outside = length <= reach.apart + approach && above_b > least && below_a > least;
+    const bool overlapping = length <= reach.inside + approach && above_b < -least && below_a < -least &&
                              (crosses_faces_at(in_b, edge_b, on_a) || crosses_faces_at(in_a, edge_a, on_b));
     if (!outside && !overlapping) return;
     const double sign = outside ? 1 : -1;
@@ -101,32 +116,35 @@ bool may_face(const FloatEdge& edge, const PosedPatch& box, float reach, float t
     return squared <= reach * reach && middle + spread >= 0 && middle - spread <= edge.squared;
 }
 
-using LaneFlags = std::array<std::uint8_t, ContactPatches::width>;
+using LaneFlags = std::array<std::int32_t, ContactPatches::width>;
 
 /// Flags the edges of the pack whose closest points with `edge` may be interior to both and within reach.
 /// Rounding errors of positions grow as the edges become parallel: `slack` bounds what they do to the places
-/// of these points along the edges, as shares of their lengths.
-void flag_facing(const FloatEdge& edge, const PosedPatch::Edges& pack, float reach, float tolerance,
+/// of these points along the edges, as shares of their lengths. Returns whether any is flagged.
+bool flag_facing(const FloatEdge& edge, const PosedPatch::Edges& pack, float reach, float tolerance,
                  LaneFlags& flags) noexcept {
     constexpr float least_sine_squared = 2e-7f;  // below it edges are parallel, in spite of rounding
     const float ux = edge.d[0], uy = edge.d[1], uz = edge.d[2], length = std::sqrt(edge.squared);
+    std::int32_t any = 0;
     for (std::size_t k = 0; k < ContactPatches::width; ++k) {
         const float vx = pack.d[0][k], vy = pack.d[1][k], vz = pack.d[2][k];
         const float wx = edge.p[0] - pack.p[0][k], wy = edge.p[1] - pack.p[1][k],
                     wz = edge.p[2] - pack.p[2][k];
         const float u_v = ux * vx + uy * vy + uz * vz, u_w = ux * wx + uy * wy + uz * wz,
-                    v_w = vx * wx + vy * wy + vz * wz, w_w = wx * wx + wy * wy + wz * wz;
+                    v_w = vx * wx + vy * wy + vz * wz, w_most = std::abs(wx) + std::abs(wy) + std::abs(wz);
         const float both = edge.squared * pack.squared[k], crossing = both - u_v * u_v;
         const float s = (u_v * v_w - pack.squared[k] * u_w) / crossing,
                     t = (edge.squared * v_w - u_v * u_w) / crossing;
         const float inverse_lengths = edge.inverse_length + pack.inverse_length[k];
         const float slack =
-            4 * tolerance * (1 + std::sqrt(w_w) * inverse_lengths) * inverse_lengths * both / crossing;
+            4 * tolerance * (1 + w_most * inverse_lengths) * inverse_lengths * both / crossing;
         const float gx = wx + s * ux - t * vx, gy = wy + s * uy - t * vy, gz = wz + s * uz - t * vz;
         const float most = reach + slack * (length + pack.squared[k] * pack.inverse_length[k]);
         flags[k] = (crossing > least_sine_squared * both) & (s > -slack) & (s < 1 + slack) & (t > -slack) &
                    (t < 1 + slack) & (gx * gx + gy * gy + gz * gz <= most * most);
+        any |= flags[k];
     }
+    return any != 0;
 }
 
 }  // namespace
@@ -134,8 +152,7 @@ void flag_facing(const FloatEdge& edge, const PosedPatch::Edges& pack, float rea
 void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<const PatchPair> pairs,
                         const ContactReach& reach, std::vector<Contact>& contacts) {
     constexpr std::size_t width = ContactPatches::width;
-    const float tolerance = a.patches.tolerance() + b.patches.tolerance(),
-                most = static_cast<float>(reach.most()) + 8 * tolerance;
+    const float tolerance = a.patches.tolerance() + b.patches.tolerance(), room = 8 * tolerance;
     const ContactPatches &in_a = a.patches.surface().patches(), &in_b = b.patches.surface().patches();
     struct EdgePair {
         int a, b;
@@ -145,12 +162,14 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
     LaneFlags flags;
     for (const PatchPair& pair : pairs) {
         const PosedPatch &s = a.patches[pair.a], &t = b.patches[pair.b];
+        const float most =
+            static_cast<float>(reach.least() + std::min(reach.approach, relative_motion(s, t))) + room;
         const auto edges_a = in_a.edges[pair.a], edges_b = in_b.edges[pair.b];
         for (std::size_t i = 0; i < edges_a.size(); ++i) {
             const FloatEdge edge(s.edges[i / width], i % width);
             if (!may_face(edge, t, most, tolerance)) continue;
             for (std::size_t first = 0; first < edges_b.size(); first += width) {
-                flag_facing(edge, t.edges[first / width], most, tolerance, flags);
+                if (!flag_facing(edge, t.edges[first / width], most, tolerance, flags)) continue;
                 const std::size_t count = std::min(width, edges_b.size() - first);
                 for (std::size_t k = 0; k < count; ++k)
                     if (flags[k]) facing.push_back({edges_a[i], edges_b[first + k]});

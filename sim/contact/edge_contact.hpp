@@ -18,8 +18,8 @@ struct BodyPatches {
 /// each edge on the outer side of the other, or they overlap: each is behind the other, and one crosses a
 /// face of the other body. Each contact is appended once, by ascending edges; stiffness and friction stay
 /// zero.
-/// pairs: patches that were required, without repeats: all that own edges within reach.most() of each other;
-/// more do no harm.
+/// pairs: patches that were required, without repeats: all that own edges within reach of each other; more do
+/// no harm.
 void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<const PatchPair> pairs,
                         const ContactReach& reach, std::vector<Contact>& contacts);
 

@@ -46,10 +46,11 @@ ContactSurface::ContactSurface(Embedding W, Faces F, NodesRef X, const WideTree*
       poses_(static_cast<std::size_t>(vertex_count()), 0) {
     for (int patch = 0; patch < patches_.count(); ++patch) {
         const auto from = static_cast<std::ptrdiff_t>(patch_nodes_.items.size());
-        for (const int vertex : patches_.vertices[patch]) {
-            const auto nodes = nodes_of(W_, vertex);
-            patch_nodes_.items.insert(patch_nodes_.items.end(), nodes.begin(), nodes.end());
-        }
+        for (const int face : patches_.faces[patch])
+            for (int k = 0; k < 3; ++k) {
+                const auto nodes = nodes_of(W_, F_(face, k));
+                patch_nodes_.items.insert(patch_nodes_.items.end(), nodes.begin(), nodes.end());
+            }
         sort_out_repeats(patch_nodes_.items, from);
         patch_nodes_.end_list();
     }
@@ -91,9 +92,7 @@ void ContactSurface::update(NodesRef nodes) {
 }
 
 void ContactSurface::compute(int vertex) const noexcept {
-    const int begin = W_.outerIndexPtr()[vertex], end = W_.outerIndexPtr()[vertex + 1];
-    x_.row(vertex) = embedded_position(end - begin, W_.innerIndexPtr() + begin, W_.valuePtr() + begin,
-                                       nodes_.data(), nodes_.outerStride());
+    x_.row(vertex) = mean_at(vertex, nodes_);
     poses_[static_cast<std::size_t>(vertex)] = pose_;
     ++computed_;
 }
@@ -145,10 +144,16 @@ ContactSurface::Ball ContactSurface::ball_around(const Eigen::AlignedBox3d& node
     return {nodes.center(), (1 + 2 * overhang_) * nodes.diagonal().norm() / 2};
 }
 
-ContactSurface::Ball ContactSurface::patch_ball(int patch) const noexcept {
+ContactSurface::Ball ContactSurface::patch_ball(int patch, const Nodes& of_nodes) const noexcept {
     Eigen::AlignedBox3d box;
-    for (const int node : patch_nodes_[patch]) box.extend(nodes_.row(node).transpose());
+    for (const int node : patch_nodes_[patch]) box.extend(of_nodes.row(node).transpose());
     return ball_around(box);
+}
+
+Eigen::Vector3d ContactSurface::mean_at(int vertex, const Nodes& of_nodes) const noexcept {
+    const int begin = W_.outerIndexPtr()[vertex], end = W_.outerIndexPtr()[vertex + 1];
+    return embedded_position(end - begin, W_.innerIndexPtr() + begin, W_.valuePtr() + begin, of_nodes.data(),
+                             of_nodes.outerStride());
 }
 
 ContactSurface::Ball ContactSurface::ball() const noexcept { return ball_around(node_box_); }

@@ -51,13 +51,18 @@ class ContactSurface {
 
     /// A box that holds all vertices: that of the nodes that carry them.
     const Box& box() const noexcept { return box_; }
-    /// A ball that holds the vertices of a patch: of the nodes that carry them.
     struct Ball {
         Eigen::Vector3d centre;
-        double radius;  // metres
+        double radius;
     };
-    Ball patch_ball(int patch) const noexcept;
-    Ball ball() const noexcept;  // of the whole surface
+    /// A ball that holds the positions of the vertices of the patch's faces: of the nodes that carry them.
+    Ball patch_ball(int patch) const noexcept { return patch_ball(patch, nodes_); }
+    /// Likewise for any other vectors that the nodes have and the vertices take their weighted means of. [N,
+    /// 3].
+    Ball patch_ball(int patch, const Nodes& of_nodes) const noexcept;
+    Ball ball() const noexcept;  // of the positions of the whole surface
+    /// The weighted mean of vectors that the nodes have, [N, 3], at a vertex.
+    Eigen::Vector3d mean_at(int vertex, const Nodes& of_nodes) const noexcept;
 
     /// Number of vertices whose positions were computed in this pose.
     int computed() const noexcept { return computed_; }
@@ -73,7 +78,7 @@ class ContactSurface {
     SurfaceTopology topology_;
     const WideTree* tree_;
     ContactPatches patches_;
-    IndexLists patch_nodes_;     // that carry the vertices of each patch
+    IndexLists patch_nodes_;     // that carry the vertices of each patch's faces
     std::vector<int> carriers_;  // nodes that carry any vertex, ascending
     double overhang_ = 0;        // largest sum of the negative weights of a vertex, >= 0
     Eigen::VectorXd rest_areas_;

@@ -64,7 +64,21 @@ float PosedPatch::squared_distance_to_box(const std::array<float, 3>& p) const n
     return sum;
 }
 
-void PosedPatches::begin(const ContactSurface& surface, const Eigen::Vector3d& origin) {
+double relative_motion(const PosedPatch& s, const PosedPatch& t) noexcept {
+    return (s.motion.centre - t.motion.centre).norm() + s.motion.radius + t.motion.radius;
+}
+
+float squared_distance(const PosedPatch& s, const PosedPatch& t) noexcept {
+    float sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const float gap = std::max({s.lo[i] - t.hi[i], t.lo[i] - s.hi[i], 0.f});
+        sum += gap * gap;
+    }
+    return sum;
+}
+
+void PosedPatches::begin(const ContactSurface& surface, const Eigen::Vector3d& origin, const Nodes& v,
+                         double dt) {
     if (surface_ != &surface || at_.size() != static_cast<std::size_t>(surface.patches().count())) {
         at_.assign(static_cast<std::size_t>(surface.patches().count()), -1);
         required_.clear();
@@ -73,6 +87,8 @@ void PosedPatches::begin(const ContactSurface& surface, const Eigen::Vector3d& o
     required_.clear();
     surface_ = &surface;
     origin_ = origin;
+    v_ = &v;
+    dt_ = dt;
     in_use_ = 0;
     tolerance_ = 0;
 }
@@ -95,6 +111,9 @@ void PosedPatches::pose(int patch, PosedPatch& posed) {
     const Faces& F = surface_->F();
     const auto faces = surface_->patches().faces[patch], edges = surface_->patches().edges[patch];
     const std::array<float, 3> nowhere{far_away, far_away, far_away};
+    posed.motion = surface_->patch_ball(patch, *v_);
+    posed.motion.centre *= dt_;
+    posed.motion.radius *= dt_;
     posed.lo.fill(std::numeric_limits<float>::infinity());
     posed.hi.fill(-std::numeric_limits<float>::infinity());
     posed.slivers = 0;

@@ -35,6 +35,7 @@ struct PosedPatch {
     unsigned slivers;            // bit k: face k is too thin to measure in single precision
     std::array<Edges, 3> edges;  // only the packs that are in use are set
     std::size_t edge_packs;
+    ContactSurface::Ball motion;  // holds the displacements of its vertices in the step, metres
 
     /// Squared distances from p to the faces, metres2, and the least of them. Off by less than 8 tolerances
     /// as distances, but for slivers, for which they are an upper bound.
@@ -46,15 +47,24 @@ struct PosedPatch {
 /// Two patches, one of each surface.
 using PatchPair = LeafPair;
 
+/// Maximum distance that a point of one patch may move relative to a point of the other, metres.
+double relative_motion(const PosedPatch& s, const PosedPatch& t) noexcept;
+
+/// Squared distance of the boxes, metres2.
+float squared_distance(const PosedPatch& s, const PosedPatch& t) noexcept;
+
 /// Poses patches of a surface where they are first asked for.
 class PosedPatches {
  public:
-    /// Begins a pose of the surface, which must stay as it is. origin: metres.
-    void begin(const ContactSurface& surface, const Eigen::Vector3d& origin);
+    /// Begins a pose of the surface, which must stay as it is. origin: metres. v: velocities of its nodes,
+    /// [N, 3], not copied. dt: seconds for which they move so.
+    void begin(const ContactSurface& surface, const Eigen::Vector3d& origin, const Nodes& v, double dt);
 
     const ContactSurface& surface() const noexcept { return *surface_; }
     /// Relative to the origin, in single precision.
     std::array<float, 3> position(int vertex) const noexcept;
+    /// Displacement of a vertex in the step, metres.
+    Eigen::Vector3d motion(int vertex) const noexcept { return dt_ * surface_->mean_at(vertex, *v_); }
     /// Poses a patch.
     void require(int patch);
     /// A patch that was required, valid until another one is.
@@ -68,6 +78,8 @@ class PosedPatches {
     void pose(int patch, PosedPatch& posed);
 
     const ContactSurface* surface_ = nullptr;
+    const Nodes* v_ = nullptr;
+    double dt_ = 0;
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     std::vector<PosedPatch> posed_;  // the first in_use_
     std::size_t in_use_ = 0;

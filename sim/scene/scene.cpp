@@ -222,6 +222,8 @@ ContactConfig read_contact(JsonObject from) {
     contact.friction = from.number("friction", contact.friction, {0, 10, "between 0 and 10"});
     contact.thickness = from.number("thickness", contact.thickness, not_negative);
     contact.damping = from.number("damping", contact.damping, not_negative);
+    contact.per_group = static_cast<int>(
+        from.integer("contacts_per_node_pair", contact.per_group, {0, 1000, "between 0 and 1000"}));
     from.finish();
     return contact;
 }

@@ -35,8 +35,10 @@ class SunkCube : public testing::Test {
         for (int a = 0; a < cube.patches().count(); ++a)
             for (int b = 0; b < ground.patches().count(); ++b) all.push_back({a, b});
         PosedPatches posed_cube, posed_ground;
-        posed_cube.begin(cube, Eigen::Vector3d::Zero());
-        posed_ground.begin(ground, Eigen::Vector3d::Zero());
+        const Nodes v = Nodes::Zero(cube_body_.tets.X.rows(), 3),
+                    w = Nodes::Zero(ground_body_.tets.X.rows(), 3);
+        posed_cube.begin(cube, Eigen::Vector3d::Zero(), v, 0.005);
+        posed_ground.begin(ground, Eigen::Vector3d::Zero(), w, 0.005);
         std::vector<Contact> contacts;
         finder.find(posed_cube, posed_ground, all, {.apart = 0.01, .inside = 0.08}, moved, contacts);
         double deepest = 0;
@@ -100,15 +102,17 @@ class CrumpledBoxes : public testing::Test {
     }
 
     /// The contacts of a first find(), from all pairs of patches.
-    static std::vector<Contact> contacts(const ContactSurface& a, const ContactSurface& b,
-                                         const ContactReach& reach) {
+    /// v: velocity of b, m/s, in a step of 0.005 s.
+    std::vector<Contact> contacts(const ContactSurface& a, const ContactSurface& b, const ContactReach& reach,
+                                  const Eigen::RowVector3d& v = Eigen::RowVector3d::Zero()) const {
+        const Nodes v_a = Nodes::Zero(body_.tets.X.rows(), 3), v_b = v_a.rowwise() + v;
         std::vector<PatchPair> all;
         for (int i = 0; i < a.patches().count(); ++i)
             for (int j = 0; j < b.patches().count(); ++j)
                 if (!a.patches().faces[i].empty() && !b.patches().faces[j].empty()) all.push_back({i, j});
         PosedPatches posed_a, posed_b;
-        posed_a.begin(a, Eigen::Vector3d(0, 0, 0.15));
-        posed_b.begin(b, Eigen::Vector3d(0, 0, 0.15));
+        posed_a.begin(a, Eigen::Vector3d(0, 0, 0.15), v_a, 0.005);
+        posed_b.begin(b, Eigen::Vector3d(0, 0, 0.15), v_b, 0.005);
         std::vector<Contact> contacts;
         BodyContactFinder(0, 1).find(posed_a, posed_b, all, reach, std::numeric_limits<double>::infinity(),
                                      contacts);
@@ -156,6 +160,20 @@ TEST_F(CrumpledBoxes, HaveEveryContactOfAVertexThatAllFacesGive) {
     }
     EXPECT_GT(outside, 100);
     EXPECT_GT(inside, 100);
+}
+
+TEST_F(CrumpledBoxes, ReachAsFarAsTheyMove) {
+    const ContactSurface a = crumpled(1, {0, 0, 0}), b = crumpled(101, {0.1, 0.05, 0.34});
+    const ContactReach still{.apart = 0.01, .inside = 0.01}, far{.apart = 0.03, .inside = 0.03},
+        moving{.apart = 0.01, .inside = 0.01, .approach = 0.025};
+    const auto count = [&](const ContactReach& reach, double v) {
+        return contacts(a, b, reach, {0, 0, v}).size();
+    };
+    EXPECT_LT(count(still, -4), count(far, 0));
+    EXPECT_EQ(count(moving, 0), count(still, 0));
+    EXPECT_EQ(count(moving, -4), count(far, 0)) << "0.02 m in a step";
+    EXPECT_GT(count(moving, -5), count(far, 0));
+    EXPECT_EQ(count(moving, -50), count(moving, -5)) << "at most 0.025 m";
 }
 
 TEST_F(CrumpledBoxes, HaveEveryContactOfEdgesThatAreApart) {
