@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "collision/geometry/closest_points.hpp"
 #include "sim/contact/edge_contact.hpp"
@@ -61,11 +62,11 @@ class NearestSearch {
 
     /// How far a vertex and a face may approach each other in the step, at most, metres.
     double approach(int vertex, int face) const {
-        const Eigen::Vector3d own = points_.motion(vertex);
-        double most = 0;
+        const Eigen::Vector3f own = points_.motion(vertex);
+        float most = 0;
         for (const int corner : others_.surface().F().row(face))
             most = std::max(most, (own - others_.motion(corner)).norm());
-        return std::min(reach_.approach, most);
+        return std::min(reach_.approach, double{most});
     }
 
     /// face is -1 if there is none.
@@ -127,19 +128,25 @@ class NearestSearch {
         }
     }
 
-    NearestFace measured(int vertex) const {
+    NearestFace measured(int vertex) {
+        // The likeliest first: it rules out most others.
+        if (!candidates_.empty())
+            std::swap(candidates_.front(), *std::ranges::min_element(candidates_, {}, &Candidate::squared));
         const ContactSurface& surface = others_.surface();
         const Eigen::Vector3d p = points_.surface().x(vertex);
         double least = std::numeric_limits<double>::infinity();
+        float most = most_;
         int nearest = -1;
         for (const Candidate& candidate : candidates_) {
-            if (!(candidate.squared <= most_)) continue;
+            if (!(candidate.squared <= most)) continue;
             const int face = candidate.face;
+            if (!in_reach(vertex, face, std::sqrt(candidate.squared) - slack_)) continue;
             const double distance = closest_point(surface, face, p).distance;
             if ((distance < least || (distance == least && face < nearest)) &&
                 in_reach(vertex, face, distance)) {
                 least = distance;
                 nearest = face;
+                most = std::min(most, squared(static_cast<float>(distance)));
             }
         }
         return nearest < 0 ? NearestFace{} : measure(surface, nearest, p, reach_.most());

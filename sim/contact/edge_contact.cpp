@@ -54,8 +54,8 @@ double edge_area(const ContactSurface& surface, int edge) {
 }
 
 /// Maximum distance that a point of one edge may move relative to a point of the other, metres.
-double relative_motion(const PosedPatches& a, int edge_a, const PosedPatches& b, int edge_b) {
-    double most = 0;
+float relative_motion(const PosedPatches& a, int edge_a, const PosedPatches& b, int edge_b) {
+    float most = 0;
     for (int i = 0; i < 2; ++i)
         for (int j = 0; j < 2; ++j)
             most = std::max(most, (a.motion(a.surface().topology().edges(edge_a, i)) -
@@ -75,7 +75,7 @@ void find_contact(const BodyPatches& a, int edge_a, const BodyPatches& b, int ed
     if (length > reach.most() || s <= 0 || s >= 1 || t <= 0 || t >= 1) return;
     const double approach =
         length > std::min(reach.apart, reach.inside)
-            ? std::min(reach.approach, relative_motion(a.patches, edge_a, b.patches, edge_b))
+            ? std::min(reach.approach, double{relative_motion(a.patches, edge_a, b.patches, edge_b)})
             : 0;
     const double above_b = closest.gap.dot(in_b.edge_normal(edge_b));
     const double below_a = -closest.gap.dot(in_a.edge_normal(edge_a));

@@ -87,6 +87,12 @@ void PosedPatches::begin(const ContactSurface& surface, const Eigen::Vector3d& o
     required_.clear();
     surface_ = &surface;
     origin_ = origin;
+    const auto vertices = static_cast<std::size_t>(surface.vertex_count());
+    if (++step_ == 0 || motion_steps_.size() < vertices) {  // 0: the counter wrapped around
+        motions_.resize(std::max(motions_.size(), vertices));
+        motion_steps_.assign(motions_.size(), 0);
+        step_ = 1;
+    }
     v_ = &v;
     dt_ = dt;
     in_use_ = 0;

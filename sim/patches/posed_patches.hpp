@@ -64,7 +64,14 @@ class PosedPatches {
     /// Relative to the origin, in single precision.
     std::array<float, 3> position(int vertex) const noexcept;
     /// Displacement of a vertex in the step, metres.
-    Eigen::Vector3d motion(int vertex) const noexcept { return dt_ * surface_->mean_at(vertex, *v_); }
+    const Eigen::Vector3f& motion(int vertex) const noexcept {
+        const auto v = static_cast<std::size_t>(vertex);
+        if (motion_steps_[v] != step_) {
+            motions_[v] = (dt_ * surface_->mean_at(vertex, *v_)).cast<float>();
+            motion_steps_[v] = step_;
+        }
+        return motions_[v];
+    }
     /// Poses a patch.
     void require(int patch);
     /// A patch that was required, valid until another one is.
@@ -86,6 +93,9 @@ class PosedPatches {
     std::vector<int> at_;  // [patches] place in posed_; -1: not required
     std::vector<int> required_;
     float tolerance_ = 0;
+    std::uint32_t step_ = 0;
+    mutable std::vector<Eigen::Vector3f> motions_;     // [vertices]
+    mutable std::vector<std::uint32_t> motion_steps_;  // [vertices] step in which each motion was computed
 };
 
 }  // namespace nbd
