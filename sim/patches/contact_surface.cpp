@@ -44,13 +44,17 @@ ContactSurface::ContactSurface(Embedding W, Faces F, NodesRef X, const WideTree*
       tree_(tree),
       patches_(make_patches(tree, topology_, W_, F_, X)),
       poses_(static_cast<std::size_t>(vertex_count()), 0) {
+    std::vector<int> vertices;
     for (int patch = 0; patch < patches_.count(); ++patch) {
         const auto from = static_cast<std::ptrdiff_t>(patch_nodes_.items.size());
+        vertices.clear();
         for (const int face : patches_.faces[patch])
-            for (int k = 0; k < 3; ++k) {
-                const auto nodes = nodes_of(W_, F_(face, k));
-                patch_nodes_.items.insert(patch_nodes_.items.end(), nodes.begin(), nodes.end());
-            }
+            for (int k = 0; k < 3; ++k) vertices.push_back(F_(face, k));
+        sort_out_repeats(vertices, 0);
+        for (const int vertex : vertices) {
+            const auto nodes = nodes_of(W_, vertex);
+            patch_nodes_.items.insert(patch_nodes_.items.end(), nodes.begin(), nodes.end());
+        }
         sort_out_repeats(patch_nodes_.items, from);
         patch_nodes_.end_list();
     }
