@@ -137,6 +137,12 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
             EXPECT_EQ(hung["intersecting_pairs_missed"], 0);
         }
 
+    const Ran compared = run(folder / "", {"simulate", "hung.json", "-o", "compared.h5", "--contacts", "1",
+                                           "--frames", "2", "--compare-contacts"});
+    EXPECT_EQ(compared.status, 0) << compared.err;
+    EXPECT_NE(compared.out.find("compared with all contacts"), std::string::npos) << compared.out;
+    std::filesystem::remove(folder / "compared.h5");
+
     // Every supported instruction set gives the same numbers.
     for (const char* instructions : {"plain", "avx2", "avx512"}) {
         const bool known =
