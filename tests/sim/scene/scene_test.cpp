@@ -161,7 +161,7 @@ const Broken broken_scenes[] = {
     {with("", R"("obstacles": [{"mesh": {"file": ""}}])"), "obstacles[0].mesh.file: must not be empty"},
     {with(R"("bounds": "tight")"),
      "bodies[0].bounds: is \"tight\", but must be exact, boxes, bd, nbd, learned_spheres, "
-     "learned_boxes, certified, affine or auto"},
+     "learned_boxes, learned_affine, certified, affine or auto"},
     {with(R"("meshing": {"nodes": 9})"),
      "bodies[0].meshing: applies to surfaces and tetrahedra only; a body file is used unchanged"},
     {R"({"bodies": [{"tets": "a.msh", "meshing": {"nodes": 9}}]})",
