@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "collision/base/message.hpp"
+#include "collision/base/split_points.hpp"
 
 namespace nbd {
 namespace {
@@ -104,16 +105,8 @@ class Tetrahedron {
 /// Divides vertices at medians along the longest side of their box and calls patch() for each part.
 void divide(VerticesRef X, std::span<int> vertices, const std::function<void(std::span<int>)>& patch) {
     if (vertices.size() <= Skinning::max_patch) return patch(vertices);
-    Eigen::RowVector3f lo = X.row(vertices[0]), hi = lo;
-    for (const int v : vertices) {
-        lo = lo.cwiseMin(X.row(v));
-        hi = hi.cwiseMax(X.row(v));
-    }
-    Eigen::Index axis = 0;
-    (hi - lo).maxCoeff(&axis);
     const std::size_t middle = vertices.size() / 2;
-    std::ranges::nth_element(vertices, vertices.begin() + static_cast<std::ptrdiff_t>(middle), {},
-                             [&](int v) { return std::pair(X(v, axis), v); });
+    split_points(X, vertices, middle);
     divide(X, vertices.first(middle), patch);
     divide(X, vertices.subspan(middle), patch);
 }

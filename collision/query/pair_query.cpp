@@ -220,7 +220,7 @@ std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float di
 }
 
 std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept {
-    assert(choose_bounds(*a.state_, *b.state_) || !(a.state_->in_step || b.state_->in_step));
+    assert((a.state_->has_boxes() && b.state_->has_boxes()) || !(a.state_->in_step || b.state_->in_step));
     return find_face_pairs(a, b, distance, [](std::vector<FacePair>&, const auto&, const auto&) {});
 }
 

@@ -1,11 +1,10 @@
 #include "collision/topology/divide_faces.hpp"
 
-#include <algorithm>
 #include <numeric>
 #include <stdexcept>
-#include <utility>
 
 #include "collision/base/message.hpp"
+#include "collision/base/split_points.hpp"
 
 namespace nbd {
 
@@ -28,15 +27,7 @@ FaceDivision::FaceDivision(VerticesRef X, FacesRef F)
 }
 
 void FaceDivision::split(std::span<int> faces, std::size_t count) const {
-    Eigen::RowVector3d lo = centroids_.row(faces[0]), hi = lo;
-    for (const int f : faces) {
-        lo = lo.cwiseMin(centroids_.row(f));
-        hi = hi.cwiseMax(centroids_.row(f));
-    }
-    Eigen::Index axis = 0;
-    (hi - lo).maxCoeff(&axis);
-    std::ranges::nth_element(faces, faces.begin() + static_cast<std::ptrdiff_t>(count), {},
-                             [&](int f) { return std::pair(centroids_(f, axis), f); });
+    split_points(centroids_, faces, count);
 }
 
 void FaceDivision::divide(std::span<int> faces, int parts,

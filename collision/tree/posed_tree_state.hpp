@@ -75,8 +75,10 @@ struct PosedTreeState {
     void begin_step(VerticesRef start, VerticesRef end) noexcept;
     void begin_step_of_nodes(VerticesRef start, VerticesRef end) noexcept;
 
-    /// Whether the query may use wide(): by the body's kind, or in a step.
-    bool has_wide() const noexcept { return asks_learned ? of_samples.has_value() : is_wide || in_step; }
+    /// Whether wide() has boxes that are not learned ones of `auto`: by the body's kind, or in a step.
+    bool has_boxes() const noexcept { return is_wide || in_step; }
+    /// Whether the query may use wide().
+    bool has_wide() const noexcept { return asks_learned ? of_samples.has_value() : has_boxes(); }
 
     /// The boxes of the wide tree in this pose, or the learned ones if the query asks for these.
     AffineBoxes& wide() noexcept;

@@ -43,21 +43,25 @@ struct Candidate {
 };
 
 /// Finds the nearest face in reach among those of some patches of a surface, for the vertices of one patch of
-/// another.
+/// another after the other.
 class NearestSearch {
  public:
-    /// pairs: the patch of the vertices, and those of the faces.
-    NearestSearch(const PosedPatches& points, const PosedPatches& others, std::span<const PatchPair> pairs,
-                  const ContactReach& reach)
+    NearestSearch(const PosedPatches& points, const PosedPatches& others, const ContactReach& reach)
         : points_(points),
           others_(others),
-          pairs_(pairs),
           reach_(reach),
-          slack_(16 * (points.tolerance() + others.tolerance())),
-          boxes_(pairs.size()) {
+          slack_(16 * (points.tolerance() + others.tolerance())) {}
+
+    /// Begins the search for the vertices of a patch. pairs: this patch, and those of the faces; at least
+    /// one.
+    void begin_patch(std::span<const PatchPair> pairs) {
+        pairs_ = pairs;
+        boxes_.resize(pairs.size());
+        reaches_.clear();
         for (const PatchPair& pair : pairs)
             reaches_.push_back(squared(static_cast<float>(
-                reach.least() + std::min(reach.approach, relative_motion(points[pair.a], others[pair.b])))));
+                reach_.least() +
+                std::min(reach_.approach, relative_motion(points_[pair.a], others_[pair.b])))));
     }
 
     /// How far a vertex and a face may approach each other in the step, at most, metres.
@@ -205,11 +209,11 @@ void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int 
         NearestFace nearest;
     };
     std::vector<Hit> hits;
+    NearestSearch search(points, others, reach);
     for (std::size_t begin = 0, end = 0; begin < pairs.size(); begin = end) {
         const int patch = pairs[begin].a;
         while (end < pairs.size() && pairs[end].a == patch) ++end;
-        const auto near = pairs.subspan(begin, end - begin);
-        NearestSearch search(points, others, near, reach);
+        search.begin_patch(pairs.subspan(begin, end - begin));
         for (const int vertex : own.patches().vertices[patch]) {
             NearestFace nearest = search.nearest(vertex);
             if (nearest.face < 0) continue;

@@ -32,8 +32,7 @@ void run(const BenchStrengthsArguments& arguments, Output& out) {
         const StrengthSet& set = sets.emplace_back(measure_strength(tree, data, bounds));
         out.text(
             fmt::format("{}: strength {:g}, displacement {:.3g} % of the body's length, stretches {:.3f} to "
-                        "{:.3f} (98 % of "
-                        "them), {:.3f} to {:.3f} (all)\n{}",
+                        "{:.3f} (98 % of them), {:.3f} to {:.3f} (all)\n{}",
                         set.name, set.strength, 100 * set.displacement, set.stretch_low, set.stretch_high,
                         set.least_stretch, set.largest_stretch, to_text(set.accuracy)));
         for (const Accuracy& accuracy : set.accuracy) {

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "collision/bounds/affine/learned_affine_model.hpp"
+#include "collision/bounds/learned/learned_model.hpp"
+#include "meshing/h5/reader.hpp"
+#include "meshing/h5/writer.hpp"
+
+namespace nbd {
+
+/// Write and read the group `learned` of a tree file. read_learned() throws std::runtime_error on wrong
+/// types, shapes or numbers of samples; check_collision_tree() checks the rest.
+void write_learned(h5::Writer& file, const LearnedModel& learned);
+LearnedModel read_learned(const h5::Reader& file, std::size_t nodes);
+
+/// Write and read the group `learned_affine`, without the rest positions X, which are those of the surface.
+/// read_learned_affine() throws std::runtime_error on wrong types or shapes; LearnedAffineModel checks the
+/// rest.
+void write_learned_affine(h5::Writer& file, const LearnedAffineFit& fit);
+LearnedAffineFit read_learned_affine(const h5::Reader& file, const Vertices& X);
+
+}  // namespace nbd
