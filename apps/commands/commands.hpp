@@ -19,6 +19,7 @@ void add_transfer(CLI::App& app, Output& out);
 void add_export(CLI::App& app, Output& out);
 void add_coverage(CLI::App& app, Output& out);
 void add_simulate(CLI::App& app, Output& out);
+void add_race(CLI::App& app, Output& out);
 void add_validate(CLI::App& app, Output& out);
 void add_collide(CLI::App& app, Output& out);
 void add_inspect(CLI::App& app, Output& out);

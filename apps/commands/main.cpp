@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
         nbd::add_export(app, out);
         nbd::add_coverage(app, out);
         nbd::add_simulate(app, out);
+        nbd::add_race(app, out);
         nbd::add_validate(app, out);
         nbd::add_collide(app, out);
         nbd::add_inspect(app, out);

@@ -94,13 +94,6 @@ std::optional<SimulationFrame> replay(Journal& journal, SimulationOutputs& outpu
     return last;
 }
 
-/// Diagonal of the smallest body's box at rest, metres.
-double smallest_size(const World& world) {
-    double size = world.surface(0).rest_diagonal();
-    for (int b = 1; b < world.body_count(); ++b) size = std::min(size, world.surface(b).rest_diagonal());
-    return size;
-}
-
 /// Where the time of a step went, in ms and as a share of the step. output_us: mean per frame, microseconds.
 std::string time_line(const StepTotals& total, double output_us) {
     const auto part = [&](double us) {
@@ -236,11 +229,11 @@ void run(const SimulateArguments& arguments, Output& out) {
     }
     if (factorised > 1) out.warning(fmt::format("linear systems were factorised in {} steps", factorised));
     outputs.finish(failure);
-    tell(paths, frame.number, outputs.table().totals(), smallest_size(world),
+    tell(paths, frame.number, outputs.table().totals(), world.smallest_diagonal(),
          output_us / std::max(frames_made, 1), out);
     if (comparison)
         out.text(fmt::format("compared with all contacts; distances of nodes in % of the smallest body:\n{}",
-                             comparison->table(smallest_size(world))));
+                             comparison->table(world.smallest_diagonal())));
     const bool stopped = failure.empty() && frame.number < spec.time.frames;
     if (!stopped) journal.remove();
     if (!failure.empty())

@@ -97,10 +97,13 @@ void World::add_obstacle(Obstacle obstacle) {
 }
 
 double World::thickness() const noexcept {
-    if (config_.contact.thickness > 0) return config_.contact.thickness;
+    return config_.contact.thickness > 0 ? config_.contact.thickness : 0.01 * smallest_diagonal();
+}
+
+double World::smallest_diagonal() const noexcept {
     double smallest = std::numeric_limits<double>::infinity();
     for (const Body& body : bodies_) smallest = std::min(smallest, body.surface.rest_diagonal());
-    return 0.01 * smallest;
+    return smallest;
 }
 
 /// Discards the contacts detected for the next step; they will be detected again from the same input.

@@ -100,7 +100,8 @@ class World {
 
     int body_count() const noexcept { return static_cast<int>(bodies_.size()); }
     double time() const noexcept { return time_; }
-    double thickness() const noexcept;  // contact begins at this distance, metres
+    double thickness() const noexcept;          // contact begins at this distance, metres
+    double smallest_diagonal() const noexcept;  // of the boxes of the bodies' surfaces at rest, metres
     const ElasticBody& elastic(int body) const { return *at(body).elastic; }
     const BodyState& state(int body) const { return at(body).state; }
     const ContactSurface& surface(int body) const { return at(body).surface; }

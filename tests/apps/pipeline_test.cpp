@@ -143,6 +143,17 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     EXPECT_NE(compared.out.find("compared with all contacts"), std::string::npos) << compared.out;
     std::filesystem::remove(folder / "compared.h5");
 
+    const nlohmann::json race = json_of({"race", "scene.json", "--csv", "race.csv"})["bounds"];
+    const auto row = std::ranges::find(race, "learned_spheres", [](const auto& r) { return r["bounds"]; });
+    ASSERT_NE(row, race.end());
+    EXPECT_GT((*row)["near_pairs"], 0);
+    EXPECT_EQ((*row)["audited_frames"], 4);
+    for (const nlohmann::json& exact_row : race)
+        if (exact_row["bounds"] == "boxes" || exact_row["bounds"] == "affine") {
+            EXPECT_EQ(exact_row["farthest"], 0.0);
+        }
+    EXPECT_EQ(std::ranges::count(bytes("race.csv"), '\n'), static_cast<std::ptrdiff_t>(race.size()) + 1);
+
     // Every supported instruction set gives the same numbers.
     for (const char* instructions : {"plain", "avx2", "avx512"}) {
         const bool known =
