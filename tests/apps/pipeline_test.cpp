@@ -174,13 +174,13 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     EXPECT_EQ(exported["bytes"], bytes("tree.nbd").size());
     for (const char* file : {"beam.h5", "data.h5", "tree.h5", "tree.nbd", "scene.h5"})
         EXPECT_EQ(json_of({"inspect", file})["whole"], true) << file;
-    EXPECT_EQ(listing(folder / ""),
-              (std::set<std::string>{"beam.h5",   "modes.csv",      "one.h5",         "one.shards",
-                                     "two.h5",    "two.shards",     "data.h5",        "data.shards",
-                                     "tree.h5",   "tree1.h5",       "tree.nbd",       "table.csv",
-                                     "again.csv", "scene.json",     "scene.h5",       "scene.csv",
-                                     "vtu",       "scene.png",      "moved.obj",      "pairs.csv",
-                                     "hung.json", "exact_scene.h5", "affine_scene.h5"}));
+    EXPECT_EQ(
+        listing(folder / ""),
+        (std::set<std::string>{
+            "beam.h5",   "modes.csv",   "one.h5",     "one.shards", "two.h5",         "two.shards",
+            "data.h5",   "data.shards", "tree.h5",    "tree1.h5",   "tree.nbd",       "table.csv",
+            "race.csv",  "again.csv",   "scene.json", "scene.h5",   "scene.csv",      "vtu",
+            "scene.png", "moved.obj",   "pairs.csv",  "hung.json",  "exact_scene.h5", "affine_scene.h5"}));
 }
 
 }  // namespace
