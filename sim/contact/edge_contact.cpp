@@ -64,11 +64,20 @@ float relative_motion(const PosedPatches& a, int edge_a, const PosedPatches& b, 
     return most;
 }
 
+/// How far edges reach, of which the longer has this length. Farther apart, a vertex of one of them is almost
+/// as near to the other surface as they are, so that contacts of edges would only repeat those of vertices.
+ContactReach edge_reach(const ContactReach& reach, double longest) {
+    return {.apart = std::min(reach.apart, longest),
+            .inside = std::min(reach.inside, longest),
+            .approach = reach.approach};
+}
+
 void find_contact(const BodyPatches& a, int edge_a, const BodyPatches& b, int edge_b,
-                  const ContactReach& reach, std::vector<Contact>& contacts) {
+                  const ContactReach& surface_reach, std::vector<Contact>& contacts) {
     const ContactSurface &in_a = a.patches.surface(), &in_b = b.patches.surface();
     const Segment on_a = segment(in_a, edge_a), on_b = segment(in_b, edge_b);
     const Eigen::Vector3d along_a = on_a.q - on_a.p, along_b = on_b.q - on_b.p;
+    const ContactReach reach = edge_reach(surface_reach, std::max(along_a.norm(), along_b.norm()));
     if (along_a.cross(along_b).norm() < parallel * along_a.norm() * along_b.norm()) return;
     const ClosestPoints closest = closest_edge_edge(on_a.p, on_a.q, on_b.p, on_b.q);
     const double s = closest.weights_a[1], t = closest.weights_b[1], length = closest.distance;
@@ -162,8 +171,10 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
     LaneFlags flags;
     for (const PatchPair& pair : pairs) {
         const PosedPatch &s = a.patches[pair.a], &t = b.patches[pair.b];
-        const float most =
-            static_cast<float>(reach.least() + std::min(reach.approach, relative_motion(s, t))) + room;
+        const double longest = std::max(s.longest_edge, t.longest_edge) + room;
+        const float most = static_cast<float>(edge_reach(reach, longest).least() +
+                                              std::min(reach.approach, relative_motion(s, t))) +
+                           room;
         const auto edges_a = in_a.edges[pair.a], edges_b = in_b.edges[pair.b];
         for (std::size_t i = 0; i < edges_a.size(); ++i) {
             const FloatEdge edge(s.edges[i / width], i % width);

@@ -22,7 +22,8 @@ class BlockPattern {
     /// node_count).
     BlockPattern(int node_count, const Tets& tets);
     /// rows: for each i its nodes j, in any order, repeats allowed. i itself may be missing; if row i has j,
-    /// row j must have i.
+    /// row j must have i. Rows that have only j >= i give the lower half, of which a Cholesky factor can be
+    /// computed; its products and isolate() are not those of the symmetric matrix.
     explicit BlockPattern(std::vector<std::vector<int>> rows);
 
     bool operator==(const BlockPattern&) const = default;

@@ -157,6 +157,7 @@ void PosedPatches::pose(int patch, PosedPatch& posed) {
     }
     const auto& ends = surface_->topology().edges;
     constexpr std::size_t width = ContactPatches::width;
+    float longest = 0;  // squared
     posed.edge_packs = (edges.size() + width - 1) / width;
     for (std::size_t k = 0; k < posed.edge_packs * width; ++k) {
         PosedPatch::Edges& pack = posed.edges[k / width];
@@ -169,9 +170,11 @@ void PosedPatches::pose(int patch, PosedPatch& posed) {
             pack.d[i][k % width] = q[i] - p[i];
             squared += (q[i] - p[i]) * (q[i] - p[i]);
         }
+        longest = std::max(longest, squared);
         pack.squared[k % width] = squared;
         pack.inverse_length[k % width] = std::sqrt(inverse_of(squared));
     }
+    posed.longest_edge = std::sqrt(longest);
     for (std::size_t i = 0; i < 3; ++i)
         tolerance_ =
             std::max({tolerance_, 0x1p-22f * std::abs(posed.lo[i]), 0x1p-22f * std::abs(posed.hi[i])});

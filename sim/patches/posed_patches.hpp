@@ -35,6 +35,7 @@ struct PosedPatch {
     unsigned slivers;            // bit k: face k is too thin to measure in single precision
     std::array<Edges, 3> edges;  // only the packs that are in use are set
     std::size_t edge_packs;
+    float longest_edge;           // length, metres
     ContactSurface::Ball motion;  // holds the displacements of its vertices in the step, metres
 
     /// Squared distances from p to the faces, metres2, and the least of them. Off by less than 8 tolerances

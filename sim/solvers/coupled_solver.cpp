@@ -33,6 +33,8 @@ CoupledSolver::CoupledSolver(const LinearSolveConfig& config, std::shared_ptr<Re
 void CoupledSolver::begin_matrices(const CoupledSystem& system) {
     whole_ = config_.solver == LinearSolver::direct;
     factorized_ = false;
+    patch_.begin();
+    direct_.begin();
     if (whole_) return;
     rest_.resize(system.systems.size());
     rotations_.resize(system.systems.size());
@@ -123,6 +125,7 @@ void CoupledSolver::factorize_patch(const CoupledSystem& system, LinearSolveRepo
     report.patch_nodes = static_cast<int>(std::ranges::count(inside, 1));
     if (report.patch_nodes <= most_of_it * system.node_count()) {
         patch_.factorize(system, inside);
+        report.patch_nodes = patch_.node_count();
         return;
     }
     report.fallback = fmt::format("the patch of contacts and unevenly rotated elements has {} of {} nodes",

@@ -31,8 +31,8 @@ class CoupledSolver {
     explicit CoupledSolver(const LinearSolveConfig& config = {},
                            std::shared_ptr<RestFactors> factors = nullptr);
 
-    /// Call when the matrices of the bodies have changed. solve() may follow any number of times, for any
-    /// couplings.
+    /// Call when the matrices of the bodies or the couplings have changed. solve() may follow any number of
+    /// times, for any matrices of the couplings.
     void begin_matrices(const CoupledSystem& system);
 
     /// Solves A v = b until |b - A v| <= goal; the config's tolerance is not used here. v: initial guess on

@@ -138,11 +138,34 @@ TEST(CoupledSolver, SolvesTheSameMatricesWithOtherCouplings) {
         Eigen::VectorXd v = Eigen::VectorXd::Zero(scene.b.size());
         solver.solve(scene.system(), scene.b, 1e-6 * scene.b.norm(), v);
         const std::vector<Coupling> before = scene.couplings;
-        for (std::size_t k = 0; k < scene.couplings.size(); k += 2) scene.couplings[k].A.setZero();
-        EXPECT_TRUE(solver.solve(scene.system(), scene.b, 1e-6 * scene.b.norm(), v).converged);
-        EXPECT_LE(scene.residual(v), 1e-6);
-        scene.couplings = before;
+        for (std::size_t parity = 0; parity < 2; ++parity) {
+            for (std::size_t k = parity; k < scene.couplings.size(); k += 2) scene.couplings[k].A.setZero();
+            EXPECT_TRUE(solver.solve(scene.system(), scene.b, 1e-6 * scene.b.norm(), v).converged);
+            EXPECT_LE(scene.residual(v), 1e-6);
+            scene.couplings = before;
+        }
     }
+}
+
+TEST(CoupledSolver, LetsThePatchGrowWithTheCouplingsThatAct) {
+    Scene scene(1, 10);
+    const std::vector<Coupling> all = scene.couplings;
+    for (std::size_t k = 0; k < all.size(); k += 2) scene.couplings[k].A.setZero();
+    CoupledSolver solver;
+    solver.begin_matrices(scene.system());
+    Eigen::VectorXd v = Eigen::VectorXd::Zero(scene.b.size());
+    const double goal = 1e-6 * scene.b.norm();
+    const int few = solver.solve(scene.system(), scene.b, goal, v).patch_nodes;
+    scene.couplings = all;
+    const LinearSolveReport more = solver.solve(scene.system(), scene.b, goal, v);
+    EXPECT_GE(more.patch_nodes, few);
+    EXPECT_TRUE(more.converged);
+    EXPECT_LE(scene.residual(v), 1e-6);
+
+    CoupledSolver fresh;
+    fresh.begin_matrices(scene.system());
+    Eigen::VectorXd again = Eigen::VectorXd::Zero(scene.b.size());
+    EXPECT_EQ(fresh.solve(scene.system(), scene.b, goal, again).patch_nodes, more.patch_nodes);
 }
 
 TEST(CoupledSolver, GivesTheSameBitsOnAnyNumberOfThreads) {
