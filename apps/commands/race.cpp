@@ -66,6 +66,9 @@ void run(const RaceArguments& arguments, Output& out) {
     std::vector<LoadedBody> bodies;
     for (const SceneBody& body : spec.bodies) bodies.push_back(files.load(body, out));
     const std::vector<BoundKind> kinds = chosen_bounds(arguments.bounds, spec, bodies);
+    SceneSpec any = spec;
+    for (SceneBody& body : any.bodies) body.bounds = BoundKind::automatic;
+    make_trees(any, bodies);  // serve all kinds
     BoundsRace race(spec, bodies, kinds);
     out.progress("frames", 0, spec.time.frames);
     for (int frame = 1; frame <= spec.time.frames; ++frame) {

@@ -174,12 +174,16 @@ void run(const SimulateArguments& arguments, Output& out) {
     std::vector<std::string> hashes;
     for (const SceneBody& body : spec.bodies) {
         bodies.push_back(files.load(body, out));
-        hashes.push_back(body_hash(bodies.back().body));
+        hashes.push_back(body_hash(*bodies.back().body));
     }
+    make_trees(spec, bodies);
     World world = build_world(spec, bodies);
-    Audit audit(spec, bodies);
+    std::optional<Audit> audit;
+    if (arguments.audit > 0) audit.emplace(spec, bodies);
     std::optional<ContactComparison> comparison;
     if (arguments.compare) comparison.emplace(spec, bodies);
+    bodies.clear();  // the world has its own copies of what it needs
+    files = {};
     SimulationOutputs outputs(paths, spec, world, hashes);
 
     SimulationFrame frame;
@@ -219,9 +223,9 @@ void run(const SimulateArguments& arguments, Output& out) {
             outputs.add_steps(steps);
             break;
         }
-        if (arguments.audit > 0 && number % arguments.audit == 0) {
+        if (audit && number % arguments.audit == 0) {
             steps.back().audited = true;
-            steps.back().audit = audit.check(world);
+            steps.back().audit = audit->check(world);
         }
         if (comparison) comparison->compare(world, report);
         keep(number, std::move(steps));

@@ -23,7 +23,7 @@ bool can_have(const SceneSpec& spec, const std::vector<LoadedBody>& bodies, Boun
         const LoadedBody& body = bodies[b];
         if (is_exact(kind) || kind == BoundKind::automatic) continue;
         if (kind == BoundKind::affine) {
-            if (body.body.W.nonZeros() > 0 && body.body.W.coeffs().minCoeff() < 0) return false;
+            if (body.body->W.nonZeros() > 0 && body.body->W.coeffs().minCoeff() < 0) return false;
         } else if (!body.tree || !has_bounds(*body.tree, kind) || spec.bodies[b].placement.scale != 1) {
             return false;
         }

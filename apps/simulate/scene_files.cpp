@@ -20,7 +20,7 @@ std::vector<std::filesystem::path> scene_inputs(const SceneSpec& spec) {
     return files;
 }
 
-const Body& SceneFiles::body(const SceneBody& spec, const Output& out) {
+std::shared_ptr<const Body> SceneFiles::body(const SceneBody& spec, const Output& out) {
     const SceneMeshing& m = spec.meshing;
     const std::string key =
         fmt::format("{}|{}|{}|{}|{}|{}", spec.file.string(), static_cast<int>(spec.source), m.tets.nodes,
@@ -32,14 +32,18 @@ const Body& SceneFiles::body(const SceneBody& spec, const Output& out) {
     Body body = spec.source == BodySource::body   ? load_body(spec.file)
                 : spec.source == BodySource::tets ? body_of_tets(spec.file, config, out)
                                                   : body_of_surface(spec.file, config, out);
-    return bodies_.emplace(key, std::move(body)).first->second;
+    return bodies_.emplace(key, std::make_shared<const Body>(std::move(body))).first->second;
 }
 
 LoadedBody SceneFiles::load(const SceneBody& spec, const Output& out) {
     LoadedBody loaded{body(spec, out), nullptr};
     if (spec.tree.empty()) return loaded;
-    TreeFile file = load_tree_of(spec.file, body_hash(loaded.body), spec.tree);
-    loaded.tree = std::make_shared<const CollisionTree>(std::move(file.tree));
+    std::shared_ptr<const CollisionTree>& tree = trees_[{loaded.body.get(), spec.tree}];
+    if (!tree) {
+        TreeFile file = load_tree_of(spec.file, body_hash(*loaded.body), spec.tree);
+        tree = std::make_shared<const CollisionTree>(std::move(file.tree));
+    }
+    loaded.tree = tree;
     return loaded;
 }
 

@@ -19,6 +19,7 @@ struct Material {
     double density = 1000;             // kg/m3, > 0
     double rayleigh_mass = 0.1;        // 1/s, >= 0
     double rayleigh_stiffness = 1e-3;  // s, >= 0
+    bool operator==(const Material&) const = default;
 };
 
 /// Linear vibration modes of the free body, without the six rigid ones. Empty until computed.

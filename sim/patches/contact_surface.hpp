@@ -2,12 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "collision/geometry/box.hpp"
 #include "meshing/surface/mesh.hpp"
-#include "sim/patches/contact_patches.hpp"
-#include "sim/patches/surface_normals.hpp"
+#include "sim/patches/contact_shape.hpp"
 
 namespace nbd {
 
@@ -16,23 +16,22 @@ namespace nbd {
 /// pose. Reading writes them, so only one thread at a time may use a surface.
 class ContactSurface {
  public:
-    /// W: [n, N], rows sum to 1; F: faces over the n surface vertices; X: rest positions of the tet nodes,
-    /// [N, 3]. tree: over F, its leaves become the patches; null: a tree over the rest pose. Throws
-    /// std::invalid_argument where shapes or indices disagree.
-    ContactSurface(Embedding W, Faces F, NodesRef X, const WideTree* tree = nullptr);
+    /// X: positions of the tet nodes, [N, 3].
+    ContactSurface(std::shared_ptr<const ContactShape> shape, NodesRef X);
 
     /// Moves the surface to the positions of the tet nodes, [N, 3]. Reads the nodes alone.
     void update(NodesRef nodes);
 
-    int vertex_count() const noexcept { return static_cast<int>(W_.rows()); }
-    const Embedding& W() const noexcept { return W_; }
-    const Faces& F() const noexcept { return F_; }
-    const SurfaceTopology& topology() const noexcept { return topology_; }
-    const ContactPatches& patches() const noexcept { return patches_; }
+    const std::shared_ptr<const ContactShape>& shape() const noexcept { return shape_; }
+    int vertex_count() const noexcept { return shape_->vertex_count(); }
+    const Embedding& W() const noexcept { return shape_->W; }
+    const Faces& F() const noexcept { return shape_->F; }
+    const SurfaceTopology& topology() const noexcept { return shape_->topology; }
+    const ContactPatches& patches() const noexcept { return shape_->patches; }
     /// Whether the leaves of `tree` are the patches.
-    bool has_patches_of(const WideTree* tree) const noexcept { return tree && tree == tree_; }
-    const Eigen::VectorXd& rest_areas() const noexcept { return rest_areas_; }  // [n] m2
-    double rest_diagonal() const noexcept { return rest_diagonal_; }            // of the box at rest, metres
+    bool has_patches_of(const WideTree* tree) const noexcept { return tree && tree == shape_->tree; }
+    const Eigen::VectorXd& rest_areas() const noexcept { return shape_->rest_areas; }  // [n] m2
+    double rest_diagonal() const noexcept { return shape_->rest_diagonal; }  // of the box at rest, metres
 
     /// Position of a vertex, metres.
     Eigen::Vector3d x(int vertex) const noexcept {
@@ -73,16 +72,7 @@ class ContactSurface {
     void compute_face(int face) const noexcept;
     Ball ball_around(const Eigen::AlignedBox3d& nodes) const noexcept;
 
-    Embedding W_;
-    Faces F_;
-    SurfaceTopology topology_;
-    const WideTree* tree_;
-    ContactPatches patches_;
-    IndexLists patch_nodes_;     // that carry the vertices of each patch's faces
-    std::vector<int> carriers_;  // nodes that carry any vertex, ascending
-    double overhang_ = 0;        // largest sum of the negative weights of a vertex, >= 0
-    Eigen::VectorXd rest_areas_;
-    double rest_diagonal_ = 0;
+    std::shared_ptr<const ContactShape> shape_;
     Nodes nodes_;
     mutable Nodes x_;
     mutable std::vector<std::uint32_t> poses_;  // [n] pose in which each position was computed

@@ -136,9 +136,9 @@ std::string scene_text(const std::filesystem::path& path);
 /// scene_text() and parse_scene() of the file at `path`; messages start with the path.
 SceneSpec load_scene(const std::filesystem::path& path);
 
-/// The loaded data of a scene's body.
+/// The loaded data of a scene's body. Bodies that refer to the same data share what is made of it.
 struct LoadedBody {
-    Body body;
+    std::shared_ptr<const Body> body;
     std::shared_ptr<const CollisionTree> tree;  // from a tree file; null: none
 };
 
@@ -147,6 +147,10 @@ struct LoadedBody {
 /// allow them. Throws std::invalid_argument if it asks for bounds that need a tree file and there is none, or
 /// the body's weights cannot bound.
 std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const LoadedBody& loaded);
+
+/// Gives each body the tree that scene_tree() makes for it, so that several worlds of the scene share them.
+/// Bodies of the same data share one. Throws like scene_tree().
+void make_trees(const SceneSpec& spec, std::span<LoadedBody> bodies);
 
 /// Builds the world of a scene. bodies: one per spec.bodies, in that order, as loaded from their files;
 /// materials and placements of the scene are applied here. Reads the meshes of obstacles. Throws a one-line

@@ -53,7 +53,7 @@ std::vector<int> nodes_in(const Region& region, NodesRef x) {
 }
 
 std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const LoadedBody& loaded) {
-    const Body& body = loaded.body;
+    const Body& body = *loaded.body;
     const bool is_affine = spec.bounds == BoundKind::affine, is_auto = spec.bounds == BoundKind::automatic;
     const bool needs_nodes = is_affine || is_auto;
     if (!loaded.tree && !is_exact(spec.bounds) && !needs_nodes)
@@ -72,13 +72,22 @@ std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const Loa
     return std::make_shared<const CollisionTree>(std::move(tree));
 }
 
-WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded) {
-    const Body& body = loaded.body;
-    Material material = body.material;
+Material scene_material(const SceneBody& spec, const LoadedBody& loaded) {
+    Material material = loaded.body->material;
     spec.material.apply(material);
-    TetMesh tets = body.tets;
+    return material;
+}
+
+std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const LoadedBody& loaded) {
+    TetMesh tets = loaded.body->tets;
     tets.X *= spec.placement.scale;
-    WorldBody result{.elastic = std::make_shared<const ElasticBody>(std::move(tets), material),
+    return std::make_shared<const ElasticBody>(std::move(tets), scene_material(spec, loaded));
+}
+
+WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
+                          std::shared_ptr<const ElasticBody> elastic) {
+    const Body& body = *loaded.body;
+    WorldBody result{.elastic = std::move(elastic),
                      .W = body.W,
                      .F = body.surface.F,
                      .tree = scene_tree(spec, loaded),

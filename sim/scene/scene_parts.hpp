@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "sim/scene/scene.hpp"
@@ -10,9 +11,16 @@ namespace nbd {
 /// Rows of x inside a region, ascending.
 std::vector<int> nodes_in(const Region& region, NodesRef x);
 
-/// Makes a body for a world: placed, with its velocities and grips. Throws std::invalid_argument for
-/// inconsistent data; a message about a grip starts with its JSON path.
-WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded);
+/// The body's material, with what the scene changes.
+Material scene_material(const SceneBody& spec, const LoadedBody& loaded);
+
+/// The elastic model of a body at its scale. Throws std::invalid_argument for inconsistent data.
+std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const LoadedBody& loaded);
+
+/// Makes a body for a world: placed, with its velocities and grips. elastic: from scene_elastic(). Throws
+/// std::invalid_argument for inconsistent data; a message about a grip starts with its JSON path.
+WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
+                          std::shared_ptr<const ElasticBody> elastic);
 
 /// Makes an obstacle; reads its mesh if it has one. Throws std::invalid_argument or std::runtime_error if the
 /// mesh cannot be used.

@@ -37,6 +37,16 @@ World::World(const WorldConfig& config) : config_(config), solver_(linear_config
             "two");
 }
 
+/// The shape of an earlier body with the same rest shape and surface, or a new one. Takes the surface of
+/// `body`.
+std::shared_ptr<const ContactShape> World::contact_shape(WorldBody& body, const WideTree* tree) const {
+    for (const Body& other : bodies_)
+        if (other.elastic == body.elastic && other.surface.shape()->is_of(body.W, body.F, tree))
+            return other.surface.shape();
+    return std::make_shared<const ContactShape>(std::move(body.W), std::move(body.F), body.elastic->rest().X,
+                                                tree);
+}
+
 int World::add_body(WorldBody body) {
     if (!body.elastic) throw std::invalid_argument("world: a body has no elastic model");
     const ElasticBody& elastic = *body.elastic;
@@ -70,9 +80,7 @@ int World::add_body(WorldBody body) {
         meter = std::make_unique<RegionMeter>(
             std::shared_ptr<const TetRegions>(body.tree, &body.tree->certified->regions),
             elastic.element_count());
-    ContactSurface surface(std::move(body.W), std::move(body.F), elastic.rest().X,
-                           tree ? tree->box_tree() : nullptr);
-    surface.update(body.state.x);
+    ContactSurface surface(contact_shape(body, tree ? tree->box_tree() : nullptr), body.state.x);
     const int index = body_count();
     systems_.emplace_back(elastic);
     bodies_.push_back({.elastic = std::move(body.elastic),

@@ -164,6 +164,7 @@ class World {
         std::vector<Nodes> contact_forces;  // [bodies]
     };
 
+    std::shared_ptr<const ContactShape> contact_shape(WorldBody& body, const WideTree* tree) const;
     Body& at(int body) { return bodies_.at(static_cast<std::size_t>(body)); }
     const Body& at(int body) const { return bodies_.at(static_cast<std::size_t>(body)); }
     bool has_vertex(int body, int vertex) const;

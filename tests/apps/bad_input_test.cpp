@@ -78,7 +78,7 @@ TEST_F(BadInputTest, RejectsInvalidCommandLines) {
     const std::string known =
         "; known commands: mesh, modes, dataset, remap, train, calibrate, evaluate, figures, transfer, "
         "export, "
-        "coverage, simulate, validate, collide, "
+        "coverage, simulate, race, validate, collide, "
         "inspect";
     expect_refused({
         {{}, 2, "no command" + known},

@@ -23,10 +23,8 @@ class SunkCube : public testing::Test {
     SunkCube()
         : ground_body_(test::box_body({2, 2, 2}, {1, 1, 1})),
           cube_body_(test::box_body({0.2, 0.2, 0.2}, {1, 1, 1})),
-          ground(ground_body_.W, ground_body_.surface.F, ground_body_.tets.X),
-          cube(cube_body_.W, cube_body_.surface.F, cube_body_.tets.X) {
-        ground.update(ground_body_.tets.X.rowwise() - Eigen::RowVector3d(0, 0, 1));
-    }
+          ground(shape(ground_body_), ground_body_.tets.X.rowwise() - Eigen::RowVector3d(0, 0, 1)),
+          cube(shape(cube_body_), cube_body_.tets.X) {}
 
     /// Depth of the deepest vertex of the small cube in contact, metres; 0 if none is below the surface.
     double deepest(double depth, double moved) {
@@ -50,6 +48,9 @@ class SunkCube : public testing::Test {
     BodyContactFinder finder{0, 1};
 
  private:
+    static std::shared_ptr<const ContactShape> shape(const Body& body) {
+        return std::make_shared<const ContactShape>(body.W, body.surface.F, body.tets.X);
+    }
     Body ground_body_, cube_body_;
 
  protected:
@@ -96,9 +97,7 @@ class CrumpledBoxes : public testing::Test {
         CounterRandom random(seed, 0);
         Nodes x = body_.tets.X.rowwise() + centre;
         for (double& coordinate : x.reshaped()) coordinate += 0.05 * (random.unit() - 0.5);
-        ContactSurface surface(body_.W, body_.surface.F, body_.tets.X);
-        surface.update(x);
-        return surface;
+        return {std::make_shared<const ContactShape>(body_.W, body_.surface.F, body_.tets.X), x};
     }
 
     /// The contacts of a first find(), from all pairs of patches.

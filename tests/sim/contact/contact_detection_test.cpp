@@ -50,8 +50,9 @@ class FarBoxes : public testing::Test {
         for (std::size_t b = 0; b < 2; ++b) {
             nodes[b] = states[b].x.cast<float>();
             trees.emplace_back(tree_, kind);
-            surfaces.emplace_back(body_.W, body_.surface.F, body_.tets.X, trees[b].box_tree())
-                .update(states[b].x);
+            surfaces.emplace_back(std::make_shared<const ContactShape>(body_.W, body_.surface.F, body_.tets.X,
+                                                                       trees[b].box_tree()),
+                                  states[b].x);
         }
         std::vector<ContactParty> parties;
         for (std::size_t b = 0; b < 2; ++b) {

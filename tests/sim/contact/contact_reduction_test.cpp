@@ -22,7 +22,9 @@ class FineBoxes : public testing::Test {
         body_.surface = fine.mesh;
     }
 
-    ContactSurface surface() const { return {body_.W, body_.surface.F, body_.tets.X}; }
+    ContactSurface surface() const {
+        return {std::make_shared<const ContactShape>(body_.W, body_.surface.F, body_.tets.X), body_.tets.X};
+    }
 
     /// One contact of each vertex of body 4 with a face of body 7, and the other way round.
     std::vector<Contact> contacts() const {

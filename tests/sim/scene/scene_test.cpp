@@ -240,7 +240,7 @@ TEST(Scene, AgreesWithThePublishedSchema) {
     EXPECT_EQ(differences, std::vector<std::string>{});
 }
 
-LoadedBody box() { return {test::box_body({1, 0.4, 0.3}, {4, 2, 2}), nullptr}; }
+LoadedBody box() { return {std::make_shared<const Body>(test::box_body({1, 0.4, 0.3}, {4, 2, 2})), nullptr}; }
 
 TEST(BuildWorld, PlacesBodiesPinsAndObstacles) {
     const SceneSpec spec = parse_scene(
@@ -296,6 +296,31 @@ TEST(BuildWorld, NamesTheBodyThatIsInvalid) {
     EXPECT_EQ(message(with(""), loaded), "");
 }
 
+TEST(BuildWorld, SharesWhatIsMadeOfTheSameData) {
+    const SceneSpec spec = parse_scene(
+        R"({"bodies": [{"body": "a"}, {"body": "a", "transform": {"translate": [2, 0, 0]}},
+                       {"body": "a", "transform": {"translate": [4, 0, 0], "scale": 2}},
+                       {"body": "a", "transform": {"translate": [8, 0, 0]}, "material": {"density": 500}},
+                       {"body": "a", "bounds": "exact", "transform": {"translate": [12, 0, 0]}}]})",
+        "");
+    LoadedBody loaded[] = {box(), box(), box(), box(), box()};
+    for (LoadedBody& body : loaded) body.body = loaded[0].body;
+    make_trees(spec, loaded);
+    for (const int b : {1, 2, 3}) EXPECT_EQ(loaded[b].tree, loaded[0].tree);
+    EXPECT_NE(loaded[4].tree, loaded[0].tree);
+    EXPECT_TRUE(loaded[0].tree->affine);
+    EXPECT_FALSE(loaded[4].tree->affine);
+    const World world = build_world(spec, loaded);
+    EXPECT_EQ(&world.elastic(1), &world.elastic(0));
+    EXPECT_EQ(world.surface(1).shape(), world.surface(0).shape());
+    for (const int b : {2, 3}) {
+        EXPECT_NE(&world.elastic(b), &world.elastic(0));
+        EXPECT_NE(world.surface(b).shape(), world.surface(0).shape());
+    }
+    EXPECT_EQ(&world.elastic(4), &world.elastic(0));
+    EXPECT_NE(world.surface(4).shape(), world.surface(0).shape()) << "patches of another tree";
+}
+
 TEST(BuildWorld, HangsABodyOnItsOwnNodes) {
     const std::string text = R"({"bodies": [
         {"body": "a", "bounds": "affine", "transform": {"scale": 2, "rotate": {"degrees": 30}}},
@@ -306,7 +331,7 @@ TEST(BuildWorld, HangsABodyOnItsOwnNodes) {
     SceneSpec exact = spec;
     for (SceneBody& body : exact.bodies) body.bounds = BoundKind::exact;
     LoadedBody with_tree = box();  // a tree file of an earlier version, without affine bounds
-    with_tree.tree = shared_exact_tree(with_tree.body.surface.X.cast<float>(), with_tree.body.surface.F);
+    with_tree.tree = shared_exact_tree(with_tree.body->surface.X.cast<float>(), with_tree.body->surface.F);
     const LoadedBody loaded[] = {box(), with_tree, box()};
     World world = build_world(spec, loaded), expected = build_world(exact, loaded);
     int contacts = 0;
@@ -319,9 +344,10 @@ TEST(BuildWorld, HangsABodyOnItsOwnNodes) {
     EXPECT_GT(contacts, 0);
     for (int b = 0; b < 3; ++b) EXPECT_EQ(world.state(b).x, expected.state(b).x);
 
-    LoadedBody outside = box();
-    outside.body.W.coeffRef(4, 4) += 0.5;
-    outside.body.W.coeffRef(4, 5) -= 0.5;
+    Body leaning = *box().body;
+    leaning.W.coeffRef(4, 4) += 0.5;
+    leaning.W.coeffRef(4, 5) -= 0.5;
+    const LoadedBody outside{std::make_shared<const Body>(std::move(leaning)), nullptr};
     const SceneSpec one = parse_scene(with(R"("bounds": "affine")"), "");
     EXPECT_NE(test::refusal([&] {
                   build_world(one, std::span(&outside, 1));
