@@ -54,15 +54,7 @@ class NearestSearch {
 
     /// Begins the search for the vertices of a patch. pairs: this patch, and those of the faces; at least
     /// one.
-    void begin_patch(std::span<const PatchPair> pairs) {
-        pairs_ = pairs;
-        boxes_.resize(pairs.size());
-        reaches_.clear();
-        for (const PatchPair& pair : pairs)
-            reaches_.push_back(squared(static_cast<float>(
-                reach_.least() +
-                std::min(reach_.approach, relative_motion(points_[pair.a], others_[pair.b])))));
-    }
+    void begin_patch(std::span<const PatchPair> pairs) { pairs_ = pairs; }
 
     /// How far a vertex and a face may approach each other in the step, at most, metres.
     double approach(int vertex, int face) const {
@@ -76,16 +68,24 @@ class NearestSearch {
     /// face is -1 if there is none.
     NearestFace nearest(int vertex) {
         const std::array<float, 3> q = points_.position(vertex);
+        const Eigen::Vector3f& motion = points_.motion(vertex);
+        const auto least = static_cast<float>(reach_.least()), approach = static_cast<float>(reach_.approach);
+        near_.clear();
         candidates_.clear();
         most_ = std::numeric_limits<float>::infinity();
-        std::size_t first = 0;
-        for (std::size_t k = 0; k < pairs_.size(); ++k) {
-            boxes_[k] = others_[pairs_[k].b].squared_distance_to_box(q);
-            if (boxes_[k] < boxes_[first]) first = k;
+        for (const PatchPair& pair : pairs_) {
+            const PosedPatch& posed = others_[pair.b];
+            const float reach = least + std::min(approach, relative_motion(motion, posed)) + slack_;
+            if (posed.squared_distance_to_box(q) > reach * reach) continue;
+            const float distance = posed.distance_to_centres(q);
+            if (distance - posed.radius > reach) continue;
+            near_.push_back({distance - posed.radius, reach, pair.b});
+            // A face that is certainly in reach ends the search for those that are certainly farther away.
+            const float most = distance + posed.radius + slack_;
+            if (most <= least) most_ = std::min(most_, most);
         }
-        visit(first, q);
-        for (std::size_t k = 0; k < pairs_.size(); ++k)
-            if (k != first) visit(k, q);
+        for (const NearPatch& patch : near_)
+            if (patch.distance <= most_ + slack_) visit(patch, vertex, q);
         return measured(vertex);
     }
 
@@ -106,6 +106,12 @@ class NearestSearch {
     }
 
  private:
+    /// A patch that may have the nearest face: how near it is at least, and the maximum reach of its faces.
+    struct NearPatch {
+        float distance, reach;
+        int patch;
+    };
+
     /// Of a distance, with what rounding may add.
     float squared(float distance) const noexcept { return (distance + slack_) * (distance + slack_); }
 
@@ -114,21 +120,17 @@ class NearestSearch {
                (distance <= reach_.most() && distance <= reach_.least() + approach(vertex, face));
     }
 
-    /// A face that is certainly in reach ends the search for those that are certainly farther away.
-    void visit(std::size_t k, const std::array<float, 3>& q) {
-        const float most = std::min(most_, reaches_[k]);
-        if (!(boxes_[k] <= most)) return;
-        const int patch = pairs_[k].b;
-        const PosedPatch& posed = others_[patch];
-        const float closest = posed.squared_distances(q, squared_);
+    void visit(const NearPatch& near, int vertex, const std::array<float, 3>& q) {
+        const PosedPatch& posed = others_[near.patch];
+        const float most = squared(std::min(most_, near.reach)),
+                    closest = posed.squared_distances(q, squared_);
         if (!(closest <= most) && posed.slivers == 0) return;
-        const float distance = std::sqrt(closest);
-        if (distance + slack_ <= static_cast<float>(reach_.least()))
-            most_ = std::min(most_, squared(distance));
-        const auto faces = others_.surface().patches().faces[patch];
+        const auto faces = others_.surface().patches().faces[near.patch];
         for (std::size_t i = 0; i < faces.size(); ++i) {
             const bool sliver = posed.slivers >> i & 1;
             if (sliver || squared_[i] <= most) candidates_.push_back({sliver ? 0 : squared_[i], faces[i]});
+            if (squared_[i] == closest && in_reach(vertex, faces[i], std::sqrt(closest) + slack_))
+                most_ = std::min(most_, std::sqrt(closest) + slack_);
         }
     }
 
@@ -139,7 +141,7 @@ class NearestSearch {
         const ContactSurface& surface = others_.surface();
         const Eigen::Vector3d p = points_.surface().x(vertex);
         double least = std::numeric_limits<double>::infinity();
-        float most = most_;
+        float most = squared(most_);
         int nearest = -1;
         for (const Candidate& candidate : candidates_) {
             if (!(candidate.squared <= most)) continue;
@@ -159,8 +161,8 @@ class NearestSearch {
     const PosedPatches &points_, &others_;
     std::span<const PatchPair> pairs_;
     const ContactReach& reach_;
-    float slack_, most_ = 0;              // most_: squared
-    std::vector<float> boxes_, reaches_;  // [pairs] squared distance to the box, squared reach
+    float slack_, most_ = 0;  // most_: the nearest face in reach is no farther
+    std::vector<NearPatch> near_;
     PatchLanes squared_;
     std::vector<Candidate> candidates_;
 };
@@ -187,7 +189,8 @@ void BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const P
     for (const PatchPair& pair : pairs) {
         const PosedPatch &s = a[pair.a], &t = b[pair.b];
         const float most =
-            static_cast<float>(reach.least() + std::min(reach.approach, relative_motion(s, t))) + room;
+            static_cast<float>(reach.least() + std::min(reach.approach, double{relative_motion(s, t)})) +
+            room;
         if (squared_distance(s, t) > most * most) continue;
         near_.push_back(pair);
         flipped_.push_back({pair.b, pair.a});

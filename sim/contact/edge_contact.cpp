@@ -173,7 +173,7 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
         const PosedPatch &s = a.patches[pair.a], &t = b.patches[pair.b];
         const double longest = std::max(s.longest_edge, t.longest_edge) + room;
         const float most = static_cast<float>(edge_reach(reach, longest).least() +
-                                              std::min(reach.approach, relative_motion(s, t))) +
+                                              std::min(reach.approach, double{relative_motion(s, t)})) +
                            room;
         const auto edges_a = in_a.edges[pair.a], edges_b = in_b.edges[pair.b];
         for (std::size_t i = 0; i < edges_a.size(); ++i) {

@@ -55,10 +55,7 @@ class ContactSurface {
         double radius;
     };
     /// A ball that holds the positions of the vertices of the patch's faces: of the nodes that carry them.
-    Ball patch_ball(int patch) const noexcept { return patch_ball(patch, nodes_); }
-    /// Likewise for any other vectors that the nodes have and the vertices take their weighted means of. [N,
-    /// 3].
-    Ball patch_ball(int patch, const Nodes& of_nodes) const noexcept;
+    Ball patch_ball(int patch) const noexcept;
     Ball ball() const noexcept;  // of the positions of the whole surface
     /// The weighted mean of vectors that the nodes have, [N, 3], at a vertex.
     Eigen::Vector3d mean_at(int vertex, const Nodes& of_nodes) const noexcept;

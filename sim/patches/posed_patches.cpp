@@ -19,6 +19,17 @@ float unit_interval(float x) noexcept { return least(x > 0 ? x : 0, 1); }
 
 }  // namespace
 
+float PosedPatch::distance_to_centres(const std::array<float, 3>& p) const noexcept {
+    PatchLanes squared;
+    for (std::size_t k = 0; k < ContactPatches::width; ++k) {
+        const float x = p[0] - centre[0][k], y = p[1] - centre[1][k], z = p[2] - centre[2][k];
+        squared[k] = x * x + y * y + z * z;
+    }
+    for (std::size_t half = ContactPatches::width / 2; half > 0; half /= 2)
+        for (std::size_t k = 0; k < half; ++k) squared[k] = least(squared[k], squared[k + half]);
+    return std::sqrt(squared[0]);
+}
+
 float PosedPatch::squared_distances(const std::array<float, 3>& p, PatchLanes& squared) const noexcept {
     for (std::size_t k = 0; k < ContactPatches::width; ++k) {
         const float ux = side_1[0][k], uy = side_1[1][k], uz = side_1[2][k];
@@ -64,8 +75,12 @@ float PosedPatch::squared_distance_to_box(const std::array<float, 3>& p) const n
     return sum;
 }
 
-double relative_motion(const PosedPatch& s, const PosedPatch& t) noexcept {
-    return (s.motion.centre - t.motion.centre).norm() + s.motion.radius + t.motion.radius;
+float relative_motion(const PosedPatch& s, const PosedPatch& t) noexcept {
+    return s.motion_radius + relative_motion(s.motion_centre, t);
+}
+
+float relative_motion(const Eigen::Vector3f& motion, const PosedPatch& t) noexcept {
+    return (motion - t.motion_centre).norm() + t.motion_radius;
 }
 
 float squared_distance(const PosedPatch& s, const PosedPatch& t) noexcept {
@@ -117,12 +132,15 @@ void PosedPatches::pose(int patch, PosedPatch& posed) {
     const Faces& F = surface_->F();
     const auto faces = surface_->patches().faces[patch], edges = surface_->patches().edges[patch];
     const std::array<float, 3> nowhere{far_away, far_away, far_away};
-    posed.motion = surface_->patch_ball(patch, *v_);
-    posed.motion.centre *= dt_;
-    posed.motion.radius *= dt_;
+    Eigen::AlignedBox3f motions;
+    for (const int face : faces)
+        for (const int corner : F.row(face)) motions.extend(motion(corner));
+    posed.motion_centre = motions.center();
+    posed.motion_radius = motions.diagonal().norm() / 2;
     posed.lo.fill(std::numeric_limits<float>::infinity());
     posed.hi.fill(-std::numeric_limits<float>::infinity());
     posed.slivers = 0;
+    float squared_radius = 0;
     for (std::size_t k = 0; k < ContactPatches::width; ++k) {
         std::array<std::array<float, 3>, 3> x{nowhere, nowhere, nowhere};
         if (k < faces.size())
@@ -134,6 +152,13 @@ void PosedPatches::pose(int patch, PosedPatch& posed) {
                 }
             }
         float squared_1 = 0, squared_2 = 0, product = 0;
+        for (std::size_t i = 0; i < 3; ++i) posed.centre[i][k] = (x[0][i] + x[1][i] + x[2][i]) / 3;
+        for (const std::array<float, 3>& corner : x) {
+            float squared = 0;
+            for (std::size_t i = 0; i < 3; ++i)
+                squared += (corner[i] - posed.centre[i][k]) * (corner[i] - posed.centre[i][k]);
+            squared_radius = std::max(squared_radius, squared);
+        }
         for (std::size_t i = 0; i < 3; ++i) {
             const float u = x[1][i] - x[0][i], v = x[2][i] - x[0][i];
             posed.corner[i][k] = x[0][i];
@@ -155,6 +180,7 @@ void PosedPatches::pose(int patch, PosedPatch& posed) {
         posed.inverse_3[k] = inverse_of(squared_3);
         posed.inverse[k] = inverse_of(area);
     }
+    posed.radius = std::sqrt(squared_radius);
     const auto& ends = surface_->topology().edges;
     constexpr std::size_t width = ContactPatches::width;
     float longest = 0;  // squared

@@ -29,14 +29,22 @@ struct PosedPatch {
     };
 
     std::array<float, 3> lo, hi;                          // box of the faces, and so of the edges
+    PatchLanes3 centre;                                   // of a sphere around each face
+    float radius;                                         // of the largest of these spheres
     PatchLanes3 corner, side_1, side_2;                   // a corner of each face, and its sides from there
     PatchLanes squared_1, squared_2, product;             // of the sides
     PatchLanes inverse_1, inverse_2, inverse_3, inverse;  // 1 / squares of the sides, and of twice the area
     unsigned slivers;            // bit k: face k is too thin to measure in single precision
     std::array<Edges, 3> edges;  // only the packs that are in use are set
     std::size_t edge_packs;
-    float longest_edge;           // length, metres
-    ContactSurface::Ball motion;  // holds the displacements of its vertices in the step, metres
+    float longest_edge;  // length, metres
+    Eigen::Vector3f
+        motion_centre;  // of a ball that holds the displacements of its vertices in the step, metres
+    float motion_radius;
+
+    /// Distance from p to the nearest of the faces' centres, metres. The nearest face is at most `radius`
+    /// nearer or farther.
+    float distance_to_centres(const std::array<float, 3>& p) const noexcept;
 
     /// Squared distances from p to the faces, metres2, and the least of them. Off by less than 8 tolerances
     /// as distances, but for slivers, for which they are an upper bound.
@@ -49,7 +57,9 @@ struct PosedPatch {
 using PatchPair = LeafPair;
 
 /// Maximum distance that a point of one patch may move relative to a point of the other, metres.
-double relative_motion(const PosedPatch& s, const PosedPatch& t) noexcept;
+float relative_motion(const PosedPatch& s, const PosedPatch& t) noexcept;
+/// Likewise for a point with this displacement and a point of the patch.
+float relative_motion(const Eigen::Vector3f& motion, const PosedPatch& t) noexcept;
 
 /// Squared distance of the boxes, metres2.
 float squared_distance(const PosedPatch& s, const PosedPatch& t) noexcept;
