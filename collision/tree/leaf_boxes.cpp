@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <span>
+#include <utility>
 
 #include "collision/geometry/bounding_box.hpp"
 
@@ -66,13 +68,16 @@ void LeafBoxes::list_vertices() {
         ends[i] = n.has_faces() ? n.first_slot + n.count
                                 : ends[static_cast<std::size_t>(n.first_child + n.count - 1)];
     }
+    // Repeats are left out before sorting, which costs far more than this.
+    std::vector<int> last_node(static_cast<std::size_t>(tree_->vertex_count), -1);  // that lists a vertex
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
         Node& n = nodes_[i];
         n.vertex_begin = static_cast<int>(vertices_.size());
-        vertices_.insert(vertices_.end(), corners(n.first_slot), corners(ends[i]));
-        const auto begin = vertices_.begin() + n.vertex_begin;
-        std::sort(begin, vertices_.end());
-        vertices_.erase(std::unique(begin, vertices_.end()), vertices_.end());
+        for (const int v : std::span(corners(n.first_slot), corners(ends[i])))
+            if (std::exchange(last_node[static_cast<std::size_t>(v)], static_cast<int>(i)) !=
+                static_cast<int>(i))
+                vertices_.push_back(v);
+        std::sort(vertices_.begin() + n.vertex_begin, vertices_.end());
         n.vertex_end = static_cast<int>(vertices_.size());
     }
 }
