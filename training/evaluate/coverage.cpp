@@ -16,12 +16,12 @@
 namespace nbd {
 namespace {
 
-/// Sums over the nodes of a depth and over poses.
-struct Sums {
+/// DepthSums over the nodes of a depth and over poses.
+struct DepthSums {
     long nodes = 0, vertices = 0, missing = 0, outside = 0, out_of_range = 0;
     double inflation = 0;
 
-    void operator+=(const Sums& other) {
+    void operator+=(const DepthSums& other) {
         nodes += other.nodes;
         vertices += other.vertices;
         missing += other.missing;
@@ -61,7 +61,7 @@ NodeOutcome outcome(const Box& box, VerticesRef x, std::span<const int> vertices
     return result;
 }
 
-void add_pose(PosedTree& posed, VerticesRef x, std::vector<Sums>& depths) {
+void add_pose(PosedTree& posed, VerticesRef x, std::vector<DepthSums>& depths) {
     posed.begin_pose(x);
     const SphereTree& tree = posed.tree().spheres;
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
@@ -69,7 +69,7 @@ void add_pose(PosedTree& posed, VerticesRef x, std::vector<Sums>& depths) {
         const std::span<const int> vertices = tree.node_vertices(i);
         const std::optional<Box> box = posed.box(i);
         const NodeOutcome node = box ? outcome(*box, x, vertices) : outcome(posed.sphere(i), x, vertices);
-        Sums& sums = depths[static_cast<std::size_t>(tree.nodes[static_cast<std::size_t>(i)].depth)];
+        DepthSums& sums = depths[static_cast<std::size_t>(tree.nodes[static_cast<std::size_t>(i)].depth)];
         sums.nodes += 1;
         sums.vertices += static_cast<long>(vertices.size());
         sums.missing += node.outside > 0;
@@ -79,7 +79,7 @@ void add_pose(PosedTree& posed, VerticesRef x, std::vector<Sums>& depths) {
     }
 }
 
-void add_pose(WideCoverage& wide, VerticesRef x, std::vector<Sums>& depths) {
+void add_pose(WideCoverage& wide, VerticesRef x, std::vector<DepthSums>& depths) {
     for (const WideOutcome& outcome : wide.measure(x))
         depths[static_cast<std::size_t>(outcome.level)] += {.nodes = 1,
                                                             .vertices = outcome.vertices,
@@ -112,19 +112,19 @@ std::vector<CoverageRow> measure_coverage(const SurfaceBody& body,
         else
             posed.emplace_back(tree, kind);
     const auto depths = static_cast<std::size_t>(is_wide ? WideCoverage::levels : tree->spheres.depth() + 1);
-    std::vector<std::vector<Sums>> poses(frames.size(), std::vector<Sums>(depths));
+    std::vector<std::vector<DepthSums>> poses(frames.size(), std::vector<DepthSums>(depths));
     for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
         const auto s = static_cast<std::size_t>(slot);
-        std::vector<Sums>& sums = poses[static_cast<std::size_t>(index)];
+        std::vector<DepthSums>& sums = poses[static_cast<std::size_t>(index)];
         is_wide ? add_pose(wide[s], x, sums) : add_pose(posed[s], x, sums);
     });
 
     std::vector<CoverageRow> rows;
     for (std::size_t depth = 0; depth < depths; ++depth) {
-        Sums all;
+        DepthSums all;
         std::vector<double> rates;
         for (std::size_t begin = 0, end; begin < frames.size(); begin = end) {
-            Sums trajectory;
+            DepthSums trajectory;
             for (end = begin; end < frames.size() && frames[end].trajectory == frames[begin].trajectory;
                  ++end)
                 trajectory += poses[end][depth];

@@ -12,7 +12,7 @@ using CellInts = Eigen::Matrix<int, Eigen::Dynamic, 4, Eigen::RowMajor>;
 using CellShapes = Eigen::Matrix<float, Eigen::Dynamic, 14, Eigen::RowMajor>;
 using PairRows = Eigen::Matrix<int, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
-constexpr auto packing = h5::Packing::deflate;
+constexpr auto certified_packing = h5::Packing::deflate;
 
 }  // namespace
 
@@ -31,21 +31,21 @@ void write_certified(h5::Writer& file, const CertifiedModel& model) {
     file.group("certified");
     file.attribute("certified", "rounding", model.rounding);
     file.attribute("certified", "reach", model.reach);
-    file.write("certified/tet_region", model.regions.of_tet, packing);
-    file.write("certified/sample_begin", model.regions.sample_begin, packing);
-    file.write("certified/samples", model.regions.samples, packing);
-    file.write("certified/cell_begin", model.cell_begin, packing);
-    file.write("certified/cells", ints, packing);
-    file.write("certified/cell_shapes", shapes, packing);
+    file.write("certified/tet_region", model.regions.of_tet, certified_packing);
+    file.write("certified/sample_begin", model.regions.sample_begin, certified_packing);
+    file.write("certified/samples", model.regions.samples, certified_packing);
+    file.write("certified/cell_begin", model.cell_begin, certified_packing);
+    file.write("certified/cells", ints, certified_packing);
+    file.write("certified/cell_shapes", shapes, certified_packing);
     std::vector<int> leg_pairs;
     std::vector<float> leg_lengths;
     for (const CertifiedModel::Leg& leg : model.legs) {
         leg_pairs.push_back(leg.pair);
         leg_lengths.push_back(leg.length);
     }
-    file.write("certified/leg_pairs", leg_pairs, packing);
-    file.write("certified/leg_lengths", leg_lengths, packing);
-    file.write("certified/pairs", pairs, packing);
+    file.write("certified/leg_pairs", leg_pairs, certified_packing);
+    file.write("certified/leg_lengths", leg_lengths, certified_packing);
+    file.write("certified/pairs", pairs, certified_packing);
 }
 
 CertifiedModel read_certified(const h5::Reader& file, std::size_t nodes) {
@@ -77,8 +77,8 @@ CertifiedModel read_certified(const h5::Reader& file, std::size_t nodes) {
 }
 
 void write_solid(h5::Writer& file, const TetMesh& solid) {
-    file.write("solid/nodes", solid.X, packing);
-    file.write("solid/tets", solid.T, packing);
+    file.write("solid/nodes", solid.X, certified_packing);
+    file.write("solid/tets", solid.T, certified_packing);
 }
 
 TetMesh read_solid(const h5::Reader& file) {

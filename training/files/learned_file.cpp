@@ -8,7 +8,7 @@ namespace {
 using NodeRows = Eigen::Matrix<int, Eigen::Dynamic, 2, Eigen::RowMajor>;   // samples, exact
 using BoxRows = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;  // growth, mean, inverse deviation
 
-constexpr auto packing = h5::Packing::deflate;
+constexpr auto learned_packing = h5::Packing::deflate;
 
 }  // namespace
 
@@ -20,16 +20,16 @@ void write_learned(h5::Writer& file, const LearnedModel& learned) {
         const LearnedModel::Node& node = learned.nodes[static_cast<std::size_t>(i)];
         nodes.row(i) << node.sample_count, static_cast<int>(node.exact);
     }
-    file.write("learned/nodes", nodes, packing);
-    file.write("learned/samples", learned.samples, packing);
-    file.write("learned/values", learned.values, packing);
+    file.write("learned/nodes", nodes, learned_packing);
+    file.write("learned/samples", learned.samples, learned_packing);
+    file.write("learned/values", learned.values, learned_packing);
     if (learned.boxes.empty()) return;
     BoxRows boxes(nodes.rows(), 3);
     for (Eigen::Index i = 0; i < boxes.rows(); ++i) {
         const LearnedModel::BoxFit& fit = learned.boxes[static_cast<std::size_t>(i)];
         boxes.row(i) << fit.growth, fit.mean, fit.inverse_deviation;
     }
-    file.write("learned/boxes", boxes, packing);
+    file.write("learned/boxes", boxes, learned_packing);
 }
 
 LearnedModel read_learned(const h5::Reader& file, std::size_t nodes) {
@@ -61,11 +61,11 @@ void write_learned_affine(h5::Writer& file, const LearnedAffineFit& fit) {
         const LearnedAffineFit::ClusterBox& box = fit.clusters[static_cast<std::size_t>(i)];
         clusters.row(i) << box.growth, box.mean, box.inverse_deviation;
     }
-    file.write("learned_affine/samples", fit.samples, packing);
-    file.write("learned_affine/box_samples", fit.box_samples, packing);
-    file.write("learned_affine/clusters", clusters, packing);
-    file.write("learned_affine/residual", fit.residual, packing);
-    file.write("learned_affine/growth", fit.growth, packing);
+    file.write("learned_affine/samples", fit.samples, learned_packing);
+    file.write("learned_affine/box_samples", fit.box_samples, learned_packing);
+    file.write("learned_affine/clusters", clusters, learned_packing);
+    file.write("learned_affine/residual", fit.residual, learned_packing);
+    file.write("learned_affine/growth", fit.growth, learned_packing);
 }
 
 LearnedAffineFit read_learned_affine(const h5::Reader& file, const Vertices& X) {
