@@ -3,14 +3,18 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/surface/solid_boundary.hpp"
 #include "meshing/tets/tet_quality.hpp"
 #include "meshing/tets/tetrahedralize.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace nbd {
 namespace {
@@ -67,6 +71,38 @@ TEST_P(Asset, CanBeFilledWithWellShapedTetrahedra) {
 
 INSTANTIATE_TEST_SUITE_P(All, Asset, testing::Values("gecko", "gear", "ring", "beam"),
                          [](const auto& info) { return std::string(info.param); });
+
+/// Share of the edges of a closed surface whose faces meet at an angle of more than `degrees`.
+double bent_edges(const TriMesh& surface, double degrees) {
+    std::map<std::pair<int, int>, Eigen::RowVector3d> normals;
+    int bent = 0;
+    for (int f = 0; f < surface.F.rows(); ++f) {
+        const Eigen::RowVector3d a = surface.X.row(surface.F(f, 0));
+        const Eigen::RowVector3d normal =
+            (surface.X.row(surface.F(f, 1)) - a).cross(surface.X.row(surface.F(f, 2)) - a).normalized();
+        for (int c = 0; c < 3; ++c) {
+            const int v = surface.F(f, c), w = surface.F(f, (c + 1) % 3);
+            const auto [edge, is_new] = normals.try_emplace({std::min(v, w), std::max(v, w)}, normal);
+            bent += !is_new && normal.dot(edge->second) < std::cos(degrees * std::numbers::pi / 180);
+        }
+    }
+    return bent / static_cast<double>(normals.size());
+}
+
+TEST(Moloch, IsADetailedSurfaceThatBoundsASolid) {
+    const test::TemporaryFolder folder;
+    const std::string path = folder / "moloch.obj";
+    ASSERT_EQ(std::system(("python3 '" NBD_ASSETS "/moloch.py' '" + path + "' > /dev/null").c_str()), 0);
+    const TriMesh surface = read_surface(path);
+    EXPECT_GE(surface.F.rows(), 250'000);
+    const SolidBoundary boundary = make_solid_boundary(surface);  // rejects self-intersections
+    EXPECT_EQ(boundary.mesh.F, surface.F) << "the check flipped a face";
+    EXPECT_EQ(boundary.report.dropped_vertices, 0);
+    EXPECT_EQ(boundary.report.shells, 1);
+    EXPECT_EQ(boundary.report.genus, 0);
+    // Of a surface that is subdivided flatly as often, seven edges of eight lie inside a plane.
+    EXPECT_GT(bent_edges(surface, 5), 1. / 3);
+}
 
 }  // namespace
 }  // namespace nbd
