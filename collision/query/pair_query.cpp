@@ -126,7 +126,6 @@ std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b,
     counters_.triangle_tests = static_cast<long>(pairs_.size());
     narrow(pairs_, boxes_a, boxes_b);
     for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
-    std::ranges::sort(pairs_);
     counters_.face_pairs = static_cast<long>(pairs_.size());
     return pairs_;
 }
@@ -162,8 +161,6 @@ std::span<const FacePair> PairQuery::find_sphere_tree_pairs(PosedTree& a, PosedT
     counters_.triangle_tests = static_cast<long>(pairs_.size());
     narrow(pairs_, boxes_a.faces(), boxes_b.faces());
     for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
-    // Every face belongs to one leaf, so no pair occurs twice.
-    std::ranges::sort(pairs_);
     counters_.face_pairs = static_cast<long>(pairs_.size());
     return pairs_;
 }
@@ -206,17 +203,25 @@ std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b,
     return pairs_;
 }
 
+/// Every face belongs to one leaf, so no pair occurs twice.
+std::span<const FacePair> PairQuery::sorted_pairs() noexcept {
+    std::ranges::sort(pairs_);
+    return pairs_;
+}
+
 std::span<const FacePair> PairQuery::intersecting(PosedTree& a, PosedTree& b) noexcept {
-    return find_face_pairs(a, b, 0, [](std::vector<FacePair>& pairs, const auto& in_a, const auto& in_b) {
+    find_face_pairs(a, b, 0, [](std::vector<FacePair>& pairs, const auto& in_a, const auto& in_b) {
         keep_intersecting(pairs, in_a, in_b);
     });
+    return sorted_pairs();
 }
 
 std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float distance) noexcept {
     const auto keep_near = [&](std::vector<FacePair>& pairs, const auto& in_a, const auto& in_b) {
         keep_within(pairs, in_a, in_b, distance);
     };
-    return find_face_pairs(a, b, distance, keep_near);
+    find_face_pairs(a, b, distance, keep_near);
+    return sorted_pairs();
 }
 
 std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept {

@@ -40,8 +40,9 @@ class PairQuery {
     /// Face pairs at most `distance` apart (metres, finite, >= 0); order and exactness as in intersecting().
     std::span<const FacePair> within(PosedTree& a, PosedTree& b, float distance) noexcept;
 
-    /// Face pairs whose boxes come within `distance`: all pairs of within() and some more, found much faster.
-    /// For bodies in a step, those of their boxes over the whole step: see PosedTree::begin_step().
+    /// Face pairs whose boxes come within `distance`: all pairs of within() and some more, found much faster,
+    /// in no particular order, without repeats. For bodies in a step, those of their boxes over the whole
+    /// step: see PosedTree::begin_step().
     std::span<const FacePair> boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept;
 
     /// Leaves of the bodies' box trees, see PosedTree::box_tree(), whose boxes come within `distance`,
@@ -68,6 +69,8 @@ class PairQuery {
     template <class Narrow>
     std::span<const FacePair> find_wide_pairs(PosedTree& a, PosedTree& b, float distance,
                                               const Narrow& narrow) noexcept;
+
+    std::span<const FacePair> sorted_pairs() noexcept;
 
     QueryCounters counters_;
     AffineWalk affine_walk_;

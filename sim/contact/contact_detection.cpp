@@ -1,8 +1,10 @@
 #include "sim/contact/contact_detection.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "collision/base/stopwatch.hpp"
 #include "sim/contact/obstacle_contact.hpp"
@@ -119,8 +121,14 @@ std::span<const PatchPair> ContactDetection::near_patches(const ContactParty& a,
             return body.surface.patches().of_face[static_cast<std::size_t>(face)];
         };
         patch_pairs_.clear();
-        for (const FacePair& faces : query_.boxes_within(*a.tree, *b.tree, distance))
-            patch_pairs_.push_back({patch(a, faces.a), patch(b, faces.b)});
+        std::array<PatchPair, 1024> recent;  // most repeats follow soon
+        recent.fill({-1, -1});
+        for (const FacePair& faces : query_.boxes_within(*a.tree, *b.tree, distance)) {
+            const PatchPair pair{patch(a, faces.a), patch(b, faces.b)};
+            const auto place =
+                (31 * static_cast<unsigned>(pair.a) + static_cast<unsigned>(pair.b)) % recent.size();
+            if (std::exchange(recent[place], pair) != pair) patch_pairs_.push_back(pair);
+        }
         std::ranges::sort(patch_pairs_);
         const auto repeats = std::ranges::unique(patch_pairs_);
         patch_pairs_.erase(repeats.begin(), repeats.end());

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sim/world/body_tree.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {
@@ -43,6 +44,12 @@ void set_forces(const std::vector<SpreadForce>& forces, double time, Nodes& out)
     }
 }
 
+std::shared_ptr<const CollisionTree> make_tree(const Body& body) {
+    CollisionTree tree = make_exact_tree(body.surface.X.cast<float>(), body.surface.F);
+    hang_on_body(tree, body, "dataset");
+    return std::make_shared<const CollisionTree>(std::move(tree));
+}
+
 World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& body,
                  const std::shared_ptr<const ElasticBody>& elastic,
                  const std::shared_ptr<const CollisionTree>& tree, const LinearSolveConfig& linear,
@@ -61,13 +68,15 @@ World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& 
         world.add_obstacle(
             {.shape = PlaneShape{.point = {0, 0, *recipe.floor}, .normal = Eigen::Vector3d::UnitZ()}});
     const Nodes X = body.tets.X.rowwise() - body.tets.X.colwise().mean();
-    WorldBody self{.elastic = elastic, .W = body.W, .F = body.surface.F, .grips = recipe.grips};
+    const WorldBody any{
+        .elastic = elastic, .W = body.W, .F = body.surface.F, .tree = tree, .bounds = BoundKind::automatic};
+    WorldBody self = any;
+    self.grips = recipe.grips;
     self.state.x = X * recipe.rotation.transpose();
     self.state.v = (self.state.x * recipe.gradient.transpose()).rowwise() + recipe.velocity.transpose();
-    if (recipe.thrown) self.tree = tree;
     world.add_body(std::move(self));
     if (recipe.thrown) {
-        WorldBody copy{.elastic = elastic, .W = body.W, .F = body.surface.F, .tree = tree};
+        WorldBody copy = any;
         copy.state.x =
             (X * recipe.thrown->rotation.transpose()).rowwise() + recipe.thrown->centre.transpose();
         copy.state.v = Nodes::Zero(X.rows(), 3).rowwise() + recipe.thrown->velocity.transpose();
@@ -83,7 +92,7 @@ Excitation::Excitation(Body body, const ExcitationConfig& config)
       config_(config),
       elastic_(std::make_shared<const ElasticBody>(body_->tets, body_->material)),
       recipes_(body_, config),
-      tree_(shared_exact_tree(body_->surface.X.cast<float>(), body_->surface.F)),
+      tree_(make_tree(*body_)),
       factors_(std::make_shared<RestFactors>()) {}
 
 double Excitation::frame_interval() const noexcept { return recipes_.frame_interval(); }

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "collision/base/notice.hpp"
 #include "meshing/formats/read_surface.hpp"
+#include "sim/world/body_tree.hpp"
 
 namespace nbd {
 namespace {
@@ -61,14 +61,8 @@ std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const Loa
     if (loaded.tree && (!needs_nodes || loaded.tree->affine)) return loaded.tree;
     CollisionTree tree =
         loaded.tree ? *loaded.tree : make_exact_tree(body.surface.X.cast<float>(), body.surface.F);
-    const auto hang = [&] { hang_on_nodes(tree, body.W.cast<float>(), body.tets.X.cast<float>()); };
-    if (is_affine) hang();
-    if (is_auto) try {
-            hang();
-        } catch (const std::invalid_argument& error) {
-            notice(fmt::format("{}: bounds \"auto\" are boxes, as affine ones are not possible: {}",
-                               spec.name, error.what()));
-        }
+    if (is_affine) hang_on_nodes(tree, body.W.cast<float>(), body.tets.X.cast<float>());
+    if (is_auto) hang_on_body(tree, body, spec.name);
     return std::make_shared<const CollisionTree>(std::move(tree));
 }
 
