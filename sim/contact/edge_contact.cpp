@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "collision/geometry/closest_points.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
 namespace {
@@ -167,9 +168,11 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
         int a, b;
         auto operator<=>(const EdgePair&) const = default;
     };
-    std::vector<EdgePair> facing;
-    LaneFlags flags;
-    for (const PatchPair& pair : pairs) {
+    constexpr int pairs_per_task = 256;
+    const int tasks = (static_cast<int>(pairs.size()) + pairs_per_task - 1) / pairs_per_task;
+    std::vector<std::vector<EdgePair>> found(static_cast<std::size_t>(tasks));
+    const auto search = [&](const PatchPair& pair, std::vector<EdgePair>& facing) {
+        LaneFlags flags;
         const PosedPatch &s = a.patches[pair.a], &t = b.patches[pair.b];
         const double longest = std::max(s.longest_edge, t.longest_edge) + room;
         const float most = static_cast<float>(edge_reach(reach, longest).least() +
@@ -186,7 +189,17 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
                     if (flags[k]) facing.push_back({edges_a[i], edges_b[first + k]});
             }
         }
-    }
+    };
+    parallel_for(
+        tasks,
+        [&](int task) {
+            const auto first = static_cast<std::size_t>(task * pairs_per_task);
+            for (std::size_t k = first; k < std::min(first + pairs_per_task, pairs.size()); ++k)
+                search(pairs[k], found[static_cast<std::size_t>(task)]);
+        },
+        1);
+    std::vector<EdgePair> facing;
+    for (const std::vector<EdgePair>& part : found) facing.insert(facing.end(), part.begin(), part.end());
     std::ranges::sort(facing);
     for (const EdgePair& pair : facing) find_contact(a, pair.a, b, pair.b, reach, contacts);
 }

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "meshing/parallel/parallel_for.hpp"
+
 namespace nbd {
 ContactSurface::ContactSurface(std::shared_ptr<const ContactShape> shape, NodesRef X)
     : shape_(std::move(shape)), x_(shape_->W.rows(), 3), poses_(static_cast<std::size_t>(vertex_count()), 0) {
@@ -36,6 +38,15 @@ void ContactSurface::compute(int vertex) const noexcept {
     x_.row(vertex) = mean_at(vertex, nodes_);
     poses_[static_cast<std::size_t>(vertex)] = pose_;
     ++computed_;
+}
+
+void ContactSurface::compute(std::span<const int> vertices) const {
+    for (const int vertex : vertices) computed_ += poses_[static_cast<std::size_t>(vertex)] != pose_;
+    parallel_for(static_cast<int>(vertices.size()), [&](int i) {
+        const int vertex = vertices[static_cast<std::size_t>(i)];
+        if (std::exchange(poses_[static_cast<std::size_t>(vertex)], pose_) != pose_)
+            x_.row(vertex) = mean_at(vertex, nodes_);
+    });
 }
 
 void ContactSurface::compute_face(int face) const noexcept {

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "collision/geometry/box.hpp"
@@ -13,7 +14,7 @@ namespace nbd {
 
 /// The surface with which a simulated body makes contact, embedded in its tetrahedra: x = W nodes. A pose
 /// costs what is asked of it: positions are computed where they are first read, and kept until the next
-/// pose. Reading writes them, so only one thread at a time may use a surface.
+/// pose. Reading others writes them, so only one thread at a time may do so.
 class ContactSurface {
  public:
     /// X: positions of the tet nodes, [N, 3].
@@ -39,6 +40,8 @@ class ContactSurface {
         if (poses_[v] != pose_) compute(vertex);
         return x_.row(vertex);
     }
+    /// Computes the positions of these vertices, without repeats, on the threads of the caller's TBB arena.
+    void compute(std::span<const int> vertices) const;
     /// Box of a face, of positions in single precision.
     Box face_box(int face) const noexcept;
     /// Outward normal at a point of a face, see the function of this name.

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+
+#include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
 namespace {
@@ -110,7 +113,6 @@ void PosedPatches::begin(const ContactSurface& surface, const Eigen::Vector3d& o
     }
     v_ = &v;
     dt_ = dt;
-    in_use_ = 0;
     tolerance_ = 0;
 }
 
@@ -119,16 +121,47 @@ std::array<float, 3> PosedPatches::position(int vertex) const noexcept {
     return {p[0], p[1], p[2]};
 }
 
-void PosedPatches::require(int patch) {
-    int& at = at_[static_cast<std::size_t>(patch)];
-    if (at >= 0) return;
-    at = static_cast<int>(in_use_);
-    required_.push_back(patch);
-    if (posed_.size() <= in_use_) posed_.resize(std::max<std::size_t>(64, 2 * in_use_));
-    pose(patch, posed_[in_use_++]);
+/// Gives each new patch its place, and lists the vertices that no patch before has.
+void PosedPatches::list_new(std::span<const PatchPair> pairs, int PatchPair::*side) {
+    const ContactPatches& patches = surface_->patches();
+    new_vertices_.clear();
+    for (const PatchPair& pair : pairs) {
+        const int patch = pair.*side;
+        int& at = at_[static_cast<std::size_t>(patch)];
+        if (at >= 0) continue;
+        at = static_cast<int>(required_.size());
+        required_.push_back(patch);
+        for (const int face : patches.faces[patch])
+            for (const int vertex : surface_->F().row(face))
+                if (std::exchange(motion_steps_[static_cast<std::size_t>(vertex)], step_) != step_)
+                    new_vertices_.push_back(vertex);
+    }
 }
 
-void PosedPatches::pose(int patch, PosedPatch& posed) {
+void PosedPatches::require(std::span<const PatchPair> pairs, int PatchPair::*side) {
+    const auto first = required_.size();
+    list_new(pairs, side);
+    surface_->compute(new_vertices_);
+    parallel_for(static_cast<int>(new_vertices_.size()), [&](int i) {
+        const int vertex = new_vertices_[static_cast<std::size_t>(i)];
+        motions_[static_cast<std::size_t>(vertex)] = (dt_ * surface_->mean_at(vertex, *v_)).cast<float>();
+    });
+    if (posed_.size() < required_.size()) posed_.resize(std::max<std::size_t>(64, 2 * required_.size()));
+    constexpr int patches_per_task = 64;
+    parallel_for(
+        static_cast<int>(required_.size() - first),
+        [&](int i) {
+            const std::size_t k = first + static_cast<std::size_t>(i);
+            pose(required_[k], posed_[k]);
+        },
+        patches_per_task);
+    for (std::size_t k = first; k < required_.size(); ++k)
+        for (std::size_t i = 0; i < 3; ++i)
+            tolerance_ = std::max(
+                {tolerance_, 0x1p-22f * std::abs(posed_[k].lo[i]), 0x1p-22f * std::abs(posed_[k].hi[i])});
+}
+
+void PosedPatches::pose(int patch, PosedPatch& posed) const {
     const Faces& F = surface_->F();
     const auto faces = surface_->patches().faces[patch], edges = surface_->patches().edges[patch];
     const std::array<float, 3> nowhere{far_away, far_away, far_away};
@@ -201,9 +234,6 @@ void PosedPatches::pose(int patch, PosedPatch& posed) {
         pack.inverse_length[k % width] = std::sqrt(inverse_of(squared));
     }
     posed.longest_edge = std::sqrt(longest);
-    for (std::size_t i = 0; i < 3; ++i)
-        tolerance_ =
-            std::max({tolerance_, 0x1p-22f * std::abs(posed.lo[i]), 0x1p-22f * std::abs(posed.hi[i])});
 }
 
 }  // namespace nbd

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "collision/query/pair_query.hpp"
@@ -74,17 +75,13 @@ class PosedPatches {
     const ContactSurface& surface() const noexcept { return *surface_; }
     /// Relative to the origin, in single precision.
     std::array<float, 3> position(int vertex) const noexcept;
-    /// Displacement of a vertex in the step, metres.
+    /// Displacement in the step of a vertex of a required patch, metres.
     const Eigen::Vector3f& motion(int vertex) const noexcept {
-        const auto v = static_cast<std::size_t>(vertex);
-        if (motion_steps_[v] != step_) {
-            motions_[v] = (dt_ * surface_->mean_at(vertex, *v_)).cast<float>();
-            motion_steps_[v] = step_;
-        }
-        return motions_[v];
+        return motions_[static_cast<std::size_t>(vertex)];
     }
-    /// Poses a patch.
-    void require(int patch);
+    /// Poses the patches pair.*side of all pairs, on the threads of the caller's TBB arena. Their vertices
+    /// can then be read by several threads.
+    void require(std::span<const PatchPair> pairs, int PatchPair::*side);
     /// A patch that was required, valid until another one is.
     const PosedPatch& operator[](int patch) const noexcept {
         return posed_[static_cast<std::size_t>(at_[static_cast<std::size_t>(patch)])];
@@ -93,20 +90,20 @@ class PosedPatches {
     float tolerance() const noexcept { return tolerance_; }
 
  private:
-    void pose(int patch, PosedPatch& posed);
+    void list_new(std::span<const PatchPair> pairs, int PatchPair::*side);
+    void pose(int patch, PosedPatch& posed) const;
 
     const ContactSurface* surface_ = nullptr;
     const Nodes* v_ = nullptr;
     double dt_ = 0;
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
-    std::vector<PosedPatch> posed_;  // the first in_use_
-    std::size_t in_use_ = 0;
-    std::vector<int> at_;  // [patches] place in posed_; -1: not required
-    std::vector<int> required_;
+    std::vector<PosedPatch> posed_;  // the first required_.size()
+    std::vector<int> at_;            // [patches] place in posed_; -1: not required
+    std::vector<int> required_, new_vertices_;
     float tolerance_ = 0;
     std::uint32_t step_ = 0;
-    mutable std::vector<Eigen::Vector3f> motions_;     // [vertices]
-    mutable std::vector<std::uint32_t> motion_steps_;  // [vertices] step in which each motion was computed
+    std::vector<Eigen::Vector3f> motions_;     // [vertices]
+    std::vector<std::uint32_t> motion_steps_;  // [vertices] step in which each motion was computed
 };
 
 }  // namespace nbd

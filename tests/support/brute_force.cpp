@@ -1,5 +1,7 @@
 #include "tests/support/brute_force.hpp"
 
+#include <algorithm>
+
 #include "collision/geometry/closest_points.hpp"
 #include "collision/geometry/triangle_triangle.hpp"
 
@@ -28,6 +30,12 @@ Triangle face_triangle(const VerticesRef& x, const FacesRef& F, Eigen::Index f) 
 std::vector<FacePair> brute_force_intersecting(const VerticesRef& xa, const FacesRef& fa,
                                                const VerticesRef& xb, const FacesRef& fb) {
     return brute_force_pairs(xa, fa, xb, fb, triangles_intersect);
+}
+
+std::vector<FacePair> sorted(std::span<const FacePair> pairs) {
+    std::vector<FacePair> result(pairs.begin(), pairs.end());
+    std::ranges::sort(result);
+    return result;
 }
 
 std::vector<FacePair> brute_force_within(const VerticesRef& xa, const FacesRef& fa, const VerticesRef& xb,

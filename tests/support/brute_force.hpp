@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "collision/geometry/geometry.hpp"
@@ -16,6 +17,9 @@ Triangle face_triangle(const VerticesRef& x, const FacesRef& F, Eigen::Index f);
 /// Face pairs that have a point in common, sorted by (a, b).
 std::vector<FacePair> brute_force_intersecting(const VerticesRef& xa, const FacesRef& fa,
                                                const VerticesRef& xb, const FacesRef& fb);
+
+/// The pairs in ascending order.
+std::vector<FacePair> sorted(std::span<const FacePair> pairs);
 
 /// Face pairs at most `distance` metres apart, sorted by (a, b).
 std::vector<FacePair> brute_force_within(const VerticesRef& xa, const FacesRef& fa, const VerticesRef& xb,

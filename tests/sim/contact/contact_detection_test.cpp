@@ -67,9 +67,10 @@ class FarBoxes : public testing::Test {
         detection.find(parties, {}, {}, thickness, 0, 0, 5e-3, report);
         const int computed = surfaces[0].computed();
         PairQuery query;
-        const auto near = query.boxes_within(trees[0], trees[1], static_cast<float>(thickness));
-        return {
-            {detection.contacts().begin(), detection.contacts().end()}, computed, {near.begin(), near.end()}};
+        const auto found = query.boxes_within(trees[0], trees[1], static_cast<float>(thickness));
+        std::vector<FacePair> near(found.begin(), found.end());
+        std::ranges::sort(near);
+        return {{detection.contacts().begin(), detection.contacts().end()}, computed, near};
     }
 
     static constexpr double thickness = 0.01;
