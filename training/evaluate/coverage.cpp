@@ -16,7 +16,7 @@
 namespace nbd {
 namespace {
 
-/// DepthSums over the nodes of a depth and over poses.
+/// Sums over the nodes of a depth and over poses.
 struct DepthSums {
     long nodes = 0, vertices = 0, missing = 0, outside = 0, out_of_range = 0;
     double inflation = 0;
