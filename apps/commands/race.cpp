@@ -21,17 +21,17 @@ struct RaceArguments {
     int audit = 1;
 };
 
-std::vector<BoundKind> chosen_bounds(const std::vector<std::string>& names, const SceneSpec& spec,
+std::vector<BoundKind> chosen_bounds(const RaceArguments& arguments, const SceneSpec& spec,
                                      const std::vector<LoadedBody>& bodies) {
     std::vector<BoundKind> kinds;
-    for (const std::string& name : names) kinds.push_back(bound_kind(name));
-    if (names.empty())
+    for (const std::string& name : arguments.bounds) kinds.push_back(bound_kind(name));
+    if (arguments.bounds.empty())
         std::ranges::copy_if(bound_kinds, std::back_inserter(kinds),
                              [&](BoundKind kind) { return can_have(spec, bodies, kind); });
     for (const BoundKind kind : kinds)
         if (!can_have(spec, bodies, kind))
             throw std::invalid_argument(
-                fmt::format("a body of the scene cannot have {} bounds: these need {}", name(kind),
+                fmt::format("{}: a body cannot have {} bounds: these need {}", arguments.scene, name(kind),
                             kind == BoundKind::affine ? "weights that are not negative"
                                                       : "a tree file that holds them, and scale 1"));
     return kinds;
@@ -65,7 +65,7 @@ void run(const RaceArguments& arguments, Output& out) {
     SceneFiles files;
     std::vector<LoadedBody> bodies;
     for (const SceneBody& body : spec.bodies) bodies.push_back(files.load(body, out));
-    const std::vector<BoundKind> kinds = chosen_bounds(arguments.bounds, spec, bodies);
+    const std::vector<BoundKind> kinds = chosen_bounds(arguments, spec, bodies);
     SceneSpec any = spec;
     for (SceneBody& body : any.bodies) body.bounds = BoundKind::automatic;
     make_trees(any, bodies);  // serve all kinds
