@@ -41,33 +41,38 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
     }
 }
 
-Body body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
+MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config,
+                           const Output& out) {
     TriMesh surface = read_surface(path);
     try {
         if (config.cage > 0) {
             CageBody caged =
                 make_cage_body(path.stem().string(), std::move(surface), config.cage, config.material);
             out.text(describe(caged.report));
-            return std::move(caged.body);
+            return {std::move(caged.body), caged.report.optimization, caged.report};
         }
         if (!config.inside.empty()) {
             const Body outer = load_body(config.inside);
             out.text(describe(clean_soup(surface)));
-            return make_body_inside(path.stem().string(), std::move(surface), outer);
+            return {make_body_inside(path.stem().string(), std::move(surface), outer), {}, {}};
         }
         const SolidBoundary boundary = make_solid_boundary(std::move(surface));
         out.text(fmt::format("surface: {}", describe(boundary.report)));
         TetrahedralizeResult filled = tetrahedralize(boundary.mesh, config.tets);
         out.text(fmt::format("gmsh: grading {:.4g} after {} run(s)", filled.grading, filled.runs));
-        return make_body(path.stem().string(), boundary.mesh, std::move(filled.tets), config.material,
-                         config.levels, config.scheme);
+        if (filled.optimization.poor_before > 0) out.text(describe(filled.optimization));
+        return {make_body(path.stem().string(), boundary.mesh, std::move(filled.tets), config.material,
+                          config.levels, config.scheme),
+                filled.optimization,
+                {}};
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
     }
 }
 
-Body mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
-    return holds_tets(path) ? body_of_tets(path, config, out) : body_of_surface(path, config, out);
+MeshedFile mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
+    if (holds_tets(path)) return {body_of_tets(path, config, out), {}, {}};
+    return body_of_surface(path, config, out);
 }
 
 }  // namespace nbd

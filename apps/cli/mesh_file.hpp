@@ -1,10 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "apps/cli/output.hpp"
 #include "meshing/body/body.hpp"
+#include "meshing/cage/cage_body.hpp"
 #include "meshing/surface/subdivide.hpp"
 #include "meshing/tets/tetrahedralize.hpp"
 
@@ -19,18 +21,25 @@ struct MeshFileConfig {
     SubdivisionScheme scheme = SubdivisionScheme::midpoint;
 };
 
+struct MeshedFile {
+    Body body;
+    TetOptimization optimization;    // of tetrahedra made here
+    std::optional<CageReport> cage;  // with MeshFileConfig::cage
+};
+
 /// Makes a body from a file. A surface is checked and filled with tetrahedra; for tetrahedra made elsewhere
 /// (.msh .vtk .mesh), or those of a body file (.h5) with its material, the surface is their boundary. With
 /// `cage` or `inside`, any surface is taken as it is and embedded in the tetrahedra of a coarse cage around
 /// it, or in those of another body, whose material it takes. Prints to `out` what was found and repaired.
 /// Throws what reading, checking and filling throw; messages of checks start with the path.
-Body mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
+MeshedFile mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 
 /// Whether a file holds tetrahedra, by its extension: .msh .vtk .mesh, or .h5 for a body.
 bool holds_tets(const std::filesystem::path& path);
 
-/// As mesh_file(), for a file known to hold a surface or tetrahedra.
-Body body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
+/// As mesh_file(), for a file known to hold a surface, or tetrahedra.
+MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config,
+                           const Output& out);
 Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 
 }  // namespace nbd

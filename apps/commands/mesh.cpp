@@ -19,6 +19,26 @@ struct MeshArguments {
     MeshFileConfig config;
 };
 
+nlohmann::ordered_json to_json(const CageReport& cage) {
+    const SoupReport& soup = cage.soup.given;
+    return {{"vertices", cage.vertices},
+            {"faces", cage.faces},
+            {"volume", cage.volume},
+            {"distance", cage.distance},
+            {"alpha", cage.alpha},
+            {"offset", cage.offset},
+            {"closes_holes", cage.closes_holes},
+            {"joins_parts", cage.joins_parts},
+            {"defects",
+             {{"repeating_faces", soup.repeating_faces},
+              {"flat_faces", soup.flat_faces},
+              {"duplicate_faces", soup.duplicate_faces},
+              {"open_edges", soup.open_edges},
+              {"crowded_edges", soup.crowded_edges},
+              {"shells", soup.shells},
+              {"unreferenced_vertices", cage.soup.dropped_vertices}}}};
+}
+
 void run(const MeshArguments& arguments, Output& out) {
     check_output(arguments.output, {arguments.input, arguments.config.inside});
     MeshFileConfig config = arguments.config;
@@ -29,7 +49,8 @@ void run(const MeshArguments& arguments, Output& out) {
     if (!config.inside.empty() && holds_tets(arguments.input))
         throw CLI::ValidationError("--inside",
                                    "takes a surface, but " + arguments.input + " holds tetrahedra");
-    const Body body = mesh_file(arguments.input, config, out);
+    const MeshedFile meshed = mesh_file(arguments.input, config, out);
+    const Body& body = meshed.body;
     const TetMesh& tets = body.tets;
     const TetQuality quality = tet_quality(tets);
     out.text(to_text(quality));
@@ -44,17 +65,22 @@ void run(const MeshArguments& arguments, Output& out) {
     out.text(fmt::format("{}: {} nodes, {} tetrahedra, collision surface of {} vertices and {} faces",
                          arguments.output, tets.X.rows(), tets.T.rows(), body.surface.X.rows(),
                          body.surface.F.rows()));
-    out.result({{"nodes", tets.X.rows()},
-                {"tets", tets.T.rows()},
-                {"surface_vertices", body.surface.X.rows()},
-                {"faces", body.surface.F.rows()},
-                {"volume", quality.volume},
-                {"radius_ratio_min", quality.radius_ratio_min},
-                {"radius_ratio_mean", quality.radius_ratio_mean},
-                {"slivers", slivers},
-                {"dihedral_min", quality.dihedral_min},
-                {"dihedral_max", quality.dihedral_max},
-                {"body_sha256", body_hash(body)}});
+    nlohmann::ordered_json result = {
+        {"nodes", tets.X.rows()},
+        {"tets", tets.T.rows()},
+        {"surface_vertices", body.surface.X.rows()},
+        {"faces", body.surface.F.rows()},
+        {"volume", quality.volume},
+        {"radius_ratio_min", quality.radius_ratio_min},
+        {"radius_ratio_mean", quality.radius_ratio_mean},
+        {"slivers", slivers},
+        {"slivers_optimised", meshed.optimization.poor_before - meshed.optimization.poor_after},
+        {"nodes_added", meshed.optimization.nodes_added},
+        {"dihedral_min", quality.dihedral_min},
+        {"dihedral_max", quality.dihedral_max},
+        {"body_sha256", body_hash(body)}};
+    if (meshed.cage) result["cage"] = to_json(*meshed.cage);
+    out.result(result);
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ std::shared_ptr<const Body> SceneFiles::body(const SceneBody& spec, const Output
         .tets = m.tets, .inside = {}, .material = {}, .levels = m.levels, .scheme = m.scheme};
     Body body = spec.source == BodySource::body   ? load_body(spec.file)
                 : spec.source == BodySource::tets ? body_of_tets(spec.file, config, out)
-                                                  : body_of_surface(spec.file, config, out);
+                                                  : body_of_surface(spec.file, config, out).body;
     return bodies_.emplace(key, std::make_shared<const Body>(std::move(body))).first->second;
 }
 

@@ -23,6 +23,7 @@ namespace {
 struct Filled {
     Cage cage;
     TetMesh tets;
+    TetOptimization optimization;
     Embedding W;
 };
 
@@ -41,26 +42,6 @@ TetrahedralizeResult fill_as_possible(const TriMesh& cage, int nodes) {
     }
 }
 
-/// As fill_as_possible(), but if there are slivers, tries slightly other gradings as well and keeps the best.
-TetMesh fill_well(const TriMesh& cage, int nodes) {
-    constexpr double good_ratio = 0.04;
-    constexpr int tries = 2;
-    TetrahedralizeResult filled = fill_as_possible(cage, nodes);
-    TetMesh best = std::move(filled.tets);
-    double best_ratio = tet_quality(best).radius_ratio_min;
-    if (filled.refinement < 1) return best;  // another grading would give far fewer nodes
-    for (int i = 1; i <= tries && best_ratio < good_ratio && suits(best, nodes); ++i) {
-        try {
-            TetMesh tets = tetrahedralize(cage, {.grading = std::min(2., filled.grading + 0.015 * i)}).tets;
-            const double ratio = tet_quality(tets).radius_ratio_min;
-            if (ratio > best_ratio && suits(tets, nodes)) best = std::move(tets), best_ratio = ratio;
-        } catch (const std::runtime_error&) {
-            // gmsh fails at some gradings; the tetrahedra that are there stay.
-        }
-    }
-    return best;
-}
-
 /// Some cages have faces so close to each other that gmsh fails, that few nodes fit inside, or that rounding
 /// puts a vertex outside. Another size and offset then give other faces.
 Filled fill(const SoupWrap& wrap, const TriMesh& soup, int nodes) {
@@ -77,7 +58,9 @@ Filled fill(const SoupWrap& wrap, const TriMesh& soup, int nodes) {
             throw;
         }
         try {
-            filled.tets = fill_well(filled.cage.surface, nodes);
+            TetrahedralizeResult result = fill_as_possible(filled.cage.surface, nodes);
+            filled.tets = std::move(result.tets);
+            filled.optimization = result.optimization;
             if (!suits(filled.tets, nodes)) {
                 aim *= nodes / static_cast<double>(filled.tets.X.rows());
                 throw std::invalid_argument(fmt::format("no cage of {} nodes was found; the nearest has {}",
@@ -102,6 +85,7 @@ std::string describe(const CageReport& r) {
         describe(r.soup), r.vertices, r.faces, r.volume, r.distance, r.alpha, r.offset);
     if (r.closes_holes) text += "; stays coarse where a finer cage would enter the surface through its holes";
     if (r.joins_parts) text += "; stays coarse where a finer cage would fall into parts";
+    if (r.optimization.poor_before > 0) text += "\n" + describe(r.optimization);
     return text;
 }
 
@@ -122,6 +106,7 @@ CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Mate
     report.distance = filled.cage.distance;
     report.closes_holes = filled.cage.closes_holes;
     report.joins_parts = filled.cage.joins_parts;
+    report.optimization = filled.optimization;
 
     Body& body = result.body;
     body.name = std::move(name);

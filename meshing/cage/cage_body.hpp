@@ -4,6 +4,7 @@
 
 #include "meshing/body/body.hpp"
 #include "meshing/cage/clean_soup.hpp"
+#include "meshing/tets/optimize_tets.hpp"
 
 namespace nbd {
 
@@ -16,9 +17,10 @@ struct CageReport {
     double offset = 0;    // metres
     double distance = 0;  // greatest distance between cage and soup, metres
     bool closes_holes = false, joins_parts = false;
+    TetOptimization optimization;
 };
 
-/// Two lines: the soup with its defects, and the cage.
+/// Two lines: the soup with its defects, and the cage. A third one if tetrahedra were optimised.
 std::string describe(const CageReport& report);
 
 struct CageBody {

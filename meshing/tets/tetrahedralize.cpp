@@ -154,8 +154,14 @@ TetrahedralizeResult tetrahedralize(const TriMesh& surface, const Tetrahedralize
         throw std::invalid_argument(
             fmt::format("grading is {}; allowed: 0 to {}", config.grading, max_grading));
     check_arrays(surface);
-    if (config.nodes > 0) return search_nodes(surface, config);
-    return {Filler(surface).fill(config.grading, 1), config.grading, 1, 1};
+    TetrahedralizeResult result =
+        config.nodes > 0
+            ? search_nodes(surface, config)
+            : TetrahedralizeResult{Filler(surface).fill(config.grading, 1), config.grading, 1, 1};
+    const auto nodes = static_cast<int>(result.tets.X.rows());
+    const double most = config.nodes > 0 ? (1 + config.tolerance) * config.nodes : 2. * nodes;
+    result.optimization = optimize_tets(result.tets, static_cast<int>(most) - nodes);
+    return result;
 }
 
 }  // namespace nbd

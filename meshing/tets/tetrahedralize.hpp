@@ -1,6 +1,7 @@
 #pragma once
 
 #include "meshing/surface/mesh.hpp"
+#include "meshing/tets/optimize_tets.hpp"
 
 namespace nbd {
 
@@ -17,14 +18,14 @@ struct TetrahedralizeResult {
     double grading = 0;     // grading used
     double refinement = 1;  // refinement used; below 1 only if `nodes` exceeds what grading 0 gives
     int runs = 0;           // number of times the surface was meshed
+    TetOptimization optimization = {};
 };
 
-/// Fills a surface with tetrahedra by gmsh. The nodes start with surface.X bit for bit, the oriented boundary
-/// faces are exactly surface.F, and every tetrahedron has positive volume. The same input gives the same
-/// bits.
-/// surface: finite, closed, manifold, oriented outward, no self-intersections (see check_surface()).
-/// Throws std::invalid_argument for a bad config or an unreachable number of nodes (naming the reachable
-/// range), std::runtime_error if gmsh fails.
+/// Fills a surface with tetrahedra by gmsh and improves the poor ones by optimize_tets(). The nodes start
+/// with surface.X bit for bit, the oriented boundary faces are exactly surface.F, and every tetrahedron has
+/// positive volume. The same input gives the same bits. surface: finite, closed, manifold, oriented outward,
+/// no self-intersections (see check_surface()). Throws std::invalid_argument for a bad config or an
+/// unreachable number of nodes (naming the reachable range), std::runtime_error if gmsh fails.
 TetrahedralizeResult tetrahedralize(const TriMesh& surface, const TetrahedralizeConfig& config = {});
 
 }  // namespace nbd

@@ -264,5 +264,14 @@ TEST(CageBody, HoldsTheStanfordBunny) {
     EXPECT_GT(made.report.volume, 7.5e-4);
 }
 
+TEST(Cage, SplitsEdgesWhereTetrahedraAreFlatOnTheBoundary) {
+    const TriMesh gear = read_surface(std::filesystem::path(NBD_ASSETS) / "gear.obj");
+    const CageBody made = checked_body(gear, 200);
+    ASSERT_GT(made.report.optimization.poor_before, 0);
+    EXPECT_GT(made.report.optimization.nodes_added, 0);
+    EXPECT_EQ(made.report.optimization.poor_after, 0);
+    EXPECT_GE(tet_quality(made.body.tets).radius_ratio_min, poor_radius_ratio);
+}
+
 }  // namespace
 }  // namespace nbd

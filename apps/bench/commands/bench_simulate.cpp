@@ -30,7 +30,7 @@ std::vector<Body> bodies_of(const std::string& path, const std::vector<int>& nod
     for (const int count : nodes) {
         MeshFileConfig config;
         config.tets.nodes = count;
-        bodies.push_back(mesh_file(path, config, out));
+        bodies.push_back(mesh_file(path, config, out).body);
     }
     return bodies;
 }
