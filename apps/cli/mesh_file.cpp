@@ -2,19 +2,42 @@
 
 #include <fmt/core.h>
 
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "apps/cli/available_memory.hpp"
 #include "meshing/body/make_body.hpp"
 #include "meshing/cage/body_inside.hpp"
 #include "meshing/cage/cage_body.hpp"
 #include "meshing/cage/clean_soup.hpp"
+#include "meshing/formats/face_count.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"
 #include "meshing/surface/solid_boundary.hpp"
 
 namespace nbd {
+namespace {
+
+/// Tells how much memory a large surface takes, and throws before it is taken if there is not as much.
+void check_memory(const std::filesystem::path& path, bool fills, const Output& out) {
+    // Measured at the peak: reading and wrapping, or filling the surface itself with tetrahedra.
+    const double bytes_per_face = fills ? 3500 : 500;
+    constexpr double gib = 1024. * 1024 * 1024;
+    const std::uint64_t faces = estimate_faces(path);
+    const double wanted = static_cast<double>(faces) * bytes_per_face,
+                 available = static_cast<double>(available_memory());
+    if (wanted > available)
+        throw std::runtime_error(fmt::format(
+            "{}: about {} faces need about {:.1f} GiB of memory, but {:.1f} GiB are available{}",
+            path.string(), faces, wanted / gib, available / gib, fills ? "; --cage needs less" : ""));
+    if (wanted > gib)
+        out.text(fmt::format("{}: about {} faces, which take about {:.1f} GiB of memory", path.string(),
+                             faces, wanted / gib));
+}
+
+}  // namespace
 
 bool holds_tets(const std::filesystem::path& path) {
     const std::string extension = path.extension().string();
@@ -43,6 +66,7 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
 
 MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config,
                            const Output& out) {
+    check_memory(path, config.cage == 0 && config.inside.empty(), out);
     TriMesh surface = read_surface(path);
     try {
         if (config.cage > 0) {

@@ -31,7 +31,8 @@ struct MeshedFile {
 /// (.msh .vtk .mesh), or those of a body file (.h5) with its material, the surface is their boundary. With
 /// `cage` or `inside`, any surface is taken as it is and embedded in the tetrahedra of a coarse cage around
 /// it, or in those of another body, whose material it takes. Prints to `out` what was found and repaired.
-/// Throws what reading, checking and filling throw; messages of checks start with the path.
+/// Throws std::runtime_error, before it takes memory, if the surface needs more than is available; and
+/// what reading, checking and filling throw; messages of checks start with the path.
 MeshedFile mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 
 /// Whether a file holds tetrahedra, by its extension: .msh .vtk .mesh, or .h5 for a body.

@@ -4,6 +4,7 @@
 
 #include <numeric>
 
+#include "apps/cli/counted.hpp"
 #include "apps/cli/option_checks.hpp"
 
 namespace nbd {
@@ -31,10 +32,9 @@ void add_calibration_options(CLI::App& command, CalibrateConfig& config) {
 std::string describe(BoundKind kind, const Calibration& calibration, const BoundLevels& levels) {
     std::string text = fmt::format(
         "{} bounds: at most {:g} % of a depth's nodes miss, pose by pose, in {:.4g} % of trajectories; from "
-        "{} "
-        "poses of {} trajectories; mean margins by depth{}",
-        name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence, calibration.poses,
-        calibration.trajectories,
+        "{} of {}; mean margins by depth{}",
+        name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence,
+        counted(calibration.poses, "pose"), counted_trajectories(calibration.trajectories),
         calibration.limits.empty() ? "" : ", for inputs at the edge of the calibrated range");
     for (int depth = 0; depth < levels.count(); ++depth) {
         const auto level = static_cast<std::size_t>(depth);

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <memory>
 
+#include "apps/cli/counted.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
@@ -125,9 +126,9 @@ void report(const DatasetArguments& arguments, const ShardFolder& folder, int no
     }
     int failed = 0;
     for (const auto& [name, kind] : variety.kinds) failed += kind.failed;
-    out.text(fmt::format("{}: {} trajectories in {} files, {} frames of {} nodes, {} failed",
-                         arguments.output, folder.trajectories(), folder.shards(), variety.frames, nodes,
-                         failed));
+    out.text(fmt::format("{}: {} in {}, {} of {}, {} failed", arguments.output,
+                         counted_trajectories(folder.trajectories()), counted(folder.shards(), "file"),
+                         counted(variety.frames, "frame"), counted(nodes, "node"), failed));
     out.text(to_text(variety));
     out.result({{"trajectories", folder.trajectories()},
                 {"shards", folder.shards()},

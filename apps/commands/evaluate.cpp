@@ -21,6 +21,7 @@ namespace {
 struct EvaluateArguments {
     std::string tree, recording, csv, html;
     std::vector<std::string> bounds{"exact", "bd", "nbd", "learned_spheres", "certified"};
+    bool all_depths = false;
     EvaluateConfig config;
 };
 
@@ -71,7 +72,8 @@ void run(const EvaluateArguments& arguments, Output& out) {
         file.out() << to_csv(rows);
         file.commit();
     }
-    out.text(to_text(rows));
+    out.text(to_text(rows, arguments.all_depths));
+    if (!arguments.all_depths) out.text("root, middle and leaves; every depth: --all-depths, --csv");
     nlohmann::ordered_json table = nlohmann::ordered_json::array();
     for (const EvaluationRow& row : rows) table.push_back(to_json(row));
     out.result({{"rows", table}});
@@ -104,7 +106,9 @@ void add_evaluate(CLI::App& app, Output& out) {
                      "Maximum frames per set, evenly spread; 0: all")
         ->capture_default_str()
         ->check(not_negative());
-    command->add_option("--csv", arguments->csv, "File for the table (CSV)");
+    command->add_flag("--all-depths", arguments->all_depths,
+                      "Print every depth; without it, the root, the middle and the leaves");
+    command->add_option("--csv", arguments->csv, "File for the table (CSV), every depth");
     command->add_option("--html", arguments->html, "File for an HTML page with tables, charts and pictures");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }

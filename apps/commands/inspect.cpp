@@ -8,6 +8,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "apps/cli/counted.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/shard.hpp"
 #include "apps/dataset/variety.hpp"
@@ -27,9 +28,10 @@ std::string inspect_dataset(const std::filesystem::path& path) {
             throw std::runtime_error(fmt::format("{}: has SHA-256 {}; allowed: {}, as in {}", file.string(),
                                                  is, shard.sha256, path.string()));
     }
-    std::string text = fmt::format(
-        "{} files have the SHA-256 of the manifest; {} trajectories to train on, {} held out\n",
-        manifest.shards.size(), manifest.train_trajectories.size(), manifest.held_out_trajectories.size());
+    std::string text = fmt::format("{} with the SHA-256 of the manifest; {} to train on, {} held out\n",
+                                   counted(manifest.shards.size(), "file"),
+                                   counted_trajectories(manifest.train_trajectories.size()),
+                                   manifest.held_out_trajectories.size());
     const RecordingReader recording(path);
     for (const TrajectoryInfo& info : recording.trajectories())
         if (!info.failure.empty()) text += fmt::format("trajectory {} failed: {}\n", info.id, info.failure);

@@ -2,6 +2,7 @@
 #include <memory>
 #include <optional>
 
+#include "apps/cli/counted.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
@@ -79,9 +80,9 @@ void run(const RaceArguments& arguments, Output& out) {
         out.progress("frames", frame, spec.time.frames);
     }
     const auto rows = race.rows();
-    out.text(fmt::format(
-        "{}: {} frames, {} steps; means per step; apart: from the first run, % of the smallest body\n{}",
-        arguments.scene, spec.time.frames, rows.front().totals.steps, to_text(rows, race.size())));
+    out.text(fmt::format("{}: {}, {}; means per step; apart: from the first run, % of the smallest body\n{}",
+                         arguments.scene, counted(spec.time.frames, "frame"),
+                         counted(rows.front().totals.steps, "step"), to_text(rows, race.size())));
     if (!arguments.csv.empty()) {
         h5::AtomicFile file(arguments.csv);
         file.out() << to_csv(rows);

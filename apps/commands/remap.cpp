@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "apps/cli/counted.hpp"
 #include "apps/cli/load_body.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
@@ -58,7 +59,8 @@ void run(const RemapArguments& arguments, Output& out) {
         out.progress("trajectories", i + 1, count);
     }
     writer.finish();
-    out.text(fmt::format("{}: {} frames of {} trajectories", arguments.output, frames, count));
+    out.text(
+        fmt::format("{}: {} of {}", arguments.output, counted(frames, "frame"), counted_trajectories(count)));
     out.result({{"trajectories", count}, {"frames", frames}});
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "apps/cli/counted.hpp"
 #include "apps/cli/file_hash.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
@@ -111,18 +112,19 @@ std::string time_line(const StepTotals& total, double output_us) {
 void tell(const SceneOutput& paths, int frames, const StepTotals& total, double size, double output_us,
           Output& out) {
     out.text(
-        fmt::format("{}: {} frames, {:.3f} s simulated; contacts in {} frames, deepest penetration {:.3g} m, "
+        fmt::format("{}: {}, {:.3f} s simulated; contacts in {}, deepest penetration {:.3g} m, "
                     "{:.2g} % of the smallest body",
-                    paths.recording.string(), frames, total.time, total.frames_in_contact,
-                    total.deepest_penetration, 100 * total.deepest_penetration / size));
+                    paths.recording.string(), counted(frames, "frame"), total.time,
+                    counted(total.frames_in_contact, "frame"), total.deepest_penetration,
+                    100 * total.deepest_penetration / size));
     out.text(fmt::format("broad phase per step: {:.1f} us update, {:.1f} us queries, {:.1f} nodes bounded",
                          total.update_us, total.collision_us, total.nodes_bounded));
     out.text(time_line(total, output_us));
     if (total.audited_frames > 0)
-        out.text(fmt::format(
-            "audit of {} frames: {} of {} touching face pairs missed, {} of {} within contact distance",
-            total.audited_frames, total.audit.intersecting_missed, total.audit.intersecting,
-            total.audit.near_missed, total.audit.near));
+        out.text(
+            fmt::format("audit of {}: {} of {} touching face pairs missed, {} of {} within contact distance",
+                        counted(total.audited_frames, "frame"), total.audit.intersecting_missed,
+                        total.audit.intersecting, total.audit.near_missed, total.audit.near));
     if (total.audited_frames > 0)
         out.text(fmt::format(
             "audit: {} tests, exact bounds need {}; {:.1f} us per frame, exact bounds take {:.1f}",
@@ -157,6 +159,17 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
                 {"audit_exact_us", total.audit.exact_us}});
 }
 
+/// Whether an earlier run has written all outputs, and no input has changed since.
+bool is_finished(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs) {
+    for (const auto& output : {paths.recording, paths.csv, paths.vtu, paths.obj, paths.picture})
+        if (!output.empty() && !std::filesystem::exists(output)) return false;
+    const auto written = std::filesystem::last_write_time(paths.recording);
+    return !std::filesystem::exists(journal_path(paths)) &&
+           std::ranges::none_of(inputs, [&](const std::filesystem::path& input) {
+               return std::filesystem::exists(input) && std::filesystem::last_write_time(input) >= written;
+           });
+}
+
 void run(const SimulateArguments& arguments, Output& out) {
     finish_on_interrupt();
     hold_blas_to_one_thread();
@@ -167,6 +180,12 @@ void run(const SimulateArguments& arguments, Output& out) {
     inputs.push_back(arguments.scene);
     const SceneOutput paths = output_paths(arguments.output, spec.output);
     check_outputs(paths, inputs);
+    if (arguments.resume && is_finished(paths, inputs)) {
+        out.text(fmt::format("{}: is finished, nothing to continue; without --resume the scene runs anew",
+                             paths.recording.string()));
+        out.result({{"finished", true}});
+        return;
+    }
     Journal journal(journal_path(paths), facts_of(arguments, spec), arguments.resume);
 
     SceneFiles files;
@@ -282,7 +301,8 @@ void add_simulate(CLI::App& app, Output& out) {
     command->add_option("--picture", output.picture, "PNG file with six frames");
     CLI::Option* resume =
         command->add_flag("--resume", arguments->resume,
-                          "Continue a run that was interrupted or killed; start one if there is none");
+                          "Continue a run that was interrupted or killed; start one if there is none, and "
+                          "leave a finished one as it is");
     command
         ->add_flag(
             "--compare-contacts", arguments->compare,

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "apps/cli/counted.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/load_body.hpp"
 #include "apps/cli/option_checks.hpp"
@@ -118,10 +119,11 @@ void run(const TrainArguments& arguments, Output& out) {
 
     const TrainingFacts& facts = file.facts;
     const auto nodes = file.tree.spheres.nodes.size();
-    out.text(fmt::format(
-        "{}: {} nodes trained on {} poses of {} trajectories in {:.1f} s; {} to calibrate on, {} held out",
-        arguments.output, nodes, facts.poses, facts.split.train_trajectories.size(), seconds,
-        facts.split.calibration_trajectories.size(), facts.split.held_out_trajectories.size()));
+    out.text(fmt::format("{}: {} trained on {} of {} in {:.1f} s; {} to calibrate on, {} held out",
+                         arguments.output, counted(nodes, "node"), counted(facts.poses, "pose"),
+                         counted_trajectories(facts.split.train_trajectories.size()), seconds,
+                         facts.split.calibration_trajectories.size(),
+                         facts.split.held_out_trajectories.size()));
     for (const auto& [kind, calibration] : file.tree.calibrations)
         out.text(describe(kind, calibration, {file.tree, kind}));
     nlohmann::ordered_json result = {{"nodes", nodes},

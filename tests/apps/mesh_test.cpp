@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "tests/apps/small_files.hpp"
@@ -34,6 +37,51 @@ TEST_F(Mesh, WarnsOfTetrahedraThatMakeStepsStiff) {
     EXPECT_EQ(good.status, 0) << good.err;
     EXPECT_EQ(good.err, "");
     EXPECT_EQ(nlohmann::json::parse(good.out)["slivers"], 0);
+}
+
+TEST_F(Mesh, TellsTheFiguresOfACage) {
+    write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 2 3 4\n");
+    const test::Ran ran =
+        test::run(folder(), {"mesh", "open.obj", "-o", "open.h5", "--cage", "300", "--json"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto result = nlohmann::json::parse(ran.out);
+    const auto& cage = result["cage"];
+    EXPECT_GT(cage["faces"], 100);
+    EXPECT_EQ(cage["faces"].get<int>(), 2 * cage["vertices"].get<int>() - 4);  // a closed shape without holes
+    EXPECT_NEAR(cage["volume"].get<double>(), result["volume"].get<double>(), 1e-12);
+    EXPECT_GE(cage["distance"], cage["offset"]);
+    EXPECT_LT(cage["distance"], 0.5);
+    EXPECT_EQ(cage["defects"]["duplicate_faces"], 1);
+    EXPECT_EQ(cage["defects"]["open_edges"], 2);
+    EXPECT_EQ(cage["defects"]["crowded_edges"], 2);
+    EXPECT_EQ(cage["defects"]["shells"], 1);
+    const test::Ran closed = test::run(folder(), {"mesh", "box.obj", "-o", "closed.h5", "--json"});
+    EXPECT_FALSE(nlohmann::json::parse(closed.out).contains("cage"));
+}
+
+TEST_F(Mesh, RefusesSurfacesThatNeedMoreMemoryThanThereIs) {
+    constexpr std::int64_t faces = 4'000'000'000, vertices = faces / 2;
+    const std::string ply = fmt::format(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
+        "property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        vertices, faces);
+    write("huge.ply", ply);
+    write("huge.off", fmt::format("OFF\n{} {} 0\n", vertices, faces));
+    for (const char* name : {"huge.ply", "huge.off"})  // sparse: the disk holds no more than the header
+        std::filesystem::resize_file(folder() / name, 20 * faces);
+    for (const char* name : {"huge.ply", "huge.off"}) {
+        const test::Ran ran = test::run(folder(), {"mesh", name, "-o", "huge.h5", "--cage", "500"});
+        EXPECT_EQ(ran.status, 1);
+        EXPECT_THAT(
+            ran.err,
+            testing::StartsWith(fmt::format(
+                "nbdtree: error: {}: about 4000000000 faces need about 1862.6 GiB of memory, but ", name)));
+        EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1);
+        EXPECT_FALSE(std::filesystem::exists(folder() / "huge.h5"));
+    }
+    write("short.ply", ply);  // too short for what its header says
+    EXPECT_THAT(test::run(folder(), {"mesh", "short.ply", "-o", "x.h5", "--cage", "500"}).err,
+                testing::HasSubstr("the file ends early, in vertex 0 of 2000000000"));
 }
 
 }  // namespace

@@ -124,6 +124,25 @@ TEST_F(ResumeTest, ARunStoppedAtRandomMomentsGivesTheSameBits) {
     expect_whole(where);
 }
 
+TEST_F(ResumeTest, LeavesAFinishedRunAsItIs) {
+    const std::string where = "finished";
+    fs::create_directories(folder() / where);
+    simulate(where, {});
+    const auto written = fs::last_write_time(folder() / where / "run.h5");
+    std::vector<std::string> again = command(where, {"--resume"});
+    std::erase(again, "-q");
+    const Ran ran = run(folder(), again);
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_EQ(ran.out,
+              where + "/run.h5: is finished, nothing to continue; without --resume the scene runs anew\n");
+    EXPECT_EQ(fs::last_write_time(folder() / where / "run.h5"), written);
+    expect_whole(where);
+
+    fs::remove(folder() / where / "run.csv");  // not all of it is there: runs anew
+    simulate(where, {"--resume"});
+    expect_whole(where);
+}
+
 TEST_F(ResumeTest, UsesADamagedJournalUpToTheDamage) {
     const std::string where = "damaged";
     leave_journal(where, command(where, {"--resume"}));
