@@ -6,7 +6,7 @@
 namespace nbd {
 namespace {
 
-constexpr double pass_share = 0.1;  // share of the residual left by a pass before contacts are updated
+constexpr double pass_share = 0.1; // share of the residual left by a pass before contacts are updated
 
 }  // namespace
 
@@ -133,7 +133,6 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     for (; report.passes < config_->iterations; ++report.passes) {
         const LinearSolveReport solved = linear_.solve(system, rhs_, goal, v);
         report.linear_iterations += solved.iterations;
-        report.patch_nodes = std::max(report.patch_nodes, solved.patch_nodes);
         report.converged = report.converged && solved.converged;
         if (!solved.fallback.empty()) report.fallback = solved.fallback;
         if (contacts_.empty()) break;

@@ -18,7 +18,6 @@ struct ContactSolveReport {
     int linear_iterations = 0;  // conjugate gradient iterations, over all passes
     int passes = 0;             // linear solves with updated contacts
     int active = 0;             // contacts that press at the end of the step
-    int patch_nodes = 0;        // maximum number of nodes that a pass solved exactly
     bool converged = true;      // every linear solve met its tolerance
     std::string fallback{};     // empty, or why a pass was factorised
 };
@@ -33,8 +32,9 @@ struct ContactSolveReport {
 /// needed.
 class ContactSolver {
  public:
-    explicit ContactSolver(const LinearSolveConfig& config, std::shared_ptr<RestFactors> factors = nullptr)
-        : tolerance_(config.tolerance), linear_(config, std::move(factors)) {}
+    explicit ContactSolver(const LinearSolveConfig& config,
+                           std::shared_ptr<RestHierarchies> hierarchies = nullptr)
+        : tolerance_(config.tolerance), linear_(config, std::move(hierarchies)) {}
 
     /// Sets the contacts of a step; velocities v (stacked) give the first guess of how they press and slip.
     /// surfaces: one per body. first_unknown: start of each body's velocities in the stacked vector, then its

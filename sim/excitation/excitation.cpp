@@ -53,7 +53,7 @@ std::shared_ptr<const CollisionTree> make_tree(const Body& body) {
 World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& body,
                  const std::shared_ptr<const ElasticBody>& elastic,
                  const std::shared_ptr<const CollisionTree>& tree, const LinearSolveConfig& linear,
-                 const std::shared_ptr<RestFactors>& factors) {
+                 const std::shared_ptr<RestHierarchies>& hierarchies) {
     WorldConfig config;
     config.gravity = recipe.gravity;
     config.contact.damping = 0.02 * scales.time;
@@ -62,7 +62,7 @@ World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& 
     config.limits.inverted_share = 0.02;
     config.contact.slip_velocity = 1e-3 * scales.speed;
     config.linear = linear;
-    config.factors = factors;
+    config.hierarchies = hierarchies;
     World world(config);
     if (recipe.floor)
         world.add_obstacle(
@@ -93,7 +93,7 @@ Excitation::Excitation(Body body, const ExcitationConfig& config)
       elastic_(std::make_shared<const ElasticBody>(body_->tets, body_->material)),
       recipes_(body_, config),
       tree_(make_tree(*body_)),
-      factors_(std::make_shared<RestFactors>()) {}
+      hierarchies_(std::make_shared<RestHierarchies>()) {}
 
 double Excitation::frame_interval() const noexcept { return recipes_.frame_interval(); }
 
@@ -104,7 +104,8 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_p
             fmt::format("excitation: {} steps per frame, but must be > 0", steps_per_frame));
     const Recipe recipe = recipes_.draw(index);
     TrajectoryResult result{.recipe = recipe_json(recipe)};
-    World world = make_world(recipe, recipes_.scales(), *body_, elastic_, tree_, config_.linear, factors_);
+    World world =
+        make_world(recipe, recipes_.scales(), *body_, elastic_, tree_, config_.linear, hierarchies_);
     std::vector<SpreadForce> forces;
     for (const PatchForce& patch : recipe.forces) forces.push_back(spread(patch, *elastic_));
     const double dt = recipe.frame_interval / steps_per_frame;

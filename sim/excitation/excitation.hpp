@@ -7,7 +7,7 @@
 #include "collision/tree/collision_tree.hpp"
 #include "sim/excitation/recipe.hpp"
 #include "sim/fem/elastic_body.hpp"
-#include "sim/solvers/rest_factor.hpp"
+#include "sim/multilevel/rest_hierarchy.hpp"
 
 namespace nbd {
 
@@ -50,7 +50,7 @@ class Excitation {
     std::shared_ptr<const ElasticBody> elastic_;
     RecipeBook recipes_;
     std::shared_ptr<const CollisionTree> tree_;
-    std::shared_ptr<RestFactors> factors_;
+    std::shared_ptr<RestHierarchies> hierarchies_;
 };
 
 }  // namespace nbd

@@ -56,6 +56,7 @@ ElasticBody::ElasticBody(TetMesh rest, const Material& material, MassKind mass)
     lambda_ = E * nu / ((1 + nu) * (1 - 2 * nu));
     measure_elements();
     list_incidences();
+    share_corner_weights();
     build_mass(mass);
 }
 
@@ -78,7 +79,8 @@ void ElasticBody::measure_elements() {
         for (int a = 0; a < 4; ++a) {
             const Eigen::Vector3d g =
                 a > 0 ? Eigen::Vector3d(gradient.col(a - 1)) : -gradient.rowwise().sum();
-            corner_weight_[static_cast<std::size_t>(4 * t + a)] = volume_[t] * g.squaredNorm();
+            corner_weight_[static_cast<std::size_t>(4 * t + a)] =
+                static_cast<float>(volume_[t] * g.squaredNorm());
         }
     }
 }
@@ -114,6 +116,14 @@ void ElasticBody::list_incidences() {
         const auto row = pattern_.neighbours(i);
         for (int k = 0; k < static_cast<int>(row.size()); ++k)
             mirror_[pattern_.first_block(i) + k] = pattern_.find(row[k], i) - pattern_.first_block(row[k]);
+    }
+}
+
+void ElasticBody::share_corner_weights() {
+    for (int i = 0; i < node_count(); ++i) {
+        float total = 0;
+        for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s) total += corner_weight_[corner_[s]];
+        for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s) corner_weight_[corner_[s]] /= total;
     }
 }
 
@@ -299,33 +309,14 @@ void ElasticBody::mass_product(NodesRef u, Eigen::Ref<Nodes> out) const {
     });
 }
 
-void ElasticBody::node_rotations(const ElementPose& pose, NodeRotations& rotations) const {
-    rotations.R.resize(static_cast<std::size_t>(node_count()));
-    rotations.spread.resize(static_cast<std::size_t>(node_count()));
-    const auto turn_batch = [&](int batch) {
-        const int first = batch * lanes, count = std::min(lanes, node_count() - first);
-        LaneMatrix3 sums, R;
-        for (int l = 0; l < lanes; ++l) {
-            const int i = first + std::min(l, count - 1);
-            Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-            for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
-                sum += corner_weight_[corner_[s]] * pose.R[corner_[s] / 4];
-            sums.set_lane(l, sum);
-        }
-        rotations_of(sums, R);
-        for (int l = 0; l < count; ++l) {
-            const int i = first + l;
-            const Eigen::Matrix3d turn = R.lane(l);
-            double spread = 0, total = 0;
-            for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s) {
-                spread += corner_weight_[corner_[s]] * (pose.R[corner_[s] / 4] - turn).norm();
-                total += corner_weight_[corner_[s]];
-            }
-            rotations.R[static_cast<std::size_t>(i)] = turn.cast<float>();
-            rotations.spread[static_cast<std::size_t>(i)] = static_cast<float>(spread / total);
-        }
-    };
-    parallel_for((node_count() + lanes - 1) / lanes, turn_batch, 64);
+void ElasticBody::node_rotations(const ElementPose& pose, std::vector<Eigen::Matrix3f>& rotations) const {
+    rotations.resize(static_cast<std::size_t>(node_count()));
+    parallel_for(node_count(), [&](int i) {
+        Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+        for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
+            sum += double{corner_weight_[corner_[s]]} * pose.R[corner_[s] / 4];
+        rotations[static_cast<std::size_t>(i)] = sum.cast<float>();
+    });
 }
 
 ElementReport ElasticBody::check(const ElementPose& pose) const {

@@ -34,12 +34,6 @@ struct ElementPose {
     std::vector<Eigen::Matrix<double, 3, 4>> f;  // [T] elastic forces on the four nodes, N
 };
 
-/// Mean rotation of the elements around each node.
-struct NodeRotations {
-    std::vector<Eigen::Matrix3f> R;  // [N] rotation nearest to the stiffness-weighted mean of the elements' R
-    std::vector<float> spread;       // [N] mean norm of the elements' R minus this R, same weights
-};
-
 /// Corotated linear elasticity on linear tetrahedra [MuellerGross04], in double precision.
 ///
 /// Element energy: E_e = V (mu |F - R|^2 + lambda/2 tr(R^T F - I)^2), where R is the rotation of F's polar
@@ -91,8 +85,9 @@ class ElasticBody {
     /// out = M u. u, out: [N, 3]; out must not overlap u.
     void mass_product(NodesRef u, Eigen::Ref<Nodes> out) const;
 
-    /// Computes the mean rotation at each node. Allocates only on the first use of `rotations`.
-    void node_rotations(const ElementPose& pose, NodeRotations& rotations) const;
+    /// Means of the rotations R of the elements around each node, weighted with their stiffness: [N],
+    /// rotations up to a factor where the elements turn alike. Allocates only on the first use.
+    void node_rotations(const ElementPose& pose, std::vector<Eigen::Matrix3f>& rotations) const;
 
     ElementReport check(const ElementPose& pose) const;
 
@@ -101,6 +96,7 @@ class ElasticBody {
 
     void measure_elements();
     void list_incidences();
+    void share_corner_weights();
     void build_mass(MassKind kind);
     void pose_batch(NodesRef x, int batch, ElementPose& pose, RegionMeter* meter) const;
     void gather(const std::vector<Corners>& corners, Eigen::Ref<Nodes> out) const;
@@ -113,8 +109,9 @@ class ElasticBody {
     // Rest gradients of shape functions 1 to 3, 1/m: columns of the transposed inverse of the rest edges.
     // Stored in batches of `lanes` elements; the last batch repeats its last element.
     std::vector<LaneMatrix3> gradient_;
-    std::vector<double> corner_weight_;  // [4 T] volume times squared norm of the shape function's gradient
-    Eigen::VectorXd node_mass_;          // [N]
+    // [4 T] volume times squared norm of the shape function's gradient, as a share of the node's sum.
+    std::vector<float> corner_weight_;
+    Eigen::VectorXd node_mass_;  // [N]
     SparseMatrix mass_;
     std::vector<double> block_mass_;  // [blocks] mass_ has these factors times the identity as blocks
 

@@ -2,154 +2,161 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
+
+#include "sim/solvers/parallel_vectors.hpp"
 
 namespace nbd {
 namespace {
 
-constexpr float unlike = 0.2F;        // a node with a larger spread of rotations joins the patch
-constexpr int layers = 2;             // layers of nodes added around the patch
 constexpr int stale_iterations = 20;  // a factorisation costs more than this many iterations
-constexpr double most_of_it = 0.5;    // maximum share of nodes in a patch; above it all are factorised
 
-/// Adds the nodes that share a block with a node inside.
-void grow(const CoupledSystem& system, std::vector<char>& inside) {
-    const std::vector<char> core = inside;
-    for (std::size_t b = 0; b < system.systems.size(); ++b) {
-        const BlockPattern& pattern = system.systems[b].body().pattern();
-        const int first = system.first_unknown[b] / 3;
-        for (int i = 0; i < pattern.node_count(); ++i)
-            if (core[static_cast<std::size_t>(first + i)])
-                for (const int j : pattern.neighbours(i)) inside[static_cast<std::size_t>(first + j)] = 1;
-    }
+double dot(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    return sum_parts(a.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        return a.segment(begin, size).dot(b.segment(begin, size));
+    });
 }
 
 }  // namespace
 
-CoupledSolver::CoupledSolver(const LinearSolveConfig& config, std::shared_ptr<RestFactors> factors)
-    : config_(config), factors_(factors ? std::move(factors) : std::make_shared<RestFactors>()) {}
+CoupledSolver::CoupledSolver(const LinearSolveConfig& config, std::shared_ptr<RestHierarchies> hierarchies)
+    : config_(config),
+      hierarchies_(hierarchies ? std::move(hierarchies) : std::make_shared<RestHierarchies>()) {}
 
 void CoupledSolver::begin_matrices(const CoupledSystem& system) {
-    whole_ = config_.solver == LinearSolver::direct;
+    direct_ = config_.solver == LinearSolver::direct;
     factorized_ = false;
     patch_.begin();
-    direct_.begin();
-    if (whole_) return;
-    rest_.resize(system.systems.size());
-    rotations_.resize(system.systems.size());
-    for (std::size_t b = 0; b < system.systems.size(); ++b) {
-        const StepSystem& s = system.systems[b];
-        rest_[b] = factors_->get(s.body(), s.mass_scale(), s.stiffness_scale(), s.prescribed());
-        s.body().node_rotations(s.elements(), rotations_[b]);
-    }
+    factor_.begin();
+    if (!direct_) cycle_.begin(system, *hierarchies_);
 }
 
-std::vector<char> CoupledSolver::choose_patch(const CoupledSystem& system) const {
-    std::vector<char> inside(static_cast<std::size_t>(system.node_count()), 0);
-    for (std::size_t b = 0; b < system.systems.size(); ++b) {
-        const int first = system.first_unknown[b] / 3;
-        for (int i = 0; i < system.systems[b].body().node_count(); ++i)
-            inside[static_cast<std::size_t>(first + i)] =
-                rotations_[b].spread[static_cast<std::size_t>(i)] > unlike;
-    }
-    for (const Coupling& coupling : system.couplings)
-        if (!coupling.A.isZero(0))
-            for (const CouplingTerm& t : system.terms_of(coupling))
-                inside[static_cast<std::size_t>(t.unknown / 3)] = 1;
-    for (int layer = 0; layer < layers; ++layer) grow(system, inside);
-    return inside;
+/// r_ = b - A v. Returns its norm.
+double CoupledSolver::take_residual(const CoupledSystem& system, const Eigen::VectorXd& b,
+                                    const Eigen::VectorXd& v) {
+    system.multiply(v, Ap_);
+    return std::sqrt(sum_parts(b.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        r_.segment(begin, size) = b.segment(begin, size) - Ap_.segment(begin, size);
+        return r_.segment(begin, size).squaredNorm();
+    }));
 }
 
-/// Without the direct factor: z = (I - A_S^-1 A) G r, where G are the rotated rest factors and S is the
-/// patch. If r is zero on the patch, so is A z, and the residual there stays zero.
-void CoupledSolver::precondition(const CoupledSystem& system, const Eigen::VectorXd& r, Eigen::VectorXd& z) {
-    if (whole_) {
-        z.setZero();
-        direct_.add_solution(r, z);
+/// z_ = about A^-1 r_. norm: of r_; after scaling, floats can hold any residual.
+void CoupledSolver::precondition(const CoupledSystem& system, double norm) {
+    if (direct_) {
+        z_.setZero();
+        factor_.add_solution(r_, z_);
         return;
     }
-    for (std::size_t b = 0; b < system.systems.size(); ++b)
-        rest_[b]->apply(rotations_[b], r.data() + system.first_unknown[b], z.data() + system.first_unknown[b],
-                        y_, work_);
-    patch_.correct(system, zero_, z);
+    for_parts(r_.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        cycle_in_.segment(begin, size) = (r_.segment(begin, size) / norm).cast<float>();
+    });
+    cycle_.apply(cycle_in_, cycle_out_);
+    for_parts(r_.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        z_.segment(begin, size) = norm * cycle_out_.segment(begin, size).cast<double>();
+    });
+    patch_.correct(system, zero_, z_);
 }
 
-/// Runs conjugate gradients; r_ must be the residual of v. Returns false if `most` iterations do not suffice.
-bool CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
-                            LinearSolveReport& report) {
-    if (r_.norm() <= goal) return true;
-    precondition(system, r_, z_);
-    p_ = z_;
-    double rz = r_.dot(z_);
-    for (int k = 0; k < most && rz > 0; ++k) {
+/// Ap_ = A p_: in single precision if the preconditioner is, since the residual is taken anew at the end.
+void CoupledSolver::multiply(const CoupledSystem& system) {
+    if (direct_) {
         system.multiply(p_, Ap_);
-        const double step = rz / p_.dot(Ap_);
-        v += step * p_;
-        r_ -= step * Ap_;
+        return;
+    }
+    const double length = std::sqrt(dot(p_, p_)), scale = length > 0 ? length : 1;
+    for_parts(p_.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        cycle_in_.segment(begin, size) = (p_.segment(begin, size) / scale).cast<float>();
+        cycle_out_.segment(begin, size).setZero();
+    });
+    cycle_.subtract_product(cycle_in_, cycle_out_);
+    for_parts(p_.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        Ap_.segment(begin, size) = -scale * cycle_out_.segment(begin, size).cast<double>();
+    });
+}
+
+/// Conjugate gradients from r_, the residual of v, until the updated residual reaches the goal or the maximum
+/// number of iterations is reached.
+void CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
+                            LinearSolveReport& report) {
+    double norm = std::sqrt(dot(r_, r_));
+    precondition(system, norm);
+    p_ = z_;
+    double rz = dot(r_, z_);
+    while (report.iterations < most && rz > 0) {
+        multiply(system);
+        const double energy = dot(p_, Ap_);
+        if (!(energy > 0)) return;
+        const double step = rz / energy;
+        norm = std::sqrt(sum_parts(v.size(), [&](Eigen::Index begin, Eigen::Index size) {
+            v.segment(begin, size) += step * p_.segment(begin, size);
+            r_.segment(begin, size) -= step * Ap_.segment(begin, size);
+            return r_.segment(begin, size).squaredNorm();
+        }));
         ++report.iterations;
-        if (r_.norm() <= goal) return true;
-        precondition(system, r_, z_);
-        const double next = r_.dot(z_);
-        p_ = z_ + (next / rz) * p_;
+        if (!(norm > goal)) return;
+        precondition(system, norm);
+        const double next = dot(r_, z_);
+        for_parts(v.size(), [&](Eigen::Index begin, Eigen::Index size) {
+            p_.segment(begin, size) = z_.segment(begin, size) + (next / rz) * p_.segment(begin, size);
+        });
         rz = next;
     }
-    return false;
 }
 
-/// Solves with the current factors. The residual updated by the iteration may drift from the true one; if so,
-/// there is a second round.
+/// Solves with the current preconditioner, by at most this number of iterations in all. The residual updated
+/// by the iteration drifts from the true one, by rounding; further rounds remove what is left.
 bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, int most,
                            Eigen::VectorXd& v, LinearSolveReport& report) {
-    const auto take_residual = [&] {
-        system.multiply(v, Ap_);
-        r_ = b - Ap_;
-        return r_.norm();
-    };
-    bool going = true;
-    for (int round = 0; round < 2 && going; ++round) {
-        (whole_ ? direct_ : patch_).correct(system, b, v);
-        take_residual();
-        const bool iterated = iterate(system, goal, most, v, report);
-        report.residual = take_residual();
-        report.converged = report.residual <= goal;
-        going = iterated && !report.converged;
+    constexpr double progress = 0.5;  // a round must leave no more than this share of the residual
+    double before = std::numeric_limits<double>::infinity(), left = 0;
+    for (;;) {
+        (direct_ ? factor_ : patch_).correct(system, b, v);
+        left = take_residual(system, b, v);
+        if (left <= goal || !(left <= progress * before) || report.iterations >= most) break;
+        iterate(system, goal, most, v, report);
+        before = left;
     }
-    if (!b.isZero(0)) report.residual /= b.norm();
+    report.converged = left <= goal;
+    report.residual = b.isZero(0) ? left : left / b.norm();
     return report.converged;
 }
 
-/// Factorises the patch, or sets whole_ if the patch is too large.
-void CoupledSolver::factorize_patch(const CoupledSystem& system, LinearSolveReport& report) {
-    const std::vector<char> inside = choose_patch(system);
-    report.patch_nodes = static_cast<int>(std::ranges::count(inside, 1));
-    if (report.patch_nodes <= most_of_it * system.node_count()) {
-        patch_.factorize(system, inside);
-        report.patch_nodes = patch_.node_count();
-        return;
-    }
-    report.fallback = fmt::format("the patch of contacts and unevenly rotated elements has {} of {} nodes",
-                                  report.patch_nodes, system.node_count());
-    whole_ = true;
+/// Factorises the patch of nodes in contact.
+void CoupledSolver::factorize_contacts(const CoupledSystem& system) {
+    std::vector<char> inside(static_cast<std::size_t>(system.node_count()), 0);
+    for (const Coupling& coupling : system.couplings)
+        if (coupling.end - coupling.begin > 1 && !coupling.A.isZero(0))
+            for (const CouplingTerm& t : system.terms_of(coupling))
+                inside[static_cast<std::size_t>(t.unknown / 3)] = 1;
+    patch_.factorize(system, inside);
 }
 
 LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen::VectorXd& b, double goal,
                                        Eigen::VectorXd& v) {
     LinearSolveReport report;
+    for (std::size_t k = 0; k < system.systems.size(); ++k)
+        for (int i = 0; i < system.systems[k].body().node_count(); ++i)
+            if (system.systems[k].is_prescribed(i))
+                v.segment<3>(system.first_unknown[k] + 3 * i) = b.segment<3>(system.first_unknown[k] + 3 * i);
     for (Eigen::VectorXd* scratch : {&r_, &z_, &p_, &Ap_, &zero_}) scratch->setZero(system.size());
-    if (!whole_) {
-        factorize_patch(system, report);
-        if (!whole_ && refine(system, b, goal, config_.max_iterations, v, report)) return report;
-        if (!whole_)
-            report.fallback = fmt::format("{} iterations left a relative residual of {:.2g}",
-                                          report.iterations, report.residual);
-        whole_ = true;
+    for (Eigen::VectorXf* scratch : {&cycle_in_, &cycle_out_}) scratch->resize(system.size());
+    if (!direct_) {
+        factorize_contacts(system);
+        cycle_.set_couplings(system);
+        if (refine(system, b, goal, config_.max_iterations, v, report)) return report;
+        report.fallback = fmt::format("{} iterations left a relative residual of {:.2g}", report.iterations,
+                                      report.residual);
+        direct_ = true;
     }
     // The factor of an earlier solve with other couplings is worth a few iterations.
-    if (factorized_ && refine(system, b, goal, stale_iterations, v, report)) return report;
-    direct_.factorize(system, std::vector<char>(static_cast<std::size_t>(system.node_count()), 1));
+    const int most = report.iterations + stale_iterations;
+    if (factorized_ && refine(system, b, goal, most, v, report)) return report;
+    factor_.factorize(system, std::vector<char>(static_cast<std::size_t>(system.node_count()), 1));
     factorized_ = true;
-    refine(system, b, goal, stale_iterations, v, report);
+    refine(system, b, goal, most + stale_iterations, v, report);
     return report;
 }
 

@@ -3,33 +3,28 @@
 #include <Eigen/Core>
 #include <memory>
 #include <string>
-#include <vector>
 
-#include "sim/solvers/coupled_system.hpp"
+#include "sim/fem/coupled_system.hpp"
+#include "sim/multilevel/multilevel_cycle.hpp"
 #include "sim/solvers/linear_solve_config.hpp"
 #include "sim/solvers/patch_factor.hpp"
-#include "sim/solvers/rest_factor.hpp"
 
 namespace nbd {
 
 struct LinearSolveReport {
     int iterations = 0;   // conjugate gradient iterations
-    int patch_nodes = 0;  // nodes solved exactly in each iteration
     double residual = 0;  // |b - A v| over |b|
     bool converged = true;
     std::string fallback{};  // empty, or one line: why the system was factorised
 };
 
-/// Solves coupled systems by conjugate gradients. The preconditioner combines two parts: each body's rest
-/// factor, rotated with its nodes (RestFactor), and an exact solve on a patch of nodes where that
-/// approximation is poor. The patch has the nodes in contact, the nodes whose elements are rotated unevenly,
-/// and two layers around them. The residual on the patch stays zero (multiplicative Schwarz). If the patch
-/// would be most of the system, or the iteration does not converge, the whole system is factorised: a direct
-/// solve.
+/// Solves coupled systems by conjugate gradients with a multilevel preconditioner (MultilevelCycle). If the
+/// iteration does not converge, the system is factorised: a direct solve.
 class CoupledSolver {
  public:
+    /// hierarchies: may be shared with other solvers of the same bodies; null: not shared.
     explicit CoupledSolver(const LinearSolveConfig& config = {},
-                           std::shared_ptr<RestFactors> factors = nullptr);
+                           std::shared_ptr<RestHierarchies> hierarchies = nullptr);
 
     /// Call when the matrices of the bodies or the couplings have changed. solve() may follow any number of
     /// times, for any matrices of the couplings.
@@ -41,23 +36,23 @@ class CoupledSolver {
                             Eigen::VectorXd& v);
 
  private:
-    std::vector<char> choose_patch(const CoupledSystem& system) const;
-    void precondition(const CoupledSystem& system, const Eigen::VectorXd& r, Eigen::VectorXd& z);
-    bool iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
+    double take_residual(const CoupledSystem& system, const Eigen::VectorXd& b, const Eigen::VectorXd& v);
+    void precondition(const CoupledSystem& system, double norm);
+    void factorize_contacts(const CoupledSystem& system);
+    void multiply(const CoupledSystem& system);
+    void iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
                  LinearSolveReport& report);
     bool refine(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, int most,
                 Eigen::VectorXd& v, LinearSolveReport& report);
-    void factorize_patch(const CoupledSystem& system, LinearSolveReport& report);
 
     LinearSolveConfig config_;
-    std::shared_ptr<RestFactors> factors_;
-    std::vector<std::shared_ptr<const RestFactor>> rest_;  // [bodies]
-    std::vector<NodeRotations> rotations_;                 // [bodies]
-    bool whole_ = false;                                   // the preconditioner is direct_
-    bool factorized_ = false;                              // direct_ belongs to the current matrices
-    PatchFactor patch_{Ordering::quick}, direct_{Ordering::thorough};
+    std::shared_ptr<RestHierarchies> hierarchies_;
+    MultilevelCycle cycle_;
+    bool direct_ = false;      // the preconditioner is factor_
+    bool factorized_ = false;  // factor_ belongs to the current matrices
+    PatchFactor patch_{Ordering::quick}, factor_{Ordering::thorough};
     Eigen::VectorXd r_, z_, p_, Ap_, zero_;
-    std::vector<float> y_, work_;
+    Eigen::VectorXf cycle_in_, cycle_out_;
 };
 
 }  // namespace nbd

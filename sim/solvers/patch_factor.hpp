@@ -5,7 +5,7 @@
 
 #include "sim/factor/block_pattern.hpp"
 #include "sim/factor/cholesky.hpp"
-#include "sim/solvers/coupled_system.hpp"
+#include "sim/fem/coupled_system.hpp"
 
 namespace nbd {
 

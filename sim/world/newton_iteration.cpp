@@ -70,7 +70,6 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
         const Stopwatch solution;
         const ContactSolveReport solved = solver_.solve(systems_, v);
         report.solve_us += solution.microseconds();
-        report.patch_nodes = std::max(report.patch_nodes, solved.patch_nodes);
         if (!solved.fallback.empty())
             report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);
         ++report.newton_iterations;

@@ -34,7 +34,8 @@ struct WorldConfig {
     ContactConfig contact{};
     FailureLimits limits{};
     LinearSolveConfig linear{};
-    std::shared_ptr<RestFactors> factors{};  // may be shared by worlds of the same bodies; null: not shared
+    std::shared_ptr<RestHierarchies>
+        hierarchies{};  // may be shared by worlds of the same bodies; null: not shared
     StepConfig step{};
 };
 
@@ -67,7 +68,6 @@ struct WorldReport {
     double assemble_us = 0;       // microseconds to assemble the linear systems
     double solve_us = 0;          // microseconds of the linear solves, contact iterations included
     double rest_us = 0;           // microseconds of all else in the step
-    int patch_nodes = 0;          // largest patch of a linear solve; see CoupledSolver
     int solver_iterations = 0;    // of conjugate gradients
     bool solver_converged = true;
     double kinetic_energy = 0, elastic_energy = 0,

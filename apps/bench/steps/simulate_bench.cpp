@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "apps/bench/measure/heap.hpp"
 #include "apps/bench/measure/median.hpp"
 #include "apps/bench/steps/simulate_scenes.hpp"
 #include "apps/bench/steps/textbook_assembly.hpp"
@@ -24,7 +26,11 @@ double milliseconds(auto&& work) {
 /// A world and the cost of its steps.
 struct Course {
     World world;
-    std::vector<double> step{}, assemble{}, solve{}, iterations{}, patch{};
+    std::vector<double> step{}, assemble{}, solve{}, iterations{};
+
+    void forget() {
+        for (std::vector<double>* times : {&step, &assemble, &solve, &iterations}) times->clear();
+    }
 
     WorldReport advance(double dt) {
         WorldReport report;
@@ -32,7 +38,6 @@ struct Course {
         assemble.push_back(report.assemble_us / 1000);
         solve.push_back(report.solve_us / 1000);
         iterations.push_back(report.solver_iterations);
-        patch.push_back(report.patch_nodes);
         return report;
     }
 };
@@ -62,41 +67,60 @@ class AssemblyRace {
     Nodes force_;
 };
 
-SimulateTiming time_scene(const Body& body, const ElasticBody& elastic, const SimulateScene& scene, int steps,
-                          double tolerance, Output& out) {
+/// The factorising solver and the textbook's assembly, in the same scene.
+struct Reference {
+    Course direct;
+    AssemblyRace race;
+};
+
+SimulateTiming time_scene(const Body& body, const ElasticBody& elastic, const SimulateScene& scene,
+                          const SimulateBenchConfig& config, Output& out) {
     SimulateTiming row{.body = body.name,
                        .scene = scene.name,
                        .nodes = elastic.node_count(),
                        .tets = elastic.element_count()};
-    Course iterative{scene.world({.tolerance = tolerance})};
-    Course direct{scene.world({.solver = LinearSolver::direct, .tolerance = tolerance})};
-    AssemblyRace race(elastic);
-    for (int k = 0; k <= steps; ++k) {
-        const WorldReport ours = iterative.advance(scene.dt), reference = direct.advance(scene.dt);
+    const std::size_t before = heap_bytes();
+    Course iterative{scene.world({.tolerance = config.tolerance})};
+    std::optional<Reference> reference;
+    if (config.reference)
+        reference.emplace(
+            Course{scene.world({.solver = LinearSolver::direct, .tolerance = config.tolerance})},
+            AssemblyRace(elastic));
+    const double dt = config.longer * scene.dt;
+    for (int k = 0; k <= config.steps; ++k) {
+        const WorldReport ours = iterative.advance(dt);
         row.fallbacks += !ours.fallback.empty();
-        row.failure = !ours.failure.empty() ? ours.failure : reference.failure;
+        row.failure = ours.failure;
+        if (k == 0 && !reference) row.bytes_per_node = static_cast<double>(heap_bytes() - before) / row.nodes;
+        if (reference) {
+            const WorldReport direct = reference->direct.advance(dt);
+            if (row.failure.empty()) row.failure = direct.failure;
+            reference->race.run(iterative.world.state(0).x);
+        }
         if (!row.failure.empty()) break;
-        race.run(iterative.world.state(0).x);
-        if (k == 0)  // the first step computes the factors and grows the scratch, so it is not counted
-            for (std::vector<double>* times :
-                 {&iterative.step, &iterative.assemble, &iterative.solve, &direct.step, &direct.assemble,
-                  &direct.solve, &iterative.iterations, &iterative.patch, &race.ours, &race.textbook})
-                times->clear();
+        if (k == 0) {  // the first step builds the hierarchies and grows the scratch, so it is not counted
+            iterative.forget();
+            if (reference) {
+                reference->direct.forget();
+                reference->race.ours.clear();
+                reference->race.textbook.clear();
+            }
+        }
         ++row.steps;
-        out.progress(fmt::format("{} {} nodes, {}", row.body, row.nodes, row.scene), k, steps);
+        out.progress(fmt::format("{} {} nodes, {}", row.body, row.nodes, row.scene), k, config.steps);
         if (interrupted()) throw Interrupted("the benchmark's table is not written");
     }
     row.step = median(iterative.step);
     row.assemble = median(iterative.assemble);
     row.solve = median(iterative.solve);
-    row.direct_step = median(direct.step);
-    row.direct_assemble = median(direct.assemble);
-    row.direct_solve = median(direct.solve);
     row.iterations = median(iterative.iterations);
-    row.patch_nodes = median(iterative.patch);
-    row.ours_assembly = median(race.ours);
-    row.textbook_assembly = median(race.textbook);
-    const Nodes difference = iterative.world.state(0).x - direct.world.state(0).x;
+    if (!reference) return row;
+    row.direct_step = median(reference->direct.step);
+    row.direct_assemble = median(reference->direct.assemble);
+    row.direct_solve = median(reference->direct.solve);
+    row.ours_assembly = median(reference->race.ours);
+    row.textbook_assembly = median(reference->race.textbook);
+    const Nodes difference = iterative.world.state(0).x - reference->direct.world.state(0).x;
     row.difference = difference.rowwise().norm().maxCoeff() /
                      (body.surface.X.colwise().maxCoeff() - body.surface.X.colwise().minCoeff()).norm();
     return row;
@@ -104,11 +128,12 @@ SimulateTiming time_scene(const Body& body, const ElasticBody& elastic, const Si
 
 }  // namespace
 
-std::vector<SimulateTiming> time_simulation(const Body& body, int steps, double tolerance, Output& out) {
+std::vector<SimulateTiming> time_simulation(const Body& body, const SimulateBenchConfig& config,
+                                            Output& out) {
     const auto elastic = std::make_shared<const ElasticBody>(body.tets, body.material);
     std::vector<SimulateTiming> rows;
     for (const SimulateScene& scene : simulate_scenes(body, elastic))
-        rows.push_back(time_scene(body, *elastic, scene, steps, tolerance, out));
+        rows.push_back(time_scene(body, *elastic, scene, config, out));
     return rows;
 }
 
@@ -116,16 +141,16 @@ void write_simulate_table(const std::filesystem::path& path, std::span<const Sim
     h5::AtomicFile file(path);
     file.out()
         << "body,nodes,tets,scene,steps,step_ms,assemble_ms,solve_ms,direct_step_ms,direct_assemble_ms,"
-           "direct_solve_ms,step_ratio,iterations,patch_nodes,fallbacks,assembly_ms,"
-           "textbook_assembly_ms,assembly_ratio,relative_difference,failure\n";
+           "direct_solve_ms,step_ratio,iterations,fallbacks,assembly_ms,"
+           "textbook_assembly_ms,assembly_ratio,relative_difference,bytes_per_node,failure\n";
     for (const SimulateTiming& r : rows)
         file.out() << fmt::format(
-            "{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f},{},{},{},{:.3f},{:.3f},{:.2f},{:"
-            ".2g},"
-            "{}\n",
+            "{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f},{},{},{:.3f},{:.3f},{:.2f},{:."
+            "2g},"
+            "{:.0f},{}\n",
             r.body, r.nodes, r.tets, r.scene, r.steps, r.step, r.assemble, r.solve, r.direct_step,
-            r.direct_assemble, r.direct_solve, r.step_ratio(), r.iterations, r.patch_nodes, r.fallbacks,
-            r.ours_assembly, r.textbook_assembly, r.assembly_ratio(), r.difference, r.failure);
+            r.direct_assemble, r.direct_solve, r.step_ratio(), r.iterations, r.fallbacks, r.ours_assembly,
+            r.textbook_assembly, r.assembly_ratio(), r.difference, r.bytes_per_node, r.failure);
     file.commit();
 }
 

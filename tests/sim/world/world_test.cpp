@@ -29,9 +29,9 @@ TEST(World, AFreeBodyFallsAtTheExpectedRate) {
     World world(WorldConfig{});
     world.add_body(entry);
     for (int i = 0; i < 50; ++i) ASSERT_EQ(world.step(0.01).failure, "");
-    // Backward Euler: v = g t exactly, z = g dt^2 n (n + 1) / 2.
-    EXPECT_NEAR(world.state(0).v.col(2).mean(), -9.81 * 0.5, 1e-9);
-    EXPECT_NEAR(world.state(0).x.col(2).mean(), 5 - 9.81 * 1e-4 * 50 * 51 / 2, 1e-9);
+    // Backward Euler: v = g t, z = g dt^2 n (n + 1) / 2, up to the tolerance of the linear solves.
+    EXPECT_NEAR(world.state(0).v.col(2).mean(), -9.81 * 0.5, 5e-7);
+    EXPECT_NEAR(world.state(0).x.col(2).mean(), 5 - 9.81 * 1e-4 * 50 * 51 / 2, 5e-7);
 }
 
 class DroppedBody : public ::testing::TestWithParam<std::tuple<double, double>> {};

@@ -1,4 +1,4 @@
-#include "sim/solvers/coupled_system.hpp"
+#include "sim/fem/coupled_system.hpp"
 
 namespace nbd {
 

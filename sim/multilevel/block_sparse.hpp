@@ -1,0 +1,107 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "meshing/parallel/parallel_for.hpp"
+
+namespace nbd {
+
+/// A sparse matrix of R x C blocks in double precision, by rows of blocks. The columns of a row ascend.
+template <int R, int C>
+struct BlockSparse {
+    using Block = Eigen::Matrix<double, R, C>;
+
+    int columns = 0;  // number of columns of blocks
+    std::vector<int> offset{0}, column;
+    std::vector<Block> blocks;
+
+    int rows() const noexcept { return static_cast<int>(offset.size()) - 1; }
+    std::span<const int> columns_of(int row) const noexcept {
+        return {column.data() + offset[static_cast<std::size_t>(row)],
+                column.data() + offset[static_cast<std::size_t>(row) + 1]};
+    }
+    const Block& block(int row, std::size_t k) const noexcept {
+        return blocks[static_cast<std::size_t>(offset[static_cast<std::size_t>(row)]) + k];
+    }
+    void end_row() { offset.push_back(static_cast<int>(column.size())); }
+};
+
+template <int R, int C>
+BlockSparse<C, R> transpose(const BlockSparse<R, C>& A) {
+    BlockSparse<C, R> T;
+    T.columns = A.rows();
+    T.offset.assign(static_cast<std::size_t>(A.columns) + 1, 0);
+    T.column.resize(A.column.size());
+    T.blocks.resize(A.blocks.size());
+    for (const int c : A.column) ++T.offset[static_cast<std::size_t>(c) + 1];
+    std::partial_sum(T.offset.begin(), T.offset.end(), T.offset.begin());
+    std::vector<int> next(T.offset.begin(), T.offset.end() - 1);
+    for (int r = 0; r < A.rows(); ++r) {
+        const auto row = A.columns_of(r);
+        for (std::size_t k = 0; k < row.size(); ++k) {
+            const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(row[k])]++);
+            T.column[at] = r;
+            T.blocks[at] = A.block(r, k).transpose();
+        }
+    }
+    return T;
+}
+
+/// A B, in parallel; sums are added in a fixed order.
+template <int R, int K, int C>
+BlockSparse<R, C> product(const BlockSparse<R, K>& A, const BlockSparse<K, C>& B) {
+    constexpr int rows_per_task = 256;
+    const int tasks = (A.rows() + rows_per_task - 1) / rows_per_task;
+    std::vector<BlockSparse<R, C>> parts(static_cast<std::size_t>(tasks));
+    parallel_for(
+        tasks,
+        [&](int task) {
+            BlockSparse<R, C>& part = parts[static_cast<std::size_t>(task)];
+            std::vector<int> place(static_cast<std::size_t>(B.columns), -1), columns;
+            std::vector<typename BlockSparse<R, C>::Block> sums;
+            const int end = std::min(A.rows(), (task + 1) * rows_per_task);
+            for (int r = task * rows_per_task; r < end; ++r) {
+                columns.clear();
+                sums.clear();
+                const auto row = A.columns_of(r);
+                for (std::size_t k = 0; k < row.size(); ++k) {
+                    const auto inner = B.columns_of(row[k]);
+                    for (std::size_t l = 0; l < inner.size(); ++l) {
+                        int& at = place[static_cast<std::size_t>(inner[l])];
+                        if (at < 0) {
+                            at = static_cast<int>(columns.size());
+                            columns.push_back(inner[l]);
+                            sums.push_back(BlockSparse<R, C>::Block::Zero());
+                        }
+                        sums[static_cast<std::size_t>(at)].noalias() += A.block(r, k) * B.block(row[k], l);
+                    }
+                }
+                std::ranges::sort(columns);
+                for (const int c : columns) {
+                    int& at = place[static_cast<std::size_t>(c)];
+                    part.column.push_back(c);
+                    part.blocks.push_back(sums[static_cast<std::size_t>(at)]);
+                    at = -1;
+                }
+                part.end_row();
+            }
+        },
+        1);
+    BlockSparse<R, C> result;
+    result.columns = B.columns;
+    for (BlockSparse<R, C>& part : parts) {
+        const int first = result.offset.back();
+        for (std::size_t r = 1; r < part.offset.size(); ++r) result.offset.push_back(first + part.offset[r]);
+        result.column.insert(result.column.end(), part.column.begin(), part.column.end());
+        result.blocks.insert(result.blocks.end(), part.blocks.begin(), part.blocks.end());
+        part = {};
+    }
+    return result;
+}
+
+}  // namespace nbd

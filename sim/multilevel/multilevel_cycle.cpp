@@ -1,0 +1,273 @@
+#include "sim/multilevel/multilevel_cycle.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "meshing/parallel/parallel_for.hpp"
+
+namespace nbd {
+
+void MultilevelCycle::begin(const CoupledSystem& system, RestHierarchies& hierarchies) {
+    std::vector<std::shared_ptr<const RestHierarchy>> found;
+    for (const StepSystem& s : system.systems)
+        found.push_back(hierarchies.get(s.body(), s.mass_scale(), s.stiffness_scale(), s.prescribed()));
+    const bool is_known = found == hierarchies_;
+    hierarchies_ = std::move(found);
+    begin_nodes(system);
+    if (!is_known) begin_aggregates();
+    begin_couplings(system);
+}
+
+/// The matrices of the nodes, in single precision.
+void MultilevelCycle::begin_nodes(const CoupledSystem& system) {
+    const std::size_t count = system.systems.size();
+    std::vector<const ElasticBody*> bodies;
+    for (const StepSystem& s : system.systems) bodies.push_back(&s.body());
+    if (bodies != bodies_) {
+        matrices_.clear();
+        for (const ElasticBody* body : bodies) matrices_.emplace_back(body->pattern());
+        bodies_ = std::move(bodies);
+    }
+    rotations_.resize(count);
+    const auto nodes = static_cast<std::size_t>(system.node_count());
+    CoupledLevel<3>::Diagonal diagonal(nodes);
+    std::vector<Eigen::Matrix3f> inverses(nodes);
+    std::vector<const FloatBlocks<3, 3>*> matrices;
+    float bound = 0;
+    for (std::size_t b = 0; b < count; ++b) {
+        const StepSystem& s = system.systems[b];
+        s.body().node_rotations(s.elements(), rotations_[b]);
+        const BlockPattern& pattern = s.body().pattern();
+        FloatBlocks<3, 3>& A = matrices_[b];
+        const int first = system.first_unknown[b] / 3;
+        parallel_for(pattern.node_count(), [&](int i) {
+            const auto row = pattern.neighbours(i);
+            for (int k = 0; k < static_cast<int>(row.size()); ++k) {
+                const auto block = pattern.block(s.matrix(), i, k);  // of column i
+                A.set(A.first_block(i) + static_cast<std::size_t>(k), block.transpose());
+                if (row[static_cast<std::size_t>(k)] != i) continue;
+                diagonal[static_cast<std::size_t>(first + i)] = block;
+                inverses[static_cast<std::size_t>(first + i)] = block.inverse().cast<float>();
+            }
+        });
+        matrices.push_back(&A);
+        bound = std::max(bound, hierarchies_[b]->bound);
+    }
+    nodes_.begin(std::move(matrices), std::move(diagonal), std::move(inverses), bound);
+    turned_.resize(static_cast<std::size_t>(system.size()));
+}
+
+/// The level of a body, whose depth may be less than that of others.
+const RestLevel& MultilevelCycle::rest_level(std::size_t body, std::size_t level) const {
+    const auto& levels = hierarchies_[body]->levels;
+    return levels[std::min(level, levels.size() - 1)];
+}
+
+/// Whether a body is coarsened between a level and the next; else its unknowns are the same.
+bool MultilevelCycle::is_coarsened(std::size_t body, std::size_t level) const {
+    return level + 1 < hierarchies_[body]->levels.size();
+}
+
+void MultilevelCycle::begin_aggregates() {
+    std::size_t depth = 0;
+    for (const auto& hierarchy : hierarchies_) depth = std::max(depth, hierarchy->levels.size());
+    levels_.resize(depth);
+    for (std::size_t k = 0; k < levels_.size(); ++k) {
+        std::vector<const FloatBlocks<6, 6>*> matrices;
+        Level::Diagonal diagonal;
+        std::vector<Level::Square> inverses;
+        float bound = 0;
+        for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
+            const RestLevel& level = rest_level(b, k);
+            matrices.push_back(&level.A);
+            bound = std::max(bound, level.bound);
+            for (const auto& block : level.diagonal) {
+                diagonal.push_back(block);
+                inverses.push_back(block.inverse().cast<float>());
+            }
+        }
+        levels_[k].begin(std::move(matrices), std::move(diagonal), std::move(inverses), bound);
+    }
+    acting_.clear();
+    factorize_coarsest();
+}
+
+/// The terms of a coupling at the first level of aggregates.
+void MultilevelCycle::couple_aggregates(std::span<const LevelCouplings<3>::Term> nodes,
+                                        LevelCouplings<6>& out) const {
+    for (const auto& [row, J] : nodes) {
+        const std::size_t b = nodes_.body_of(row);
+        const int node = row - nodes_.first_row(b);
+        const FloatBlocks<3, 6>& P = hierarchies_[b]->fine.prolongation;
+        const auto columns = P.columns_of(node);
+        const Eigen::Matrix3f turned = J * rotations_[b][static_cast<std::size_t>(node)];
+        for (std::size_t k = 0; k < columns.size(); ++k)
+            out.add(levels_[0].first_row(b) + columns[k], turned * P.block(P.first_block(node) + k));
+    }
+    out.end();
+}
+
+/// The terms of a coupling at the level after `level`.
+void MultilevelCycle::couple_coarser(std::size_t level, std::span<const LevelCouplings<6>::Term> terms,
+                                     LevelCouplings<6>& out) const {
+    for (const auto& [row, J] : terms) {
+        const std::size_t b = levels_[level].body_of(row);
+        const int aggregate = row - levels_[level].first_row(b), first = levels_[level + 1].first_row(b);
+        if (!is_coarsened(b, level)) {
+            out.add(first + aggregate, J);
+            continue;
+        }
+        const FloatBlocks<6, 6>& P = rest_level(b, level).coarser.prolongation;
+        const auto columns = P.columns_of(aggregate);
+        for (std::size_t k = 0; k < columns.size(); ++k)
+            out.add(first + columns[k], J * P.block(P.first_block(aggregate) + k));
+    }
+    out.end();
+}
+
+void MultilevelCycle::begin_couplings(const CoupledSystem& system) {
+    constexpr std::size_t per_task = 64;
+    struct Part {
+        LevelCouplings<3> nodes;
+        std::vector<LevelCouplings<6>> levels;
+    };
+    const std::size_t count = system.couplings.size();
+    std::vector<Part> parts((count + per_task - 1) / per_task);
+    parallel_for(
+        static_cast<int>(parts.size()),
+        [&](int task) {
+            const auto at = static_cast<std::size_t>(task);
+            Part& part = parts[at];
+            part.levels.resize(levels_.size());
+            for (std::size_t c = at * per_task; c < std::min(count, (at + 1) * per_task); ++c) {
+                for (const CouplingTerm& t : system.terms_of(system.couplings[c]))
+                    if (!t.held)
+                        part.nodes.add(t.unknown / 3,
+                                       static_cast<float>(t.weight) * Eigen::Matrix3f::Identity());
+                part.nodes.end();
+                const std::size_t own = part.nodes.count() - 1;
+                couple_aggregates(part.nodes.of(own), part.levels[0]);
+                for (std::size_t k = 1; k < levels_.size(); ++k)
+                    couple_coarser(k - 1, part.levels[k - 1].of(own), part.levels[k]);
+            }
+        },
+        1);
+    LevelCouplings<3> at_nodes;
+    for (const Part& part : parts) at_nodes.append(part.nodes);
+    nodes_.begin_couplings(std::move(at_nodes));
+    for (std::size_t k = 0; k < levels_.size(); ++k) {
+        LevelCouplings<6> at_level;
+        for (const Part& part : parts) at_level.append(part.levels[k]);
+        levels_[k].begin_couplings(std::move(at_level));
+    }
+}
+
+void MultilevelCycle::set_couplings(const CoupledSystem& system) {
+    acting_.clear();
+    for (std::size_t c = 0; c < system.couplings.size(); ++c)
+        if (const Eigen::Matrix3d& A = system.couplings[c].A; !A.isZero(0))
+            acting_.push_back({c, A.cast<float>()});
+    nodes_.set_acting(acting_);
+    for (std::size_t k = 0; k + 1 < levels_.size(); ++k) levels_[k].set_acting(acting_);
+    if (factor_has_couplings_ || !acting_.empty()) factorize_coarsest();
+}
+
+void MultilevelCycle::factorize_coarsest() {
+    std::vector<const BlockSparse<6, 6>*> matrices;
+    for (const auto& hierarchy : hierarchies_) matrices.push_back(&hierarchy->coarsest);
+    factor_has_couplings_ = !acting_.empty();
+    coarsest_.factorize(matrices, levels_.back().couplings(), acting_);
+}
+
+void MultilevelCycle::restrict_nodes() {
+    using Point = Eigen::Map<Eigen::Vector3f>;
+    for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
+        const int first = nodes_.first_row(b), nodes = nodes_.first_row(b + 1) - first;
+        parallel_for(nodes, [&](int i) {
+            Point(turned_.data() + 3 * (first + i)) = rotations_[b][static_cast<std::size_t>(i)].transpose() *
+                                                      Point(nodes_.residual.data() + 3 * (first + i));
+        });
+        const FloatBlocks<6, 3>& PT = hierarchies_[b]->fine.restriction;
+        float* to = levels_[0].residual.data() + 6 * levels_[0].first_row(b);
+        parallel_for(
+            PT.rows(),
+            [&](int a) {
+                const auto row = PT.times(a, turned_.data() + 3 * first);
+                std::memcpy(to + 6 * a, &row, 6 * sizeof(float));
+            },
+            64);
+    }
+}
+
+void MultilevelCycle::prolong_to_nodes() {
+    for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
+        const int first = nodes_.first_row(b);
+        const FloatBlocks<3, 6>& P = hierarchies_[b]->fine.prolongation;
+        const float* from = levels_[0].z.data() + 6 * levels_[0].first_row(b);
+        parallel_for(P.rows(), [&](int i) {
+            const auto row = P.times(i, from);
+            Eigen::Map<Eigen::Vector3f>(nodes_.direction.data() + 3 * (first + i)) =
+                rotations_[b][static_cast<std::size_t>(i)] * Eigen::Vector3f(row[0], row[1], row[2]);
+        });
+    }
+}
+
+void MultilevelCycle::restrict_level(std::size_t k) {
+    Level &level = levels_[k], &next = levels_[k + 1];
+    for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
+        const float* from = level.residual.data() + 6 * level.first_row(b);
+        float* to = next.residual.data() + 6 * next.first_row(b);
+        if (!is_coarsened(b, k)) {
+            std::copy(from, from + 6 * (level.first_row(b + 1) - level.first_row(b)), to);
+            continue;
+        }
+        const FloatBlocks<6, 6>& PT = rest_level(b, k).coarser.restriction;
+        parallel_for(
+            PT.rows(),
+            [&](int a) {
+                const auto row = PT.times(a, from);
+                std::memcpy(to + 6 * a, &row, 6 * sizeof(float));
+            },
+            64);
+    }
+}
+
+void MultilevelCycle::prolong_to_level(std::size_t k) {
+    Level &level = levels_[k], &next = levels_[k + 1];
+    for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
+        const float* from = next.z.data() + 6 * next.first_row(b);
+        float* to = level.direction.data() + 6 * level.first_row(b);
+        if (!is_coarsened(b, k)) {
+            std::copy(from, from + 6 * (level.first_row(b + 1) - level.first_row(b)), to);
+            continue;
+        }
+        const FloatBlocks<6, 6>& P = rest_level(b, k).coarser.prolongation;
+        parallel_for(P.rows(), [&](int a) {
+            const auto row = P.times(a, from);
+            std::memcpy(to + 6 * a, &row, 6 * sizeof(float));
+        });
+    }
+}
+
+void MultilevelCycle::apply(const Eigen::VectorXf& r, Eigen::VectorXf& z) {
+    nodes_.residual.assign(r.begin(), r.end());
+    nodes_.smooth_from_zero();
+    restrict_nodes();
+    const std::size_t last = levels_.size() - 1;
+    for (std::size_t k = 0; k < last; ++k) {
+        levels_[k].smooth_from_zero();
+        restrict_level(k);
+    }
+    coarsest_.solve(levels_.back().residual, levels_.back().z);
+    for (std::size_t k = last; k-- > 0;) {
+        prolong_to_level(k);
+        levels_[k].correct_and_smooth();
+    }
+    prolong_to_nodes();
+    nodes_.correct_and_smooth();
+    std::ranges::copy(nodes_.z, z.begin());
+}
+
+}  // namespace nbd

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "sim/fem/coupled_system.hpp"
+#include "sim/multilevel/coarsest_solve.hpp"
+#include "sim/multilevel/coupled_level.hpp"
+#include "sim/multilevel/rest_hierarchy.hpp"
+
+namespace nbd {
+
+/// A preconditioner of a coupled system, symmetric and positive definite: a multilevel V-cycle in single
+/// precision. It smooths with the actual matrix of the nodes. The coarser levels are those of the rest pose,
+/// turned with the nodes, and have the couplings of the step. The coarsest level of all bodies is solved
+/// directly.
+class MultilevelCycle {
+ public:
+    /// Begins the matrices of a step; none of its couplings acts yet. The system must outlive the cycles.
+    void begin(const CoupledSystem& system, RestHierarchies& hierarchies);
+
+    /// Takes the matrices of the couplings that act. They must be those that the matrices began with, but
+    /// for A. Throws std::runtime_error if the coarsest matrix is not positive definite.
+    void set_couplings(const CoupledSystem& system);
+
+    /// out -= A x in single precision. x, out: [unknowns].
+    void subtract_product(const Eigen::VectorXf& x, Eigen::VectorXf& out) const {
+        nodes_.subtract_product(x.data(), out.data());
+    }
+
+    /// z = about A^-1 r. r, z: [unknowns].
+    void apply(const Eigen::VectorXf& r, Eigen::VectorXf& z);
+
+ private:
+    using Level = CoupledLevel<6>;
+
+    void begin_nodes(const CoupledSystem& system);
+    void begin_aggregates();
+    void begin_couplings(const CoupledSystem& system);
+    void couple_aggregates(std::span<const LevelCouplings<3>::Term> nodes, LevelCouplings<6>& out) const;
+    void couple_coarser(std::size_t level, std::span<const LevelCouplings<6>::Term> terms,
+                        LevelCouplings<6>& out) const;
+    void factorize_coarsest();
+    void restrict_nodes();
+    void prolong_to_nodes();
+    void restrict_level(std::size_t level);
+    void prolong_to_level(std::size_t level);
+    const RestLevel& rest_level(std::size_t body, std::size_t level) const;
+    bool is_coarsened(std::size_t body, std::size_t level) const;
+
+    std::vector<std::shared_ptr<const RestHierarchy>> hierarchies_;  // [bodies]
+    std::vector<const ElasticBody*> bodies_;                         // [bodies]
+    std::vector<FloatBlocks<3, 3>> matrices_;                        // [bodies]
+    std::vector<std::vector<Eigen::Matrix3f>> rotations_;            // [bodies][nodes]
+    CoupledLevel<3> nodes_;
+    std::vector<Level> levels_;  // finest first
+    std::vector<float> turned_;  // [unknowns] residual in the rest frame
+    std::vector<ActingCoupling> acting_;
+    bool factor_has_couplings_ = false;
+    CoarsestSolve coarsest_;
+};
+
+}  // namespace nbd

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "sim/fem/elastic_body.hpp"
+#include "sim/multilevel/float_blocks.hpp"
+
+namespace nbd {
+
+/// Interpolation from the aggregates of a coarser level, and its transpose.
+template <int B>
+struct Transfer {
+    FloatBlocks<B, 6> prolongation;
+    FloatBlocks<6, B> restriction;
+};
+
+/// A level of aggregates with six unknowns each, the shares of their rigid motions.
+struct RestLevel {
+    FloatBlocks<6, 6> A;
+    std::vector<Eigen::Matrix<double, 6, 6>> diagonal;  // blocks of A
+    float bound = 0;                                    // largest eigenvalue of D^-1 A, D the diagonal blocks
+    Transfer<6> coarser{};                              // from the next level; empty at the coarsest
+};
+
+/// Coarser and coarser versions of a step's matrix in the rest pose, by smoothed aggregation [Vanek96]: the
+/// rigid motions of groups of nodes, smoothed once. With a rotation at each node they approximate the
+/// coarser versions of the matrix of any pose, as stiffness warping does [MuellerGross04].
+struct RestHierarchy {
+    /// Coarsens mass_scale M + stiffness_scale K(rest), with rows and columns of prescribed nodes replaced
+    /// by the identity. prescribed: [N], non-zero for these nodes.
+    RestHierarchy(const ElasticBody& body, double mass_scale, double stiffness_scale,
+                  const std::vector<char>& prescribed);
+
+    float bound = 0;                // largest eigenvalue of D^-1 A of the nodes
+    Transfer<3> fine;               // from the first level to the nodes, in the rest frame
+    std::vector<RestLevel> levels;  // at least one, finest first
+    BlockSparse<6, 6> coarsest;     // A of the last level
+
+    int depth() const noexcept { return static_cast<int>(levels.size()); }
+};
+
+/// Cache of hierarchies by body, time step and set of prescribed nodes. Thread-safe. Bodies must outlive it.
+class RestHierarchies {
+ public:
+    std::shared_ptr<const RestHierarchy> get(const ElasticBody& body, double mass_scale,
+                                             double stiffness_scale, const std::vector<char>& prescribed);
+
+ private:
+    struct Entry {
+        const ElasticBody* body;
+        double mass_scale, stiffness_scale;
+        std::vector<char> prescribed;
+        std::shared_ptr<const RestHierarchy> hierarchy;
+    };
+    std::mutex mutex_;
+    std::vector<Entry> entries_;
+};
+
+}  // namespace nbd
