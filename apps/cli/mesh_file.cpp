@@ -16,6 +16,7 @@
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"
 #include "meshing/surface/solid_boundary.hpp"
+#include "meshing/tets/order_by_place.hpp"
 
 namespace nbd {
 namespace {
@@ -85,6 +86,7 @@ MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConf
         TetrahedralizeResult filled = tetrahedralize(boundary.mesh, config.tets);
         out.text(fmt::format("gmsh: grading {:.4g} after {} run(s)", filled.grading, filled.runs));
         if (filled.optimization.poor_before > 0) out.text(describe(filled.optimization));
+        order_by_place(filled.tets);
         return {make_body(path.stem().string(), boundary.mesh, std::move(filled.tets), config.material,
                           config.levels, config.scheme),
                 filled.optimization,

@@ -14,6 +14,7 @@
 #include "meshing/body/body_check.hpp"
 #include "meshing/body/embed.hpp"
 #include "meshing/cage/cage.hpp"
+#include "meshing/tets/order_by_place.hpp"
 #include "meshing/tets/tet_quality.hpp"
 #include "meshing/tets/tetrahedralize.hpp"
 
@@ -66,6 +67,7 @@ Filled fill(const SoupWrap& wrap, const TriMesh& soup, int nodes) {
                 throw std::invalid_argument(fmt::format("no cage of {} nodes was found; the nearest has {}",
                                                         nodes, filled.tets.X.rows()));
             }
+            order_by_place(filled.tets);
             filled.W = embed(filled.tets, soup.X, {.only_inside = true});
             return filled;
         } catch (const std::exception&) {

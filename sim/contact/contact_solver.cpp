@@ -6,7 +6,7 @@
 namespace nbd {
 namespace {
 
-constexpr double pass_share = 0.1; // share of the residual left by a pass before contacts are updated
+constexpr double pass_share = 0.1;  // share of the residual left by a pass before contacts are updated
 
 }  // namespace
 

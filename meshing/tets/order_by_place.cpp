@@ -1,0 +1,58 @@
+#include "meshing/tets/order_by_place.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+namespace nbd {
+namespace {
+
+constexpr int bits = 20;  // of the grid, for each axis
+
+/// Puts two zeros behind each bit.
+std::uint64_t spread(std::uint64_t x) noexcept {
+    std::uint64_t code = 0;
+    for (int b = 0; b < bits; ++b) code |= (x >> b & 1) << (3 * b);
+    return code;
+}
+
+std::vector<std::uint64_t> morton_codes(const Nodes& X) {
+    const Eigen::RowVector3d low = X.colwise().minCoeff();
+    const double size = (X.colwise().maxCoeff() - low).maxCoeff(), most = (1 << bits) - 1;
+    std::vector<std::uint64_t> codes(static_cast<std::size_t>(X.rows()), 0);
+    for (Eigen::Index i = 0; i < X.rows(); ++i)
+        for (int axis = 0; axis < 3; ++axis) {
+            const double place = size > 0 ? (X(i, axis) - low[axis]) / size : 0;
+            codes[static_cast<std::size_t>(i)] |= spread(static_cast<std::uint64_t>(place * most)) << axis;
+        }
+    return codes;
+}
+
+/// 0, 1, ... in the order of key(i).
+template <class Key>
+std::vector<int> sorted_by(Eigen::Index count, const Key& key) {
+    std::vector<int> order(static_cast<std::size_t>(count));
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, {}, key);
+    return order;
+}
+
+}  // namespace
+
+void order_by_place(TetMesh& tets) {
+    const std::vector<std::uint64_t> codes = morton_codes(tets.X);
+    const std::vector<int> nodes =
+        sorted_by(tets.X.rows(), [&](int i) { return codes[static_cast<std::size_t>(i)]; });
+    std::vector<int> place(nodes.size());
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+        place[static_cast<std::size_t>(nodes[k])] = static_cast<int>(k);
+    tets.X = Nodes(tets.X(nodes, Eigen::all));
+    for (Eigen::Index t = 0; t < tets.T.rows(); ++t)
+        for (int a = 0; a < 4; ++a) tets.T(t, a) = place[static_cast<std::size_t>(tets.T(t, a))];
+    const std::vector<int> order = sorted_by(tets.T.rows(), [&](int t) { return tets.T.row(t).minCoeff(); });
+    tets.T = Tets(tets.T(order, Eigen::all));
+}
+
+}  // namespace nbd
