@@ -132,7 +132,6 @@ void ElasticBody::build_mass(MassKind kind) {
     for (int i = 0; i < node_count(); ++i)
         for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
             node_mass_[i] += material_.density * volume_[corner_[s] / 4] / 4;
-    mass_ = pattern_.zero_matrix();
     block_mass_.assign(static_cast<std::size_t>(pattern_.block_count()), 0);
     for (int i = 0; i < node_count(); ++i) {
         const auto row = pattern_.neighbours(i);
@@ -149,9 +148,14 @@ void ElasticBody::build_mass(MassKind kind) {
             }
         }
     }
+}
+
+SparseMatrix ElasticBody::mass_matrix() const {
+    SparseMatrix M = pattern_.zero_matrix();
     for (int i = 0; i < node_count(); ++i)
         for (int k = 0; k < static_cast<int>(pattern_.neighbours(i).size()); ++k)
-            pattern_.block(mass_, i, k).diagonal().setConstant(block_mass_[pattern_.first_block(i) + k]);
+            pattern_.block(M, i, k).diagonal().setConstant(block_mass_[pattern_.first_block(i) + k]);
+    return M;
 }
 
 void ElasticBody::pose(NodesRef x, ElementPose& pose, RegionMeter* meter) const {

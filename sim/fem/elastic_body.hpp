@@ -60,7 +60,7 @@ class ElasticBody {
     const Eigen::VectorXd& node_masses() const noexcept { return node_mass_; }
     double mass() const noexcept { return node_mass_.sum(); }  // kg
     const BlockPattern& pattern() const noexcept { return pattern_; }
-    const SparseMatrix& mass_matrix() const noexcept { return mass_; }  // in pattern(), kg
+    SparseMatrix mass_matrix() const;  // in pattern(), kg
 
     /// Fills F, R, S and f for the positions x [N, 3], metres. Allocates only on the first use of `pose`.
     /// Non-finite elements get R = I and pass their NaN on to f. meter: may be null; otherwise it measures
@@ -111,9 +111,8 @@ class ElasticBody {
     std::vector<LaneMatrix3> gradient_;
     // [4 T] volume times squared norm of the shape function's gradient, as a share of the node's sum.
     std::vector<float> corner_weight_;
-    Eigen::VectorXd node_mass_;  // [N]
-    SparseMatrix mass_;
-    std::vector<double> block_mass_;  // [blocks] mass_ has these factors times the identity as blocks
+    Eigen::VectorXd node_mass_;       // [N]
+    std::vector<double> block_mass_;  // [blocks] the mass matrix has these, times the identity, as blocks
 
     // Corners 4 t + a of each node, ascending. This is the fixed order of all sums.
     std::vector<int> corner_offset_;  // [N + 1]

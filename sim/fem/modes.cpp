@@ -29,10 +29,10 @@ double seeded_uniform(std::uint64_t seed, std::uint64_t i) {
 
 struct Pencil {
     const ElasticBody& body;
-    SparseMatrix K;
+    SparseMatrix K, M;
     double largest;  // estimate of the largest eigenvalue
 
-    explicit Pencil(const ElasticBody& b) : body(b) {
+    explicit Pencil(const ElasticBody& b) : body(b), M(b.mass_matrix()) {
         ElementPose rest;
         body.pose(body.rest().X, rest);
         K = body.stiffness(rest);
@@ -44,7 +44,7 @@ struct Pencil {
         body.pattern().multiply(K, v, out);
     }
     void M_times(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const {
-        body.pattern().multiply(body.mass_matrix(), v, out);
+        body.pattern().multiply(M, v, out);
     }
 };
 
@@ -60,7 +60,7 @@ EigenPairs lowest_pairs(const Pencil& pencil, int count, const ModeOptions& opti
     const double sigma = -shift_below_zero * pencil.largest;
     Cholesky shifted;
     {
-        const SparseMatrix A = pencil.K - sigma * pencil.body.mass_matrix();
+        const SparseMatrix A = pencil.K - sigma * pencil.M;
         shifted.analyze(A);
         shifted.factorize(A);
     }

@@ -21,7 +21,7 @@ Eigen::Matrix3d rotation(const Eigen::Matrix3d& F) {
 
 }  // namespace
 
-TextbookAssembly::TextbookAssembly(const ElasticBody& body) : body_(body) {
+TextbookAssembly::TextbookAssembly(const ElasticBody& body) : body_(body), mass_(body.mass_matrix()) {
     const TetMesh& rest = body.rest();
     const double E = body.material().young, nu = body.material().poisson;
     const double mu = E / (2 * (1 + nu)), lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
@@ -45,7 +45,7 @@ void TextbookAssembly::assemble(const Nodes& x, double mass_scale, double stiffn
                                 SparseMatrix& A) {
     const Tets& T = body_.rest().T;
     const BlockPattern& pattern = body_.pattern();
-    A = mass_scale * body_.mass_matrix();
+    A = mass_scale * mass_;
     force.setZero(x.rows(), 3);
     for (Eigen::Index t = 0; t < T.rows(); ++t) {
         const Eigen::Matrix3d R = rotation(edges(x, T, t) * inverse_edges_[static_cast<std::size_t>(t)]);

@@ -17,6 +17,7 @@ class TextbookAssembly {
 
  private:
     const ElasticBody& body_;
+    SparseMatrix mass_;
     std::vector<Eigen::Matrix3d> inverse_edges_;
     std::vector<Eigen::Matrix<double, 12, 12>> stiffness_;  // K_e
 };
