@@ -21,7 +21,8 @@ LinearSolveConfig linear_config(const WorldConfig& config) {
 
 }  // namespace
 
-World::World(const WorldConfig& config) : config_(config), solver_(linear_config(config), config.hierarchies) {
+World::World(const WorldConfig& config)
+    : config_(config), solver_(linear_config(config), config.hierarchies) {
     check_contact_config(config.contact);
     if (!config.gravity.allFinite()) throw std::invalid_argument("world: gravity is not finite");
     if (!(config.limits.inverted_share >= 0) || !(config.limits.stretch > 1))
