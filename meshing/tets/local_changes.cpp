@@ -90,9 +90,9 @@ void find_best_position(const TetComplex& complex, TetChange& change) {
         Eigen::RowVector3d position = centre;
         double ratio = change.ratio;
         for (int direction = 0; direction < 27; ++direction) {
-            const Eigen::RowVector3d d(direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1);
+            const Eigen::RowVector3i d(direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1);
             if (direction == 13) continue;  // no step
-            change.position = centre + step * d.normalized();
+            change.position = centre + step * d.cast<double>().normalized();
             if (const double found = least_ratio(complex, change); found > ratio)
                 ratio = found, position = change.position;
         }
