@@ -54,12 +54,11 @@ void run(const MeshArguments& arguments, Output& out) {
     const TetMesh& tets = body.tets;
     const TetQuality quality = tet_quality(tets);
     out.text(to_text(quality));
-    const int slivers = quality.radius_ratio_histogram[0];
-    if (slivers > 0)
-        out.warning(
-            fmt::format("{} of {} tetrahedra have a radius ratio below 0.1, the worst is tetrahedron {} with "
-                        "{:.2g}; steps are stiff there, and another number of nodes may avoid them",
-                        slivers, quality.tets, quality.worst_tet, quality.radius_ratio_min));
+    if (quality.poor > 0)
+        out.warning(fmt::format(
+            "{} of {} tetrahedra have a radius ratio below {}, the worst is tetrahedron {} with "
+            "{:.2g}; steps are stiff there, and another number of nodes may avoid them",
+            quality.poor, quality.tets, poor_radius_ratio, quality.worst_tet, quality.radius_ratio_min));
     save_body(arguments.output, body);
 
     out.text(fmt::format("{}: {} nodes, {} tetrahedra, collision surface of {} vertices and {} faces",
@@ -73,7 +72,7 @@ void run(const MeshArguments& arguments, Output& out) {
         {"volume", quality.volume},
         {"radius_ratio_min", quality.radius_ratio_min},
         {"radius_ratio_mean", quality.radius_ratio_mean},
-        {"slivers", slivers},
+        {"slivers", quality.poor},
         {"slivers_optimised", meshed.optimization.poor_before - meshed.optimization.poor_after},
         {"nodes_added", meshed.optimization.nodes_added},
         {"dihedral_min", quality.dihedral_min},

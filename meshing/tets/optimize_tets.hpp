@@ -3,14 +3,12 @@
 #include <string>
 
 #include "meshing/surface/mesh.hpp"
+#include "meshing/tets/tet_quality.hpp"
 
 namespace nbd {
 
-/// Tetrahedra of a lower radius ratio are poor: steps of a simulation are stiff there.
-constexpr double poor_radius_ratio = 0.1;
-
 struct TetOptimization {
-    int poor_before = 0, poor_after = 0;  // tetrahedra below poor_radius_ratio
+    int poor_before = 0, poor_after = 0;  // see poor_radius_ratio
     int nodes_added = 0;
 };
 

@@ -52,6 +52,7 @@ TetQuality tet_quality(const TetMesh& tets) {
             q.radius_ratio_min = ratio;
             q.worst_tet = t;
         }
+        q.poor += ratio < poor_radius_ratio;
         ++q.radius_ratio_histogram[static_cast<std::size_t>(std::clamp(ratio * 10, 0., 9.))];
         const auto angles = dihedral_angles(a, b, c, d);
         const auto [low, high] = std::ranges::minmax(angles);

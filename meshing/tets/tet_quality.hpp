@@ -7,6 +7,9 @@
 
 namespace nbd {
 
+/// Tetrahedra of a lower radius ratio are poor: steps of a simulation are stiff there.
+constexpr double poor_radius_ratio = 0.1;
+
 /// Shape measures of a tetrahedral mesh. Radius ratio: 3 x inradius / circumradius; 1 for the regular
 /// tetrahedron, 0 for a flat one, negative for an inverted one. Angles are dihedral, in degrees.
 struct TetQuality {
@@ -15,6 +18,7 @@ struct TetQuality {
     double radius_ratio_min = 0, radius_ratio_mean = 0;
     double dihedral_min = 0, dihedral_max = 0;
     int worst_tet = -1;  // tetrahedron with radius_ratio_min
+    int poor = 0;        // tetrahedra below poor_radius_ratio
     std::array<int, 10>
         radius_ratio_histogram{};  // tets with a ratio in [k/10, (k+1)/10); bin 0 includes ratios below 0
 };

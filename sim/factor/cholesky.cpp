@@ -159,21 +159,6 @@ void Cholesky::solve(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eige
     x = Eigen::Map<const Eigen::VectorXd>(static_cast<const double*>(s.x->x), s.size);
 }
 
-SupernodalFactor Cholesky::factor() const {
-    const State& s = *state_;
-    if (!s.factorized) throw std::logic_error("factor: no factor; call factorize() first");
-    const cholmod_factor& L = *s.factor;
-    const auto ints = [](const void* data, std::size_t count) {
-        return std::span(static_cast<const int*>(data), count);
-    };
-    return {.permutation = ints(L.Perm, L.n),
-            .first_column = ints(L.super, L.nsuper + 1),
-            .first_row = ints(L.pi, L.nsuper + 1),
-            .first_value = ints(L.px, L.nsuper + 1),
-            .rows = ints(L.s, L.ssize),
-            .values = std::span(static_cast<const double*>(L.x), L.xsize)};
-}
-
 std::int64_t Cholesky::factor_entries() const noexcept {
     return state_->factor ? static_cast<std::int64_t>(state_->factor->xsize) : 0;
 }

@@ -3,23 +3,10 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
-#include <span>
 
 #include "sim/factor/block_pattern.hpp"
 
 namespace nbd {
-
-/// A factor L of P A P^T in supernodal form. Supernode s owns columns first_column[s] .. first_column[s + 1]
-/// - 1 of L. They all have the rows rows[first_row[s]] .. rows[first_row[s + 1] - 1]; the first of these rows
-/// are the columns themselves. Values are stored column by column from values[first_value[s]] on.
-struct SupernodalFactor {
-    std::span<const int> permutation;   // [n] unknown of A for each row of L
-    std::span<const int> first_column;  // [supernodes + 1]
-    std::span<const int> first_row;     // [supernodes + 1]
-    std::span<const int> first_value;   // [supernodes + 1]
-    std::span<const int> rows;          // ascending within a supernode
-    std::span<const double> values;
-};
 
 /// Elimination order of the nodes.
 enum class Ordering {
@@ -52,10 +39,6 @@ class Cholesky {
     /// x = A^-1 b. Allocates only on the first call. x may be b. Throws std::logic_error without a factor,
     /// std::runtime_error if CHOLMOD fails.
     void solve(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x) const;
-
-    /// The arrays of the factor, valid until the next analyze() or factorize(). The three rows of a node are
-    /// adjacent in L. Throws std::logic_error without a factor.
-    SupernodalFactor factor() const;
 
     std::int64_t factor_entries() const noexcept;  // stored numbers of the factor, including explicit zeros
 

@@ -33,6 +33,7 @@ void CoupledLevel<B>::begin(std::vector<const FloatBlocks<B, B>*> matrices, Diag
     couplings_ = {};
     first_.assign(1, 0);
     for (const FloatBlocks<B, B>* A : matrices_) first_.push_back(first_.back() + A->rows());
+    place_.assign(static_cast<std::size_t>(rows()), -1);
     for (std::vector<float>* vector : {&z, &residual, &direction})
         vector->resize(static_cast<std::size_t>(B * rows()));
 }
@@ -44,8 +45,10 @@ std::size_t CoupledLevel<B>::body_of(int row) const noexcept {
 
 template <int B>
 void CoupledLevel<B>::forget_acting() {
-    for (std::size_t k = 0; k < touched_.size(); ++k)
+    for (std::size_t k = 0; k < touched_.size(); ++k) {
         inverses_[static_cast<std::size_t>(touched_[k])] = untouched_[k];
+        place_[static_cast<std::size_t>(touched_[k])] = -1;
+    }
     touched_.clear();
     untouched_.clear();
     acting_.clear();
@@ -64,7 +67,6 @@ void CoupledLevel<B>::set_acting(std::span<const ActingCoupling> acting) {
     forget_acting();
     acting_.assign(acting.begin(), acting.end());
     Diagonal added;
-    std::vector<int> place(static_cast<std::size_t>(rows()), -1);
     for (const ActingCoupling& coupling : acting_) {
         const auto terms = couplings_.of(coupling.index);
         float total = 0;
@@ -72,7 +74,7 @@ void CoupledLevel<B>::set_acting(std::span<const ActingCoupling> acting) {
         for (const auto& [row, J] : terms) {
             const float norm = J.norm();
             if (norm == 0) continue;
-            int& at = place[static_cast<std::size_t>(row)];
+            int& at = place_[static_cast<std::size_t>(row)];
             if (at < 0) {
                 at = static_cast<int>(touched_.size());
                 touched_.push_back(row);

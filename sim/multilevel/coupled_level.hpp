@@ -53,6 +53,7 @@ class CoupledLevel {
     std::vector<Square> inverses_;
     std::vector<int> touched_;       // rows whose inverses_ include couplings
     std::vector<Square> untouched_;  // their inverses without
+    std::vector<int> place_;         // [rows] index in touched_; -1: not there
     LevelCouplings<B> couplings_;
     std::vector<ActingCoupling> acting_;
     float bound_ = 1;

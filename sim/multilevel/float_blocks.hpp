@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "meshing/parallel/parallel_for.hpp"
 #include "sim/factor/block_pattern.hpp"
 #include "sim/multilevel/block_sparse.hpp"
 
@@ -37,9 +38,6 @@ class FloatBlocks {
     }
 
     int rows() const noexcept { return static_cast<int>(offset_.size()) - 1; }
-    std::size_t bytes() const noexcept {
-        return values_.size() * sizeof(float) + (column_.size() + offset_.size()) * sizeof(int);
-    }
 
     std::span<const int> columns_of(int row) const noexcept {
         return {column_.data() + offset_[static_cast<std::size_t>(row)],
@@ -56,6 +54,17 @@ class FloatBlocks {
     template <class Values>
     void set(std::size_t k, const Values& values) noexcept {
         Eigen::Map<Eigen::Matrix<float, R, C>>(values_.data() + k * R * C) = values.template cast<float>();
+    }
+
+    /// out = this times x, in parallel. x: C numbers for each column of blocks; out: R for each row.
+    void multiply(const float* x, float* out) const {
+        parallel_for(
+            rows(),
+            [&](int i) {
+                const Row row = times(i, x);
+                std::memcpy(out + static_cast<std::ptrdiff_t>(R) * i, &row, R * sizeof(float));
+            },
+            64);
     }
 
     /// A block row times x, where x has C numbers for each column of blocks.

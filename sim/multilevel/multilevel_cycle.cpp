@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
@@ -189,15 +188,8 @@ void MultilevelCycle::restrict_nodes() {
             Point(turned_.data() + 3 * (first + i)) = rotations_[b][static_cast<std::size_t>(i)].transpose() *
                                                       Point(nodes_.residual.data() + 3 * (first + i));
         });
-        const FloatBlocks<6, 3>& PT = hierarchies_[b]->fine.restriction;
-        float* to = levels_[0].residual.data() + 6 * levels_[0].first_row(b);
-        parallel_for(
-            PT.rows(),
-            [&](int a) {
-                const auto row = PT.times(a, turned_.data() + 3 * first);
-                std::memcpy(to + 6 * a, &row, 6 * sizeof(float));
-            },
-            64);
+        hierarchies_[b]->fine.restriction.multiply(turned_.data() + 3 * first,
+                                                   levels_[0].residual.data() + 6 * levels_[0].first_row(b));
     }
 }
 
@@ -214,40 +206,19 @@ void MultilevelCycle::prolong_to_nodes() {
     }
 }
 
-void MultilevelCycle::restrict_level(std::size_t k) {
-    Level &level = levels_[k], &next = levels_[k + 1];
+/// to = transfer times from, body by body; `transfer` is that of a body's level to the next or back. `from`
+/// and `to` belong to level k and the next, in either order.
+void MultilevelCycle::move_between(std::size_t k, FloatBlocks<6, 6> Transfer<6>::*transfer,
+                                   std::span<const float> from, std::span<float> to) const {
+    const bool down = transfer == &Transfer<6>::restriction;
+    const Level &source = levels_[down ? k : k + 1], &target = levels_[down ? k + 1 : k];
     for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
-        const float* from = level.residual.data() + 6 * level.first_row(b);
-        float* to = next.residual.data() + 6 * next.first_row(b);
-        if (!is_coarsened(b, k)) {
-            std::copy(from, from + 6 * (level.first_row(b + 1) - level.first_row(b)), to);
-            continue;
-        }
-        const FloatBlocks<6, 6>& PT = rest_level(b, k).coarser.restriction;
-        parallel_for(
-            PT.rows(),
-            [&](int a) {
-                const auto row = PT.times(a, from);
-                std::memcpy(to + 6 * a, &row, 6 * sizeof(float));
-            },
-            64);
-    }
-}
-
-void MultilevelCycle::prolong_to_level(std::size_t k) {
-    Level &level = levels_[k], &next = levels_[k + 1];
-    for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
-        const float* from = next.z.data() + 6 * next.first_row(b);
-        float* to = level.direction.data() + 6 * level.first_row(b);
-        if (!is_coarsened(b, k)) {
-            std::copy(from, from + 6 * (level.first_row(b + 1) - level.first_row(b)), to);
-            continue;
-        }
-        const FloatBlocks<6, 6>& P = rest_level(b, k).coarser.prolongation;
-        parallel_for(P.rows(), [&](int a) {
-            const auto row = P.times(a, from);
-            std::memcpy(to + 6 * a, &row, 6 * sizeof(float));
-        });
+        const float* part = from.data() + 6 * source.first_row(b);
+        float* out = to.data() + 6 * target.first_row(b);
+        if (is_coarsened(b, k))
+            (rest_level(b, k).coarser.*transfer).multiply(part, out);
+        else
+            std::copy_n(part, 6 * (source.first_row(b + 1) - source.first_row(b)), out);
     }
 }
 
@@ -258,11 +229,11 @@ void MultilevelCycle::apply(const Eigen::VectorXf& r, Eigen::VectorXf& z) {
     const std::size_t last = levels_.size() - 1;
     for (std::size_t k = 0; k < last; ++k) {
         levels_[k].smooth_from_zero();
-        restrict_level(k);
+        move_between(k, &Transfer<6>::restriction, levels_[k].residual, levels_[k + 1].residual);
     }
     coarsest_.solve(levels_.back().residual, levels_.back().z);
     for (std::size_t k = last; k-- > 0;) {
-        prolong_to_level(k);
+        move_between(k, &Transfer<6>::prolongation, levels_[k + 1].z, levels_[k].direction);
         levels_[k].correct_and_smooth();
     }
     prolong_to_nodes();

@@ -21,8 +21,8 @@ class MultilevelCycle {
     /// Begins the matrices of a step; none of its couplings acts yet. The system must outlive the cycles.
     void begin(const CoupledSystem& system, RestHierarchies& hierarchies);
 
-    /// Takes the matrices of the couplings that act. They must be those that the matrices began with, but
-    /// for A. Throws std::runtime_error if the coarsest matrix is not positive definite.
+    /// Takes the matrices A of the couplings; those with A = 0 do not act. Nothing else of the system may have
+    /// changed since begin(). Throws std::runtime_error if the coarsest matrix is not positive definite.
     void set_couplings(const CoupledSystem& system);
 
     /// out -= A x in single precision. x, out: [unknowns].
@@ -45,8 +45,8 @@ class MultilevelCycle {
     void factorize_coarsest();
     void restrict_nodes();
     void prolong_to_nodes();
-    void restrict_level(std::size_t level);
-    void prolong_to_level(std::size_t level);
+    void move_between(std::size_t level, FloatBlocks<6, 6> Transfer<6>::*transfer, std::span<const float> from,
+                      std::span<float> to) const;
     const RestLevel& rest_level(std::size_t body, std::size_t level) const;
     bool is_coarsened(std::size_t body, std::size_t level) const;
 

@@ -61,7 +61,8 @@ std::vector<Square<B>> inverses(const std::vector<Square<B>>& blocks) {
     return result;
 }
 
-/// Largest eigenvalue of D^-1 A, a few percent too large.
+/// A bound on the eigenvalues of D^-1 A: the largest one by power iteration, and a tenth more for what the
+/// iteration has not found.
 template <int B>
 double largest_eigenvalue(const BlockSparse<B, B>& A, const std::vector<Square<B>>& inverse) {
     constexpr int rounds = 60;

@@ -39,8 +39,6 @@ struct RestHierarchy {
     Transfer<3> fine;               // from the first level to the nodes, in the rest frame
     std::vector<RestLevel> levels;  // at least one, finest first
     BlockSparse<6, 6> coarsest;     // A of the last level
-
-    int depth() const noexcept { return static_cast<int>(levels.size()); }
 };
 
 /// Cache of hierarchies by body, time step and set of prescribed nodes. Thread-safe. Bodies must outlive it.

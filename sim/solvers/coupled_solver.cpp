@@ -141,7 +141,8 @@ LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen:
         for (int i = 0; i < system.systems[k].body().node_count(); ++i)
             if (system.systems[k].is_prescribed(i))
                 v.segment<3>(system.first_unknown[k] + 3 * i) = b.segment<3>(system.first_unknown[k] + 3 * i);
-    for (Eigen::VectorXd* scratch : {&r_, &z_, &p_, &Ap_, &zero_}) scratch->setZero(system.size());
+    for (Eigen::VectorXd* scratch : {&r_, &z_, &p_, &Ap_}) scratch->resize(system.size());
+    zero_.setZero(system.size());
     for (Eigen::VectorXf* scratch : {&cycle_in_, &cycle_out_}) scratch->resize(system.size());
     if (!direct_) {
         factorize_contacts(system);

@@ -26,7 +26,7 @@ std::set<std::array<int, 3>> face_set(const Faces& F) {
     return set;
 }
 
-int count_poor(const TetMesh& tets) { return tet_quality(tets).radius_ratio_histogram[0]; }
+int count_poor(const TetMesh& tets) { return tet_quality(tets).poor; }
 
 void expect_keeps_boundary(const TetMesh& before, const TetMesh& after) {
     const Faces boundary = boundary_faces(before);

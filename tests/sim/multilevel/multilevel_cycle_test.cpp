@@ -40,6 +40,17 @@ struct Scene {
     CoupledSystem system() const { return {systems, first_unknown, terms, couplings}; }
 };
 
+/// The cycle of a scene, with its couplings.
+struct CoupledCycle {
+    RestHierarchies hierarchies;
+    MultilevelCycle cycle;
+
+    explicit CoupledCycle(const Scene& scene) {
+        cycle.begin(scene.system(), hierarchies);
+        cycle.set_couplings(scene.system());
+    }
+};
+
 Eigen::VectorXf irregular(Eigen::Index size, double phase) {
     Eigen::VectorXf v(size);
     for (Eigen::Index i = 0; i < size; ++i)
@@ -68,13 +79,10 @@ TEST(MultilevelCycle, IsSymmetricAndPositive) {
 
 TEST(MultilevelCycle, MultipliesAsTheSystemDoes) {
     const Scene scene;
-    RestHierarchies hierarchies;
-    MultilevelCycle cycle;
-    cycle.begin(scene.system(), hierarchies);
-    cycle.set_couplings(scene.system());
+    CoupledCycle coupled(scene);
     const Eigen::VectorXf x = irregular(scene.system().size(), 0.9);
     Eigen::VectorXf minus = Eigen::VectorXf::Zero(x.size());
-    cycle.subtract_product(x, minus);
+    coupled.cycle.subtract_product(x, minus);
     Eigen::VectorXd expected(x.size());
     scene.system().multiply(x.cast<double>(), expected);
     EXPECT_LT((minus.cast<double>() + expected).norm(), 1e-5 * expected.norm());
@@ -82,10 +90,7 @@ TEST(MultilevelCycle, MultipliesAsTheSystemDoes) {
 
 TEST(MultilevelCycle, ReducesEveryKindOfError) {
     const Scene scene;
-    RestHierarchies hierarchies;
-    MultilevelCycle cycle;
-    cycle.begin(scene.system(), hierarchies);
-    cycle.set_couplings(scene.system());
+    CoupledCycle coupled(scene);
     // The error e of an iteration v += G (b - A v) is (I - G A) e, in the norm of A.
     Eigen::VectorXd e = irregular(scene.system().size(), 0.1).cast<double>(), Ae(e.size());
     for (const StepSystem& s : scene.systems)
@@ -96,7 +101,7 @@ TEST(MultilevelCycle, ReducesEveryKindOfError) {
     for (int k = 0; k < 30; ++k) {  // leaves the kind that the cycle reduces least
         scene.system().multiply(e, Ae);
         const double before = std::sqrt(e.dot(Ae));
-        cycle.apply((Ae / before).cast<float>(), z);
+        coupled.cycle.apply((Ae / before).cast<float>(), z);
         e -= before * z.cast<double>();
         scene.system().multiply(e, Ae);
         share = std::sqrt(e.dot(Ae)) / before;
@@ -109,11 +114,7 @@ TEST(MultilevelCycle, GivesTheSameBitsOnAnyNumberOfThreads) {
     const Scene scene;
     Eigen::VectorXf one(scene.system().size()), four(one.size());
     const auto run = [&](Eigen::VectorXf& z) {
-        RestHierarchies hierarchies;
-        MultilevelCycle cycle;
-        cycle.begin(scene.system(), hierarchies);
-        cycle.set_couplings(scene.system());
-        cycle.apply(irregular(z.size(), 0.5), z);
+        CoupledCycle(scene).cycle.apply(irregular(z.size(), 0.5), z);
     };
     test::on_threads(1, [&] { run(one); });
     test::on_threads(4, [&] { run(four); });
