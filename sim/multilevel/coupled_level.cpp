@@ -10,31 +10,43 @@
 namespace nbd {
 namespace {
 
-constexpr int degree = 3;    // of the polynomial
-constexpr float range = 20;  // it damps eigenvalues from bound / range to bound
+template <int B>
+using Column = Eigen::Matrix<float, B, 1>;
+template <int B>
+using At = Eigen::Map<Column<B>>;
+template <int B>
+using ConstAt = Eigen::Map<const Column<B>>;
 
 template <int B>
-using Part = Eigen::Map<Eigen::Matrix<float, B, 1>>;
-template <int B>
-using ConstPart = Eigen::Map<const Eigen::Matrix<float, B, 1>>;
+Column<B> column(const LaneVector<B>& lanes) {
+    Column<B> result;
+    for (int c = 0; c < B; ++c) result[c] = lanes[c];
+    return result;
+}
 
 }  // namespace
 
 template <int B>
-void CoupledLevel<B>::begin(std::vector<const FloatBlocks<B, B>*> matrices, Diagonal diagonal,
-                            std::vector<Square> inverses, float bound) {
+void CoupledLevel<B>::begin(std::vector<const SweepMatrix<B>*> matrices, Diagonal diagonal,
+                            std::vector<Square> inverses) {
     matrices_ = std::move(matrices);
     diagonal_ = std::move(diagonal);
     inverses_ = std::move(inverses);
-    bound_ = bound;
     touched_.clear();
     untouched_.clear();
     acting_.clear();
     couplings_ = {};
     first_.assign(1, 0);
-    for (const FloatBlocks<B, B>* A : matrices_) first_.push_back(first_.back() + A->rows());
+    colours_.clear();
+    for (std::size_t body = 0; body < matrices_.size(); ++body) {
+        const auto& colours = matrices_[body]->order().colours;
+        if (colours_.size() < colours.size()) colours_.resize(colours.size());
+        for (std::size_t c = 0; c < colours.size(); ++c)
+            for (const RowRange& rows : colours[c]) colours_[c].push_back({body, rows});
+        first_.push_back(first_.back() + matrices_[body]->rows());
+    }
     place_.assign(static_cast<std::size_t>(rows()), -1);
-    for (std::vector<float>* vector : {&z, &residual, &direction})
+    for (std::vector<float>* vector : {&b, &z, &residual, &correction})
         vector->resize(static_cast<std::size_t>(B * rows()));
 }
 
@@ -51,6 +63,7 @@ void CoupledLevel<B>::forget_acting() {
     }
     touched_.clear();
     untouched_.clear();
+    added_.clear();
     acting_.clear();
 }
 
@@ -60,13 +73,13 @@ void CoupledLevel<B>::begin_couplings(LevelCouplings<B> couplings) {
     couplings_ = std::move(couplings);
 }
 
-/// D of a coupling is not the diagonal of J^T A J but larger, so that the eigenvalues of D^-1 J^T A J do not
-/// exceed those of the bodies: |sum of J_i v_i|^2 <= sum of |J_i v_i|^2 / s_i for shares s_i that sum to one.
+/// What a coupling adds to diagonal blocks is not the diagonal of J^T A J but a matrix that is larger than
+/// J^T A J itself, so that sweeps converge although they treat couplings as a whole, from old values:
+/// |sum of J_i v_i|^2 <= sum of |J_i v_i|^2 / s_i for shares s_i that sum to one.
 template <int B>
 void CoupledLevel<B>::set_acting(std::span<const ActingCoupling> acting) {
     forget_acting();
     acting_.assign(acting.begin(), acting.end());
-    Diagonal added;
     for (const ActingCoupling& coupling : acting_) {
         const auto terms = couplings_.of(coupling.index);
         float total = 0;
@@ -79,79 +92,98 @@ void CoupledLevel<B>::set_acting(std::span<const ActingCoupling> acting) {
                 at = static_cast<int>(touched_.size());
                 touched_.push_back(row);
                 untouched_.push_back(inverses_[static_cast<std::size_t>(row)]);
-                added.push_back(diagonal_[static_cast<std::size_t>(row)]);
+                added_.push_back(Square::Zero());
             }
             const Eigen::Matrix<float, 3, B> AJ = coupling.A * J;
-            const Square block = (total / norm / bound_) * (J.transpose() * AJ);
-            added[static_cast<std::size_t>(at)] += block.template cast<double>();
+            added_[static_cast<std::size_t>(at)] += (total / norm) * (J.transpose() * AJ);
         }
     }
     parallel_for(
         static_cast<int>(touched_.size()),
         [&](int k) {
-            const auto at = static_cast<std::size_t>(k);
-            inverses_[static_cast<std::size_t>(touched_[at])] = added[at].inverse().template cast<float>();
+            const auto at = static_cast<std::size_t>(k), row = static_cast<std::size_t>(touched_[at]);
+            const Eigen::Matrix<double, B, B> block = diagonal_[row] + added_[at].template cast<double>();
+            inverses_[row] = block.inverse().template cast<float>();
         },
         64);
 }
 
 template <int B>
-void CoupledLevel<B>::subtract_product(const float* from, float* to) const {
-    for (std::size_t b = 0; b < matrices_.size(); ++b) {
-        const float* from_body = from + B * first_[b];
-        float* to_body = to + B * first_[b];
-        parallel_for(matrices_[b]->rows(), [&](int i) {
-            const auto row = matrices_[b]->times(i, from_body);
-            for (int c = 0; c < B; ++c) to_body[B * i + c] -= row[c];
-        });
-    }
+void CoupledLevel<B>::subtract_couplings(const float* from, float* to) const {
     for (const ActingCoupling& coupling : acting_) {
         const auto terms = couplings_.of(coupling.index);
         Eigen::Vector3f u = Eigen::Vector3f::Zero();
-        for (const auto& [row, J] : terms) u += J * ConstPart<B>(from + B * row);
+        for (const auto& [row, J] : terms) u += J * ConstAt<B>(from + B * row);
         const Eigen::Vector3f impulse = coupling.A * u;
-        for (const auto& [row, J] : terms) Part<B>(to + B * row) -= J.transpose() * impulse;
+        for (const auto& [row, J] : terms) At<B>(to + B * row) -= J.transpose() * impulse;
     }
 }
 
-/// direction = old_share direction + new_share D^-1 residual; z += direction.
 template <int B>
-void CoupledLevel<B>::step(float old_share, float new_share) {
-    parallel_for(rows(), [&](int i) {
-        Part<B> d(direction.data() + B * i);
-        d = old_share * d +
-            new_share * (inverses_[static_cast<std::size_t>(i)] * ConstPart<B>(residual.data() + B * i));
-        Part<B>(z.data() + B * i) += d;
-    });
-}
-
-/// Adds a polynomial in D^-1 A times D^-1 residual to z. `residual` does not contain the last step.
-template <int B>
-void CoupledLevel<B>::smooth() {
-    const float middle = bound_ * (1 + 1 / range) / 2, radius = bound_ * (1 - 1 / range) / 2;
-    float rho = radius / middle;
-    step(0, 1 / middle);
-    for (int k = 1; k < degree; ++k) {
-        subtract_product(direction.data(), residual.data());
-        const float next = 1 / (2 * middle / radius - rho);
-        step(next * rho, 2 * next / radius);
-        rho = next;
+void CoupledLevel<B>::subtract_product(const float* from, float* to) const {
+    for (std::size_t body = 0; body < matrices_.size(); ++body) {
+        const int first = B * first_[body];
+        parallel_for(matrices_[body]->rows(), [&](int i) {
+            At<B>(to + first + B * i) -= column<B>(matrices_[body]->times(i, from + first));
+        });
     }
+    subtract_couplings(from, to);
 }
 
+/// Calls visit(body, rows) for the parts of a colour, in parallel.
+template <int B>
+template <class Visit>
+void CoupledLevel<B>::sweep_colour(std::size_t colour, const Visit& visit) const {
+    const std::vector<Part>& parts = colours_[colour];
+    parallel_for(
+        static_cast<int>(parts.size()),
+        [&](int p) {
+            const Part& part = parts[static_cast<std::size_t>(p)];
+            visit(part.body, part.rows);
+        },
+        1);
+}
+
+/// With the matrices' part L before the diagonal D, U after it, and what couplings C add to the diagonal:
+/// z = (L + D + added)^-1 b, and b - (L + D + U + C) z = (added - U - C) z.
 template <int B>
 void CoupledLevel<B>::smooth_from_zero() {
-    std::ranges::fill(z, 0.F);
-    std::ranges::fill(direction, 0.F);
-    smooth();
-    subtract_product(direction.data(), residual.data());
+    for (std::size_t c = 0; c < colours_.size(); ++c)
+        sweep_colour(c, [&](std::size_t body, RowRange rows) {
+            float* own = z.data() + B * first_[body];
+            for (int i = rows.begin; i < rows.end; ++i) {
+                const int row = first_[body] + i;
+                At<B>(own + B * i) =
+                    inverses_[static_cast<std::size_t>(row)] *
+                    (ConstAt<B>(b.data() + B * row) - column<B>(matrices_[body]->times_earlier(i, own)));
+            }
+        });
+    for (std::size_t body = 0; body < matrices_.size(); ++body) {
+        const float* own = z.data() + B * first_[body];
+        parallel_for(matrices_[body]->rows(), [&](int i) {
+            At<B>(residual.data() + B * (first_[body] + i)) =
+                -column<B>(matrices_[body]->times_later(i, own));
+        });
+    }
+    for (std::size_t k = 0; k < touched_.size(); ++k)
+        At<B>(residual.data() + B * touched_[k]) += added_[k] * ConstAt<B>(z.data() + B * touched_[k]);
+    subtract_couplings(z.data(), residual.data());
 }
 
 template <int B>
 void CoupledLevel<B>::correct_and_smooth() {
-    parallel_for(rows(), [&](int i) { Part<B>(z.data() + B * i) += ConstPart<B>(direction.data() + B * i); });
-    subtract_product(direction.data(), residual.data());
-    smooth();
+    parallel_for(rows(), [&](int i) { At<B>(z.data() + B * i) += ConstAt<B>(correction.data() + B * i); });
+    subtract_couplings(z.data(), b.data());
+    for (std::size_t c = colours_.size(); c-- > 0;)
+        sweep_colour(c, [&](std::size_t body, RowRange rows) {
+            float* own = z.data() + B * first_[body];
+            for (int i = rows.end; i-- > rows.begin;) {
+                const int row = first_[body] + i;
+                At<B>(own + B * i) +=
+                    inverses_[static_cast<std::size_t>(row)] *
+                    (ConstAt<B>(b.data() + B * row) - column<B>(matrices_[body]->times(i, own)));
+            }
+        });
 }
 
 template class CoupledLevel<3>;

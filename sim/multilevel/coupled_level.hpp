@@ -4,13 +4,13 @@
 #include <span>
 #include <vector>
 
-#include "sim/multilevel/float_blocks.hpp"
 #include "sim/multilevel/level_couplings.hpp"
+#include "sim/multilevel/sweep_matrix.hpp"
 
 namespace nbd {
 
 /// A level of a coupled system: the matrices of all bodies, one below the other, and the couplings. It
-/// smooths by Chebyshev polynomials in D^-1 A, where D are the diagonal blocks [Adams03].
+/// smooths by Gauss-Seidel sweeps, forward before and backward after the correction by the coarser levels.
 template <int B>
 class CoupledLevel {
  public:
@@ -18,9 +18,8 @@ class CoupledLevel {
     using Diagonal = std::vector<Eigen::Matrix<double, B, B>>;
 
     /// Begins matrices, which must outlive the level, without couplings. diagonal: blocks of all rows, with
-    /// their inverses. bound: of the eigenvalues of D^-1 A.
-    void begin(std::vector<const FloatBlocks<B, B>*> matrices, Diagonal diagonal,
-               std::vector<Square> inverses, float bound);
+    /// their inverses.
+    void begin(std::vector<const SweepMatrix<B>*> matrices, Diagonal diagonal, std::vector<Square> inverses);
 
     /// Begins other couplings, of which none acts yet.
     void begin_couplings(LevelCouplings<B> couplings);
@@ -34,29 +33,36 @@ class CoupledLevel {
     /// to -= A from; they must not overlap.
     void subtract_product(const float* from, float* to) const;
 
-    /// z = about A^-1 residual, then residual -= A z.
+    /// z = about A^-1 b, residual = b - A z.
     void smooth_from_zero();
 
-    /// z += direction, the correction by the coarser levels; then improves z. `residual` is used up.
+    /// Adds `correction`, by the coarser levels, to z and improves it. `b` is used up.
     void correct_and_smooth();
 
-    std::vector<float> z, residual, direction;  // [B rows]
+    std::vector<float> b, z, residual, correction;  // [B rows]
 
  private:
-    void smooth();
-    void step(float old_share, float new_share);
+    /// Rows of a body that are swept one after the other.
+    struct Part {
+        std::size_t body;
+        RowRange rows;  // of the body
+    };
+    template <class Visit>
+    void sweep_colour(std::size_t colour, const Visit& visit) const;
+    void subtract_couplings(const float* from, float* to) const;
     void forget_acting();
 
-    std::vector<const FloatBlocks<B, B>*> matrices_;
-    std::vector<int> first_{0};  // [bodies + 1] first row of each body
-    Diagonal diagonal_;          // [rows] without couplings
+    std::vector<const SweepMatrix<B>*> matrices_;
+    std::vector<int> first_{0};               // [bodies + 1] first row of each body
+    std::vector<std::vector<Part>> colours_;  // those of all bodies
+    Diagonal diagonal_;                       // [rows] without couplings
     std::vector<Square> inverses_;
     std::vector<int> touched_;       // rows whose inverses_ include couplings
     std::vector<Square> untouched_;  // their inverses without
+    std::vector<Square> added_;      // what couplings add to their diagonal blocks
     std::vector<int> place_;         // [rows] index in touched_; -1: not there
     LevelCouplings<B> couplings_;
     std::vector<ActingCoupling> acting_;
-    float bound_ = 1;
 };
 
 extern template class CoupledLevel<3>;

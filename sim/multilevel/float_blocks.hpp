@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "meshing/parallel/parallel_for.hpp"
-#include "sim/factor/block_pattern.hpp"
+#include "sim/multilevel/block_row.hpp"
 #include "sim/multilevel/block_sparse.hpp"
 
 namespace nbd {
@@ -15,26 +15,13 @@ namespace nbd {
 template <int R, int C>
 class FloatBlocks {
  public:
-    static constexpr int lanes = R <= 4 ? 4 : 8;
-    /// The R rows of a block row; the other lanes are unspecified.
-    using Row [[gnu::vector_size(lanes * sizeof(float))]] = float;
-    static_assert(R <= 8);
-
     FloatBlocks() = default;
 
-    explicit FloatBlocks(const BlockSparse<R, C>& A) : offset_(A.offset), column_(A.column) {
-        allocate();
-        for (std::size_t k = 0; k < A.blocks.size(); ++k) set(k, A.blocks[k]);
-    }
-
-    /// Zeros with the blocks of a pattern.
-    explicit FloatBlocks(const BlockPattern& pattern) {
-        for (int i = 0; i < pattern.node_count(); ++i) {
-            const auto row = pattern.neighbours(i);
-            column_.insert(column_.end(), row.begin(), row.end());
-            offset_.push_back(static_cast<int>(column_.size()));
-        }
-        allocate();
+    explicit FloatBlocks(const BlockSparse<R, C>& A)
+        : offset_(A.offset), column_(A.column), values_(A.blocks.size() * R * C + read_ahead<R>, 0.F) {
+        for (std::size_t k = 0; k < A.blocks.size(); ++k)
+            Eigen::Map<Eigen::Matrix<float, R, C>>(values_.data() + k * R * C) =
+                A.blocks[k].template cast<float>();
     }
 
     int rows() const noexcept { return static_cast<int>(offset_.size()) - 1; }
@@ -51,41 +38,24 @@ class FloatBlocks {
 
     using Block = Eigen::Map<const Eigen::Matrix<float, R, C>>;
     Block block(std::size_t k) const noexcept { return Block(values_.data() + k * R * C); }
-    template <class Values>
-    void set(std::size_t k, const Values& values) noexcept {
-        Eigen::Map<Eigen::Matrix<float, R, C>>(values_.data() + k * R * C) = values.template cast<float>();
-    }
 
     /// out = this times x, in parallel. x: C numbers for each column of blocks; out: R for each row.
     void multiply(const float* x, float* out) const {
         parallel_for(
             rows(),
             [&](int i) {
-                const Row row = times(i, x);
+                const LaneVector<R> row = times(i, x);
                 std::memcpy(out + static_cast<std::ptrdiff_t>(R) * i, &row, R * sizeof(float));
             },
             64);
     }
 
     /// A block row times x, where x has C numbers for each column of blocks.
-    Row times(int row, const float* x) const noexcept {
-        Row sum[C] = {};
-        const float* values = values_.data() + first_block(row) * R * C;
-        for (const int column : columns_of(row)) {
-            const float* part = x + static_cast<std::ptrdiff_t>(C) * column;
-            for (int c = 0; c < C; ++c, values += R) {
-                Row entries;
-                std::memcpy(&entries, values, sizeof entries);  // beyond the block's rows too
-                sum[c] += entries * part[c];
-            }
-        }
-        for (int c = 1; c < C; ++c) sum[0] += sum[c];
-        return sum[0];
+    LaneVector<R> times(int row, const float* x) const noexcept {
+        return row_product<R, C>(values_.data() + first_block(row) * R * C, columns_of(row), x);
     }
 
  private:
-    void allocate() { values_.assign(column_.size() * R * C + lanes, 0.F); }  // room for the last load
-
     std::vector<int> offset_{0}, column_;
     std::vector<float> values_;  // blocks by columns
 };

@@ -14,47 +14,42 @@ void MultilevelCycle::begin(const CoupledSystem& system, RestHierarchies& hierar
         found.push_back(hierarchies.get(s.body(), s.mass_scale(), s.stiffness_scale(), s.prescribed()));
     const bool is_known = found == hierarchies_;
     hierarchies_ = std::move(found);
+    if (!is_known) {
+        matrices_.clear();
+        for (const auto& hierarchy : hierarchies_) matrices_.emplace_back(hierarchy->order);
+        begin_aggregates();
+    }
     begin_nodes(system);
-    if (!is_known) begin_aggregates();
     begin_couplings(system);
 }
 
 /// The matrices of the nodes, in single precision.
 void MultilevelCycle::begin_nodes(const CoupledSystem& system) {
     const std::size_t count = system.systems.size();
-    std::vector<const ElasticBody*> bodies;
-    for (const StepSystem& s : system.systems) bodies.push_back(&s.body());
-    if (bodies != bodies_) {
-        matrices_.clear();
-        for (const ElasticBody* body : bodies) matrices_.emplace_back(body->pattern());
-        bodies_ = std::move(bodies);
-    }
     rotations_.resize(count);
     const auto nodes = static_cast<std::size_t>(system.node_count());
     CoupledLevel<3>::Diagonal diagonal(nodes);
     std::vector<Eigen::Matrix3f> inverses(nodes);
-    std::vector<const FloatBlocks<3, 3>*> matrices;
-    float bound = 0;
+    std::vector<const SweepMatrix<3>*> matrices;
     for (std::size_t b = 0; b < count; ++b) {
         const StepSystem& s = system.systems[b];
         s.body().node_rotations(s.elements(), rotations_[b]);
         const BlockPattern& pattern = s.body().pattern();
-        FloatBlocks<3, 3>& A = matrices_[b];
+        SweepMatrix<3>& A = matrices_[b];
         const int first = system.first_unknown[b] / 3;
         parallel_for(pattern.node_count(), [&](int i) {
             const auto row = pattern.neighbours(i);
             for (int k = 0; k < static_cast<int>(row.size()); ++k) {
                 const auto block = pattern.block(s.matrix(), i, k);  // of column i
-                A.set(A.first_block(i) + static_cast<std::size_t>(k), block.transpose());
+                A.set(i, static_cast<std::size_t>(k), block.transpose());
                 if (row[static_cast<std::size_t>(k)] != i) continue;
                 diagonal[static_cast<std::size_t>(first + i)] = block;
                 inverses[static_cast<std::size_t>(first + i)] = block.inverse().cast<float>();
             }
         });
         matrices.push_back(&A);
-        bound = std::max(bound, hierarchies_[b]->bound);
     }
-    nodes_.begin(std::move(matrices), std::move(diagonal), std::move(inverses), bound);
+    nodes_.begin(std::move(matrices), std::move(diagonal), std::move(inverses));
     turned_.resize(static_cast<std::size_t>(system.size()));
 }
 
@@ -74,20 +69,18 @@ void MultilevelCycle::begin_aggregates() {
     for (const auto& hierarchy : hierarchies_) depth = std::max(depth, hierarchy->levels.size());
     levels_.resize(depth);
     for (std::size_t k = 0; k < levels_.size(); ++k) {
-        std::vector<const FloatBlocks<6, 6>*> matrices;
+        std::vector<const SweepMatrix<6>*> matrices;
         Level::Diagonal diagonal;
         std::vector<Level::Square> inverses;
-        float bound = 0;
         for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
             const RestLevel& level = rest_level(b, k);
             matrices.push_back(&level.A);
-            bound = std::max(bound, level.bound);
             for (const auto& block : level.diagonal) {
                 diagonal.push_back(block);
                 inverses.push_back(block.inverse().cast<float>());
             }
         }
-        levels_[k].begin(std::move(matrices), std::move(diagonal), std::move(inverses), bound);
+        levels_[k].begin(std::move(matrices), std::move(diagonal), std::move(inverses));
     }
     acting_.clear();
     factorize_coarsest();
@@ -189,7 +182,7 @@ void MultilevelCycle::restrict_nodes() {
                                                       Point(nodes_.residual.data() + 3 * (first + i));
         });
         hierarchies_[b]->fine.restriction.multiply(turned_.data() + 3 * first,
-                                                   levels_[0].residual.data() + 6 * levels_[0].first_row(b));
+                                                   levels_[0].b.data() + 6 * levels_[0].first_row(b));
     }
 }
 
@@ -200,7 +193,7 @@ void MultilevelCycle::prolong_to_nodes() {
         const float* from = levels_[0].z.data() + 6 * levels_[0].first_row(b);
         parallel_for(P.rows(), [&](int i) {
             const auto row = P.times(i, from);
-            Eigen::Map<Eigen::Vector3f>(nodes_.direction.data() + 3 * (first + i)) =
+            Eigen::Map<Eigen::Vector3f>(nodes_.correction.data() + 3 * (first + i)) =
                 rotations_[b][static_cast<std::size_t>(i)] * Eigen::Vector3f(row[0], row[1], row[2]);
         });
     }
@@ -223,17 +216,17 @@ void MultilevelCycle::move_between(std::size_t k, FloatBlocks<6, 6> Transfer<6>:
 }
 
 void MultilevelCycle::apply(const Eigen::VectorXf& r, Eigen::VectorXf& z) {
-    nodes_.residual.assign(r.begin(), r.end());
+    nodes_.b.assign(r.begin(), r.end());
     nodes_.smooth_from_zero();
     restrict_nodes();
     const std::size_t last = levels_.size() - 1;
     for (std::size_t k = 0; k < last; ++k) {
         levels_[k].smooth_from_zero();
-        move_between(k, &Transfer<6>::restriction, levels_[k].residual, levels_[k + 1].residual);
+        move_between(k, &Transfer<6>::restriction, levels_[k].residual, levels_[k + 1].b);
     }
-    coarsest_.solve(levels_.back().residual, levels_.back().z);
+    coarsest_.solve(levels_.back().b, levels_.back().z);
     for (std::size_t k = last; k-- > 0;) {
-        move_between(k, &Transfer<6>::prolongation, levels_[k + 1].z, levels_[k].direction);
+        move_between(k, &Transfer<6>::prolongation, levels_[k + 1].z, levels_[k].correction);
         levels_[k].correct_and_smooth();
     }
     prolong_to_nodes();

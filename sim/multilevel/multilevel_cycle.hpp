@@ -21,8 +21,8 @@ class MultilevelCycle {
     /// Begins the matrices of a step; none of its couplings acts yet. The system must outlive the cycles.
     void begin(const CoupledSystem& system, RestHierarchies& hierarchies);
 
-    /// Takes the matrices A of the couplings; those with A = 0 do not act. Nothing else of the system may have
-    /// changed since begin(). Throws std::runtime_error if the coarsest matrix is not positive definite.
+    /// Takes the matrices A of the couplings; those with A = 0 do not act. Nothing else of the system may
+    /// have changed since begin(). Throws std::runtime_error if the coarsest matrix is not positive definite.
     void set_couplings(const CoupledSystem& system);
 
     /// out -= A x in single precision. x, out: [unknowns].
@@ -45,14 +45,13 @@ class MultilevelCycle {
     void factorize_coarsest();
     void restrict_nodes();
     void prolong_to_nodes();
-    void move_between(std::size_t level, FloatBlocks<6, 6> Transfer<6>::*transfer, std::span<const float> from,
-                      std::span<float> to) const;
+    void move_between(std::size_t level, FloatBlocks<6, 6> Transfer<6>::*transfer,
+                      std::span<const float> from, std::span<float> to) const;
     const RestLevel& rest_level(std::size_t body, std::size_t level) const;
     bool is_coarsened(std::size_t body, std::size_t level) const;
 
     std::vector<std::shared_ptr<const RestHierarchy>> hierarchies_;  // [bodies]
-    std::vector<const ElasticBody*> bodies_;                         // [bodies]
-    std::vector<FloatBlocks<3, 3>> matrices_;                        // [bodies]
+    std::vector<SweepMatrix<3>> matrices_;                           // [bodies]
     std::vector<std::vector<Eigen::Matrix3f>> rotations_;            // [bodies][nodes]
     CoupledLevel<3> nodes_;
     std::vector<Level> levels_;  // finest first

@@ -12,6 +12,7 @@ namespace {
 constexpr double strong_share = 0.08;  // see strong_neighbours(), on the finest level
 constexpr int coarse_enough = 48;      // aggregates that are solved directly
 constexpr double worthwhile = 0.7;  // a level with a larger share of the rows of the one before is left out
+constexpr int nodes_per_part = 256, aggregates_per_part = 64;  // of sweeps
 constexpr std::size_t max_entries = 32;  // the oldest entry is dropped beyond this number
 
 template <int B>
@@ -113,6 +114,13 @@ BlockSparse<B, 6> smoothed(const BlockSparse<B, B>& A, const std::vector<Square<
     return result;
 }
 
+SweepMatrix<6> sweep_matrix(const BlockSparse<6, 6>& A) {
+    SweepMatrix<6> result(std::make_shared<const SweepOrder>(A.offset, A.column, aggregates_per_part));
+    for (int i = 0; i < A.rows(); ++i)
+        for (std::size_t k = 0; k < A.columns_of(i).size(); ++k) result.set(i, k, A.block(i, k));
+    return result;
+}
+
 /// A level's interpolation from the next, and the next level's matrix and rigid motions.
 template <int B>
 struct Coarser {
@@ -139,7 +147,7 @@ RestHierarchy::RestHierarchy(const ElasticBody& body, double mass_scale, double 
     BlockSparse<3, 3> A = rest_matrix(body, mass_scale, stiffness_scale, prescribed);
     const auto inverse = inverses(take_diagonal(A));
     const double most = largest_eigenvalue(A, inverse);
-    bound = static_cast<float>(most);
+    order = std::make_shared<const SweepOrder>(A.offset, A.column, nodes_per_part);
     double share = strong_share;
     Coarser<3> first = coarsen<3>(A, inverse, most, rigid_modes(body.rest().X), share);
     A = {};
@@ -150,10 +158,9 @@ RestHierarchy::RestHierarchy(const ElasticBody& body, double mass_scale, double 
         share /= 2;  // coarser matrices are denser [Vanek96]
         RestLevel level;
         level.diagonal = take_diagonal(coarsest);
-        level.A = FloatBlocks<6, 6>(coarsest);
+        level.A = sweep_matrix(coarsest);
         const auto level_inverse = inverses(level.diagonal);
         const double level_most = largest_eigenvalue(coarsest, level_inverse);
-        level.bound = static_cast<float>(level_most);
         going = false;
         if (coarsest.rows() > coarse_enough) {
             Coarser<6> next = coarsen<6>(coarsest, level_inverse, level_most, modes, share);

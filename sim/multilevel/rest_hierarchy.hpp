@@ -8,6 +8,7 @@
 
 #include "sim/fem/elastic_body.hpp"
 #include "sim/multilevel/float_blocks.hpp"
+#include "sim/multilevel/sweep_matrix.hpp"
 
 namespace nbd {
 
@@ -20,9 +21,8 @@ struct Transfer {
 
 /// A level of aggregates with six unknowns each, the shares of their rigid motions.
 struct RestLevel {
-    FloatBlocks<6, 6> A;
+    SweepMatrix<6> A;
     std::vector<Eigen::Matrix<double, 6, 6>> diagonal;  // blocks of A
-    float bound = 0;                                    // largest eigenvalue of D^-1 A, D the diagonal blocks
     Transfer<6> coarser{};                              // from the next level; empty at the coarsest
 };
 
@@ -35,10 +35,10 @@ struct RestHierarchy {
     RestHierarchy(const ElasticBody& body, double mass_scale, double stiffness_scale,
                   const std::vector<char>& prescribed);
 
-    float bound = 0;                // largest eigenvalue of D^-1 A of the nodes
-    Transfer<3> fine;               // from the first level to the nodes, in the rest frame
-    std::vector<RestLevel> levels;  // at least one, finest first
-    BlockSparse<6, 6> coarsest;     // A of the last level
+    std::shared_ptr<const SweepOrder> order;  // of the nodes
+    Transfer<3> fine;                         // from the first level to the nodes, in the rest frame
+    std::vector<RestLevel> levels;            // at least one, finest first
+    BlockSparse<6, 6> coarsest;               // A of the last level
 };
 
 /// Cache of hierarchies by body, time step and set of prescribed nodes. Thread-safe. Bodies must outlive it.

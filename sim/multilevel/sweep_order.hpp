@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace nbd {
+
+/// Consecutive rows begin .. end - 1.
+struct RowRange {
+    int begin, end;
+};
+
+/// An order of the rows of a symmetric sparse matrix for Gauss-Seidel sweeps: parts of consecutive rows, with
+/// colours such that parts of the same colour are not coupled. Colours follow one another, as do the rows of
+/// a part; the parts of a colour may be swept at once, with the same result [Adams01].
+struct SweepOrder {
+    SweepOrder() = default;
+
+    /// offset, column: the pattern by rows, symmetric and with the full diagonal; the columns of a row
+    /// ascend.
+    SweepOrder(std::span<const int> offset, std::span<const int> column, int rows_per_part);
+
+    int rows() const noexcept { return static_cast<int>(earlier.size()); }
+
+    std::vector<std::vector<RowRange>> colours;  // parts of each colour
+    std::vector<int> offset;                     // [rows + 1] range of columns
+    std::vector<int> column;           // of each row: those swept before it, then itself, then the others
+    std::vector<int> earlier;          // [rows] number of columns swept before the row
+    std::vector<std::uint16_t> place;  // for each ascending column of a row, its place among `column`
+};
+
+}  // namespace nbd

@@ -1,0 +1,86 @@
+#include "sim/multilevel/sweep_order.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+
+#include "sim/fem/elastic_body.hpp"
+#include "tests/support/box_mesh.hpp"
+
+namespace nbd {
+namespace {
+
+struct Pattern {
+    std::vector<int> offset{0}, column;
+
+    Pattern() {
+        const ElasticBody body(test::box_mesh({3, 1, 1}, {12, 4, 4}), Material{});
+        for (int i = 0; i < body.node_count(); ++i) {
+            const auto row = body.pattern().neighbours(i);
+            column.insert(column.end(), row.begin(), row.end());
+            offset.push_back(static_cast<int>(column.size()));
+        }
+    }
+    int rows() const { return static_cast<int>(offset.size()) - 1; }
+    std::span<const int> columns_of(int i) const {
+        return std::span(column).subspan(static_cast<std::size_t>(offset[static_cast<std::size_t>(i)]),
+                                         static_cast<std::size_t>(offset[static_cast<std::size_t>(i) + 1] -
+                                                                  offset[static_cast<std::size_t>(i)]));
+    }
+};
+
+/// The turn of each row in a sweep.
+std::vector<int> turns(const SweepOrder& order) {
+    std::vector<int> turn(static_cast<std::size_t>(order.rows()), -1);
+    int next = 0;
+    for (const auto& colour : order.colours)
+        for (const RowRange& part : colour)
+            for (int i = part.begin; i < part.end; ++i) turn[static_cast<std::size_t>(i)] = next++;
+    return turn;
+}
+
+TEST(SweepOrder, HasEveryRowOnce) {
+    const Pattern pattern;
+    const SweepOrder order(pattern.offset, pattern.column, 16);
+    std::vector<int> turn = turns(order);
+    std::ranges::sort(turn);
+    std::vector<int> all(static_cast<std::size_t>(pattern.rows()));
+    std::iota(all.begin(), all.end(), 0);
+    EXPECT_EQ(turn, all);
+}
+
+TEST(SweepOrder, PartsOfAColourAreNotCoupled) {
+    const Pattern pattern;
+    const SweepOrder order(pattern.offset, pattern.column, 16);
+    ASSERT_GT(order.colours.size(), 1U);
+    ASSERT_TRUE(std::ranges::any_of(order.colours, [](const auto& parts) { return parts.size() > 1; }));
+    for (const auto& colour : order.colours)
+        for (const RowRange& part : colour)
+            for (int i = part.begin; i < part.end; ++i)
+                for (const int j : pattern.columns_of(i))
+                    for (const RowRange& other : colour)
+                        EXPECT_FALSE(other.begin != part.begin && j >= other.begin && j < other.end);
+}
+
+TEST(SweepOrder, SplitsTheColumnsOfARowByTheirTurn) {
+    const Pattern pattern;
+    const SweepOrder order(pattern.offset, pattern.column, 16);
+    const std::vector<int> turn = turns(order);
+    for (int i = 0; i < pattern.rows(); ++i) {
+        const auto first = static_cast<std::size_t>(order.offset[static_cast<std::size_t>(i)]);
+        const auto ascending = pattern.columns_of(i);
+        const int earlier = order.earlier[static_cast<std::size_t>(i)];
+        EXPECT_EQ(order.column[first + static_cast<std::size_t>(earlier)], i);
+        for (std::size_t k = 0; k < ascending.size(); ++k) {
+            const int place = order.place[first + k];
+            EXPECT_EQ(order.column[first + static_cast<std::size_t>(place)], ascending[k]);
+            EXPECT_EQ(place < earlier,
+                      turn[static_cast<std::size_t>(ascending[k])] < turn[static_cast<std::size_t>(i)]);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace nbd
