@@ -51,16 +51,6 @@ SparseMatrix BlockPattern::zero_matrix() const {
     return A;
 }
 
-void BlockPattern::isolate(SparseMatrix& A, int i) const {
-    const auto row = neighbours(i);
-    for (int k = 0; k < static_cast<int>(row.size()); ++k) {
-        const int j = row[k];
-        block(A, i, k).setZero();
-        block(A, j, find(j, i) - first_block(j)).setZero();
-        if (j == i) block(A, i, k).setIdentity();
-    }
-}
-
 Eigen::Vector3d BlockPattern::multiply_row(const SparseMatrix& A, int i, const double* v) const noexcept {
     // A is symmetric, so the three columns of node i are its rows. All three use the same entries of v,
     // gathered once.

@@ -23,7 +23,7 @@ class BlockPattern {
     BlockPattern(int node_count, const Tets& tets);
     /// rows: for each i its nodes j, in any order, repeats allowed. i itself may be missing; if row i has j,
     /// row j must have i. Rows that have only j >= i give the lower half, of which a Cholesky factor can be
-    /// computed; its products and isolate() are not those of the symmetric matrix.
+    /// computed; its products are not those of the symmetric matrix.
     explicit BlockPattern(std::vector<std::vector<int>> rows);
 
     bool operator==(const BlockPattern&) const = default;
@@ -35,6 +35,10 @@ class BlockPattern {
     std::span<const int> neighbours(int i) const noexcept {
         return {neighbour_.data() + offset_[i], neighbour_.data() + offset_[i + 1]};
     }
+
+    /// The pattern by rows: [N + 1] range of columns of each row, and the columns.
+    std::span<const int> offsets() const noexcept { return offset_; }
+    std::span<const int> columns() const noexcept { return neighbour_; }
 
     /// Index of block (i, j) in [0, block_count), or -1 if the pattern has none. Blocks are numbered by i,
     /// then by j.
@@ -56,9 +60,6 @@ class BlockPattern {
     auto block(const SparseMatrix& A, int i, int k) const noexcept {
         return ConstSlot(A.valuePtr() + value_index(i, k), Eigen::OuterStride<>(column_height(i)));
     }
-
-    /// Replaces row and column i of A by those of the identity.
-    void isolate(SparseMatrix& A, int i) const;
 
     /// out = A v, in parallel. A must come from zero_matrix() and be symmetric. out must not overlap v.
     void multiply(const SparseMatrix& A, const Eigen::Ref<const Eigen::VectorXd>& v,

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <limits>
+#include <memory>
 #include <vector>
 
 #include "collision/bounds/certified/region_meter.hpp"
@@ -8,6 +11,7 @@
 #include "meshing/surface/mesh.hpp"
 #include "sim/factor/block_pattern.hpp"
 #include "sim/fem/polar.hpp"
+#include "sim/fem/step_matrix.hpp"
 
 namespace nbd {
 
@@ -16,23 +20,29 @@ enum class MassKind {
     consistent,  // integrals of products of shape functions
 };
 
-/// Inverted and non-finite elements of a pose.
+/// What ElasticBody::measure() finds in a pose.
 struct ElementReport {
+    double energy = 0;        // elastic, joules
     int inverted = 0;         // tetrahedra with det F <= 0
     int first_inverted = -1;  // lowest index of these; -1 if none
-    int non_finite = 0;       // tetrahedra with a NaN or infinity in F
+    int non_finite = 0;       // tetrahedra with a NaN or infinity in F; the other figures leave them out
     int first_non_finite = -1;
-    double min_det = 1;  // smallest finite det F
+    double min_det = std::numeric_limits<double>::infinity();  // smallest finite det F
+    double stretch = 0;                                        // largest Frobenius norm of F
+    int most_stretched = -1;                                   // its tetrahedron
     bool ok() const noexcept { return inverted == 0 && non_finite == 0; }
 };
 
-/// Element results for one pose. Owned by the caller, filled by ElasticBody::pose().
+/// Element results for one pose, of which matrices and their products are made. Owned by the caller, filled
+/// by ElasticBody::pose().
 struct ElementPose {
-    std::vector<Eigen::Matrix3d> F;              // [T] deformation gradients
-    std::vector<Eigen::Matrix3d> R;              // [T] rotations of F, det = +1 even if F is inverted
-    std::vector<Eigen::Matrix4d> S;              // [T] see ElasticBody::combine(); the fourth row is zero
-    std::vector<Eigen::Matrix<double, 3, 4>> f;  // [T] elastic forces on the four nodes, N
+    // Rotations of the deformation gradients, det = +1 even if inverted, in batches of `lanes` tetrahedra.
+    std::vector<LaneMatrix3> R;
+    std::vector<Eigen::Matrix4f> S;  // [T] see ElasticBody::combine(); the fourth row is zero
 };
+
+/// Forces of each tetrahedron on its nodes 1 to 3, as columns, N. Node 0 has minus their sum. [T].
+using ElementForces = std::vector<Eigen::Matrix3d>;
 
 /// Corotated linear elasticity on linear tetrahedra [MuellerGross04], in double precision.
 ///
@@ -61,26 +71,35 @@ class ElasticBody {
     double mass() const noexcept { return node_mass_.sum(); }  // kg
     const BlockPattern& pattern() const noexcept { return pattern_; }
     SparseMatrix mass_matrix() const;  // in pattern(), kg
+    /// K in the rest pose, in double precision, in pattern(), N/m.
+    SparseMatrix rest_stiffness() const;
 
-    /// Fills F, R, S and f for the positions x [N, 3], metres. Allocates only on the first use of `pose`.
-    /// Non-finite elements get R = I and pass their NaN on to f. meter: may be null; otherwise it measures
-    /// the motions of its groups of tetrahedra in the same pass.
-    void pose(NodesRef x, ElementPose& pose, RegionMeter* meter = nullptr) const;
+    /// The deformation gradient of a tetrahedron for the positions x, [N, 3].
+    Eigen::Matrix3d deformation_gradient(NodesRef x, int tet) const;
 
-    /// Elastic forces on the nodes, newtons. out: [N, 3].
-    void forces(const ElementPose& pose, Eigen::Ref<Nodes> out) const;
+    /// Measures the elements at the positions x [N, 3], metres. meter: may be null; otherwise it measures the
+    /// motions of its groups of tetrahedra in the same pass.
+    ElementReport measure(NodesRef x, RegionMeter* meter = nullptr) const;
 
-    /// Elastic energy, joules.
-    double energy(const ElementPose& pose) const;
+    /// Fills the results and the elastic forces for the positions x [N, 3], metres. Allocates only on the
+    /// first use of both. Non-finite elements get R = I and pass their NaN on to the forces.
+    void pose(NodesRef x, ElementPose& pose, ElementForces& forces) const;
 
-    /// A = mass_scale * M + stiffness_scale * K(pose), in place. A must come from pattern().zero_matrix().
-    void combine(double mass_scale, double stiffness_scale, const ElementPose& pose, SparseMatrix& A) const;
+    /// Sums the elements' forces on the nodes, newtons. out: [N, 3].
+    void sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out) const;
 
-    /// K(pose), in pattern(), N/m.
-    SparseMatrix stiffness(const ElementPose& pose) const;
+    /// Zeros, with the blocks of pattern(). The body must outlive the matrix.
+    StepMatrix zero_matrix() const { return {pattern_, order_}; }
 
-    /// out = K(pose) u without assembling K. u, out: [N, 3]; out must not overlap u.
-    void stiffness_product(const ElementPose& pose, NodesRef u, Eigen::Ref<Nodes> out) const;
+    /// A = mass_scale * M + stiffness_scale * K(pose), in place. A must come from zero_matrix().
+    void combine(double mass_scale, double stiffness_scale, const ElementPose& pose, StepMatrix& A) const;
+
+    /// K(pose), N/m, to single precision.
+    StepMatrix stiffness(const ElementPose& pose) const;
+
+    /// out = K(pose) u without assembling K, in double precision. u, out: [N, 3]; out must not overlap u.
+    void stiffness_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
+                           Eigen::Ref<Nodes> out) const;
 
     /// out = M u. u, out: [N, 3]; out must not overlap u.
     void mass_product(NodesRef u, Eigen::Ref<Nodes> out) const;
@@ -89,36 +108,41 @@ class ElasticBody {
     /// rotations up to a factor where the elements turn alike. Allocates only on the first use.
     void node_rotations(const ElementPose& pose, std::vector<Eigen::Matrix3f>& rotations) const;
 
-    ElementReport check(const ElementPose& pose) const;
-
  private:
-    using Corners = Eigen::Matrix<double, 3, 4>;
-
     void measure_elements();
     void list_incidences();
     void share_corner_weights();
     void build_mass(MassKind kind);
-    void pose_batch(NodesRef x, int batch, ElementPose& pose, RegionMeter* meter) const;
-    void gather(const std::vector<Corners>& corners, Eigen::Ref<Nodes> out) const;
+    void gradients(NodesRef x, int batch, LaneMatrix3& F) const;
+    Lanes volumes(int batch) const;
+    void measure_batch(NodesRef x, int batch, RegionMeter* meter, ElementReport& report) const;
+    void pose_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces) const;
+    void product_batch(NodesRef u, int batch, const ElementPose& pose, ElementForces& forces) const;
+    void store_forces(int batch, const LaneMatrix3& P, ElementForces& forces) const;
+    double block_mass(int block) const noexcept;
+    int first_tet(int batch) const noexcept { return batch * lanes; }
+    int tets_of(int batch) const noexcept { return std::min(lanes, element_count() - batch * lanes); }
 
     TetMesh rest_;
     Material material_;
     double mu_ = 0, lambda_ = 0;  // Lame parameters, Pa
     BlockPattern pattern_;
-    Eigen::VectorXd volume_;  // [T]
+    std::shared_ptr<const SweepOrder> order_;  // of the pattern
+    Eigen::VectorXd volume_;                   // [T]
     // Rest gradients of shape functions 1 to 3, 1/m: columns of the transposed inverse of the rest edges.
     // Stored in batches of `lanes` elements; the last batch repeats its last element.
     std::vector<LaneMatrix3> gradient_;
     // [4 T] volume times squared norm of the shape function's gradient, as a share of the node's sum.
     std::vector<float> corner_weight_;
-    Eigen::VectorXd node_mass_;       // [N]
-    std::vector<double> block_mass_;  // [blocks] the mass matrix has these, times the identity, as blocks
+    Eigen::VectorXd node_mass_;  // [N]
+    // [blocks] the mass matrix has these, times the identity, as blocks. Empty for lumped masses.
+    std::vector<double> block_mass_;
 
     // Corners 4 t + a of each node, ascending. This is the fixed order of all sums.
     std::vector<int> corner_offset_;  // [N + 1]
     std::vector<int> corner_;         // [4 T]
-    // Pairs 16 t + 4 a + b of each block (i, j) with j >= i, by block number. The other triangle is mirrored
-    // when written.
+    // Pairs 16 t + 4 a + b of each block (i, j) with j > i, by block number. The other triangle is mirrored
+    // when written, and the diagonal follows from the sums of rows.
     std::vector<int> pair_offset_;  // [blocks + 1]
     std::vector<int> pair_;
     std::vector<int> mirror_;  // [blocks] for block (i, j), the position of i among the neighbours of j

@@ -32,10 +32,7 @@ struct Pencil {
     SparseMatrix K, M;
     double largest;  // estimate of the largest eigenvalue
 
-    explicit Pencil(const ElasticBody& b) : body(b), M(b.mass_matrix()) {
-        ElementPose rest;
-        body.pose(body.rest().X, rest);
-        K = body.stiffness(rest);
+    explicit Pencil(const ElasticBody& b) : body(b), K(b.rest_stiffness()), M(b.mass_matrix()) {
         largest = 0;
         for (int i = 0; i < body.unknown_count(); ++i)
             largest = std::max(largest, K.coeff(i, i) / body.node_masses()[i / 3]);

@@ -12,10 +12,9 @@ double StepPotential::value(const Nodes& v) {
     sum += 0.5 * dt_ * material.rayleigh_mass * product.cwiseProduct(v).sum();
     sum -= dt_ * (product * loads_.gravity).sum();
     if (loads_.forces.rows() > 0) sum -= dt_ * loads_.forces.cwiseProduct(v).sum();
-    body_.stiffness_product(damping_, v, product);
+    body_.stiffness_product(damping_, v, forces_, product);
     sum += 0.5 * dt_ * material.rayleigh_stiffness * product.cwiseProduct(v).sum();
-    body_.pose(start_.x + dt_ * v, end_);
-    return sum + body_.energy(end_);
+    return sum + body_.measure(start_.x + dt_ * v).energy;
 }
 
 Nodes StepPotential::gradient(const Nodes& v) {
@@ -24,9 +23,9 @@ Nodes StepPotential::gradient(const Nodes& v) {
     body_.mass_product((1 + dt_ * material.rayleigh_mass) * v - start_.v -
                            (dt_ * loads_.gravity.transpose()).replicate(v.rows(), 1),
                        inertia);
-    body_.stiffness_product(damping_, v, damping);
-    body_.pose(start_.x + dt_ * v, end_);
-    body_.forces(end_, force);
+    body_.stiffness_product(damping_, v, forces_, damping);
+    body_.pose(start_.x + dt_ * v, end_, forces_);
+    body_.sum_forces(forces_, force);
     if (loads_.forces.rows() > 0) force += loads_.forces;
     return inertia + dt_ * (material.rayleigh_stiffness * damping - force);
 }

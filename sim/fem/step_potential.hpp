@@ -27,7 +27,8 @@ class StepPotential {
     double dt_;
     const Loads& loads_;
     const ElementPose& damping_;
-    ElementPose end_;  // scratch
+    ElementPose end_;       // scratch
+    ElementForces forces_;  // likewise
 };
 
 }  // namespace nbd

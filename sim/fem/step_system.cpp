@@ -4,19 +4,22 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace nbd {
 
 StepSystem::StepSystem(const ElasticBody& body)
     : body_(body),
-      A_(body.pattern().zero_matrix()),
+      A_(body.zero_matrix()),
       b_(Eigen::VectorXd::Zero(body.unknown_count())),
       prescribed_(body.node_count(), 0),
       shift_(body.unknown_count()),
       shifted_(body.unknown_count()),
       x_(body.node_count(), 3),
       force_(body.node_count(), 3),
-      product_(body.node_count(), 3) {}
+      product_(body.node_count(), 3),
+      free_(body.node_count(), 3),
+      image_(body.node_count(), 3) {}
 
 void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads, const Nodes& w) {
     const auto require_rows = [&](Eigen::Index rows, const char* name) {
@@ -33,22 +36,33 @@ void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads,
 
     const Nodes& iterate = w.rows() > 0 ? w : start.v;
     x_ = start.x + dt * iterate;
-    body_.pose(x_, elements_);
+    body_.pose(x_, elements_, forces_);
+    body_.sum_forces(forces_, force_);
     mass_scale_ = 1 + dt * body_.material().rayleigh_mass;
     stiffness_scale_ = dt * dt + dt * body_.material().rayleigh_stiffness;
     body_.combine(mass_scale_, stiffness_scale_, elements_, A_);
 
-    // K w = (A w - mass_scale M w) / stiffness_scale, so one product with M covers all terms with M.
-    const double share = dt * dt / stiffness_scale_;
-    body_.pattern().multiply(A_, Eigen::Map<const Eigen::VectorXd>(iterate.data(), b_.size()), b_);
-    b_ *= share;
-    body_.mass_product((start.v - share * mass_scale_ * iterate).rowwise() + dt * loads.gravity.transpose(),
-                       product_);
-    body_.forces(elements_, force_);
     if (loads.forces.rows() > 0) force_ += loads.forces;
-    product_ += dt * force_;
-    b_ += Eigen::Map<const Eigen::VectorXd>(product_.data(), b_.size());
+    Eigen::Map<Nodes> b(b_.data(), body_.node_count(), 3);
+    body_.mass_product(start.v.rowwise() + dt * loads.gravity.transpose(), product_);
+    b = product_ + dt * force_;
+    body_.stiffness_product(elements_, iterate, forces_, product_);
+    b += dt * dt * product_;
     std::fill(prescribed_.begin(), prescribed_.end(), 0);
+}
+
+void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const {
+    const Eigen::Index nodes = body_.node_count();
+    const Eigen::Map<const Nodes> given(v.data(), nodes, 3);
+    Eigen::Map<Nodes> result(out.data(), nodes, 3);
+    free_ = given;
+    for (Eigen::Index i = 0; i < nodes; ++i)
+        if (prescribed_[static_cast<std::size_t>(i)]) free_.row(i).setZero();
+    body_.stiffness_product(elements_, free_, forces_, image_);
+    body_.mass_product(free_, result);
+    result = mass_scale_ * result + stiffness_scale_ * image_;
+    for (Eigen::Index i = 0; i < nodes; ++i)
+        if (prescribed_[static_cast<std::size_t>(i)]) result.row(i) = given.row(i);
 }
 
 void StepSystem::prescribe(const PrescribedNodes& prescribed) {
@@ -58,23 +72,24 @@ void StepSystem::prescribe(const PrescribedNodes& prescribed) {
             fmt::format("step: {} prescribed nodes, but {} velocities", count, prescribed.v.rows()));
     if (count == 0) return;
     shift_.setZero();
+    std::vector<char> named(prescribed_.size(), 0);
     for (int k = 0; k < count; ++k) {
         const int node = prescribed.nodes[k];
         if (node < 0 || node >= body_.node_count())
             throw std::invalid_argument(
                 fmt::format("step: prescribed node {}, but the body has {} nodes", node, body_.node_count()));
-        if (prescribed_[node])
+        if (std::exchange(named[static_cast<std::size_t>(node)], 1))
             throw std::invalid_argument(fmt::format("step: node {} is prescribed twice", node));
         if (!prescribed.v.row(k).allFinite())
             throw std::invalid_argument(
                 fmt::format("step: node {} has a non-finite prescribed velocity", node));
-        prescribed_[node] = 1;
         shift_.segment<3>(3 * node) = prescribed.v.row(k).transpose();
     }
     multiply(shift_, shifted_);
     b_ -= shifted_;
+    prescribed_ = std::move(named);
     for (const int node : prescribed.nodes) {
-        body_.pattern().isolate(A_, node);
+        A_.isolate(node);
         b_.segment<3>(3 * node) = shift_.segment<3>(3 * node);
     }
 }

@@ -63,23 +63,24 @@ class StepSystem {
     bool is_prescribed(int node) const noexcept { return prescribed_[node] != 0; }
     const std::vector<char>& prescribed() const noexcept { return prescribed_; }  // [N]
 
-    /// out = A v; out must not overlap v.
-    void multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const {
-        body_.pattern().multiply(A_, v, out);
-    }
+    /// out = A v, in double precision, element by element; out must not overlap v. Not for several threads.
+    void multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const;
 
-    const SparseMatrix& matrix() const noexcept { return A_; }
+    /// A to single precision.
+    const StepMatrix& matrix() const noexcept { return A_; }
     const Eigen::VectorXd& rhs() const noexcept { return b_; }  // [3 N], newton seconds
 
  private:
     const ElasticBody& body_;
     ElementPose elements_;
     double mass_scale_ = 0, stiffness_scale_ = 0;
-    SparseMatrix A_;
+    StepMatrix A_;
     Eigen::VectorXd b_;
     std::vector<char> prescribed_;     // [N]
     Eigen::VectorXd shift_, shifted_;  // [3 N] scratch of prescribe()
     Nodes x_, force_, product_;        // [N, 3] scratch of assemble()
+    mutable ElementForces forces_;     // scratch
+    mutable Nodes free_, image_;       // [N, 3] scratch of multiply()
 };
 
 }  // namespace nbd

@@ -27,11 +27,9 @@ Column<B> column(const LaneVector<B>& lanes) {
 }  // namespace
 
 template <int B>
-void CoupledLevel<B>::begin(std::vector<const SweepMatrix<B>*> matrices, Diagonal diagonal,
-                            std::vector<Square> inverses) {
+void CoupledLevel<B>::begin(std::vector<const SweepMatrix<B>*> matrices, std::vector<Diagonal> diagonals) {
     matrices_ = std::move(matrices);
-    diagonal_ = std::move(diagonal);
-    inverses_ = std::move(inverses);
+    diagonals_ = std::move(diagonals);
     touched_.clear();
     untouched_.clear();
     acting_.clear();
@@ -45,6 +43,12 @@ void CoupledLevel<B>::begin(std::vector<const SweepMatrix<B>*> matrices, Diagona
             for (const RowRange& rows : colours[c]) colours_[c].push_back({body, rows});
         first_.push_back(first_.back() + matrices_[body]->rows());
     }
+    inverses_.resize(static_cast<std::size_t>(rows()));
+    for (std::size_t body = 0; body < matrices_.size(); ++body)
+        parallel_for(matrices_[body]->rows(), [&](int i) {
+            inverses_[static_cast<std::size_t>(first_[body] + i)] =
+                diagonals_[body][static_cast<std::size_t>(i)].inverse().template cast<float>();
+        });
     place_.assign(static_cast<std::size_t>(rows()), -1);
     for (std::vector<float>* vector : {&b, &z, &residual, &correction})
         vector->resize(static_cast<std::size_t>(B * rows()));
@@ -102,7 +106,10 @@ void CoupledLevel<B>::set_acting(std::span<const ActingCoupling> acting) {
         static_cast<int>(touched_.size()),
         [&](int k) {
             const auto at = static_cast<std::size_t>(k), row = static_cast<std::size_t>(touched_[at]);
-            const Eigen::Matrix<double, B, B> block = diagonal_[row] + added_[at].template cast<double>();
+            const std::size_t body = body_of(touched_[at]);
+            const Eigen::Matrix<double, B, B> block =
+                diagonals_[body][row - static_cast<std::size_t>(first_[body])] +
+                added_[at].template cast<double>();
             inverses_[row] = block.inverse().template cast<float>();
         },
         64);

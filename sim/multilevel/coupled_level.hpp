@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "sim/factor/sweep_matrix.hpp"
 #include "sim/multilevel/level_couplings.hpp"
-#include "sim/multilevel/sweep_matrix.hpp"
 
 namespace nbd {
 
@@ -15,11 +15,11 @@ template <int B>
 class CoupledLevel {
  public:
     using Square = Eigen::Matrix<float, B, B>;
-    using Diagonal = std::vector<Eigen::Matrix<double, B, B>>;
+    using Diagonal = std::span<const Eigen::Matrix<double, B, B>>;
 
-    /// Begins matrices, which must outlive the level, without couplings. diagonal: blocks of all rows, with
-    /// their inverses.
-    void begin(std::vector<const SweepMatrix<B>*> matrices, Diagonal diagonal, std::vector<Square> inverses);
+    /// Begins the matrices of the bodies with their diagonal blocks, without couplings. Both must outlive the
+    /// level.
+    void begin(std::vector<const SweepMatrix<B>*> matrices, std::vector<Diagonal> diagonals);
 
     /// Begins other couplings, of which none acts yet.
     void begin_couplings(LevelCouplings<B> couplings);
@@ -55,7 +55,7 @@ class CoupledLevel {
     std::vector<const SweepMatrix<B>*> matrices_;
     std::vector<int> first_{0};               // [bodies + 1] first row of each body
     std::vector<std::vector<Part>> colours_;  // those of all bodies
-    Diagonal diagonal_;                       // [rows] without couplings
+    std::vector<Diagonal> diagonals_;         // of the bodies, without couplings
     std::vector<Square> inverses_;
     std::vector<int> touched_;       // rows whose inverses_ include couplings
     std::vector<Square> untouched_;  // their inverses without

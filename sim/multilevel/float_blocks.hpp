@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "meshing/parallel/parallel_for.hpp"
-#include "sim/multilevel/block_row.hpp"
+#include "sim/factor/block_row.hpp"
 #include "sim/multilevel/block_sparse.hpp"
 
 namespace nbd {

@@ -1,6 +1,5 @@
 #include "sim/multilevel/multilevel_cycle.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <utility>
 
@@ -14,42 +13,23 @@ void MultilevelCycle::begin(const CoupledSystem& system, RestHierarchies& hierar
         found.push_back(hierarchies.get(s.body(), s.mass_scale(), s.stiffness_scale(), s.prescribed()));
     const bool is_known = found == hierarchies_;
     hierarchies_ = std::move(found);
-    if (!is_known) {
-        matrices_.clear();
-        for (const auto& hierarchy : hierarchies_) matrices_.emplace_back(hierarchy->order);
-        begin_aggregates();
-    }
     begin_nodes(system);
+    if (!is_known) begin_aggregates();
     begin_couplings(system);
 }
 
-/// The matrices of the nodes, in single precision.
 void MultilevelCycle::begin_nodes(const CoupledSystem& system) {
     const std::size_t count = system.systems.size();
     rotations_.resize(count);
-    const auto nodes = static_cast<std::size_t>(system.node_count());
-    CoupledLevel<3>::Diagonal diagonal(nodes);
-    std::vector<Eigen::Matrix3f> inverses(nodes);
+    std::vector<CoupledLevel<3>::Diagonal> diagonals;
     std::vector<const SweepMatrix<3>*> matrices;
     for (std::size_t b = 0; b < count; ++b) {
         const StepSystem& s = system.systems[b];
         s.body().node_rotations(s.elements(), rotations_[b]);
-        const BlockPattern& pattern = s.body().pattern();
-        SweepMatrix<3>& A = matrices_[b];
-        const int first = system.first_unknown[b] / 3;
-        parallel_for(pattern.node_count(), [&](int i) {
-            const auto row = pattern.neighbours(i);
-            for (int k = 0; k < static_cast<int>(row.size()); ++k) {
-                const auto block = pattern.block(s.matrix(), i, k);  // of column i
-                A.set(i, static_cast<std::size_t>(k), block.transpose());
-                if (row[static_cast<std::size_t>(k)] != i) continue;
-                diagonal[static_cast<std::size_t>(first + i)] = block;
-                inverses[static_cast<std::size_t>(first + i)] = block.inverse().cast<float>();
-            }
-        });
-        matrices.push_back(&A);
+        diagonals.emplace_back(s.matrix().diagonal());
+        matrices.push_back(&s.matrix().blocks());
     }
-    nodes_.begin(std::move(matrices), std::move(diagonal), std::move(inverses));
+    nodes_.begin(std::move(matrices), std::move(diagonals));
     turned_.resize(static_cast<std::size_t>(system.size()));
 }
 
@@ -70,17 +50,13 @@ void MultilevelCycle::begin_aggregates() {
     levels_.resize(depth);
     for (std::size_t k = 0; k < levels_.size(); ++k) {
         std::vector<const SweepMatrix<6>*> matrices;
-        Level::Diagonal diagonal;
-        std::vector<Level::Square> inverses;
+        std::vector<Level::Diagonal> diagonals;
         for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
             const RestLevel& level = rest_level(b, k);
             matrices.push_back(&level.A);
-            for (const auto& block : level.diagonal) {
-                diagonal.push_back(block);
-                inverses.push_back(block.inverse().cast<float>());
-            }
+            diagonals.emplace_back(level.diagonal);
         }
-        levels_[k].begin(std::move(matrices), std::move(diagonal), std::move(inverses));
+        levels_[k].begin(std::move(matrices), std::move(diagonals));
     }
     acting_.clear();
     factorize_coarsest();

@@ -51,7 +51,6 @@ class MultilevelCycle {
     bool is_coarsened(std::size_t body, std::size_t level) const;
 
     std::vector<std::shared_ptr<const RestHierarchy>> hierarchies_;  // [bodies]
-    std::vector<SweepMatrix<3>> matrices_;                           // [bodies]
     std::vector<std::vector<Eigen::Matrix3f>> rotations_;            // [bodies][nodes]
     CoupledLevel<3> nodes_;
     std::vector<Level> levels_;  // finest first

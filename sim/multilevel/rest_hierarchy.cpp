@@ -12,7 +12,7 @@ namespace {
 constexpr double strong_share = 0.08;  // see strong_neighbours(), on the finest level
 constexpr int coarse_enough = 48;      // aggregates that are solved directly
 constexpr double worthwhile = 0.7;  // a level with a larger share of the rows of the one before is left out
-constexpr int nodes_per_part = 256, aggregates_per_part = 64;  // of sweeps
+constexpr int aggregates_per_part = 64;  // of sweeps
 constexpr std::size_t max_entries = 32;  // the oldest entry is dropped beyond this number
 
 template <int B>
@@ -21,19 +21,19 @@ using Square = Eigen::Matrix<double, B, B>;
 BlockSparse<3, 3> rest_matrix(const ElasticBody& body, double mass_scale, double stiffness_scale,
                               const std::vector<char>& prescribed) {
     ElementPose pose;
-    body.pose(body.rest().X, pose);
+    ElementForces forces;
+    body.pose(body.rest().X, pose, forces);
     const BlockPattern& pattern = body.pattern();
-    SparseMatrix A = pattern.zero_matrix();
+    StepMatrix A = body.zero_matrix();
     body.combine(mass_scale, stiffness_scale, pose, A);
     for (int i = 0; i < body.node_count(); ++i)
-        if (prescribed[static_cast<std::size_t>(i)]) pattern.isolate(A, i);
+        if (prescribed[static_cast<std::size_t>(i)]) A.isolate(i);
     BlockSparse<3, 3> blocks;
     blocks.columns = body.node_count();
     for (int i = 0; i < body.node_count(); ++i) {
         const auto row = pattern.neighbours(i);
         blocks.column.insert(blocks.column.end(), row.begin(), row.end());
-        for (int k = 0; k < static_cast<int>(row.size()); ++k)
-            blocks.blocks.push_back(pattern.block(std::as_const(A), i, k).transpose());
+        for (int k = 0; k < static_cast<int>(row.size()); ++k) blocks.blocks.push_back(A.block(i, k));
         blocks.end_row();
     }
     return blocks;
@@ -147,7 +147,6 @@ RestHierarchy::RestHierarchy(const ElasticBody& body, double mass_scale, double 
     BlockSparse<3, 3> A = rest_matrix(body, mass_scale, stiffness_scale, prescribed);
     const auto inverse = inverses(take_diagonal(A));
     const double most = largest_eigenvalue(A, inverse);
-    order = std::make_shared<const SweepOrder>(A.offset, A.column, nodes_per_part);
     double share = strong_share;
     Coarser<3> first = coarsen<3>(A, inverse, most, rigid_modes(body.rest().X), share);
     A = {};

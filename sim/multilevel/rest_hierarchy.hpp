@@ -6,9 +6,9 @@
 #include <mutex>
 #include <vector>
 
+#include "sim/factor/sweep_matrix.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "sim/multilevel/float_blocks.hpp"
-#include "sim/multilevel/sweep_matrix.hpp"
 
 namespace nbd {
 
@@ -35,10 +35,9 @@ struct RestHierarchy {
     RestHierarchy(const ElasticBody& body, double mass_scale, double stiffness_scale,
                   const std::vector<char>& prescribed);
 
-    std::shared_ptr<const SweepOrder> order;  // of the nodes
-    Transfer<3> fine;                         // from the first level to the nodes, in the rest frame
-    std::vector<RestLevel> levels;            // at least one, finest first
-    BlockSparse<6, 6> coarsest;               // A of the last level
+    Transfer<3> fine;               // from the first level to the nodes, in the rest frame
+    std::vector<RestLevel> levels;  // at least one, finest first
+    BlockSparse<6, 6> coarsest;     // A of the last level
 };
 
 /// Cache of hierarchies by body, time step and set of prescribed nodes. Thread-safe. Bodies must outlive it.

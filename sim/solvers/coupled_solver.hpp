@@ -31,7 +31,7 @@ class CoupledSolver {
     void begin_matrices(const CoupledSystem& system);
 
     /// Solves A v = b until |b - A v| <= goal; the config's tolerance is not used here. v: initial guess on
-    /// entry, solution on return. Throws std::runtime_error if a factorisation fails.
+    /// entry, solution on return. Throws std::runtime_error if b is not finite or a factorisation fails.
     LinearSolveReport solve(const CoupledSystem& system, const Eigen::VectorXd& b, double goal,
                             Eigen::VectorXd& v);
 
@@ -40,8 +40,11 @@ class CoupledSolver {
     void precondition(const CoupledSystem& system, double norm);
     void factorize_contacts(const CoupledSystem& system);
     void multiply(const CoupledSystem& system);
+    void clear_patch(const CoupledSystem& system, Eigen::VectorXd& v);
     void iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
                  LinearSolveReport& report);
+    double refine_directly(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, double left,
+                           Eigen::VectorXd& v);
     bool refine(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, int most,
                 Eigen::VectorXd& v, LinearSolveReport& report);
 

@@ -95,7 +95,7 @@ void PatchFactor::fill(const CoupledSystem& system) {
         for (int k = 0; k < static_cast<int>(row.size()); ++k)
             if (const int j = slot_[static_cast<std::size_t>(first + row[static_cast<std::size_t>(k)])];
                 j >= s)
-                at_place(j) = pattern.block(system.systems[body].matrix(), node, k);
+                at_place(j) = system.systems[body].matrix().block(node, k).transpose();
         for_each_coupled(system, s, [&](int j, const CouplingAt& at, const CouplingTerm& t) {
             at_place(j) += at.weight * t.weight * system.couplings[static_cast<std::size_t>(at.coupling)].A;
         });
@@ -152,8 +152,8 @@ void PatchFactor::correct(const CoupledSystem& system, const Eigen::VectorXd& r,
     BodyOf body_of(system);
     for (const int i : nodes_) {
         const auto [body, node] = body_of(i);
-        product_.segment<3>(3 * i) = system.systems[body].body().pattern().multiply_row(
-            system.systems[body].matrix(), node, v.data() + system.first_unknown[body]);
+        product_.segment<3>(3 * i) =
+            system.systems[body].matrix().multiply_row(node, v.data() + system.first_unknown[body]);
     }
     system.add_couplings(v, product_);
     for (Eigen::Index s = 0; s < node_count(); ++s) {

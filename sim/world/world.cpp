@@ -92,7 +92,6 @@ int World::add_body(WorldBody body) {
                        .contact_forces = Nodes::Zero(nodes, 3),
                        .grips = std::move(body.grips),
                        .grip_start = std::move(grip_start),
-                       .pose = {},
                        .meter = std::move(meter)});
     first_unknown_.push_back(first_unknown_.back() + 3 * nodes);
     forget_contacts();
@@ -142,7 +141,7 @@ void World::begin_pose(Body& body, PosedTree& tree) {
 /// Usually measured by the element pass that ended the last step; done here only where there was none.
 std::span<const RegionMotion> World::motion(Body& body) {
     if (!body.meter) return {};
-    if (!std::exchange(body.measured, true)) body.elastic->pose(body.state.x, body.pose, body.meter.get());
+    if (!std::exchange(body.measured, true)) body.elastic->measure(body.state.x, body.meter.get());
     return body.meter->motions();
 }
 

@@ -140,8 +140,8 @@ class World {
         BodyState state;
         Nodes forces, contact_forces;
         std::vector<Grip> grips;
-        std::vector<Nodes> grip_start;  // per grip, positions at which it took its nodes
-        ElementPose pose;
+        std::vector<Nodes> grip_start;         // per grip, positions at which it took its nodes
+        double energy = 0;                     // elastic, joules, at the end of the last step
         std::unique_ptr<RegionMeter> meter{};  // null unless the tree has `certified` bounds
         bool measured = false;                 // the meter's result is of the current state
         Vertices nodes{};                      // of the tree's pose; only for `affine` bounds

@@ -11,19 +11,16 @@ namespace nbd {
 namespace {
 
 /// Why the simulation has failed in this pose; empty: it has not.
-std::string pose_failure(int body, const ElementReport& elements, const ElementPose& pose,
-                         const FailureLimits& limits) {
+std::string pose_failure(int body, const ElementReport& elements, int count, const FailureLimits& limits) {
     if (elements.non_finite > 0)
         return fmt::format("body {}: {} tetrahedra are not finite, the first is {}", body,
                            elements.non_finite, elements.first_non_finite);
-    const auto count = static_cast<double>(pose.F.size());
     if (elements.inverted > limits.inverted_share * count)
         return fmt::format("body {}: {} of {} tetrahedra are inverted, the first is {}", body,
-                           elements.inverted, pose.F.size(), elements.first_inverted);
-    for (std::size_t t = 0; t < pose.F.size(); ++t)
-        if (pose.F[t].norm() > limits.stretch)
-            return fmt::format("body {}: tetrahedron {} is stretched {:.1f} times, more than {}", body, t,
-                               pose.F[t].norm(), limits.stretch);
+                           elements.inverted, count, elements.first_inverted);
+    if (elements.stretch > limits.stretch)
+        return fmt::format("body {}: tetrahedron {} is stretched {:.1f} times, more than {}", body,
+                           elements.most_stretched, elements.stretch, limits.stretch);
     return {};
 }
 
@@ -54,11 +51,12 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, WorldRep
     int inverted = 0;
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
-        body.elastic->pose(body.state.x + part.dt * body_part(b, v), body.pose, body.meter.get());
-        const ElementReport elements = body.elastic->check(body.pose);
+        const ElementReport elements =
+            body.elastic->measure(body.state.x + part.dt * body_part(b, v), body.meter.get());
         inverted += elements.inverted;
-        std::string failure = pose_failure(b, elements, body.pose, config_.limits);
+        std::string failure = pose_failure(b, elements, body.elastic->element_count(), config_.limits);
         if (!failure.empty()) return failure;
+        body.energy = elements.energy;
     }
     const Eigen::VectorXd impulses = solver_.impulses(v);
     for (int b = 0; b < body_count(); ++b) {
@@ -112,7 +110,7 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
 void World::measure(WorldReport& report) const {
     for (const Body& body : bodies_) {
         report.kinetic_energy += kinetic_energy(*body.elastic, body.state.v);
-        if (!body.pose.F.empty()) report.elastic_energy += body.elastic->energy(body.pose);
+        report.elastic_energy += body.energy;
         const Eigen::Vector3d moment = body.state.x.transpose() * body.elastic->node_masses();
         report.gravity_energy -= config_.gravity.dot(moment);
     }

@@ -46,15 +46,19 @@ struct Course {
 class AssemblyRace {
  public:
     explicit AssemblyRace(const ElasticBody& body)
-        : body_(body), textbook_(body), A_(body.pattern().zero_matrix()), force_(body.node_count(), 3) {}
+        : body_(body),
+          textbook_(body),
+          ours_(body.zero_matrix()),
+          theirs_(body.pattern().zero_matrix()),
+          force_(body.node_count(), 3) {}
 
     void run(const Nodes& x) {
         ours.push_back(milliseconds([&] {
-            body_.pose(x, pose_);
-            body_.forces(pose_, force_);
-            body_.combine(1, 1e-4, pose_, A_);
+            body_.pose(x, pose_, forces_);
+            body_.sum_forces(forces_, force_);
+            body_.combine(1, 1e-4, pose_, ours_);
         }));
-        textbook.push_back(milliseconds([&] { textbook_.assemble(x, 1, 1e-4, force_, A_); }));
+        textbook.push_back(milliseconds([&] { textbook_.assemble(x, 1, 1e-4, force_, theirs_); }));
     }
 
     std::vector<double> ours, textbook;
@@ -63,7 +67,9 @@ class AssemblyRace {
     const ElasticBody& body_;
     TextbookAssembly textbook_;
     ElementPose pose_;
-    SparseMatrix A_;
+    ElementForces forces_;
+    StepMatrix ours_;
+    SparseMatrix theirs_;
     Nodes force_;
 };
 

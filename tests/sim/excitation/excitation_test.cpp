@@ -35,11 +35,9 @@ Watched run(const Excitation& excitation, int index) {
 
 /// Largest magnitude of a principal strain in a frame.
 double strain(const ElasticBody& body, const Nodes& x) {
-    ElementPose pose;
-    body.pose(x, pose);
     double largest = 0;
-    for (const Eigen::Matrix3d& F : pose.F) {
-        const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F);
+    for (int t = 0; t < body.element_count(); ++t) {
+        const Eigen::JacobiSVD<Eigen::Matrix3d> svd(body.deformation_gradient(x, t));
         largest = std::max(largest, (svd.singularValues().array() - 1).abs().maxCoeff());
     }
     return largest;

@@ -13,13 +13,18 @@ namespace {
 class CholeskyOfABar : public ::testing::Test {
  protected:
     CholeskyOfABar() : body(test::box_mesh({1, 1, 1}, {5, 4, 3}, 0.2), Material{}) {
-        body.pose(body.rest().X, pose);
-        A = body.pattern().zero_matrix();
-        body.combine(1, 1e-4, pose, A);
+        body.pose(body.rest().X, pose, forces);
+        A = matrix(1e-4);
         b = Eigen::VectorXd::LinSpaced(body.unknown_count(), -1, 2);
+    }
+    SparseMatrix matrix(double stiffness) const {
+        StepMatrix result = body.zero_matrix();
+        body.combine(1, stiffness, pose, result);
+        return result.to_sparse();
     }
     ElasticBody body;
     ElementPose pose;
+    ElementForces forces;
     SparseMatrix A;
     Eigen::VectorXd b;
 };
@@ -32,7 +37,7 @@ TEST_F(CholeskyOfABar, SolvesForDifferentValuesOfOnePattern) {
     Cholesky cholesky;
     cholesky.analyze(A);
     for (const double stiffness : {1e-4, 1e-2, 1.0}) {
-        body.combine(1, stiffness, pose, A);
+        A = matrix(stiffness);
         cholesky.factorize(A);
         Eigen::VectorXd x(b.size());
         cholesky.solve(b, x);

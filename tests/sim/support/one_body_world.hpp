@@ -61,11 +61,12 @@ inline double step_residual(const ElasticBody& body, const BodyState& start, con
                             const Loads& loads = {}, const std::vector<int>& held = {}) {
     const Material& material = body.material();
     ElementPose pose;
-    body.pose(end.x, pose);
+    ElementForces forces;
+    body.pose(end.x, pose, forces);
     Nodes inertia(end.v.rows(), 3), elastic(end.v.rows(), 3), damping(end.v.rows(), 3);
     body.mass_product((1 + dt * material.rayleigh_mass) * end.v - start.v, inertia);
-    body.forces(pose, elastic);
-    body.stiffness_product(pose, end.v, damping);
+    body.sum_forces(forces, elastic);
+    body.stiffness_product(pose, end.v, forces, damping);
     Nodes outer = body.node_masses() * loads.gravity.transpose();
     if (loads.forces.rows() > 0) outer += loads.forces;
     Nodes off = inertia - dt * (elastic + outer - material.rayleigh_stiffness * damping);

@@ -1,4 +1,4 @@
-#include "sim/multilevel/sweep_order.hpp"
+#include "sim/factor/sweep_order.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "sim/multilevel/block_row.hpp"
-#include "sim/multilevel/sweep_order.hpp"
+#include "sim/factor/block_row.hpp"
+#include "sim/factor/sweep_order.hpp"
 
 namespace nbd {
 
@@ -17,6 +17,7 @@ template <int B>
 class SweepMatrix {
  public:
     using Row = LaneVector<B>;
+    using Block = Eigen::Map<const Eigen::Matrix<float, B, B>>;
 
     SweepMatrix() = default;
 
@@ -30,8 +31,19 @@ class SweepMatrix {
     /// Sets the block of a row at its k-th column in ascending order.
     template <class Values>
     void set(int row, std::size_t k, const Values& values) noexcept {
-        const std::size_t at = first(row) + order_->place[first(row) + k];
-        Eigen::Map<Eigen::Matrix<float, B, B>>(values_.data() + at * B * B) = values.template cast<float>();
+        Eigen::Map<Eigen::Matrix<float, B, B>>(values_.data() + slot(row, k) * B * B) =
+            values.template cast<float>();
+    }
+
+    /// The block of a row at its k-th column in ascending order.
+    Block block(int row, std::size_t k) const noexcept { return at(slot(row, k)); }
+
+    /// Calls visit(column, block) for the blocks of a row off the diagonal, in the order of the sweep.
+    template <class Visit>
+    void for_each_other(int row, const Visit& visit) const {
+        const std::size_t own = first(row) + earlier(row);
+        for (std::size_t k = first(row); k < first(row + 1); ++k)
+            if (k != own) visit(order_->column[k], at(k));
     }
 
     /// Row times x, [B rows], over all columns.
@@ -45,6 +57,10 @@ class SweepMatrix {
     }
 
  private:
+    std::size_t slot(int row, std::size_t k) const noexcept {
+        return first(row) + static_cast<std::size_t>(order_->place[first(row) + k]);
+    }
+    Block at(std::size_t k) const noexcept { return Block(values_.data() + k * B * B); }
     std::size_t first(int row) const noexcept {
         return static_cast<std::size_t>(order_->offset[static_cast<std::size_t>(row)]);
     }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -25,9 +24,9 @@ struct SweepOrder {
 
     std::vector<std::vector<RowRange>> colours;  // parts of each colour
     std::vector<int> offset;                     // [rows + 1] range of columns
-    std::vector<int> column;           // of each row: those swept before it, then itself, then the others
-    std::vector<int> earlier;          // [rows] number of columns swept before the row
-    std::vector<std::uint16_t> place;  // for each ascending column of a row, its place among `column`
+    std::vector<int> column;   // of each row: those swept before it, then itself, then the others
+    std::vector<int> earlier;  // [rows] number of columns swept before the row
+    std::vector<int> place;    // for each ascending column of a row, its place among `column`
 };
 
 }  // namespace nbd

@@ -1,4 +1,4 @@
-#include "sim/multilevel/sweep_order.hpp"
+#include "sim/factor/sweep_order.hpp"
 
 #include <algorithm>
 #include <array>
@@ -56,7 +56,7 @@ SweepOrder::SweepOrder(std::span<const int> pattern_offset, std::span<const int>
         earlier.push_back(static_cast<int>(next[1]));
         for (std::size_t k = begin; k < end; ++k) {
             const std::size_t at = next[turn(pattern_column[k])]++;
-            place[k] = static_cast<std::uint16_t>(at);
+            place[k] = static_cast<int>(at);
             column[begin + at] = pattern_column[k];
         }
     }

@@ -1,0 +1,184 @@
+// The passes of ElasticBody over the elements of a pose: `lanes` tetrahedra at a time.
+#include <Eigen/LU>
+#include <cmath>
+
+#include "meshing/parallel/parallel_for.hpp"
+#include "sim/fem/elastic_body.hpp"
+
+namespace nbd {
+namespace {
+
+/// Edge vectors from the first corner, as columns.
+Eigen::Matrix3d edges(NodesRef x, const Tets& T, int t) {
+    Eigen::Matrix3d D;
+    for (int a = 0; a < 3; ++a) D.col(a) = (x.row(T(t, a + 1)) - x.row(T(t, 0))).transpose();
+    return D;
+}
+
+Lanes determinants(const LaneMatrix3& A) noexcept {
+    return A(0, 0) * (A(1, 1) * A(2, 2) - A(2, 1) * A(1, 2)) -
+           A(1, 0) * (A(0, 1) * A(2, 2) - A(2, 1) * A(0, 2)) +
+           A(2, 0) * (A(0, 1) * A(1, 2) - A(1, 1) * A(0, 2));
+}
+
+/// Adds the report on later tetrahedra.
+void append(ElementReport& all, const ElementReport& later) {
+    all.energy += later.energy;
+    if (all.inverted == 0) all.first_inverted = later.first_inverted;
+    all.inverted += later.inverted;
+    if (all.non_finite == 0) all.first_non_finite = later.first_non_finite;
+    all.non_finite += later.non_finite;
+    all.min_det = std::min(all.min_det, later.min_det);
+    if (later.stretch > all.stretch) {
+        all.stretch = later.stretch;
+        all.most_stretched = later.most_stretched;
+    }
+}
+
+}  // namespace
+
+Eigen::Matrix3d ElasticBody::deformation_gradient(NodesRef x, int tet) const {
+    return edges(x, rest_.T, tet) *
+           gradient_[static_cast<std::size_t>(tet / lanes)].lane(tet % lanes).transpose();
+}
+
+/// The deformation gradients of a batch; the last batch repeats its last tetrahedron.
+void ElasticBody::gradients(NodesRef x, int batch, LaneMatrix3& F) const {
+    LaneMatrix3 D;
+    for (int l = 0; l < lanes; ++l)
+        D.set_lane(l, edges(x, rest_.T, first_tet(batch) + std::min(l, tets_of(batch) - 1)));
+    const LaneMatrix3& g = gradient_[static_cast<std::size_t>(batch)];
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) F(i, j) = D(i, 0) * g(j, 0) + D(i, 1) * g(j, 1) + D(i, 2) * g(j, 2);
+}
+
+ElementReport ElasticBody::measure(NodesRef x, RegionMeter* meter) const {
+    if (meter) meter->reset([&](int t) { return deformation_gradient(x, t); });
+    constexpr int batches_per_task = 64;
+    const int batches = static_cast<int>(gradient_.size());
+    std::vector<ElementReport> parts(
+        static_cast<std::size_t>((batches + batches_per_task - 1) / batches_per_task));
+    parallel_for(
+        static_cast<int>(parts.size()),
+        [&](int task) {
+            const int end = std::min(batches, (task + 1) * batches_per_task);
+            for (int batch = task * batches_per_task; batch < end; ++batch)
+                measure_batch(x, batch, meter, parts[static_cast<std::size_t>(task)]);
+        },
+        1);
+    ElementReport report;
+    for (const ElementReport& part : parts) append(report, part);
+    return report;
+}
+
+/// Adds a batch to the report on earlier ones.
+void ElasticBody::measure_batch(NodesRef x, int batch, RegionMeter* meter, ElementReport& report) const {
+    const int first = first_tet(batch), count = tets_of(batch);
+    LaneMatrix3 F, R;
+    gradients(x, batch, F);
+    if (meter) meter->add(first, count, F.entries);
+    rotations_of(F, R);
+    Lanes trace = Lanes::Constant(-3), strain = Lanes::Zero(), squared = Lanes::Zero();
+    for (std::size_t k = 0; k < 9; ++k) {
+        trace += R.entries[k] * F.entries[k];
+        strain += (F.entries[k] - R.entries[k]).square();
+        squared += F.entries[k].square();
+    }
+    const Lanes det = determinants(F), density = mu_ * strain + 0.5 * lambda_ * trace.square();
+    for (int l = 0; l < count; ++l) {
+        if (!std::isfinite(det[l])) {
+            if (report.non_finite++ == 0) report.first_non_finite = first + l;
+            continue;
+        }
+        report.energy += volume_[first + l] * density[l];
+        report.min_det = std::min(report.min_det, det[l]);
+        if (det[l] <= 0 && report.inverted++ == 0) report.first_inverted = first + l;
+        if (const double stretch = std::sqrt(squared[l]); stretch > report.stretch) {
+            report.stretch = stretch;
+            report.most_stretched = first + l;
+        }
+    }
+}
+
+void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces) const {
+    pose.R.resize(gradient_.size());
+    pose.S.resize(static_cast<std::size_t>(element_count()));
+    forces.resize(static_cast<std::size_t>(element_count()));
+    parallel_for(
+        static_cast<int>(gradient_.size()), [&](int batch) { pose_batch(x, batch, pose, forces); }, 64);
+}
+
+Lanes ElasticBody::volumes(int batch) const {
+    Lanes volume;
+    for (int l = 0; l < lanes; ++l) volume[l] = volume_[first_tet(batch) + std::min(l, tets_of(batch) - 1)];
+    return volume;
+}
+
+void ElasticBody::pose_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces) const {
+    const LaneMatrix3& g = gradient_[static_cast<std::size_t>(batch)];
+    const Lanes volume = volumes(batch), root = volume.sqrt();
+    LaneMatrix3 F, P;
+    gradients(x, batch, F);
+    LaneMatrix3& R = pose.R[static_cast<std::size_t>(batch)];
+    rotations_of(F, R);
+    Lanes trace = Lanes::Constant(-3);
+    for (std::size_t k = 0; k < 9; ++k) trace += R.entries[k] * F.entries[k];
+    for (std::size_t k = 0; k < 9; ++k)
+        P.entries[k] = -volume * (2 * mu_ * (F.entries[k] - R.entries[k]) + lambda_ * trace * R.entries[k]);
+    store_forces(batch, P, forces);
+    for (int i = 0; i < 3; ++i) {
+        Lanes S[4];
+        S[0] = Lanes::Zero();
+        for (int a = 0; a < 3; ++a) {
+            S[a + 1] = root * (R(i, 0) * g(0, a) + R(i, 1) * g(1, a) + R(i, 2) * g(2, a));
+            S[0] -= S[a + 1];
+        }
+        for (int l = 0; l < tets_of(batch); ++l)
+            for (int a = 0; a < 4; ++a)
+                pose.S[static_cast<std::size_t>(first_tet(batch) + l)](i, a) = static_cast<float>(S[a][l]);
+    }
+    for (int l = 0; l < tets_of(batch); ++l)
+        pose.S[static_cast<std::size_t>(first_tet(batch) + l)].row(3).setZero();
+}
+
+/// The forces on nodes 1 to 3 of a batch whose stress [Pa] times volume is -P.
+void ElasticBody::store_forces(int batch, const LaneMatrix3& P, ElementForces& forces) const {
+    const LaneMatrix3& g = gradient_[static_cast<std::size_t>(batch)];
+    for (int i = 0; i < 3; ++i)
+        for (int a = 0; a < 3; ++a) {
+            const Lanes f = P(i, 0) * g(0, a) + P(i, 1) * g(1, a) + P(i, 2) * g(2, a);
+            for (int l = 0; l < tets_of(batch); ++l)
+                forces[static_cast<std::size_t>(first_tet(batch) + l)](i, a) = f[l];
+        }
+}
+
+void ElasticBody::stiffness_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
+                                    Eigen::Ref<Nodes> out) const {
+    scratch.resize(static_cast<std::size_t>(element_count()));
+    parallel_for(
+        static_cast<int>(gradient_.size()), [&](int batch) { product_batch(u, batch, pose, scratch); }, 64);
+    sum_forces(scratch, out);
+}
+
+/// V R (mu (E + E^T) + lambda tr(E) I), where E = R^T grad u.
+void ElasticBody::product_batch(NodesRef u, int batch, const ElementPose& pose, ElementForces& forces) const {
+    const LaneMatrix3& R = pose.R[static_cast<std::size_t>(batch)];
+    const Lanes volume = volumes(batch), mu = mu_ * volume, lambda = lambda_ * volume;
+    LaneMatrix3 H, E, P;
+    gradients(u, batch, H);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) E(i, j) = R(0, i) * H(0, j) + R(1, i) * H(1, j) + R(2, i) * H(2, j);
+    const Lanes pressure = lambda * (E(0, 0) + E(1, 1) + E(2, 2));
+    LaneMatrix3 stress;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            stress(i, j) = mu * (E(i, j) + E(j, i));
+            if (i == j) stress(i, j) += pressure;
+        }
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            P(i, j) = R(i, 0) * stress(0, j) + R(i, 1) * stress(1, j) + R(i, 2) * stress(2, j);
+    store_forces(batch, P, forces);
+}
+
+}  // namespace nbd

@@ -1,0 +1,63 @@
+#include "sim/fem/step_matrix.hpp"
+
+#include <algorithm>
+
+#include "meshing/parallel/parallel_for.hpp"
+
+namespace nbd {
+namespace {
+
+int own_place(const BlockPattern& pattern, int i) {
+    return static_cast<int>(std::ranges::lower_bound(pattern.neighbours(i), i) -
+                            pattern.neighbours(i).begin());
+}
+
+}  // namespace
+
+Eigen::Matrix3d StepMatrix::block(int i, int k) const noexcept {
+    if (pattern_->neighbours(i)[static_cast<std::size_t>(k)] == i)
+        return diagonal_[static_cast<std::size_t>(i)];
+    return blocks_.block(i, static_cast<std::size_t>(k)).cast<double>();
+}
+
+void StepMatrix::set_diagonal(int i, const Eigen::Matrix3d& block) {
+    diagonal_[static_cast<std::size_t>(i)] = block;
+    blocks_.set(i, static_cast<std::size_t>(own_place(*pattern_, i)), block);
+}
+
+void StepMatrix::balance_rows(const Eigen::VectorXd& sums) {
+    parallel_for(node_count(), [&](int i) {
+        Eigen::Matrix3d others = Eigen::Matrix3d::Zero();
+        blocks_.for_each_other(i, [&](int, const auto& block) { others += block.template cast<double>(); });
+        set_diagonal(i, sums[i] * Eigen::Matrix3d::Identity() - 0.5 * (others + others.transpose()));
+    });
+}
+
+void StepMatrix::isolate(int i) {
+    const auto row = pattern_->neighbours(i);
+    for (int k = 0; k < static_cast<int>(row.size()); ++k) {
+        const int j = row[static_cast<std::size_t>(k)];
+        if (j == i) continue;
+        set(i, k, Eigen::Matrix3f::Zero());
+        set(j, pattern_->find(j, i) - pattern_->first_block(j), Eigen::Matrix3f::Zero());
+    }
+    set_diagonal(i, Eigen::Matrix3d::Identity());
+}
+
+Eigen::Vector3d StepMatrix::multiply_row(int i, const double* v) const noexcept {
+    using At = Eigen::Map<const Eigen::Vector3d>;
+    Eigen::Vector3d sum = diagonal_[static_cast<std::size_t>(i)] * At(v + 3 * i);
+    blocks_.for_each_other(
+        i, [&](int j, const auto& block) { sum += block.template cast<double>() * At(v + 3 * j); });
+    return sum;
+}
+
+SparseMatrix StepMatrix::to_sparse() const {
+    SparseMatrix A = pattern_->zero_matrix();
+    for (int i = 0; i < node_count(); ++i)
+        for (int k = 0; k < static_cast<int>(pattern_->neighbours(i).size()); ++k)
+            pattern_->block(A, i, k) = block(i, k).transpose();
+    return A;
+}
+
+}  // namespace nbd

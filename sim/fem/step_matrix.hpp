@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "sim/factor/block_pattern.hpp"
+#include "sim/factor/sweep_matrix.hpp"
+
+namespace nbd {
+
+/// The symmetric matrix of a step: 3x3 blocks in single precision, of which those on the diagonal are kept in
+/// double precision too, so that rows keep their sums: moving all nodes alike costs no force.
+class StepMatrix {
+ public:
+    /// Zeros. pattern: must outlive the matrix. order: of the pattern.
+    StepMatrix(const BlockPattern& pattern, std::shared_ptr<const SweepOrder> order)
+        : pattern_(&pattern),
+          blocks_(std::move(order)),
+          diagonal_(static_cast<std::size_t>(pattern.node_count()), Eigen::Matrix3d::Zero()) {}
+
+    const SweepMatrix<3>& blocks() const noexcept { return blocks_; }
+    const std::vector<Eigen::Matrix3d>& diagonal() const noexcept { return diagonal_; }  // [N]
+    int node_count() const noexcept { return pattern_->node_count(); }
+
+    /// The block in the row of node i and the column of its k-th neighbour in the pattern.
+    Eigen::Matrix3d block(int i, int k) const noexcept;
+
+    /// Sets a block off the diagonal; its transpose must be set too.
+    void set(int i, int k, const Eigen::Matrix3f& block) noexcept {
+        blocks_.set(i, static_cast<std::size_t>(k), block);
+    }
+
+    /// Sets the diagonal blocks such that the blocks of row i sum up to sums[i] times the identity, as far as
+    /// a symmetric block can. sums: [N].
+    void balance_rows(const Eigen::VectorXd& sums);
+
+    /// Replaces row and column i by those of the identity.
+    void isolate(int i);
+
+    /// Row i of A v, summed in double precision. v: [3 N].
+    Eigen::Vector3d multiply_row(int i, const double* v) const noexcept;
+
+    SparseMatrix to_sparse() const;
+
+ private:
+    void set_diagonal(int i, const Eigen::Matrix3d& block);
+
+    const BlockPattern* pattern_;
+    SweepMatrix<3> blocks_;
+    std::vector<Eigen::Matrix3d> diagonal_;
+};
+
+}  // namespace nbd
