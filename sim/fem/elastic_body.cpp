@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -176,15 +177,14 @@ SparseMatrix ElasticBody::rest_stiffness() const {
 }
 
 void ElasticBody::sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out) const {
+    // Weights of the forces on nodes 1 to 3 in that on each node. Branches would be mispredicted.
+    static const std::array<Eigen::Vector3d, 4> weights{Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d::UnitX(),
+                                                        Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()};
     parallel_for(node_count(), [&](int i) {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-        for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s) {
-            const Eigen::Matrix3d& f = forces[static_cast<std::size_t>(corner_[s] / 4)];
-            if (const int a = corner_[s] % 4; a > 0)
-                sum += f.col(a - 1);
-            else
-                sum -= f.rowwise().sum();
-        }
+        for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
+            sum += forces[static_cast<std::size_t>(corner_[s] / 4)] *
+                   weights[static_cast<std::size_t>(corner_[s] % 4)];
         out.row(i) = sum.transpose();
     });
 }
