@@ -1,16 +1,16 @@
 #include "collision/bounds/calibration.hpp"
 
 #include <cmath>
-#include <stdexcept>
+#include <string>
 
 #include "collision/base/message.hpp"
+#include "collision/base/requirement.hpp"
 
 namespace nbd {
 
 void check_calibration(const Calibration& calibration, std::string_view bounds, std::size_t nodes) {
-    const auto require = [bounds](bool ok, const auto&... parts) {
-        if (!ok) throw std::invalid_argument(message("calibration of ", bounds, " bounds: ", parts...));
-    };
+    const std::string subject = message("calibration of ", bounds, " bounds");
+    const Requirement require(subject);
     const auto require_share = [&](const char* what, double share) {
         require(share > 0 && share < 1, what, " is ", share, ", allowed: above 0 and below 1");
     };

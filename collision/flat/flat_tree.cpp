@@ -72,9 +72,13 @@ constexpr auto nbd_fields = [](auto& file, auto& nbd) {
     file.field("nbd/z_whitening", z_whitening);
 };
 
+constexpr auto box_table = [](auto& file, const char* name, auto& boxes) {
+    file.table(name, boxes, FlatColumn{"growth", &BoxFit::growth}, FlatColumn{"mean", &BoxFit::mean},
+               FlatColumn{"inverse_deviation", &BoxFit::inverse_deviation});
+};
+
 constexpr auto learned_fields = [](auto& file, auto& learned) {
     using Node = LearnedModel::Node;
-    using Fit = LearnedModel::BoxFit;
     auto& [network, nodes, samples, values, boxes] = learned;
     file.field("learned/network", network);
     file.table("learned/nodes", nodes, FlatColumn{"sample_begin", &Node::sample_begin},
@@ -82,18 +86,15 @@ constexpr auto learned_fields = [](auto& file, auto& learned) {
                FlatColumn{"exact", &Node::exact});
     file.field("learned/samples", samples);
     file.field("learned/values", values);
-    file.table("learned/boxes", boxes, FlatColumn{"growth", &Fit::growth}, FlatColumn{"mean", &Fit::mean},
-               FlatColumn{"inverse_deviation", &Fit::inverse_deviation});
+    box_table(file, "learned/boxes", boxes);
 };
 
 constexpr auto learned_affine_fields = [](auto& file, auto& fit) {
-    using Box = LearnedAffineFit::ClusterBox;
     auto& [X, samples, box_samples, clusters, residual, growth] = fit;
     file.field("learned_affine/X", X);
     file.field("learned_affine/samples", samples);
     file.field("learned_affine/box_samples", box_samples);
-    file.table("learned_affine/clusters", clusters, FlatColumn{"growth", &Box::growth},
-               FlatColumn{"mean", &Box::mean}, FlatColumn{"inverse_deviation", &Box::inverse_deviation});
+    box_table(file, "learned_affine/clusters", clusters);
     file.field("learned_affine/residual", residual);
     file.field("learned_affine/growth", growth);
 };

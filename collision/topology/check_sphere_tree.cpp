@@ -1,18 +1,14 @@
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
-#include "collision/base/message.hpp"
+#include "collision/base/requirement.hpp"
 #include "collision/topology/sphere_tree.hpp"
 
 namespace nbd {
 namespace {
 
-template <class... Parts>
-void require(bool ok, const Parts&... parts) {
-    if (!ok) throw std::invalid_argument(message("sphere tree: ", parts...));
-}
+constexpr Requirement require("sphere tree");
 
 void check_faces(const SphereTree& tree, int vertex_count, FacesRef F) {
     require(F.rows() > 0, "the surface has no faces");

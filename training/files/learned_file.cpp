@@ -10,6 +10,21 @@ using BoxRows = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;  // gr
 
 constexpr auto learned_packing = h5::Packing::deflate;
 
+BoxRows to_rows(const std::vector<BoxFit>& fits) {
+    BoxRows rows(static_cast<Eigen::Index>(fits.size()), 3);
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+        const BoxFit& fit = fits[static_cast<std::size_t>(i)];
+        rows.row(i) << fit.growth, fit.mean, fit.inverse_deviation;
+    }
+    return rows;
+}
+
+std::vector<BoxFit> to_fits(const BoxRows& rows) {
+    std::vector<BoxFit> fits;
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) fits.push_back({rows(i, 0), rows(i, 1), rows(i, 2)});
+    return fits;
+}
+
 }  // namespace
 
 void write_learned(h5::Writer& file, const LearnedModel& learned) {
@@ -24,12 +39,7 @@ void write_learned(h5::Writer& file, const LearnedModel& learned) {
     file.write("learned/samples", learned.samples, learned_packing);
     file.write("learned/values", learned.values, learned_packing);
     if (learned.boxes.empty()) return;
-    BoxRows boxes(nodes.rows(), 3);
-    for (Eigen::Index i = 0; i < boxes.rows(); ++i) {
-        const LearnedModel::BoxFit& fit = learned.boxes[static_cast<std::size_t>(i)];
-        boxes.row(i) << fit.growth, fit.mean, fit.inverse_deviation;
-    }
-    file.write("learned/boxes", boxes, learned_packing);
+    file.write("learned/boxes", to_rows(learned.boxes), learned_packing);
 }
 
 LearnedModel read_learned(const h5::Reader& file, std::size_t nodes) {
@@ -49,21 +59,14 @@ LearnedModel read_learned(const h5::Reader& file, std::size_t nodes) {
     learned.samples = file.read<int>("learned/samples", {static_cast<std::size_t>(samples)});
     learned.values = file.read<float>("learned/values", {static_cast<std::size_t>(values)});
     if (!file.has("learned/boxes")) return learned;
-    const auto boxes = file.matrix<BoxRows>("learned/boxes", nodes, 3);
-    for (Eigen::Index i = 0; i < boxes.rows(); ++i)
-        learned.boxes.push_back({boxes(i, 0), boxes(i, 1), boxes(i, 2)});
+    learned.boxes = to_fits(file.matrix<BoxRows>("learned/boxes", nodes, 3));
     return learned;
 }
 
 void write_learned_affine(h5::Writer& file, const LearnedAffineFit& fit) {
-    BoxRows clusters(static_cast<Eigen::Index>(fit.clusters.size()), 3);
-    for (Eigen::Index i = 0; i < clusters.rows(); ++i) {
-        const LearnedAffineFit::ClusterBox& box = fit.clusters[static_cast<std::size_t>(i)];
-        clusters.row(i) << box.growth, box.mean, box.inverse_deviation;
-    }
     file.write("learned_affine/samples", fit.samples, learned_packing);
     file.write("learned_affine/box_samples", fit.box_samples, learned_packing);
-    file.write("learned_affine/clusters", clusters, learned_packing);
+    file.write("learned_affine/clusters", to_rows(fit.clusters), learned_packing);
     file.write("learned_affine/residual", fit.residual, learned_packing);
     file.write("learned_affine/growth", fit.growth, learned_packing);
 }
@@ -72,12 +75,9 @@ LearnedAffineFit read_learned_affine(const h5::Reader& file, const Vertices& X) 
     LearnedAffineFit fit{.X = X,
                          .samples = file.read<int>("learned_affine/samples", {h5::any}),
                          .box_samples = file.read<int>("learned_affine/box_samples", {h5::any}),
-                         .clusters = {},
+                         .clusters = to_fits(file.matrix<BoxRows>("learned_affine/clusters", h5::any, 3)),
                          .residual = file.read<float>("learned_affine/residual", {h5::any}),
                          .growth = file.read<float>("learned_affine/growth", {h5::any})};
-    const auto clusters = file.matrix<BoxRows>("learned_affine/clusters", h5::any, 3);
-    for (Eigen::Index i = 0; i < clusters.rows(); ++i)
-        fit.clusters.push_back({clusters(i, 0), clusters(i, 1), clusters(i, 2)});
     return fit;
 }
 

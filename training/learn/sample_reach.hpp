@@ -15,7 +15,7 @@ struct SampleReach {
     PoseRows growth;    // [poses, nodes] largest distance to any vertex of the node, minus `distance`
     PoseRows box;     // [poses, nodes] growth that the samples' box needs on its worst side, in spreads; the
                       // box's axes are random in every pose
-    PoseRows spread;  // [poses, nodes] spread of the samples, see LearnedModel::BoxFit
+    PoseRows spread;  // [poses, nodes] spread of the samples, see BoxFit
     PoseRows exact;   // [poses, nodes] radius of the exact sphere
     Eigen::ArrayXd squared_mean, squared_deviation;  // [samples of all nodes] mean and standard deviation of
                                                      // each sample's squared distance from its centre, m^2

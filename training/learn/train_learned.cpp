@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "collision/base/counter_random.hpp"
 #include "meshing/parallel/parallel_for.hpp"
@@ -45,15 +46,6 @@ void fit_range(const SampleReach& reach, const LearnedModel::Node& node, float* 
     }
 }
 
-/// Fits the box growth, and its range as in fit_range().
-LearnedModel::BoxFit fit_box(const SampleReach& reach, Eigen::Index node, double miss_rate) {
-    const Eigen::ArrayXd squared = reach.spread.col(node).cast<double>().array().square();
-    const double mean = squared.mean(), deviation = std::sqrt((squared - mean).square().mean());
-    const double least = std::max(0.003 * mean, double{std::numeric_limits<float>::min()});
-    return {std::max(0.f, upper_quantile(reach.box.col(node), miss_rate)), static_cast<float>(mean),
-            static_cast<float>(1 / std::max(deviation, least))};
-}
-
 }  // namespace
 
 std::vector<Vertices> some_poses(FrameSource& source, std::span<const FrameId> frames, int most) {
@@ -72,6 +64,14 @@ float upper_quantile(Eigen::VectorXf numbers, double miss_rate) {
     float* nth = numbers.data() + numbers.size() - 1 - std::min(above, numbers.size() - 1);
     std::nth_element(numbers.data(), nth, numbers.data() + numbers.size());
     return *nth;
+}
+
+BoxFit fit_box(const Eigen::VectorXf& spread, Eigen::VectorXf growths, double miss_rate) {
+    const Eigen::ArrayXd squared = spread.cast<double>().array().square();
+    const double mean = squared.mean(), deviation = std::sqrt((squared - mean).square().mean());
+    const double least = std::max(0.003 * mean, double{std::numeric_limits<float>::min()});
+    return {std::max(0.f, upper_quantile(std::move(growths), miss_rate)), static_cast<float>(mean),
+            static_cast<float>(1 / std::max(deviation, least))};
 }
 
 void check_learned_config(const LearnedConfig& config) {
@@ -115,7 +115,8 @@ void fit_sample_reach(const SampleReach& reach, const LearnedConfig& config, Lea
             const LearnedModel::Node& node = model.nodes[static_cast<std::size_t>(i)];
             float* block = model.values.data() + node.value_begin;
             fit_range(reach, node, block + node.sample_count);
-            model.boxes[static_cast<std::size_t>(i)] = fit_box(reach, i, config.box_miss_rate);
+            model.boxes[static_cast<std::size_t>(i)] =
+                fit_box(reach.spread.col(i), reach.box.col(i), config.box_miss_rate);
             if (node.exact) return;
             const Eigen::VectorXf growth = reach.growth.col(i);
             float* last =

@@ -28,6 +28,11 @@ std::vector<Vertices> some_poses(FrameSource& source, std::span<const FrameId> f
 /// The least of the numbers that at most a share `miss_rate` of them exceeds.
 float upper_quantile(Eigen::VectorXf numbers, double miss_rate);
 
+/// Fits the growth of a box of samples so that it is too small in at most a share `miss_rate` of the poses.
+/// spread, growths: of each pose. Deviations of spread^2 are at least 0.3 % of its mean, so that rounding
+/// does not count as out of distribution.
+BoxFit fit_box(const Eigen::VectorXf& spread, Eigen::VectorXf growths, double miss_rate);
+
 /// Throws std::invalid_argument naming the option that is out of range.
 void check_learned_config(const LearnedConfig& config);
 

@@ -68,7 +68,7 @@ LearnedAffineFit choose_all_samples(const SurfaceBody& body, const WideTree& tre
             .box_samples = choose_part_samples(
                 body, some_poses(source, frames, config.sample_poses), tree, tree.clusters(),
                 sampling(SampleRule::support, LearnedAffineFit::samples_per_box)),
-            .clusters = std::vector<LearnedAffineFit::ClusterBox>(static_cast<std::size_t>(tree.clusters())),
+            .clusters = std::vector<BoxFit>(static_cast<std::size_t>(tree.clusters())),
             .residual = std::vector<float>(static_cast<std::size_t>(parts), 1.f),
             .growth = std::vector<float>(static_cast<std::size_t>(parts * width))};
 }
@@ -118,15 +118,6 @@ std::vector<FrameId> some_frames(const LearnedAffineModel& model, std::span<cons
     return spread(frames, static_cast<int>(fit));
 }
 
-LearnedAffineFit::ClusterBox fit_cluster(const Measurements& measured, Eigen::Index cluster,
-                                         double miss_rate) {
-    const Eigen::ArrayXd squared = measured.spread.col(cluster).cast<double>().array().square();
-    const double mean = squared.mean(), deviation = std::sqrt((squared - mean).square().mean());
-    return {std::max(0.f, upper_quantile(measured.cluster_growth.col(cluster), miss_rate)),
-            static_cast<float>(mean),
-            static_cast<float>(1 / std::max({deviation, 0.003 * mean, double{least}}))};
-}
-
 }  // namespace
 
 std::shared_ptr<const LearnedAffineModel> train_learned_affine(
@@ -140,7 +131,8 @@ std::shared_ptr<const LearnedAffineModel> train_learned_affine(
     const Measurements measured =
         measure(neutral, tree, source, some_frames(neutral, frames), counter_random(config.seed, 3, 0));
     for (int c = 0; c < neutral.clusters(); ++c)
-        fit.clusters[static_cast<std::size_t>(c)] = fit_cluster(measured, c, config.box_miss_rate);
+        fit.clusters[static_cast<std::size_t>(c)] =
+            fit_box(measured.spread.col(c), measured.cluster_growth.col(c), config.box_miss_rate);
     for (int part = 0; part < neutral.parts(); ++part) {
         fit.residual[static_cast<std::size_t>(part)] = std::max(
             least, static_cast<float>(

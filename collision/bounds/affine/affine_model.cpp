@@ -10,7 +10,6 @@
 namespace nbd {
 namespace {
 
-constexpr int width = WideTree::width;
 constexpr std::size_t most_mapped = 64;  // nodes of a cluster whose blocks are bounded by an affine map
 constexpr double tolerance = 1e-5;       // of the weights of a vertex and of their sum
 
@@ -114,7 +113,7 @@ AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tr
             const std::vector<int> vertices = tree_.block_vertices(block);
             blocks_.add(vertices);
             of_cluster.insert(of_cluster.end(), vertices.begin(), vertices.end());
-            for (int leaf = width * block; leaf < width * (block + 1); ++leaf) {
+            for (int leaf = WideTree::width * block; leaf < WideTree::width * (block + 1); ++leaf) {
                 weight_begin_.push_back(static_cast<int>(weights_.size()));
                 weights_per_vertex_.push_back(1);
                 for (const int v : tree_.leaf_vertices(leaf)) {
@@ -161,7 +160,8 @@ SurfaceEmbedding AffineModel::weights() const {
     std::vector<bool> is_known(static_cast<std::size_t>(tree_.vertex_count));
     std::vector<Eigen::Triplet<float>> entries;
     for (int leaf = 0; leaf < tree_.leaves(); ++leaf) {
-        const std::span<const int> vertices = tree_.leaf_vertices(leaf), nodes = blocks_.nodes(leaf / width);
+        const std::span<const int> vertices = tree_.leaf_vertices(leaf),
+                                   nodes = blocks_.nodes(leaf / WideTree::width);
         const LeafWeights own = leaf_weights(leaf);
         for (std::size_t i = 0; i < vertices.size(); ++i) {
             const auto v = static_cast<std::size_t>(vertices[i]);

@@ -3,25 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 
-#include "collision/base/message.hpp"
 #include "collision/base/prefetch.hpp"
+#include "collision/base/requirement.hpp"
 #include "collision/kernels/box_pack.hpp"
 
 namespace nbd {
 namespace {
 
-constexpr int width = WideTree::width;
+constexpr Requirement require("learned affine bounds");
 
 /// AffineModel::rounding() of a surface whose vertices have one weight.
 constexpr float rounding = 34.01f * 0x1p-24f;
-
-template <class... Parts>
-void require(bool ok, const Parts&... parts) {
-    if (!ok) throw std::invalid_argument(message("learned affine bounds: ", parts...));
-}
 
 void require_count(std::size_t count, std::size_t expected, const char* what) {
     require(count == expected, "has ", count, " ", what, " instead of ", expected);
@@ -45,12 +39,12 @@ void check(const WideTree& tree, const LearnedAffineFit& fit) {
             require(v >= 0 && v < tree.vertex_count, "sample vertex ", v, ", but the surface has ",
                     tree.vertex_count, " vertices");
     require_count(fit.clusters.size(), clusters, "boxes of clusters");
-    for (const LearnedAffineFit::ClusterBox& box : fit.clusters)
+    for (const BoxFit& box : fit.clusters)
         require_numbers({{box.growth, box.mean, box.inverse_deviation}}, "a number of a cluster's box");
     require_count(fit.residual.size(), parts, "residuals");
     require_numbers(fit.residual, "a residual");
     require(std::ranges::find(fit.residual, 0.f) == fit.residual.end(), "a residual is 0, allowed: above 0");
-    require_count(fit.growth.size(), parts * width, "growths");
+    require_count(fit.growth.size(), parts * WideTree::width, "growths");
     require_numbers(fit.growth, "a growth");
 }
 
@@ -134,27 +128,28 @@ float LearnedAffineModel::map_children(int part, const float* x, float* scratch,
 }
 
 float LearnedAffineModel::cluster_score(int cluster, float spread) const noexcept {
-    const LearnedAffineFit::ClusterBox& fit = fit_.clusters[static_cast<std::size_t>(cluster)];
-    return std::abs(spread * spread - fit.mean) * fit.inverse_deviation;
+    return fit_.clusters[static_cast<std::size_t>(cluster)].ood_score(spread * spread);
 }
 
 void LearnedAffineModel::grow(int part, float margin, float residual, BoxPack& boxes) const noexcept {
-    using Lanes = Eigen::Array<float, width, 1>;
+    using Lanes = Eigen::Array<float, WideTree::width, 1>;
     const Lanes by =
-        (Eigen::Map<const Lanes>(fit_.growth.data() + std::ptrdiff_t{part} * width) + margin) * residual;
+        (Eigen::Map<const Lanes>(fit_.growth.data() + std::ptrdiff_t{part} * WideTree::width) + margin) *
+        residual;
     for (int a = 0; a < 3; ++a) {
         Eigen::Map<Lanes>(boxes.lo[a]) -= by;
         Eigen::Map<Lanes>(boxes.hi[a]) += by;
     }
 }
 
-std::array<float, width> LearnedAffineModel::protrusions(int part, const BoxPack& boxes, const WideTree& tree,
-                                                         const WideBoxes& exact) const noexcept {
-    std::array<float, width> result;
+std::array<float, WideTree::width> LearnedAffineModel::protrusions(int part, const BoxPack& boxes,
+                                                                   const WideTree& tree,
+                                                                   const WideBoxes& exact) const noexcept {
+    std::array<float, WideTree::width> result;
     result.fill(-std::numeric_limits<float>::infinity());
     const bool is_cluster = part < clusters();
     const int block = part - clusters();
-    const int first = is_cluster ? tree.first_block[static_cast<std::size_t>(part)] : width * block;
+    const int first = is_cluster ? tree.first_block[static_cast<std::size_t>(part)] : WideTree::width * block;
     const int count =
         is_cluster ? tree.blocks_in(part) : int{tree.leaves_in[static_cast<std::size_t>(block)]};
     const std::vector<Box>& children = is_cluster ? exact.blocks : exact.leaves;
@@ -183,7 +178,7 @@ void LearnedAffineModel::prefetch_part(int i) const noexcept {
 std::size_t LearnedAffineModel::bytes() const noexcept {
     return maps_.bytes() + static_cast<std::size_t>(fit_.X.size()) * sizeof(float) +
            (fit_.samples.size() + 2 * fit_.box_samples.size()) * sizeof(int) +
-           fit_.clusters.size() * sizeof(LearnedAffineFit::ClusterBox) +
+           fit_.clusters.size() * sizeof(BoxFit) +
            (fit_.residual.size() + fit_.growth.size() + grid_.size()) * sizeof(float);
 }
 

@@ -7,6 +7,7 @@
 #include "collision/bounds/affine/affine_parts.hpp"
 #include "collision/bounds/affine/wide_boxes.hpp"
 #include "collision/bounds/affine/wide_tree.hpp"
+#include "collision/bounds/box_fit.hpp"
 #include "collision/geometry/box.hpp"
 #include "collision/geometry/geometry.hpp"
 
@@ -17,19 +18,11 @@ namespace nbd {
 struct LearnedAffineFit {
     static constexpr int samples_per_part = 32, samples_per_box = 16;
 
-    /// A box of a cluster's box samples, whose sides move outward by a share of their spread: the root mean
-    /// square of their distances from their mean.
-    struct ClusterBox {
-        float growth = 0;             // in spreads
-        float mean = 0;               // mean of spread^2 in training, m^2
-        float inverse_deviation = 0;  // 1 / standard deviation of spread^2 in training, m^-2
-    };
-
     Vertices X;                // rest positions of the surface, [n, 3]
     std::vector<int> samples;  // [parts * samples_per_part] vertices; smaller parts repeat theirs
     /// [clusters * samples_per_box] vertices that stand out; smaller clusters repeat theirs.
     std::vector<int> box_samples;
-    std::vector<ClusterBox> clusters;
+    std::vector<BoxFit> clusters;  // of the box samples
     /// [parts] root mean square of the part's residual in training, metres, > 0.
     std::vector<float> residual;
     /// [parts * 16] how far the box of each child moves outward, in residuals; 0 for children not present.

@@ -1,23 +1,18 @@
 #include "collision/bounds/certified/certified_model.hpp"
 
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
-#include "collision/base/message.hpp"
+#include "collision/base/requirement.hpp"
 #include "collision/bounds/certified/region_meter.hpp"
 
 namespace nbd {
 namespace {
 
-template <class... Parts>
-void require(bool ok, const Parts&... parts) {
-    if (!ok) throw std::invalid_argument(message("certified tree: ", parts...));
-}
-
 bool length(float x) noexcept { return x >= 0 && std::isfinite(x); }
 
 void check_cell(const CertifiedModel& model, std::size_t i, int vertex_count) {
+    constexpr Requirement require("certified tree");
     const CertifiedModel::Cell& cell = model.cells[i];
     require(cell.anchor >= 0 && cell.anchor < vertex_count, "cell ", i, " has its anchor at vertex ",
             cell.anchor, ", but the surface has ", vertex_count);
@@ -43,6 +38,7 @@ void check_cell(const CertifiedModel& model, std::size_t i, int vertex_count) {
 }  // namespace
 
 void check_certified_model(const CertifiedModel& model, const SphereTree& tree, int vertex_count) {
+    constexpr Requirement require("certified tree");
     check_tet_regions(model.regions, static_cast<int>(model.regions.of_tet.size()));
     require(model.cell_begin.size() == tree.nodes.size() + 1 && model.cell_begin.front() == 0 &&
                 std::cmp_equal(model.cell_begin.back(), model.cells.size()),

@@ -2,10 +2,9 @@
 
 #include <atomic>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
-#include "collision/base/message.hpp"
+#include "collision/base/requirement.hpp"
 #include "collision/bounds/certified/squared_norm.hpp"
 
 namespace nbd {
@@ -23,11 +22,6 @@ void raise(float& slot, float x) noexcept {
     float there = shared.load(std::memory_order_relaxed);
     while (there < x && !shared.compare_exchange_weak(there, x, std::memory_order_relaxed)) {
     }
-}
-
-template <class... Parts>
-void require(bool ok, const Parts&... parts) {
-    if (!ok) throw std::invalid_argument(message("regions of tetrahedra: ", parts...));
 }
 
 }  // namespace
@@ -67,6 +61,7 @@ void RegionMeter::add(int first, int count, const LaneMatrix& F) noexcept {
 }
 
 void check_tet_regions(const TetRegions& regions, int tet_count) {
+    constexpr Requirement require("regions of tetrahedra");
     require(regions.sample_begin.size() >= 2 && regions.sample_begin.front() == 0 &&
                 std::cmp_equal(regions.sample_begin.back(), regions.samples.size()),
             "the ranges of ", regions.count(), " regions do not fit the number of samples, ",

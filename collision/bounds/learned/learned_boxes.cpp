@@ -9,7 +9,7 @@ static_assert(Bound<LearnedBoxes>);
 
 namespace {
 
-SampleBox sample_box(std::span<const int> samples, const LearnedModel::BoxFit& fit, bool exact,
+SampleBox sample_box(std::span<const int> samples, const BoxFit& fit, bool exact,
                      const Positions& x) noexcept {
     const int *rows = samples.data(), *end = rows + samples.size();
     // Offsets from the first sample keep their digits far from the origin. Two sums of each run in
@@ -32,7 +32,7 @@ SampleBox sample_box(std::span<const int> samples, const LearnedModel::BoxFit& f
     result.box.lo[3] = result.box.hi[3] = 0;
     const float squared_spread = squared[0] + squared[1] + squared[2];
     result.spread = std::sqrt(std::max(squared_spread, 0.f));
-    if (!exact) result.ood_score = std::abs(squared_spread - fit.mean) * fit.inverse_deviation;
+    if (!exact) result.ood_score = fit.ood_score(squared_spread);
     return result;
 }
 

@@ -17,7 +17,7 @@ namespace nbd {
 /// Box and statistics of a node's samples in a pose.
 struct SampleBox {
     Box box;              // box of the samples
-    float spread = 0;     // spread of the samples, see LearnedModel::BoxFit
+    float spread = 0;     // spread of the samples, see BoxFit
     float ood_score = 0;  // see GatedBound: distance of spread^2 from its mean in training, in standard
                           // deviations
 };
@@ -69,7 +69,7 @@ class LearnedBoxes {
     /// All data of a node except its samples, on one cache line.
     struct alignas(64) Node {
         Box box = empty_box();
-        LearnedModel::BoxFit fit;
+        BoxFit fit;
         float margin = 0, limit = 0;  // a limit below 0 means no limit
         int sample_begin = 0;
         std::int16_t sample_count = 0;

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
-#include "collision/base/message.hpp"
+#include "collision/base/requirement.hpp"
 
 namespace nbd {
 namespace {
@@ -67,12 +66,8 @@ float network(const float* values, const float* distances, int count) noexcept {
     return (LanesMap(values) * h2).sum();
 }
 
-template <class... Parts>
-void require(bool ok, const Parts&... parts) {
-    if (!ok) throw std::invalid_argument(message("learned bounds: ", parts...));
-}
-
 void check_node(const LearnedModel& model, int i, int sample_begin, int value_begin) {
+    constexpr Requirement require("learned bounds");
     const LearnedModel::Node& node = model.nodes[static_cast<std::size_t>(i)];
     require(node.sample_count >= lanes && node.sample_count <= LearnedModel::max_samples &&
                 node.sample_count % lanes == 0,
@@ -84,6 +79,7 @@ void check_node(const LearnedModel& model, int i, int sample_begin, int value_be
 }
 
 void check_numbers(const LearnedModel& model, int i) {
+    constexpr Requirement require("learned bounds");
     const LearnedModel::Node& node = model.nodes[static_cast<std::size_t>(i)];
     const float* block = model.values.data() + node.value_begin;
     const int size = LearnedModel::block_size(node.sample_count, model.network);
@@ -100,7 +96,7 @@ void check_numbers(const LearnedModel& model, int i) {
     require(reach.low >= 0 && reach.low <= reach.high, "the reach of node ", i, " is ", reach.low, " to ",
             reach.high, ", allowed: an ascending range from 0 or more");
     if (model.boxes.empty()) return;
-    const LearnedModel::BoxFit& fit = model.boxes[static_cast<std::size_t>(i)];
+    const BoxFit& fit = model.boxes[static_cast<std::size_t>(i)];
     for (const float number : {fit.growth, fit.mean, fit.inverse_deviation})
         require(number >= 0 && std::isfinite(number), "the box of node ", i, " has a number ", number,
                 ", allowed: finite, 0 or more");
@@ -139,6 +135,7 @@ LearnedSphere learned_sphere(const LearnedModel& model, int node, const Position
 }
 
 void check_learned_model(const LearnedModel& model, const SphereTree& tree, int vertex_count) {
+    constexpr Requirement require("learned bounds");
     require(model.nodes.size() == tree.nodes.size(), "has ", model.nodes.size(), " nodes, but the tree has ",
             tree.nodes.size());
     for (const int v : model.samples)

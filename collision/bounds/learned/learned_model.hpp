@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "collision/bounds/box_fit.hpp"
 #include "collision/geometry/positions.hpp"
 #include "collision/topology/sphere_tree.hpp"
 
@@ -31,13 +32,6 @@ struct LearnedModel {
     struct Reach {
         float growth = 0;         // added to the largest distance; with a network, its last bias
         float low = 0, high = 0;  // a network's result is clamped to this range, seen in training
-    };
-    /// How far a node's vertices reach beyond the box of its samples, in units of the samples' spread: the
-    /// root mean square of their distances from their mean, which grows as the patch stretches.
-    struct BoxFit {
-        float growth = 0;             // each side of the box moves outward by growth * spread
-        float mean = 0;               // mean of spread^2 in training, m^2
-        float inverse_deviation = 0;  // 1 / standard deviation of spread^2 in training, m^-2
     };
 
     bool network = false;

@@ -2,20 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
-#include "collision/base/message.hpp"
+#include "collision/base/requirement.hpp"
 
 namespace nbd {
-namespace {
-
-template <class... Parts>
-void require(bool ok, const Parts&... parts) {
-    if (!ok) throw std::invalid_argument(message("NBD-Tree: ", parts...));
-}
-
-}  // namespace
-
 void nbd_spheres(const NbdModel& model, const SphereTree& tree, int first, const FixedVector& zn,
                  std::span<Sphere> spheres) noexcept {
     constexpr int most = NbdNetworks::max_at_once;
@@ -47,6 +37,7 @@ float coordinate_ood_score(const Eigen::VectorXf& mean, const Eigen::MatrixXf& w
 }
 
 void check_nbd_model(const NbdModel& model, const SphereTree& tree, int vertex_count) {
+    constexpr Requirement require("NBD-Tree");
     check_clustered_modes(model.modes, vertex_count);
     const int m = model.mode_count();
     require(model.z_centre.size() == m && model.z_scale.size() == m, "z_centre and z_scale have ",

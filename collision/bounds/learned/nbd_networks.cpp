@@ -3,19 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <stdexcept>
 
-#include "collision/base/message.hpp"
+#include "collision/base/requirement.hpp"
 
 namespace nbd {
 namespace {
 
 constexpr int most = 127;
-
-template <class... Parts>
-void require(bool ok, const Parts&... parts) {
-    if (!ok) throw std::invalid_argument(message("NBD-Tree: ", parts...));
-}
 
 /// The scale for numbers up to `largest`. It has few enough digits for most * scale to be exact, so rounded
 /// numbers get the same scale again.
@@ -32,6 +26,7 @@ std::string_view name(NetworkNumbers numbers) noexcept {
 
 NbdNetworks::NbdNetworks(int inputs, int hidden, std::span<const float> weights, NetworkNumbers numbers)
     : numbers_(numbers), inputs_(inputs), hidden_(hidden) {
+    constexpr Requirement require("NBD-Tree");
     require(inputs >= 1 && inputs <= max_inputs, inputs, " inputs, allowed: 1 to ", max_inputs);
     require(hidden >= 1 && hidden <= max_hidden, "hidden width ", hidden, ", allowed: 1 to ", max_hidden);
     const auto each = static_cast<std::size_t>(weight_count());
