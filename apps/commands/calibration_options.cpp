@@ -4,8 +4,8 @@
 
 #include <numeric>
 
-#include "apps/cli/counted.hpp"
 #include "apps/cli/option_checks.hpp"
+#include "meshing/surface/counted.hpp"
 
 namespace nbd {
 

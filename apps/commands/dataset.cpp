@@ -5,7 +5,6 @@
 #include <iterator>
 #include <memory>
 
-#include "apps/cli/counted.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
@@ -16,6 +15,7 @@
 #include "apps/sharing/rank.hpp"
 #include "meshing/body/body.hpp"
 #include "meshing/h5/atomic_file.hpp"
+#include "meshing/surface/counted.hpp"
 #include "sim/factor/blas.hpp"
 #include "training/files/dataset_manifest.hpp"
 

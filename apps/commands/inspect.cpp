@@ -8,12 +8,12 @@
 #include <memory>
 #include <stdexcept>
 
-#include "apps/cli/counted.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/shard.hpp"
 #include "apps/dataset/variety.hpp"
 #include "collision/flat/flat_file.hpp"
 #include "collision/flat/flat_tree.hpp"
+#include "meshing/surface/counted.hpp"
 #include "training/files/dataset_manifest.hpp"
 
 namespace nbd {

@@ -2,7 +2,6 @@
 #include <memory>
 #include <optional>
 
-#include "apps/cli/counted.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
@@ -10,6 +9,7 @@
 #include "apps/simulate/bounds_race.hpp"
 #include "apps/simulate/scene_files.hpp"
 #include "meshing/h5/atomic_file.hpp"
+#include "meshing/surface/counted.hpp"
 #include "sim/factor/blas.hpp"
 
 namespace nbd {

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <memory>
 
-#include "apps/cli/counted.hpp"
 #include "apps/cli/load_body.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/body/body.hpp"
+#include "meshing/surface/counted.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/recording_hash.hpp"
 

@@ -4,7 +4,6 @@
 #include <memory>
 #include <optional>
 
-#include "apps/cli/counted.hpp"
 #include "apps/cli/file_hash.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
@@ -17,6 +16,7 @@
 #include "apps/simulate/simulation_outputs.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "meshing/h5/version.hpp"
+#include "meshing/surface/counted.hpp"
 #include "sim/factor/blas.hpp"
 
 namespace nbd {

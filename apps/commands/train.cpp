@@ -6,7 +6,6 @@
 #include <optional>
 #include <utility>
 
-#include "apps/cli/counted.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/load_body.hpp"
 #include "apps/cli/option_checks.hpp"
@@ -16,6 +15,7 @@
 #include "apps/sharing/rank.hpp"
 #include "apps/train/shared_training.hpp"
 #include "collision/base/stopwatch.hpp"
+#include "meshing/surface/counted.hpp"
 #include "training/calibrate/calibrate.hpp"
 #include "training/files/recording.hpp"
 #include "training/learn/train_tree.hpp"

@@ -87,7 +87,7 @@ std::string describe(const CageReport& r) {
         describe(r.soup), r.vertices, r.faces, r.volume, r.distance, r.alpha, r.offset);
     if (r.closes_holes) text += "; stays coarse where a finer cage would enter the surface through its holes";
     if (r.joins_parts) text += "; stays coarse where a finer cage would fall into parts";
-    if (r.optimization.poor_before > 0) text += "\n" + describe(r.optimization);
+    if (r.optimization.poor_before > 0) text += fmt::format("\n{}", describe(r.optimization));
     return text;
 }
 

@@ -10,16 +10,14 @@
 #include <utility>
 #include <vector>
 
+#include "meshing/surface/counted.hpp"
+
 namespace nbd {
 namespace {
 
 template <class... Args>
 [[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) {
     throw std::invalid_argument(fmt::format(text, std::forward<Args>(args)...));
-}
-
-std::string counted(std::size_t count, const char* one, const char* many) {
-    return fmt::format("{} {}", count, count == 1 ? one : many);
 }
 
 std::string place(const TriMesh& mesh, int v) {

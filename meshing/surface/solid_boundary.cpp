@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "meshing/surface/check_surface.hpp"
+#include "meshing/surface/counted.hpp"
 #include "meshing/surface/drop_unreferenced.hpp"
 #include "meshing/surface/orient.hpp"
 #include "meshing/surface/self_intersections.hpp"
@@ -86,10 +87,6 @@ double area(const TriMesh& mesh) {
         sum += (mesh.X.row(mesh.F(f, 1)) - a).cross(mesh.X.row(mesh.F(f, 2)) - a).norm() / 2;
     }
     return sum;
-}
-
-std::string counted(int count, const char* one, const char* many) {
-    return fmt::format("{} {}", count, count == 1 ? one : many);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <vector>
 
+#include "meshing/surface/counted.hpp"
 #include "meshing/surface/edges.hpp"
 
 namespace nbd {
@@ -58,10 +59,6 @@ class FaceSets {
     std::vector<int> parent_;
     int count_;
 };
-
-std::string counted(int count, const char* one, const char* many) {
-    return fmt::format("{} {}", count, count == 1 ? one : many);
-}
 
 }  // namespace
 
