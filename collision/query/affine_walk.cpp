@@ -72,8 +72,9 @@ void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near,
         });
 }
 
-template <class Near, class Taken>
-void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken) noexcept {
+template <class Near, class Taken, class LeafTest>
+void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken,
+                             const LeafTest& leaf_test) noexcept {
     find_clusters(a, b, near, taken);
     for (std::size_t k = 0; k < clusters_.size(); ++k) {
         prefetch_ahead(
@@ -92,7 +93,8 @@ void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, c
         const NodePair& pair = blocks_[k];
         counters_.node_tests +=
             near_pairs(Side{a.leaves(pair.a), a.leaves_in(pair.a), a.block(pair.a)},
-                       Side{b.leaves(pair.b), b.leaves_in(pair.b), b.block(pair.b)}, near, [&](int i, int j) {
+                       Side{b.leaves(pair.b), b.leaves_in(pair.b), b.block(pair.b)},
+                       leaf_test(pair.a, pair.b), [&](int i, int j) {
                            if (taken.children(pair.a, pair.b, i, j))
                                leaves_.push_back({width * pair.a + i, width * pair.b + j});
                        });
@@ -120,33 +122,40 @@ void AffineWalk::find_faces(AffineBoxes& a, AffineBoxes& b, const Near& near, co
     }
 }
 
-template <class Taken>
-void AffineWalk::begin(AffineBoxes& a, AffineBoxes& b, float distance, const Taken& taken) noexcept {
+bool AffineWalk::begin(const AffineBoxes& a, const AffineBoxes& b, float distance) noexcept {
     counters_ = {};
     distance_ = distance;
     clusters_.clear();
     blocks_.clear();
     leaves_.clear();
     next_leaves_ = 0;
-    if (!a.has_pose() || !b.has_pose() || apart(a.whole(), b.whole(), distance)) return;
-    with_test([&](const auto& near) { find_leaves(a, b, near, taken); });
+    return a.has_pose() && b.has_pose() && !apart(a.whole(), b.whole(), distance);
+}
+
+template <class Taken>
+void AffineWalk::begin_leaves(AffineBoxes& a, AffineBoxes& b, float distance, const Taken& taken) noexcept {
+    if (!begin(a, b, distance)) return;
+    with_test([&](const auto& near) { find_leaves(a, b, near, taken, [&](int, int) { return near; }); });
 }
 
 void AffineWalk::near_faces(AffineBoxes& a, AffineBoxes& b, float distance,
                             std::vector<FacePair>& pairs) noexcept {
     pairs.clear();
-    begin(a, b, distance, TwoBodies{});
+    begin_leaves(a, b, distance, TwoBodies{});
     constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
     with_test([&](const auto& near) { find_faces(a, b, near, TwoBodies{}, all, pairs); });
 }
 
-std::span<const LeafPair> AffineWalk::near_leaves(AffineBoxes& a, AffineBoxes& b, float distance) noexcept {
-    begin(a, b, distance, TwoBodies{});
+std::span<const LeafPair> AffineWalk::near_leaves(AffineBoxes& a, AffineBoxes& b, float distance,
+                                                  const BlockReach& reach) noexcept {
+    if (begin(a, b, distance))
+        find_leaves(a, b, Within(distance), TwoBodies{},
+                    [&](int block_a, int block_b) { return Within(reach(block_a, block_b)); });
     return leaves_;
 }
 
 void AffineWalk::begin_one_body(AffineBoxes& body, float distance) noexcept {
-    begin(body, body, distance, OneBody(body, nullptr));
+    begin_leaves(body, body, distance, OneBody(body, nullptr));
 }
 
 bool AffineWalk::next_near_faces(AffineBoxes& body, const FacePairSet* left_out, std::size_t enough,

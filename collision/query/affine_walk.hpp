@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -17,6 +18,10 @@ struct NodePair {
     auto operator<=>(const NodePair&) const = default;
 };
 using LeafPair = NodePair;
+
+/// How near leaves of a block of a and of one of b must come to count as near, metres, >= 0 and at most the
+/// distance of the walk. Must not throw.
+using BlockReach = std::function<float(int block_a, int block_b)>;
 
 /// Counters of a walk.
 struct AffineWalkCounters {
@@ -34,8 +39,9 @@ class AffineWalk {
     void near_faces(AffineBoxes& a, AffineBoxes& b, float distance, std::vector<FacePair>& pairs) noexcept;
 
     /// Pairs of leaves whose boxes are near, in no order; valid until the next walk. They hold the pairs of
-    /// near_faces().
-    std::span<const LeafPair> near_leaves(AffineBoxes& a, AffineBoxes& b, float distance) noexcept;
+    /// near_faces() of which the blocks are in reach.
+    std::span<const LeafPair> near_leaves(AffineBoxes& a, AffineBoxes& b, float distance,
+                                          const BlockReach& reach) noexcept;
 
     /// Begins a walk over one body with itself, down to the leaves; next_near_faces() goes on, and the pose
     /// must stay the same until it returns false.
@@ -53,13 +59,17 @@ class AffineWalk {
     void with_test(const F& f) const noexcept;
     template <class Near, class Taken>
     void find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken) noexcept;
-    template <class Near, class Taken>
-    void find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken) noexcept;
+    /// leaf_test(block_a, block_b): the test for leaves of these blocks.
+    template <class Near, class Taken, class LeafTest>
+    void find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken,
+                     const LeafTest& leaf_test) noexcept;
     template <class Near, class Taken>
     void find_faces(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken, std::size_t enough,
                     std::vector<FacePair>& pairs) noexcept;
+    /// Begins a walk. Returns whether the bodies may be near each other.
+    bool begin(const AffineBoxes& a, const AffineBoxes& b, float distance) noexcept;
     template <class Taken>
-    void begin(AffineBoxes& a, AffineBoxes& b, float distance, const Taken& taken) noexcept;
+    void begin_leaves(AffineBoxes& a, AffineBoxes& b, float distance, const Taken& taken) noexcept;
 
     float distance_ = 0;
     std::vector<std::uint16_t> near_a_, near_b_;  // a bit per cluster

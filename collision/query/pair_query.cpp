@@ -229,14 +229,19 @@ std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, fl
     return find_face_pairs(a, b, distance, [](std::vector<FacePair>&, const auto&, const auto&) {});
 }
 
-std::span<const LeafPair> PairQuery::box_leaves_within(PosedTree& a, PosedTree& b, float distance) noexcept {
+std::span<const LeafPair> PairQuery::box_leaves_within(PosedTree& a, PosedTree& b, float distance,
+                                                       const BlockReach& reach) noexcept {
     assert(distance >= 0 && std::isfinite(distance) && a.box_tree() && b.box_tree());
     choose_bounds(*a.state_, *b.state_, false);
     std::span<const LeafPair> found;
-    walk_wide(a, b,
-              [&](AffineBoxes& s, AffineBoxes& t) { found = affine_walk_.near_leaves(s, t, distance); });
+    walk_wide(a, b, [&](AffineBoxes& s, AffineBoxes& t) {
+        found = affine_walk_.near_leaves(s, t, distance, reach);
+    });
     leaf_pairs_.assign(found.begin(), found.end());
-    std::ranges::sort(leaf_pairs_);
+    counting_sort_.sort(
+        leaf_pairs_, b.box_tree()->leaves(), [](const LeafPair& pair) { return pair.b; }, ordered_);
+    counting_sort_.sort(
+        leaf_pairs_, a.box_tree()->leaves(), [](const LeafPair& pair) { return pair.a; }, ordered_);
     return leaf_pairs_;
 }
 

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "collision/base/counting_sort.hpp"
 #include "collision/query/affine_walk.hpp"
 #include "collision/tree/posed_tree.hpp"
 
@@ -45,9 +46,11 @@ class PairQuery {
     /// step: see PosedTree::begin_step().
     std::span<const FacePair> boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept;
 
-    /// Leaves of the bodies' box trees, see PosedTree::box_tree(), whose boxes come within `distance`,
-    /// sorted. All pairs of boxes_within() lie in these. Both bodies must have a box tree.
-    std::span<const LeafPair> box_leaves_within(PosedTree& a, PosedTree& b, float distance) noexcept;
+    /// Leaves of the bodies' box trees, see PosedTree::box_tree(), whose boxes come within the reach of their
+    /// blocks, which is `distance` at most; sorted. With that reach everywhere, all pairs of boxes_within()
+    /// lie in these. Both bodies must have a box tree.
+    std::span<const LeafPair> box_leaves_within(PosedTree& a, PosedTree& b, float distance,
+                                                const BlockReach& reach) noexcept;
 
     /// The broad phase alone: leaf pairs whose bounds come within `distance`, sorted.
     std::span<const LeafPair> leaf_pairs(PosedTree& a, PosedTree& b, float distance = 0) noexcept;
@@ -75,6 +78,8 @@ class PairQuery {
     QueryCounters counters_;
     AffineWalk affine_walk_;
     std::vector<LeafPair> leaf_pairs_;
+    std::vector<LeafPair> ordered_;  // scratch
+    CountingSort counting_sort_;
     std::vector<NodePair> stack_, next_;
     std::vector<FacePair> pairs_;  // during a query: positions in the trees' `faces`
 };

@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <ranges>
 
-#include "meshing/parallel/parallel_for.hpp"
 #include "sim/contact/edge_contact.hpp"
 #include "sim/contact/nearest_face.hpp"
 
 namespace nbd {
 namespace {
-
-/// Patches of the points whose vertices one task searches.
-constexpr int patches_per_task = 16;
 
 SurfacePoint face_point(int body, const ContactSurface& surface, int face, const Eigen::Vector3d& w) {
     const auto corners = surface.F().row(face);
@@ -36,14 +31,15 @@ std::vector<std::span<const PatchPair>> by_first(std::span<const PatchPair> pair
 }  // namespace
 
 void BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const PatchPair> pairs,
-                             const ContactReach& reach, double moved, std::vector<Contact>& contacts) {
+                             const ContactReach& reach, ContactDetail detail, double moved,
+                             std::vector<Contact>& contacts) {
     a.require(pairs, &PatchPair::a);
     b.require(pairs, &PatchPair::b);
     near_.clear();
     flipped_.clear();
     const float room = 8 * (a.tolerance() + b.tolerance());
     for (const PatchPair& pair : pairs) {
-        const PosedPatch &s = a[pair.a], &t = b[pair.b];
+        const PatchBounds &s = a.bounds(pair.a), &t = b.bounds(pair.b);
         const float most =
             static_cast<float>(reach.least() + std::min(reach.approach, double{relative_motion(s, t)})) +
             room;
@@ -51,10 +47,11 @@ void BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const P
         near_.push_back(pair);
         flipped_.push_back({pair.b, pair.a});
     }
-    std::ranges::sort(flipped_);
+    counting_sort_.sort(
+        flipped_, b.surface().patches().count(), [](const PatchPair& pair) { return pair.a; }, ordered_);
     find_vertices(body_a_, a, body_b_, b, near_, reach, moved, sides_a_, contacts);
     find_vertices(body_b_, b, body_a_, a, flipped_, reach, moved, sides_b_, contacts);
-    find_edge_contacts({body_a_, a}, {body_b_, b}, near_, reach, contacts);
+    find_edge_contacts({body_a_, a}, {body_b_, b}, near_, reach, detail, contacts);
 }
 
 /// pairs: sorted; pair.a is a patch of `points`.
@@ -63,34 +60,21 @@ void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int 
                                       const ContactReach& reach, double moved, Sides& sides,
                                       std::vector<Contact>& contacts) {
     const ContactSurface &own = points.surface(), &surface = others.surface();
+    const std::vector<std::span<const PatchPair>> groups = by_first(pairs);
+    std::vector<SoughtVertex> sought;
+    for (std::size_t g = 0; g < groups.size(); ++g)
+        for (const int vertex : own.patches().vertices[groups[g].front().a]) sought.push_back({vertex, g});
+    // Threads find the nearest faces; their normals, which positions around them are computed for, follow.
+    const std::vector<int> faces = nearest_faces(points, others, groups, reach, sought);
     struct Hit {
         int vertex;
         NearestFace nearest;
     };
-    // Threads find the nearest faces; their normals, which positions around them are computed for, follow.
-    const std::vector<std::span<const PatchPair>> groups = by_first(pairs);
-    struct Found {
-        int vertex, face;
-        std::size_t group;
-    };
-    const int tasks = (static_cast<int>(groups.size()) + patches_per_task - 1) / patches_per_task;
-    std::vector<std::vector<Found>> found(static_cast<std::size_t>(tasks));
-    parallel_for(
-        tasks,
-        [&](int task) {
-            NearestFaceSearch search(points, others, reach);
-            const auto first = static_cast<std::size_t>(task * patches_per_task);
-            for (std::size_t g = first; g < std::min(first + patches_per_task, groups.size()); ++g) {
-                search.begin_patch(groups[g]);
-                for (const int vertex : own.patches().vertices[groups[g].front().a])
-                    if (const int face = search.nearest(vertex); face >= 0)
-                        found[static_cast<std::size_t>(task)].push_back({vertex, face, g});
-            }
-        },
-        1);
     std::vector<Hit> hits;
-    for (const auto& [vertex, face, group] : found | std::views::join) {
-        NearestFace nearest = measure(surface, face, own.x(vertex), reach.most());
+    for (std::size_t i = 0; i < sought.size(); ++i) {
+        if (faces[i] < 0) continue;
+        const auto& [vertex, group] = sought[i];
+        NearestFace nearest = measure(surface, faces[i], own.x(vertex), reach.most());
         double inside = moved;
         if (nearest.distance < 0) {
             const auto known = std::ranges::lower_bound(sides, vertex, {}, &Side::vertex);

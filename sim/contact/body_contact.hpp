@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "collision/base/counting_sort.hpp"
 #include "sim/contact/contact.hpp"
 #include "sim/contact/contact_sides.hpp"
 #include "sim/patches/posed_patches.hpp"
@@ -25,9 +26,10 @@ class BodyContactFinder {
     /// The nearest face is that of the faces in reach, whose reach depends on their motion.
     /// a, b: posed with one origin near both bodies, for one step. pairs: sorted, without repeats, with all
     /// patches within reach.most(); more do no harm.
-    /// moved: maximum approach of the bodies since the last call, metres.
+    /// detail: of the edges; see find_edge_contacts(). moved: maximum approach of the bodies since the last
+    /// call, metres.
     void find(PosedPatches& a, PosedPatches& b, std::span<const PatchPair> pairs, const ContactReach& reach,
-              double moved, std::vector<Contact>& contacts);
+              ContactDetail detail, double moved, std::vector<Contact>& contacts);
 
     /// Depth of the deepest vertex behind the other surface in the last find(), metres, >= 0.
     double deepest() const noexcept;
@@ -52,7 +54,8 @@ class BodyContactFinder {
                        Sides& sides, std::vector<Contact>& contacts);
 
     int body_a_, body_b_;
-    std::vector<PatchPair> near_, flipped_;
+    std::vector<PatchPair> near_, flipped_, ordered_;  // ordered_: scratch
+    CountingSort counting_sort_;
     Sides sides_a_, sides_b_;
 };
 

@@ -34,6 +34,12 @@ struct ContactReach {
     double most() const noexcept { return least() + approach; }
 };
 
+/// Which features of surfaces are measured.
+enum class ContactDetail {
+    all,
+    enough,  // without edges that are short beside the contact distance; their vertices press for them
+};
+
 /// Settings of the contact response. The defaults suit soft solids of any size.
 struct ContactConfig {
     double stiffness_scale = 1;  // stiffness of a layer of `thickness`, relative to the body

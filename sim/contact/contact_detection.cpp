@@ -49,6 +49,22 @@ double tree_error(const ContactParty& body) {
     return share * body.state.x.cwiseAbs().maxCoeff();
 }
 
+/// The velocities of blocks of a body, found where they are first asked for.
+const ContactSurface::Ball& block_velocity(const ContactParty& body, int block,
+                                           std::vector<ContactSurface::Ball>& balls) {
+    ContactSurface::Ball& ball = balls[static_cast<std::size_t>(block)];
+    if (ball.radius < 0) ball = body.surface.block_ball(block, body.state.v);
+    return ball;
+}
+
+/// Largest relative speed of vertices with velocities in two balls, rounding of these to single precision
+/// included.
+double fastest_approach(const ContactSurface::Ball& a, const ContactSurface::Ball& b) {
+    constexpr double rounding = 1e-6;
+    return (a.centre - b.centre).norm() + a.radius + b.radius +
+           rounding * (a.centre.norm() + a.radius + b.centre.norm() + b.radius);
+}
+
 Box grown(const Box& box, double by) {
     const Eigen::Array4f step(static_cast<float>(by), static_cast<float>(by), static_cast<float>(by), 0);
     return {box.lo - step, box.hi + step};
@@ -109,13 +125,26 @@ void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
     }
 }
 
-/// Pairs of patches that hold all pairs of faces that are within `distance`, sorted.
+/// Pairs of patches that hold all pairs of faces in reach of each other, sorted. dt: seconds for which they
+/// move.
 std::span<const PatchPair> ContactDetection::near_patches(const ContactParty& a, const ContactParty& b,
-                                                          float distance, DetectionReport& report) {
+                                                          const ContactReach& reach, double dt,
+                                                          DetectionReport& report) {
     const Stopwatch watch;
+    // The finder measures with the surfaces' own positions, so that contacts do not depend on the trees.
+    const double error = std::sqrt(3.0) * (tree_error(a) + tree_error(b));
+    const auto distance = static_cast<float>(reach.most() + error);
     std::span<const PatchPair> pairs;
     if (a.surface.has_patches_of(a.tree->box_tree()) && b.surface.has_patches_of(b.tree->box_tree())) {
-        pairs = query_.box_leaves_within(*a.tree, *b.tree, distance);
+        const ContactSurface::Ball unknown{Eigen::Vector3d::Zero(), -1};
+        block_velocities_a_.assign(static_cast<std::size_t>(a.surface.block_count()), unknown);
+        block_velocities_b_.assign(static_cast<std::size_t>(b.surface.block_count()), unknown);
+        const auto reach_of = [&](int block_a, int block_b) {
+            const double approach = dt * fastest_approach(block_velocity(a, block_a, block_velocities_a_),
+                                                          block_velocity(b, block_b, block_velocities_b_));
+            return std::min(distance, static_cast<float>(reach.least() + approach + error));
+        };
+        pairs = query_.box_leaves_within(*a.tree, *b.tree, distance, reach_of);
     } else {
         const auto patch = [](const ContactParty& body, int face) {
             return body.surface.patches().of_face[static_cast<std::size_t>(face)];
@@ -161,17 +190,17 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     const double overlap =
         std::min(finder.deepest(), 0.25 * std::min(a.surface.rest_diagonal(), b.surface.rest_diagonal()));
     const ContactReach reach{.apart = thickness, .inside = std::max(thickness, overlap), .approach = near};
-    // The finder measures with the surfaces' own positions, so that contacts do not depend on the trees.
-    const auto pairs = near_patches(
-        a, b, static_cast<float>(reach.most() + std::sqrt(3.0) * (tree_error(a) + tree_error(b))), report);
-    const Eigen::Vector3d origin = ((region.lo + region.hi) / 2).head<3>().matrix().cast<double>();
     // Damping makes a contact press that much earlier than it is within the thickness.
-    posed_a_.begin(a.surface, origin, a.state.v, dt + config.damping);
-    posed_b_.begin(b.surface, origin, b.state.v, dt + config.damping);
+    const double moving = dt + config.damping;
+    const auto pairs = near_patches(a, b, reach, moving, report);
+    const Eigen::Vector3d origin = ((region.lo + region.hi) / 2).head<3>().matrix().cast<double>();
+    posed_a_.begin(a.surface, origin, a.state.v, moving);
+    posed_b_.begin(b.surface, origin, b.state.v, moving);
     const std::size_t first = contacts_.size();
     // Backward Euler: the current velocities apply to the whole previous step.
     const double moved = dt_before > 0 ? dt_before * speed : std::numeric_limits<double>::infinity();
-    finder.find(posed_a_, posed_b_, pairs, reach, moved, contacts_);
+    finder.find(posed_a_, posed_b_, pairs, reach,
+                config.per_group > 0 ? ContactDetail::enough : ContactDetail::all, moved, contacts_);
     for (std::size_t c = first; c < contacts_.size(); ++c) deepest_ = std::max(deepest_, -contacts_[c].gap);
     if (config.per_group > 0)
         reduction_.reduce(contacts_, first, pair.a, a.surface, b.surface, thickness, config.per_group);

@@ -57,14 +57,15 @@ class ContactDetection {
  private:
     void find_obstacles(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
                         const ContactConfig& config, double thickness, double time, double dt);
-    std::span<const PatchPair> near_patches(const ContactParty& a, const ContactParty& b, float distance,
-                                            DetectionReport& report);
+    std::span<const PatchPair> near_patches(const ContactParty& a, const ContactParty& b,
+                                            const ContactReach& reach, double dt, DetectionReport& report);
     void find_bodies(BodyIndices pair, std::span<const ContactParty> bodies, const ContactConfig& config,
                      double thickness, double dt_before, double dt, DetectionReport& report);
 
     std::map<BodyIndices, BodyContactFinder> finders_;  // pairs whose boxes touched in the last find()
     Sweep sweep_;
     PairQuery query_;
+    std::vector<ContactSurface::Ball> block_velocities_a_, block_velocities_b_;
     PosedPatches posed_a_, posed_b_;
     std::vector<PatchPair> patch_pairs_;
     ContactReduction reduction_;

@@ -19,6 +19,11 @@ constexpr double parallel = 1e-3;
 /// above this.
 constexpr double clear = 1e-3;
 
+/// Edges that are shorter than this share of the contact distance make no contacts of their own where enough
+/// is asked for. Where two of them cross, the nearest vertex is at most half their length farther from the
+/// other surface, so that its contact presses long before they touch.
+constexpr double short_share = 0.5;
+
 struct Segment {
     Eigen::Vector3d p, q;
 };
@@ -104,7 +109,7 @@ void find_contact(const BodyPatches& a, int edge_a, const BodyPatches& b, int ed
 
 /// An edge in single precision: from p, along d.
 struct FloatEdge {
-    FloatEdge(const PosedPatch::Edges& pack, std::size_t lane)
+    FloatEdge(const PosedEdges& pack, std::size_t lane)
         : squared(pack.squared[lane]), inverse_length(pack.inverse_length[lane]) {
         for (std::size_t i = 0; i < 3; ++i) p[i] = pack.p[i][lane], d[i] = pack.d[i][lane];
     }
@@ -114,7 +119,7 @@ struct FloatEdge {
 
 /// Whether points of the box may be in reach of the edge and between the planes across its ends, where points
 /// are that are closest to its interior.
-bool may_face(const FloatEdge& edge, const PosedPatch& box, float reach, float tolerance) noexcept {
+bool may_face(const FloatEdge& edge, const PatchBounds& box, float reach, float tolerance) noexcept {
     float squared = 0, middle = 0, spread = 0;
     for (std::size_t i = 0; i < 3; ++i) {
         const float q = edge.p[i] + edge.d[i], low = std::min(edge.p[i], q), high = std::max(edge.p[i], q);
@@ -131,7 +136,7 @@ using LaneFlags = std::array<std::int32_t, ContactPatches::width>;
 /// Flags the edges of the pack whose closest points with `edge` may be interior to both and within reach.
 /// Rounding errors of positions grow as the edges become parallel: `slack` bounds what they do to the places
 /// of these points along the edges, as shares of their lengths. Returns whether any is flagged.
-bool flag_facing(const FloatEdge& edge, const PosedPatch::Edges& pack, float reach, float tolerance,
+bool flag_facing(const FloatEdge& edge, const PosedEdges& pack, float reach, float tolerance,
                  LaneFlags& flags) noexcept {
     constexpr float least_sine_squared = 2e-7f;  // below it edges are parallel, in spite of rounding
     const float ux = edge.d[0], uy = edge.d[1], uz = edge.d[2], length = std::sqrt(edge.squared);
@@ -160,30 +165,42 @@ bool flag_facing(const FloatEdge& edge, const PosedPatch::Edges& pack, float rea
 }  // namespace
 
 void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<const PatchPair> pairs,
-                        const ContactReach& reach, std::vector<Contact>& contacts) {
+                        const ContactReach& reach, ContactDetail detail, std::vector<Contact>& contacts) {
     constexpr std::size_t width = ContactPatches::width;
     const float tolerance = a.patches.tolerance() + b.patches.tolerance(), room = 8 * tolerance;
+    const auto reach_of = [&](const PatchPair& pair) {
+        const PatchBounds &s = a.patches.bounds(pair.a), &t = b.patches.bounds(pair.b);
+        const double longest = std::max(s.longest_edge, t.longest_edge) + room;
+        if (detail == ContactDetail::enough && longest <= short_share * reach.apart) return -1.f;
+        return static_cast<float>(edge_reach(reach, longest).least() +
+                                  std::min(reach.approach, double{relative_motion(s, t)})) +
+               room;
+    };
+    std::vector<PatchPair> near;
+    for (const PatchPair& pair : pairs)
+        if (const float most = reach_of(pair);
+            most >= 0 && squared_distance(a.patches.bounds(pair.a), b.patches.bounds(pair.b)) <= most * most)
+            near.push_back(pair);
+    a.patches.require_edges(near, &PatchPair::a);
+    b.patches.require_edges(near, &PatchPair::b);
     const ContactPatches &in_a = a.patches.surface().patches(), &in_b = b.patches.surface().patches();
     struct EdgePair {
         int a, b;
         auto operator<=>(const EdgePair&) const = default;
     };
     constexpr int pairs_per_task = 256;
-    const int tasks = (static_cast<int>(pairs.size()) + pairs_per_task - 1) / pairs_per_task;
+    const int tasks = (static_cast<int>(near.size()) + pairs_per_task - 1) / pairs_per_task;
     std::vector<std::vector<EdgePair>> found(static_cast<std::size_t>(tasks));
     const auto search = [&](const PatchPair& pair, std::vector<EdgePair>& facing) {
         LaneFlags flags;
-        const PosedPatch &s = a.patches[pair.a], &t = b.patches[pair.b];
-        const double longest = std::max(s.longest_edge, t.longest_edge) + room;
-        const float most = static_cast<float>(edge_reach(reach, longest).least() +
-                                              std::min(reach.approach, double{relative_motion(s, t)})) +
-                           room;
+        const float most = reach_of(pair);
+        const PosedEdges *packs_a = a.patches.edges(pair.a), *packs_b = b.patches.edges(pair.b);
         const auto edges_a = in_a.edges[pair.a], edges_b = in_b.edges[pair.b];
         for (std::size_t i = 0; i < edges_a.size(); ++i) {
-            const FloatEdge edge(s.edges[i / width], i % width);
-            if (!may_face(edge, t, most, tolerance)) continue;
+            const FloatEdge edge(packs_a[i / width], i % width);
+            if (!may_face(edge, b.patches.bounds(pair.b), most, tolerance)) continue;
             for (std::size_t first = 0; first < edges_b.size(); first += width) {
-                if (!flag_facing(edge, t.edges[first / width], most, tolerance, flags)) continue;
+                if (!flag_facing(edge, packs_b[first / width], most, tolerance, flags)) continue;
                 const std::size_t count = std::min(width, edges_b.size() - first);
                 for (std::size_t k = 0; k < count; ++k)
                     if (flags[k]) facing.push_back({edges_a[i], edges_b[first + k]});
@@ -194,8 +211,8 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
         tasks,
         [&](int task) {
             const auto first = static_cast<std::size_t>(task * pairs_per_task);
-            for (std::size_t k = first; k < std::min(first + pairs_per_task, pairs.size()); ++k)
-                search(pairs[k], found[static_cast<std::size_t>(task)]);
+            for (std::size_t k = first; k < std::min(first + pairs_per_task, near.size()); ++k)
+                search(near[k], found[static_cast<std::size_t>(task)]);
         },
         1);
     std::vector<EdgePair> facing;

@@ -11,7 +11,7 @@ namespace nbd {
 /// A body number and the posed patches of its surface.
 struct BodyPatches {
     int body = 0;
-    const PosedPatches& patches;
+    PosedPatches& patches;
 };
 
 /// Appends contacts of edge pairs whose closest points are interior to both edges. Either they are apart,
@@ -19,8 +19,9 @@ struct BodyPatches {
 /// face of the other body. Each contact is appended once, by ascending edges; stiffness and friction stay
 /// zero.
 /// pairs: patches that were required, without repeats: all that own edges within reach of each other; more do
-/// no harm.
+/// no harm. detail: with `enough`, patches whose edges are short beside the contact distance are left to
+/// their vertices.
 void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<const PatchPair> pairs,
-                        const ContactReach& reach, std::vector<Contact>& contacts);
+                        const ContactReach& reach, ContactDetail detail, std::vector<Contact>& contacts);
 
 }  // namespace nbd

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "collision/geometry/closest_points.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
 namespace {
@@ -63,6 +64,32 @@ NearestFace nearest_on_side(const PosedPatches& points, int vertex, const PosedP
     return nearest;
 }
 
+void NearestFaceSearch::begin_patch(std::span<const PatchPair> pairs) {
+    const PatchBounds& own = points_.bounds(pairs.front().a);
+    const auto least = static_cast<float>(reach_.least()), approach = static_cast<float>(reach_.approach);
+    std::array<float, 3> middle;
+    float squared_radius = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        middle[i] = (own.lo[i] + own.hi[i]) / 2;
+        squared_radius += (own.hi[i] - own.lo[i]) * (own.hi[i] - own.lo[i]) / 4;
+    }
+    const float radius = std::sqrt(squared_radius);
+    of_all_.clear();
+    float most = std::numeric_limits<float>::infinity();
+    for (const PatchPair& pair : pairs) {
+        const PosedPatch& posed = others_[pair.b];
+        const float reach = least + std::min(approach, relative_motion(own, others_.bounds(pair.b))) + slack_;
+        const float distance = posed.distance_to_centres(middle);
+        if (distance - posed.radius - radius > reach) continue;
+        of_all_.push_back({distance - posed.radius - radius, reach, pair.b});
+        // A face that is certainly in reach of all rules out those that are certainly farther from all.
+        const float upper = distance + radius + slack_;
+        if (upper <= least) most = std::min(most, upper);
+    }
+    std::erase_if(of_all_, [&](const NearPatch& patch) { return patch.distance > most + slack_; });
+    std::ranges::sort(of_all_, {}, &NearPatch::distance);
+}
+
 int NearestFaceSearch::nearest(int vertex) {
     const std::array<float, 3> q = points_.position(vertex);
     const Eigen::Vector3f& motion = points_.motion(vertex);
@@ -70,16 +97,17 @@ int NearestFaceSearch::nearest(int vertex) {
     near_.clear();
     candidates_.clear();
     most_ = std::numeric_limits<float>::infinity();
-    for (const PatchPair& pair : pairs_) {
-        const PosedPatch& posed = others_[pair.b];
-        const float reach = least + std::min(approach, relative_motion(motion, posed)) + slack_;
-        if (posed.squared_distance_to_box(q) > reach * reach) continue;
+    for (const NearPatch& patch : of_all_) {
+        if (patch.distance > most_ + slack_) break;
+        const PatchBounds& bounds = others_.bounds(patch.patch);
+        const float reach = least + std::min(approach, relative_motion(motion, bounds)) + slack_,
+                    farthest = std::min(reach, most_ + slack_);
+        if (bounds.squared_distance_to_box(q) > farthest * farthest) continue;
+        const PosedPatch& posed = others_[patch.patch];
         const float distance = posed.distance_to_centres(q);
-        if (distance - posed.radius > reach) continue;
-        near_.push_back({distance - posed.radius, reach, pair.b});
-        // A face that is certainly in reach ends the search for those that are certainly farther away.
-        const float most = distance + posed.radius + slack_;
-        if (most <= least) most_ = std::min(most_, most);
+        if (distance - posed.radius > farthest) continue;
+        near_.push_back({distance - posed.radius, reach, patch.patch});
+        if (distance + slack_ <= least) most_ = std::min(most_, distance + slack_);
     }
     for (const NearPatch& patch : near_)
         if (patch.distance <= most_ + slack_) visit(patch, vertex, q);
@@ -125,6 +153,26 @@ int NearestFaceSearch::nearest_candidate(int vertex) {
         }
     }
     return nearest;
+}
+
+std::vector<int> nearest_faces(const PosedPatches& points, const PosedPatches& others,
+                               std::span<const std::span<const PatchPair>> groups, const ContactReach& reach,
+                               std::span<const SoughtVertex> sought) {
+    constexpr std::size_t vertices_per_task = 128;
+    std::vector<int> faces(sought.size());
+    parallel_for(
+        static_cast<int>((sought.size() + vertices_per_task - 1) / vertices_per_task),
+        [&](int task) {
+            NearestFaceSearch search(points, others, reach);
+            const std::size_t first = static_cast<std::size_t>(task) * vertices_per_task;
+            for (std::size_t i = first; i < std::min(first + vertices_per_task, sought.size()); ++i) {
+                const auto& [vertex, group] = sought[i];
+                if (i == first || group != sought[i - 1].group) search.begin_patch(groups[group]);
+                faces[i] = search.nearest(vertex);
+            }
+        },
+        1);
+    return faces;
 }
 
 }  // namespace nbd

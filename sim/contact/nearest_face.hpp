@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <limits>
 #include <span>
 #include <vector>
@@ -45,13 +46,14 @@ class NearestFaceSearch {
 
     /// Begins the search for the vertices of a patch. pairs: this patch, and those of the faces; at least
     /// one.
-    void begin_patch(std::span<const PatchPair> pairs) { pairs_ = pairs; }
+    void begin_patch(std::span<const PatchPair> pairs);
 
     /// The nearest face of a vertex, -1 if none is in reach; of several as near, the first.
     int nearest(int vertex);
 
  private:
-    /// A patch that may have the nearest face: how near it is at least, and the maximum reach of its faces.
+    /// A patch that may have the nearest face of a vertex: how near it is at least, and the maximum reach of
+    /// its faces.
     struct NearPatch {
         float distance, reach;
         int patch;
@@ -69,11 +71,23 @@ class NearestFaceSearch {
 
     const PosedPatches &points_, &others_;
     const ContactReach& reach_;
-    std::span<const PatchPair> pairs_;
-    float slack_, most_ = 0;  // most_: the nearest face in reach is no farther
-    std::vector<NearPatch> near_;
+    float slack_, most_ = 0;         // most_: the nearest face in reach is no farther
+    std::vector<NearPatch> of_all_;  // for all vertices of the patch, the nearest first
+    std::vector<NearPatch> near_;    // for one
     PatchLanes squared_;
     std::vector<Candidate> candidates_;
 };
+
+/// A vertex whose nearest face is sought, and the place of its patch's pairs in a list.
+struct SoughtVertex {
+    int vertex;
+    std::size_t group;
+};
+
+/// The nearest face of each vertex, see NearestFaceSearch::nearest(), on the threads of the caller's TBB
+/// arena. groups: for each patch its pairs with patches of `others`. sought: by ascending group.
+std::vector<int> nearest_faces(const PosedPatches& points, const PosedPatches& others,
+                               std::span<const std::span<const PatchPair>> groups, const ContactReach& reach,
+                               std::span<const SoughtVertex> sought);
 
 }  // namespace nbd

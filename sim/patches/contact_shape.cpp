@@ -55,6 +55,16 @@ ContactShape::ContactShape(Embedding weights, Faces faces, NodesRef X, const Wid
         sort_out_repeats(patch_nodes.items, from);
         patch_nodes.end_list();
     }
+    constexpr int width = ContactPatches::width;
+    for (int first = 0; first < patches.count(); first += width) {
+        const auto from = static_cast<std::ptrdiff_t>(block_nodes.items.size());
+        for (int patch = first; patch < std::min(first + width, patches.count()); ++patch) {
+            const auto nodes = patch_nodes[patch];
+            block_nodes.items.insert(block_nodes.items.end(), nodes.begin(), nodes.end());
+        }
+        sort_out_repeats(block_nodes.items, from);
+        block_nodes.end_list();
+    }
     std::vector<bool> carries(static_cast<std::size_t>(W.cols()), false);
     for (const int node : std::span(W.innerIndexPtr(), static_cast<std::size_t>(W.nonZeros())))
         carries[static_cast<std::size_t>(node)] = true;

@@ -26,6 +26,7 @@ struct ContactShape {
     const WideTree* tree;  // whose leaves are the patches, or null
     ContactPatches patches;
     IndexLists patch_nodes;      // that carry the vertices of each patch's faces
+    IndexLists block_nodes;      // likewise of each block of the tree: of width patches
     std::vector<int> carriers;   // nodes that carry any vertex, ascending
     double overhang = 0;         // largest sum of the negative weights of a vertex, >= 0
     Eigen::VectorXd rest_areas;  // [n] m2

@@ -96,9 +96,10 @@ ContactSurface::Ball ContactSurface::ball_around(const Eigen::AlignedBox3d& node
     return {nodes.center(), (1 + 2 * shape_->overhang) * nodes.diagonal().norm() / 2};
 }
 
-ContactSurface::Ball ContactSurface::patch_ball(int patch) const noexcept {
+ContactSurface::Ball ContactSurface::ball_of(std::span<const int> nodes,
+                                             const Nodes& of_nodes) const noexcept {
     Eigen::AlignedBox3d box;
-    for (const int node : shape_->patch_nodes[patch]) box.extend(nodes_.row(node).transpose());
+    for (const int node : nodes) box.extend(of_nodes.row(node).transpose());
     return ball_around(box);
 }
 

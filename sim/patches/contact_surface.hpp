@@ -58,8 +58,15 @@ class ContactSurface {
         double radius;
     };
     /// A ball that holds the positions of the vertices of the patch's faces: of the nodes that carry them.
-    Ball patch_ball(int patch) const noexcept;
+    Ball patch_ball(int patch) const noexcept { return ball_of(shape_->patch_nodes[patch], nodes_); }
+    /// A ball that holds the means of vectors that the nodes have, [N, 3], see mean_at(), at all vertices of
+    /// a block.
+    Ball block_ball(int block, const Nodes& of_nodes) const noexcept {
+        return ball_of(shape_->block_nodes[block], of_nodes);
+    }
     Ball ball() const noexcept;  // of the positions of the whole surface
+    /// Blocks of sixteen patches: of the tree whose leaves the patches are.
+    int block_count() const noexcept { return static_cast<int>(shape_->block_nodes.begin.size()) - 1; }
     /// The weighted mean of vectors that the nodes have, [N, 3], at a vertex.
     Eigen::Vector3d mean_at(int vertex, const Nodes& of_nodes) const noexcept;
 
@@ -70,6 +77,7 @@ class ContactSurface {
     void compute(int vertex) const noexcept;
     void compute_faces_at(int vertex) const noexcept;
     void compute_face(int face) const noexcept;
+    Ball ball_of(std::span<const int> nodes, const Nodes& of_nodes) const noexcept;
     Ball ball_around(const Eigen::AlignedBox3d& nodes) const noexcept;
 
     std::shared_ptr<const ContactShape> shape_;

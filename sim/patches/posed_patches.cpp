@@ -11,6 +11,8 @@ namespace nbd {
 namespace {
 
 constexpr float far_away = 1e15f;
+constexpr std::array<float, 3> nowhere{far_away, far_away, far_away};
+constexpr int patches_per_task = 64;
 /// Twice the area over the product of the sides, squared, below which a face is a sliver.
 constexpr float thin = 1e-4f;
 
@@ -69,7 +71,7 @@ float PosedPatch::squared_distances(const std::array<float, 3>& p, PatchLanes& s
     return smallest;
 }
 
-float PosedPatch::squared_distance_to_box(const std::array<float, 3>& p) const noexcept {
+float PatchBounds::squared_distance_to_box(const std::array<float, 3>& p) const noexcept {
     float sum = 0;
     for (std::size_t i = 0; i < 3; ++i) {
         const float gap = std::max({lo[i] - p[i], p[i] - hi[i], 0.f});
@@ -78,15 +80,15 @@ float PosedPatch::squared_distance_to_box(const std::array<float, 3>& p) const n
     return sum;
 }
 
-float relative_motion(const PosedPatch& s, const PosedPatch& t) noexcept {
+float relative_motion(const PatchBounds& s, const PatchBounds& t) noexcept {
     return s.motion_radius + relative_motion(s.motion_centre, t);
 }
 
-float relative_motion(const Eigen::Vector3f& motion, const PosedPatch& t) noexcept {
+float relative_motion(const Eigen::Vector3f& motion, const PatchBounds& t) noexcept {
     return (motion - t.motion_centre).norm() + t.motion_radius;
 }
 
-float squared_distance(const PosedPatch& s, const PosedPatch& t) noexcept {
+float squared_distance(const PatchBounds& s, const PatchBounds& t) noexcept {
     float sum = 0;
     for (std::size_t i = 0; i < 3; ++i) {
         const float gap = std::max({s.lo[i] - t.hi[i], t.lo[i] - s.hi[i], 0.f});
@@ -103,6 +105,7 @@ void PosedPatches::begin(const ContactSurface& surface, const Eigen::Vector3d& o
     }
     for (const int patch : required_) at_[static_cast<std::size_t>(patch)] = -1;
     required_.clear();
+    edges_at_.clear();
     surface_ = &surface;
     origin_ = origin;
     const auto vertices = static_cast<std::size_t>(surface.vertex_count());
@@ -114,6 +117,7 @@ void PosedPatches::begin(const ContactSurface& surface, const Eigen::Vector3d& o
     v_ = &v;
     dt_ = dt;
     tolerance_ = 0;
+    edge_packs_ = 0;
 }
 
 std::array<float, 3> PosedPatches::position(int vertex) const noexcept {
@@ -146,42 +150,65 @@ void PosedPatches::require(std::span<const PatchPair> pairs, int PatchPair::*sid
         const int vertex = new_vertices_[static_cast<std::size_t>(i)];
         motions_[static_cast<std::size_t>(vertex)] = (dt_ * surface_->mean_at(vertex, *v_)).cast<float>();
     });
-    if (posed_.size() < required_.size()) posed_.resize(std::max<std::size_t>(64, 2 * required_.size()));
-    constexpr int patches_per_task = 64;
+    if (posed_.size() < required_.size()) {
+        posed_.resize(std::max<std::size_t>(64, 2 * required_.size()));
+        bounds_.resize(posed_.size());
+    }
+    edges_at_.resize(required_.size(), -1);
     parallel_for(
         static_cast<int>(required_.size() - first),
         [&](int i) {
             const std::size_t k = first + static_cast<std::size_t>(i);
-            pose(required_[k], posed_[k]);
+            pose(required_[k], bounds_[k], posed_[k]);
         },
         patches_per_task);
     for (std::size_t k = first; k < required_.size(); ++k)
         for (std::size_t i = 0; i < 3; ++i)
             tolerance_ = std::max(
-                {tolerance_, 0x1p-22f * std::abs(posed_[k].lo[i]), 0x1p-22f * std::abs(posed_[k].hi[i])});
+                {tolerance_, 0x1p-22f * std::abs(bounds_[k].lo[i]), 0x1p-22f * std::abs(bounds_[k].hi[i])});
 }
 
-void PosedPatches::pose(int patch, PosedPatch& posed) const {
+void PosedPatches::require_edges(std::span<const PatchPair> pairs, int PatchPair::*side) {
+    new_edges_.clear();
+    for (const PatchPair& pair : pairs) {
+        const int patch = pair.*side;
+        std::ptrdiff_t& at = edges_at_[place(patch)];
+        if (at >= 0) continue;
+        at = static_cast<std::ptrdiff_t>(edge_packs_);
+        edge_packs_ +=
+            (surface_->patches().edges[patch].size() + ContactPatches::width - 1) / ContactPatches::width;
+        new_edges_.push_back(patch);
+    }
+    if (posed_edges_.size() < edge_packs_) posed_edges_.resize(2 * edge_packs_);
+    parallel_for(
+        static_cast<int>(new_edges_.size()),
+        [&](int i) {
+            const int patch = new_edges_[static_cast<std::size_t>(i)];
+            pose_edges(patch, posed_edges_.data() + edges_at_[place(patch)]);
+        },
+        patches_per_task);
+}
+
+void PosedPatches::pose(int patch, PatchBounds& bounds, PosedPatch& posed) const {
     const Faces& F = surface_->F();
-    const auto faces = surface_->patches().faces[patch], edges = surface_->patches().edges[patch];
-    const std::array<float, 3> nowhere{far_away, far_away, far_away};
+    const auto faces = surface_->patches().faces[patch];
     Eigen::AlignedBox3f motions;
     for (const int face : faces)
         for (const int corner : F.row(face)) motions.extend(motion(corner));
-    posed.motion_centre = motions.center();
-    posed.motion_radius = motions.diagonal().norm() / 2;
-    posed.lo.fill(std::numeric_limits<float>::infinity());
-    posed.hi.fill(-std::numeric_limits<float>::infinity());
+    bounds.motion_centre = motions.center();
+    bounds.motion_radius = motions.diagonal().norm() / 2;
+    bounds.lo.fill(std::numeric_limits<float>::infinity());
+    bounds.hi.fill(-std::numeric_limits<float>::infinity());
     posed.slivers = 0;
-    float squared_radius = 0;
+    float squared_radius = 0, longest_side = 0;  // squared
     for (std::size_t k = 0; k < ContactPatches::width; ++k) {
         std::array<std::array<float, 3>, 3> x{nowhere, nowhere, nowhere};
         if (k < faces.size())
             for (std::size_t c = 0; c < 3; ++c) {
                 x[c] = position(F(faces[k], static_cast<Eigen::Index>(c)));
                 for (std::size_t i = 0; i < 3; ++i) {
-                    posed.lo[i] = std::min(posed.lo[i], x[c][i]);
-                    posed.hi[i] = std::max(posed.hi[i], x[c][i]);
+                    bounds.lo[i] = std::min(bounds.lo[i], x[c][i]);
+                    bounds.hi[i] = std::max(bounds.hi[i], x[c][i]);
                 }
             }
         float squared_1 = 0, squared_2 = 0, product = 0;
@@ -204,6 +231,7 @@ void PosedPatches::pose(int patch, PosedPatch& posed) const {
         const float squared_3 = squared_1 + squared_2 - 2 * product,
                     area = squared_1 * squared_2 - product * product,
                     longest = std::max({squared_1, squared_2, squared_3});
+        if (k < faces.size()) longest_side = std::max(longest_side, longest);
         if (k < faces.size() && !(area > thin * longest * longest)) posed.slivers |= 1u << k;
         posed.squared_1[k] = squared_1;
         posed.squared_2[k] = squared_2;
@@ -214,12 +242,15 @@ void PosedPatches::pose(int patch, PosedPatch& posed) const {
         posed.inverse[k] = inverse_of(area);
     }
     posed.radius = std::sqrt(squared_radius);
-    const auto& ends = surface_->topology().edges;
+    bounds.longest_edge = std::sqrt(longest_side);
+}
+
+void PosedPatches::pose_edges(int patch, PosedEdges* packs) const {
     constexpr std::size_t width = ContactPatches::width;
-    float longest = 0;  // squared
-    posed.edge_packs = (edges.size() + width - 1) / width;
-    for (std::size_t k = 0; k < posed.edge_packs * width; ++k) {
-        PosedPatch::Edges& pack = posed.edges[k / width];
+    const auto& ends = surface_->topology().edges;
+    const auto edges = surface_->patches().edges[patch];
+    for (std::size_t k = 0; k < (edges.size() + width - 1) / width * width; ++k) {
+        PosedEdges& pack = packs[k / width];
         const bool used = k < edges.size();
         const std::array<float, 3> p = used ? position(ends(edges[k], 0)) : nowhere,
                                    q = used ? position(ends(edges[k], 1)) : nowhere;
@@ -229,11 +260,9 @@ void PosedPatches::pose(int patch, PosedPatch& posed) const {
             pack.d[i][k % width] = q[i] - p[i];
             squared += (q[i] - p[i]) * (q[i] - p[i]);
         }
-        longest = std::max(longest, squared);
         pack.squared[k % width] = squared;
         pack.inverse_length[k % width] = std::sqrt(inverse_of(squared));
     }
-    posed.longest_edge = std::sqrt(longest);
 }
 
 }  // namespace nbd

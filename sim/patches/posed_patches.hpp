@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -20,50 +21,52 @@ struct alignas(64) PatchLanes {
 };
 using PatchLanes3 = std::array<PatchLanes, 3>;
 
-/// The faces and edges of a patch in a pose, in single precision, relative to an origin that is near. Unused
-/// lanes are far from everything.
-struct PosedPatch {
-    /// Sixteen of the edges that the patch owns: from p, along d.
-    struct Edges {
-        PatchLanes3 p, d;
-        PatchLanes squared, inverse_length;  // of the lengths; 0 for edges without length
-    };
-
-    std::array<float, 3> lo, hi;                          // box of the faces, and so of the edges
-    PatchLanes3 centre;                                   // of a sphere around each face
-    float radius;                                         // of the largest of these spheres
-    PatchLanes3 corner, side_1, side_2;                   // a corner of each face, and its sides from there
-    PatchLanes squared_1, squared_2, product;             // of the sides
-    PatchLanes inverse_1, inverse_2, inverse_3, inverse;  // 1 / squares of the sides, and of twice the area
-    unsigned slivers;            // bit k: face k is too thin to measure in single precision
-    std::array<Edges, 3> edges;  // only the packs that are in use are set
-    std::size_t edge_packs;
-    float longest_edge;  // length, metres
+/// Where a patch is in a pose, in single precision, relative to an origin that is near, and how it moves.
+struct PatchBounds {
+    std::array<float, 3> lo, hi;  // box of the faces, and so of the edges
+    float longest_edge;           // length of the longest side of a face, metres
     Eigen::Vector3f
         motion_centre;  // of a ball that holds the displacements of its vertices in the step, metres
     float motion_radius;
 
-    /// Distance from p to the nearest of the faces' centres, metres. The nearest face is at most `radius`
-    /// nearer or farther.
+    /// Squared distance from p to the box.
+    float squared_distance_to_box(const std::array<float, 3>& p) const noexcept;
+};
+
+/// The faces of a patch, in the pose and with the origin of its bounds. Unused lanes are far from everything.
+struct PosedPatch {
+    PatchLanes3 centre;                        // centroid of each face
+    float radius;                              // of the largest sphere of these that holds its face
+    PatchLanes3 corner, side_1, side_2;        // a corner of each face, and its sides from there
+    PatchLanes squared_1, squared_2, product;  // of the sides
+    PatchLanes inverse_1, inverse_2, inverse_3, inverse;  // 1 / squares of the sides, and of twice the area
+    unsigned slivers;  // bit k: face k is too thin to measure in single precision
+
+    /// Distance from p to the nearest of the faces' centroids, metres: no less than to the nearest face, and
+    /// at most `radius` more.
     float distance_to_centres(const std::array<float, 3>& p) const noexcept;
 
     /// Squared distances from p to the faces, metres2, and the least of them. Off by less than 8 tolerances
     /// as distances, but for slivers, for which they are an upper bound.
     float squared_distances(const std::array<float, 3>& p, PatchLanes& squared) const noexcept;
-    /// Squared distance from p to the box.
-    float squared_distance_to_box(const std::array<float, 3>& p) const noexcept;
+};
+
+/// Sixteen of the edges that a patch owns: from p, along d. As for faces.
+struct PosedEdges {
+    PatchLanes3 p, d;
+    PatchLanes squared, inverse_length;  // of the lengths; 0 for edges without length
 };
 
 /// Two patches, one of each surface.
 using PatchPair = LeafPair;
 
 /// Maximum distance that a point of one patch may move relative to a point of the other, metres.
-float relative_motion(const PosedPatch& s, const PosedPatch& t) noexcept;
+float relative_motion(const PatchBounds& s, const PatchBounds& t) noexcept;
 /// Likewise for a point with this displacement and a point of the patch.
-float relative_motion(const Eigen::Vector3f& motion, const PosedPatch& t) noexcept;
+float relative_motion(const Eigen::Vector3f& motion, const PatchBounds& t) noexcept;
 
 /// Squared distance of the boxes, metres2.
-float squared_distance(const PosedPatch& s, const PosedPatch& t) noexcept;
+float squared_distance(const PatchBounds& s, const PatchBounds& t) noexcept;
 
 /// Poses patches of a surface where they are first asked for.
 class PosedPatches {
@@ -82,24 +85,38 @@ class PosedPatches {
     /// Poses the patches pair.*side of all pairs, on the threads of the caller's TBB arena. Their vertices
     /// can then be read by several threads.
     void require(std::span<const PatchPair> pairs, int PatchPair::*side);
+    /// Poses the edges of patches that were required, likewise.
+    void require_edges(std::span<const PatchPair> pairs, int PatchPair::*side);
     /// A patch that was required, valid until another one is.
-    const PosedPatch& operator[](int patch) const noexcept {
-        return posed_[static_cast<std::size_t>(at_[static_cast<std::size_t>(patch)])];
+    const PosedPatch& operator[](int patch) const noexcept { return posed_[place(patch)]; }
+    const PatchBounds& bounds(int patch) const noexcept { return bounds_[place(patch)]; }
+    /// Packs of the edges of a patch, which were required; valid until other edges are.
+    const PosedEdges* edges(int patch) const noexcept {
+        return posed_edges_.data() + edges_at_[place(patch)];
     }
     /// By how much rounding may displace a position of the required patches, metres.
     float tolerance() const noexcept { return tolerance_; }
 
  private:
+    std::size_t place(int patch) const noexcept {
+        return static_cast<std::size_t>(at_[static_cast<std::size_t>(patch)]);
+    }
     void list_new(std::span<const PatchPair> pairs, int PatchPair::*side);
-    void pose(int patch, PosedPatch& posed) const;
+    void pose(int patch, PatchBounds& bounds, PosedPatch& posed) const;
+    void pose_edges(int patch, PosedEdges* packs) const;
 
     const ContactSurface* surface_ = nullptr;
     const Nodes* v_ = nullptr;
     double dt_ = 0;
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
-    std::vector<PosedPatch> posed_;  // the first required_.size()
-    std::vector<int> at_;            // [patches] place in posed_; -1: not required
-    std::vector<int> required_, new_vertices_;
+    // In the order of required_, of which there may be fewer:
+    std::vector<PosedPatch> posed_;
+    std::vector<PatchBounds> bounds_;
+    std::vector<std::ptrdiff_t> edges_at_;  // first pack in posed_edges_; -1: not required
+    std::vector<PosedEdges> posed_edges_;
+    std::size_t edge_packs_ = 0;  // in use
+    std::vector<int> at_;         // [patches] place in required_; -1: not required
+    std::vector<int> required_, new_vertices_, new_edges_;
     float tolerance_ = 0;
     std::uint32_t step_ = 0;
     std::vector<Eigen::Vector3f> motions_;     // [vertices]

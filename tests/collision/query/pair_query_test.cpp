@@ -218,7 +218,7 @@ TEST(PairQuery, BoxLeavesHoldAllPairsWhoseBoxesAreNear) {
     t.begin_pose(moved);
     for (const float distance : {0.f, 0.05f}) {
         PairQuery query;
-        const auto leaves = query.box_leaves_within(s, t, distance);
+        const auto leaves = query.box_leaves_within(s, t, distance, [&](int, int) { return distance; });
         const std::vector<LeafPair> found(leaves.begin(), leaves.end());
         EXPECT_TRUE(std::ranges::is_sorted(found));
         EXPECT_LT(static_cast<long>(found.size()), long{in_s.leaves()} * in_t.leaves() / 4);
@@ -233,6 +233,22 @@ TEST(PairQuery, BoxLeavesHoldAllPairsWhoseBoxesAreNear) {
         EXPECT_GT(near.size(), 100u);
         EXPECT_TRUE(std::ranges::includes(held, near));
     }
+    PairQuery query;
+    const auto leaves_of = [&](const BlockReach& reach) {
+        const auto leaves = query.box_leaves_within(s, t, 0.05f, reach);
+        return std::vector<LeafPair>(leaves.begin(), leaves.end());
+    };
+    const auto reach = [](int block_a, int block_b) { return (block_a + block_b) % 2 == 0 ? 0.05f : 0.01f; };
+    const auto far = leaves_of([](int, int) { return 0.05f; }),
+               near = leaves_of([](int, int) { return 0.01f; });
+    std::vector<LeafPair> expected;
+    for (const LeafPair& pair : far)
+        if (reach(pair.a / WideTree::width, pair.b / WideTree::width) == 0.05f ||
+            std::ranges::binary_search(near, pair))
+            expected.push_back(pair);
+    EXPECT_GT(expected.size(), near.size());
+    EXPECT_LT(expected.size(), far.size());
+    EXPECT_EQ(leaves_of(reach), expected) << "each block with its own reach";
 }
 
 TEST(PairQuery, BoundsANodeOncePerPoseAndOnlyIfItsParentCollides) {

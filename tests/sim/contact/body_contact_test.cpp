@@ -38,7 +38,8 @@ class SunkCube : public testing::Test {
         posed_cube.begin(cube, Eigen::Vector3d::Zero(), v, 0.005);
         posed_ground.begin(ground, Eigen::Vector3d::Zero(), w, 0.005);
         std::vector<Contact> contacts;
-        finder.find(posed_cube, posed_ground, all, {.apart = 0.01, .inside = 0.08}, moved, contacts);
+        finder.find(posed_cube, posed_ground, all, {.apart = 0.01, .inside = 0.08}, ContactDetail::all, moved,
+                    contacts);
         double deepest = 0;
         for (const Contact& contact : contacts)
             if (contact.a.body == 0 && contact.a.count == 1) deepest = std::max(deepest, -contact.gap);
@@ -103,7 +104,8 @@ class CrumpledBoxes : public testing::Test {
     /// The contacts of a first find(), from all pairs of patches.
     /// v: velocity of b, m/s, in a step of 0.005 s.
     std::vector<Contact> contacts(const ContactSurface& a, const ContactSurface& b, const ContactReach& reach,
-                                  const Eigen::RowVector3d& v = Eigen::RowVector3d::Zero()) const {
+                                  const Eigen::RowVector3d& v = Eigen::RowVector3d::Zero(),
+                                  ContactDetail detail = ContactDetail::all) const {
         const Nodes v_a = Nodes::Zero(body_.tets.X.rows(), 3), v_b = v_a.rowwise() + v;
         std::vector<PatchPair> all;
         for (int i = 0; i < a.patches().count(); ++i)
@@ -113,8 +115,8 @@ class CrumpledBoxes : public testing::Test {
         posed_a.begin(a, Eigen::Vector3d(0, 0, 0.15), v_a, 0.005);
         posed_b.begin(b, Eigen::Vector3d(0, 0, 0.15), v_b, 0.005);
         std::vector<Contact> contacts;
-        BodyContactFinder(0, 1).find(posed_a, posed_b, all, reach, std::numeric_limits<double>::infinity(),
-                                     contacts);
+        BodyContactFinder(0, 1).find(posed_a, posed_b, all, reach, detail,
+                                     std::numeric_limits<double>::infinity(), contacts);
         return contacts;
     }
 
@@ -173,6 +175,20 @@ TEST_F(CrumpledBoxes, ReachAsFarAsTheyMove) {
     EXPECT_EQ(count(moving, -4), count(far, 0)) << "0.02 m in a step";
     EXPECT_GT(count(moving, -5), count(far, 0));
     EXPECT_EQ(count(moving, -50), count(moving, -5)) << "at most 0.025 m";
+}
+
+TEST_F(CrumpledBoxes, LeaveShortEdgesToTheirVertices) {
+    const ContactSurface a = crumpled(1, {0, 0, 0}), b = crumpled(101, {0.1, 0.05, 0.33});
+    const auto edges = [&](double apart, ContactDetail detail) {
+        const auto found =
+            contacts(a, b, {.apart = apart, .inside = apart}, Eigen::RowVector3d::Zero(), detail);
+        return std::ranges::count(found, 2, [](const Contact& contact) { return contact.a.count; });
+    };
+    EXPECT_GT(edges(0.06, ContactDetail::all), 10);
+    EXPECT_EQ(edges(0.06, ContactDetail::enough), edges(0.06, ContactDetail::all))
+        << "long beside the distance";
+    EXPECT_GT(edges(0.4, ContactDetail::all), 10);
+    EXPECT_EQ(edges(0.4, ContactDetail::enough), 0);
 }
 
 TEST_F(CrumpledBoxes, HaveEveryContactOfEdgesThatAreNoFartherApartThanTheyAreLong) {
