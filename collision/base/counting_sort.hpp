@@ -6,7 +6,7 @@
 
 namespace nbd {
 
-/// Orders items by a key in linear time; those of one key keep their order. Owns its scratch memory.
+/// Orders items by a key in linear time; those of one key keep their order.
 class CountingSort {
  public:
     /// items: replaced by the ordered ones. key(item): 0 .. keys - 1. ordered: scratch memory.

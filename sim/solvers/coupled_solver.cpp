@@ -58,7 +58,7 @@ void CoupledSolver::precondition(const CoupledSystem& system, double norm) {
     for_parts(r_.size(), [&](Eigen::Index begin, Eigen::Index size) {
         z_.segment(begin, size) = norm * cycle_out_.segment(begin, size).cast<double>();
     });
-    patch_.correct(system, zero_, z_);
+    patch_.clear_product(system, z_);  // r_ is zero on the patch, see clear_patch()
 }
 
 /// Ap_ = A p_: in single precision if the preconditioner is, since the residual is taken anew at the end.
@@ -169,7 +169,6 @@ LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen:
             if (system.systems[k].is_prescribed(i))
                 v.segment<3>(system.first_unknown[k] + 3 * i) = b.segment<3>(system.first_unknown[k] + 3 * i);
     for (Eigen::VectorXd* scratch : {&r_, &z_, &p_, &Ap_}) scratch->resize(system.size());
-    zero_.setZero(system.size());
     for (Eigen::VectorXf* scratch : {&cycle_in_, &cycle_out_}) scratch->resize(system.size());
     if (!direct_) {
         factorize_contacts(system);

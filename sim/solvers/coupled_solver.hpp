@@ -54,7 +54,7 @@ class CoupledSolver {
     bool direct_ = false;      // the preconditioner is factor_
     bool factorized_ = false;  // factor_ belongs to the current matrices
     PatchFactor patch_{Ordering::quick}, factor_{Ordering::thorough};
-    Eigen::VectorXd r_, z_, p_, Ap_, zero_;
+    Eigen::VectorXd r_, z_, p_, Ap_;
     Eigen::VectorXf cycle_in_, cycle_out_;
 };
 

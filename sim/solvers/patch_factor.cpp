@@ -146,7 +146,7 @@ void PatchFactor::factorize(const CoupledSystem& system, const std::vector<char>
     cholesky_.factorize(A_);
 }
 
-void PatchFactor::correct(const CoupledSystem& system, const Eigen::VectorXd& r, Eigen::VectorXd& v) {
+void PatchFactor::clear_product(const CoupledSystem& system, Eigen::VectorXd& v) {
     if (empty()) return;
     product_.resize(system.size());
     BodyOf body_of(system);
@@ -158,7 +158,7 @@ void PatchFactor::correct(const CoupledSystem& system, const Eigen::VectorXd& r,
     system.add_couplings(v, product_);
     for (Eigen::Index s = 0; s < node_count(); ++s) {
         const int i = 3 * nodes_[static_cast<std::size_t>(s)];
-        rhs_.segment<3>(3 * s) = r.segment<3>(i) - product_.segment<3>(i);
+        rhs_.segment<3>(3 * s) = -product_.segment<3>(i);
     }
     add_patch_solution(v);
 }

@@ -28,8 +28,8 @@ class PatchFactor {
     int node_count() const noexcept { return static_cast<int>(nodes_.size()); }
     bool empty() const noexcept { return nodes_.empty(); }
 
-    /// v += A_S^-1 (r_S - (A v)_S) on the patch S. The system must be the factorised one.
-    void correct(const CoupledSystem& system, const Eigen::VectorXd& r, Eigen::VectorXd& v);
+    /// v -= A_S^-1 (A v)_S on the patch S, so that A v vanishes there. The system must be the factorised one.
+    void clear_product(const CoupledSystem& system, Eigen::VectorXd& v);
 
     /// v += A_S^-1 r_S on the patch.
     void add_solution(const Eigen::VectorXd& r, Eigen::VectorXd& v);
