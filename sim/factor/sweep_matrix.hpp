@@ -31,8 +31,13 @@ class SweepMatrix {
     /// Sets the block of a row at its k-th column in ascending order.
     template <class Values>
     void set(int row, std::size_t k, const Values& values) noexcept {
-        Eigen::Map<Eigen::Matrix<float, B, B>>(values_.data() + slot(row, k) * B * B) =
-            values.template cast<float>();
+        write(slot(row, k), values);
+    }
+
+    /// Sets the diagonal block of a row.
+    template <class Values>
+    void set_diagonal(int row, const Values& values) noexcept {
+        write(first(row) + earlier(row), values);
     }
 
     /// The block of a row at its k-th column in ascending order.
@@ -59,6 +64,10 @@ class SweepMatrix {
  private:
     std::size_t slot(int row, std::size_t k) const noexcept {
         return first(row) + static_cast<std::size_t>(order_->place[first(row) + k]);
+    }
+    template <class Values>
+    void write(std::size_t k, const Values& values) noexcept {
+        Eigen::Map<Eigen::Matrix<float, B, B>>(values_.data() + k * B * B) = values.template cast<float>();
     }
     Block at(std::size_t k) const noexcept { return Block(values_.data() + k * B * B); }
     std::size_t first(int row) const noexcept {

@@ -14,8 +14,6 @@ struct RowRange {
 /// colours such that parts of the same colour are not coupled. Colours follow one another, as do the rows of
 /// a part; the parts of a colour may be swept at once, with the same result [Adams01].
 struct SweepOrder {
-    SweepOrder() = default;
-
     /// offset, column: the pattern by rows, symmetric and with the full diagonal; the columns of a row
     /// ascend.
     SweepOrder(std::span<const int> offset, std::span<const int> column, int rows_per_part);

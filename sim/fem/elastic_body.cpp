@@ -50,13 +50,13 @@ ElasticBody::ElasticBody(TetMesh rest, const Material& material, MassKind mass)
     const double E = material_.young, nu = material_.poisson;
     mu_ = E / (2 * (1 + nu));
     lambda_ = E * nu / ((1 + nu) * (1 - 2 * nu));
-    measure_elements();
+    measure_rest();
     list_incidences();
     share_corner_weights();
     build_mass(mass);
 }
 
-void ElasticBody::measure_elements() {
+void ElasticBody::measure_rest() {
     const int padded = (element_count() + lanes - 1) / lanes * lanes;
     volume_.resize(element_count());
     gradient_.resize(static_cast<std::size_t>(padded / lanes));

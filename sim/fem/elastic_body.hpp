@@ -44,7 +44,8 @@ struct ElementPose {
 /// Forces of each tetrahedron on its nodes 1 to 3, as columns, N. Node 0 has minus their sum. [T].
 using ElementForces = std::vector<Eigen::Matrix3d>;
 
-/// Corotated linear elasticity on linear tetrahedra [MuellerGross04], in double precision.
+/// Corotated linear elasticity on linear tetrahedra [MuellerGross04]: forces, energies and products in double
+/// precision, matrices of poses in single precision.
 ///
 /// Element energy: E_e = V (mu |F - R|^2 + lambda/2 tr(R^T F - I)^2), where R is the rotation of F's polar
 /// decomposition. The force f_e = -R K_e (R^T x - X) is exactly -dE_e/dx: the derivative of R drops out
@@ -109,7 +110,7 @@ class ElasticBody {
     void node_rotations(const ElementPose& pose, std::vector<Eigen::Matrix3f>& rotations) const;
 
  private:
-    void measure_elements();
+    void measure_rest();
     void list_incidences();
     void share_corner_weights();
     void build_mass(MassKind kind);

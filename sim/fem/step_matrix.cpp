@@ -1,19 +1,8 @@
 #include "sim/fem/step_matrix.hpp"
 
-#include <algorithm>
-
 #include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
-namespace {
-
-int own_place(const BlockPattern& pattern, int i) {
-    return static_cast<int>(std::ranges::lower_bound(pattern.neighbours(i), i) -
-                            pattern.neighbours(i).begin());
-}
-
-}  // namespace
-
 Eigen::Matrix3d StepMatrix::block(int i, int k) const noexcept {
     if (pattern_->neighbours(i)[static_cast<std::size_t>(k)] == i)
         return diagonal_[static_cast<std::size_t>(i)];
@@ -22,7 +11,7 @@ Eigen::Matrix3d StepMatrix::block(int i, int k) const noexcept {
 
 void StepMatrix::set_diagonal(int i, const Eigen::Matrix3d& block) {
     diagonal_[static_cast<std::size_t>(i)] = block;
-    blocks_.set(i, static_cast<std::size_t>(own_place(*pattern_, i)), block);
+    blocks_.set_diagonal(i, block);
 }
 
 void StepMatrix::balance_rows(const Eigen::VectorXd& sums) {
