@@ -113,19 +113,25 @@ TEST(ElasticBody, TangentIsSymmetricAndPositiveSemiDefiniteInEveryPose) {
     EXPECT_GT(values.minCoeff(), -1e-6 * values.maxCoeff());  // single precision
 }
 
+ElementPose bent_pose(const ElasticBody& body) {
+    ElementPose pose;
+    ElementForces forces;
+    body.pose(body.rest().X + test::wild_field(body.rest().X, 0.03), pose, forces);
+    return pose;
+}
+
 TEST(ElasticBody, ProductsAgreeWithTheMatrices) {
     for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
         const ElasticBody body = bar(mass);
-        ElementPose pose;
-        ElementForces forces;
-        body.pose(body.rest().X + test::wild_field(body.rest().X, 0.03), pose, forces);
+        const ElementPose pose = bent_pose(body);
         const Nodes u = test::wild_field(body.rest().X, 1);
         const Eigen::Map<const Eigen::VectorXd> flat(u.data(), u.size());
         StepMatrix A = body.zero_matrix();
         body.combine(0.7, 0.2, pose, A);
         const Eigen::VectorXd expected = A.to_sparse() * flat;
         Nodes Ku(u.rows(), 3), Mu(u.rows(), 3);
-        body.stiffness_product(pose, u, forces, Ku);
+        ElementForces scratch;
+        body.stiffness_product(pose, u, scratch, Ku);
         body.mass_product(u, Mu);
         const Nodes sum = 0.7 * Mu + 0.2 * Ku;
         EXPECT_LT((Eigen::Map<const Eigen::VectorXd>(sum.data(), sum.size()) - expected).norm(),
@@ -194,9 +200,7 @@ TEST(ElasticBody, TheRestStiffnessIsThatOfTheRestPose) {
 TEST(ElasticBody, MatricesAreBalanced) {
     for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
         const ElasticBody body = bar(mass);
-        ElementPose pose;
-        ElementForces forces;
-        body.pose(body.rest().X + test::wild_field(body.rest().X, 0.03), pose, forces);
+        const ElementPose pose = bent_pose(body);
         StepMatrix A = body.zero_matrix();
         body.combine(0, 1, pose, A);
         const Eigen::VectorXd shift = Eigen::Vector3d(1, -2, 3).replicate(body.node_count(), 1);
