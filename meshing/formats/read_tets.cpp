@@ -96,9 +96,27 @@ void check_faces(const TetMesh& tets) {
                             sides[i - 1][4], sides[i][4]));
 }
 
+/// The groups in the order of their numbers.
+std::vector<TetGroup> groups_of(const TetFileContent& content) {
+    std::map<int, TetGroup> found;
+    for (std::size_t t = 0; t < content.group_of_tet.size(); ++t)
+        if (const int number = content.group_of_tet[t]; number != 0)
+            found[number].tets.push_back(static_cast<int>(t));
+    std::vector<TetGroup> groups;
+    for (auto& [number, group] : found) {
+        const auto name = content.group_names.find(number);
+        const bool named = name != content.group_names.end();
+        if (!named && found.size() == 1 && group.tets.size() == content.tets.size()) return {};
+        group.name = named ? name->second : fmt::format("group {}", number);
+        groups.push_back(std::move(group));
+    }
+    return groups;
+}
+
 }  // namespace
 
-TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* notes) {
+TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* notes,
+                  std::vector<TetGroup>* groups) {
     TetFileContent content = read_file(path);
     try {
         if (content.tets.empty()) throw std::runtime_error("the file holds no tetrahedra");
@@ -110,6 +128,7 @@ TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* n
                                         static_cast<Eigen::Index>(content.tets.size()), 4);
         const int turned = orient(tets);
         check_faces(tets);
+        if (groups) *groups = groups_of(content);
         if (notes) {
             if (content.other_cells > 0)
                 notes->push_back(

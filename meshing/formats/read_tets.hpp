@@ -8,13 +8,21 @@
 
 namespace nbd {
 
+/// Tetrahedra that a file puts together: a physical group of gmsh, a reference number of Medit.
+struct TetGroup {
+    std::string name;       // "group 7" where the file gives a number alone
+    std::vector<int> tets;  // ascending
+};
+
 /// Reads tetrahedra made by other programs: gmsh .msh (2.x and 4.1, text or binary), Medit .mesh (text),
 /// legacy VTK .vtk (text or binary). The result is finite, every tetrahedron has positive volume (negative
 /// ones are flipped), a face has at most two tetrahedra, and every node belongs to a tetrahedron (others are
 /// dropped; the rest keep their order). Points, lines and surface cells in the file are skipped; other volume
 /// cells are an error.
 /// notes: if given, receives one line for each kind of repair or omission.
+/// groups: if given, receives the groups, unless the file has a single one without a name.
 /// Throws a one-line std::runtime_error (path, place, reason) for anything else, including truncated files.
-TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr,
+                  std::vector<TetGroup>* groups = nullptr);
 
 }  // namespace nbd

@@ -29,7 +29,12 @@ class GmshReader {
         bool nodes = false, elements = false;
         while (!in_.at_end()) {
             const std::string section(in_.word());
-            if (section == "$Nodes" && !nodes) {
+            if (section == "$PhysicalNames") {
+                read_names();
+            } else if (section == "$Entities" && version_ >= 4) {
+                begin_data(true);
+                read_entities();
+            } else if (section == "$Nodes" && !nodes) {
                 begin_data(version_ >= 4);
                 version_ < 4 ? read_nodes_2() : read_nodes_4();
                 nodes = true;
@@ -70,6 +75,40 @@ class GmshReader {
             in_.read_text();
         }
         in_.expect("$EndMeshFormat");
+    }
+
+    /// Lines such as: 3 7 "core". They are text in binary files too.
+    void read_names() {
+        const std::size_t n = in_.count("names", 5);
+        for (std::size_t i = 0; i < n; ++i) {
+            const int dimension = in_.int32(), number = in_.int32();
+            const std::string_view text = in_.line();
+            const std::size_t open = text.find('"'), close = text.rfind('"');
+            if (open == text.npos || close == open) in_.fail("expected a name in quotes");
+            if (dimension == 3)
+                content_.group_names[number] = std::string(text.substr(open + 1, close - open - 1));
+        }
+    }
+
+    std::size_t count_4(std::string_view things) { return in_.count(things, 1); }
+
+    /// Keeps the first physical group of each volume.
+    void read_entities() {
+        const std::size_t counts[] = {count_4("points"), count_4("curves"), count_4("surfaces"),
+                                      count_4("volumes")};
+        for (int dimension = 0; dimension < 4; ++dimension)
+            for (std::size_t i = 0; i < counts[dimension]; ++i) {
+                const int tag = in_.int32();
+                for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) in_.real64();  // position, or box
+                const std::size_t groups = count_4("groups");
+                for (std::size_t g = 0; g < groups; ++g) {
+                    const int number = in_.int32();
+                    if (dimension == 3 && g == 0) group_of_volume_[tag] = number;
+                }
+                if (dimension == 0) continue;
+                const std::size_t bounding = count_4("bounding entities");
+                for (std::size_t k = 0; k < bounding; ++k) in_.int32();
+            }
     }
 
     /// Binary data start on the line after the section name, or after the count if the count is text (2.x).
@@ -141,9 +180,9 @@ class GmshReader {
         return type;
     }
 
-    /// Reads the nodes of one element. get: reads the next tag.
+    /// Reads the nodes of one element. group: its physical group, 0 if none. get: reads the next tag.
     template <class Get>
-    void read_corners(int number, const ElementType& type, Get get) {
+    void read_corners(int number, const ElementType& type, int group, Get get) {
         if (number != gmsh_tetrahedron) {
             for (int c = 0; c < type.nodes; ++c) get();
             ++content_.other_cells;
@@ -159,6 +198,7 @@ class GmshReader {
             corner = found->second;
         }
         content_.tets.push_back(tet);
+        content_.group_of_tet.push_back(group);
     }
 
     void read_elements_2() {
@@ -181,8 +221,12 @@ class GmshReader {
             const std::size_t tag_count = in_.check_count(tags, "tags", 1);
             for (std::size_t e = 0; e < follow; ++e) {
                 if (binary_) next();
-                for (std::size_t t = 0; t < tag_count; ++t) next();
-                read_corners(number, type, next);
+                int group = 0;  // the first of the tags
+                for (std::size_t t = 0; t < tag_count; ++t) {
+                    const int tag = next();
+                    if (t == 0) group = tag;
+                }
+                read_corners(number, type, group, next);
             }
             done += follow;
         }
@@ -195,14 +239,14 @@ class GmshReader {
         const auto next = [&] { return in_.int64(); };
         std::size_t done = 0;
         for (std::size_t b = 0; b < blocks; ++b) {
-            in_.int32();  // dimension
-            in_.int32();  // entity
-            const int number = in_.int32();
+            const int dimension = in_.int32(), entity = in_.int32(), number = in_.int32();
+            const auto found = dimension == 3 ? group_of_volume_.find(entity) : group_of_volume_.end();
+            const int group = found == group_of_volume_.end() ? 0 : found->second;
             const std::size_t n = in_.count("elements", 4);
             const ElementType type = type_of(number);
             for (std::size_t e = 0; e < n; ++e) {
                 next();  // element tag
-                read_corners(number, type, next);
+                read_corners(number, type, group, next);
             }
             done += n;
         }
@@ -214,6 +258,7 @@ class GmshReader {
     bool binary_ = false, swapped_ = false;
     TetFileContent content_;
     std::unordered_map<std::int64_t, int> row_of_tag_;
+    std::unordered_map<int, int> group_of_volume_;
 };
 
 }  // namespace

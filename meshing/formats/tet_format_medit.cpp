@@ -62,7 +62,7 @@ TetFileContent read_medit(FileCursor& in) {
                                             content.nodes.size()));
                     corner = static_cast<int>(node - 1);
                 }
-                in.int32();  // reference
+                content.group_of_tet.push_back(in.int32());
             }
         } else {
             // Skips an unused list: numbers up to the next keyword.

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "meshing/formats/file_cursor.hpp"
@@ -13,6 +15,8 @@ struct TetFileContent {
     std::vector<std::array<double, 3>> nodes;
     std::vector<std::array<int, 4>> tets;  // indices into `nodes`, in range
     int other_cells = 0;                   // number of skipped points, lines and surface cells
+    std::vector<int> group_of_tet;  // [tets] number of its group, 0: none; empty if the format has none
+    std::map<int, std::string> group_names;  // where the file names them
 };
 
 /// Parsers of the formats. Each throws std::runtime_error as FileCursor does. A volume cell other than a
