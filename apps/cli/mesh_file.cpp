@@ -1,13 +1,16 @@
 #include "apps/cli/mesh_file.hpp"
 
 #include <fmt/core.h>
+#include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "apps/cli/available_memory.hpp"
+#include "meshing/body/body_check.hpp"
 #include "meshing/body/make_body.hpp"
 #include "meshing/cage/body_inside.hpp"
 #include "meshing/cage/cage_body.hpp"
@@ -38,6 +41,25 @@ void check_memory(const std::filesystem::path& path, bool fills, const Output& o
                              faces, wanted / gib));
 }
 
+std::vector<MaterialRegion> regions_of(const std::vector<TetGroup>& groups, const MeshFileConfig& config) {
+    for (const auto& [name, change] : config.regions)
+        if (std::ranges::find(groups, name, &TetGroup::name) == groups.end()) {
+            std::vector<std::string_view> names;
+            for (const TetGroup& group : groups) names.push_back(group.name);
+            throw std::invalid_argument(fmt::format(
+                "it has no group \"{}\" of tetrahedra; allowed: {}", name,
+                names.empty() ? "none, the file has no groups" : fmt::to_string(fmt::join(names, ", "))));
+        }
+    std::vector<MaterialRegion> regions;
+    for (const TetGroup& group : groups) {
+        Material material = config.material;
+        if (const auto change = config.regions.find(group.name); change != config.regions.end())
+            change->second.apply(material);
+        regions.push_back({.name = group.name, .material = material, .tets = group.tets});
+    }
+    return regions;
+}
+
 }  // namespace
 
 bool holds_tets(const std::filesystem::path& path) {
@@ -50,16 +72,25 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
     std::vector<std::string> notes;
     TetMesh tets;
     Material material = config.material;
+    std::vector<MaterialRegion> regions;
+    std::vector<TetGroup> groups;
     if (of_body) {
         Body body = load_body(path);
         tets = std::move(body.tets);
         material = body.material;
+        regions = std::move(body.regions);
     } else {
-        tets = read_tets(path, &notes);
+        tets = read_tets(path, &notes, &groups);
     }
     for (const std::string& note : notes) out.text(note);
+    for (const TetGroup& group : groups)
+        out.text(fmt::format("region \"{}\": {} tetrahedra", group.name, group.tets.size()));
     try {
-        return make_body(path.stem().string(), std::move(tets), material, config.levels, config.scheme);
+        if (!of_body) regions = regions_of(groups, config);
+        Body body = make_body(path.stem().string(), std::move(tets), material, config.levels, config.scheme);
+        body.regions = std::move(regions);
+        check_body(body);
+        return body;
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -17,6 +18,8 @@ struct MeshFileConfig {
     int cage = 0;               // for surfaces: tet nodes of a cage around any triangle soup; 0: no cage
     std::string inside;         // for surfaces: body file in whose tetrahedra they lie; empty: none
     Material material;
+    // For files with groups of tetrahedra: what changes the material in these, by name.
+    std::map<std::string, MaterialChange> regions{};
     int levels = 0;  // subdivision levels
     SubdivisionScheme scheme = SubdivisionScheme::midpoint;
 };
@@ -30,9 +33,11 @@ struct MeshedFile {
 /// Makes a body from a file. A surface is checked and filled with tetrahedra; for tetrahedra made elsewhere
 /// (.msh .vtk .mesh), or those of a body file (.h5) with its material, the surface is their boundary. With
 /// `cage` or `inside`, any surface is taken as it is and embedded in the tetrahedra of a coarse cage around
-/// it, or in those of another body, whose material it takes. Prints to `out` what was found and repaired.
+/// it, or in those of another body, whose materials it takes. Groups of tetrahedra in the file become regions
+/// of material. Prints to `out` what was found and repaired.
 /// Throws std::runtime_error, before it takes memory, if the surface needs more than is available; and
-/// what reading, checking and filling throw; messages of checks start with the path.
+/// what reading, checking and filling throw; messages of checks start with the path. Throws
+/// std::invalid_argument if `regions` names a group that the file does not have.
 MeshedFile mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 
 /// Whether a file holds tetrahedra, by its extension: .msh .vtk .mesh, or .h5 for a body.

@@ -7,6 +7,7 @@
 #include "apps/cli/mesh_file.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
+#include "apps/cli/region_option.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/cage/cage.hpp"
 #include "meshing/tets/tet_quality.hpp"
@@ -15,7 +16,8 @@ namespace nbd {
 namespace {
 
 struct MeshArguments {
-    std::string input, output, scheme = "midpoint";
+    std::string input, output, scheme = "midpoint", law{name(MaterialLaw::corotated)};
+    std::vector<std::string> regions;
     MeshFileConfig config;
 };
 
@@ -42,6 +44,15 @@ nlohmann::ordered_json to_json(const CageReport& cage) {
 void run(const MeshArguments& arguments, Output& out) {
     check_output(arguments.output, {arguments.input, arguments.config.inside});
     MeshFileConfig config = arguments.config;
+    config.material.law = *material_law(arguments.law);
+    for (const std::string& text : arguments.regions) {
+        const auto [group, change] = parse_region(text);
+        if (!config.regions.emplace(group, change).second)
+            throw CLI::ValidationError("--region", "names \"" + group + "\" twice");
+    }
+    if (!config.regions.empty() && !holds_tets(arguments.input))
+        throw CLI::ValidationError("--region",
+                                   "is for groups of tetrahedra, but " + arguments.input + " is a surface");
     config.scheme = arguments.scheme == "loop" ? SubdivisionScheme::loop : SubdivisionScheme::midpoint;
     if (config.cage > 0 && holds_tets(arguments.input))
         throw CLI::ValidationError("--cage",
@@ -106,6 +117,9 @@ void add_mesh(CLI::App& app, Output& out) {
             ->capture_default_str()
             ->check(between(0, 2));
     const std::vector<CLI::Option*> of_material = {
+        command->add_option("--law", arguments->law, "How stress follows from strain")
+            ->capture_default_str()
+            ->check(CLI::IsMember(names_of_laws())),
         command->add_option("--young", material.young, "Young's modulus, Pa")
             ->capture_default_str()
             ->check(positive()),
@@ -120,7 +134,10 @@ void add_mesh(CLI::App& app, Output& out) {
             ->check(not_negative()),
         command->add_option("--rayleigh-stiffness", material.rayleigh_stiffness, "Damping of fast motion, s")
             ->capture_default_str()
-            ->check(not_negative())};
+            ->check(not_negative()),
+        command->add_option("--region", arguments->regions,
+                            "Another material for a group of tetrahedra in the file, such as "
+                            "core:young=2e6,law=stable_neo_hookean; may be repeated")};
     CLI::Option* subdivide = command
                                  ->add_option("--subdivide", arguments->config.levels,
                                               "1-to-4 subdivisions of the collision surface")

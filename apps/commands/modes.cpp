@@ -29,7 +29,7 @@ void write_frequencies(const std::string& path, const Eigen::VectorXd& hertz) {
 /// Computes the modes. Errors name the body's file.
 Modes modes_of(const Body& body, const ModesArguments& arguments) {
     try {
-        return vibration_modes(ElasticBody(body.tets, body.material), ModeOptions{.count = arguments.count});
+        return vibration_modes(ElasticBody(body), ModeOptions{.count = arguments.count});
     } catch (const std::exception& error) {
         throw std::runtime_error(fmt::format("{}: {}", arguments.body, error.what()));
     }

@@ -11,6 +11,15 @@
 namespace nbd {
 namespace {
 
+nlohmann::ordered_json to_json(const Material& material) {
+    return {{"law", name(material.law)},
+            {"young", material.young},
+            {"poisson", material.poisson},
+            {"density", material.density},
+            {"rayleigh_mass", material.rayleigh_mass},
+            {"rayleigh_stiffness", material.rayleigh_stiffness}};
+}
+
 std::string shown(const nlohmann::json& flat, const std::string& key) {
     if (!flat.contains(key)) return "none";
     std::string text = flat[key].dump();
@@ -22,15 +31,14 @@ std::string shown(const nlohmann::json& flat, const std::string& key) {
 
 std::string plan_json(const DatasetPlan& plan, const Body& body) {
     const ExcitationConfig& excitation = plan.excitation;
-    const Material& material = body.material;
     nlohmann::ordered_json json;
     json["program"] = "nbdtree " + std::string(version());
     json["body_sha256"] = body_hash(body);
-    json["material"] = {{"young", material.young},
-                        {"poisson", material.poisson},
-                        {"density", material.density},
-                        {"rayleigh_mass", material.rayleigh_mass},
-                        {"rayleigh_stiffness", material.rayleigh_stiffness}};
+    json["material"] = to_json(body.material);
+    for (const MaterialRegion& region : body.regions) {
+        json["regions"][region.name] = to_json(region.material);
+        json["regions"][region.name]["tets"] = region.tets.size();
+    }
     json["seed"] = excitation.seed;
     json["trajectories"] = plan.trajectories;
     json["frames"] = excitation.frames;

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "meshing/parallel/parallel_for.hpp"
-#include "sim/fem/polar.hpp"
+#include "sim/materials/polar.hpp"
 
 namespace nbd {
 namespace {

@@ -23,7 +23,7 @@ int main(int argc, char** argv) try {
     // kg/m3.
     const nbd::Body body =
         nbd::make_body("block", nbd::read_tets(argv[1]), {.young = 2e5, .poisson = 0.4, .density = 1000});
-    const auto elastic = std::make_shared<const nbd::ElasticBody>(body.tets, body.material);
+    const auto elastic = std::make_shared<const nbd::ElasticBody>(body);
     std::printf("%d nodes, %d tetrahedra, %.0f kg\n", elastic->node_count(), elastic->element_count(),
                 elastic->mass());
 

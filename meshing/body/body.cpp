@@ -13,11 +13,59 @@ namespace nbd {
 
 namespace {
 
-const h5::Format body_format{"nbdtree body", 1};
+const h5::Format body_format{"nbdtree body", 2};  // 2: laws and regions of material
 
 template <class M>
 h5::Shape shape(const M& m) {
     return {static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols())};
+}
+
+void write_material(h5::Writer& file, const std::string& group, const Material& material) {
+    file.group(group);
+    file.attribute(group, "law", name(material.law));
+    file.attribute(group, "young", material.young);
+    file.attribute(group, "poisson", material.poisson);
+    file.attribute(group, "density", material.density);
+    file.attribute(group, "rayleigh_mass", material.rayleigh_mass);
+    file.attribute(group, "rayleigh_stiffness", material.rayleigh_stiffness);
+}
+
+Material read_material(const h5::Reader& file, const std::string& group) {
+    Material material{.young = file.number_attribute(group, "young"),
+                      .poisson = file.number_attribute(group, "poisson"),
+                      .density = file.number_attribute(group, "density"),
+                      .rayleigh_mass = file.number_attribute(group, "rayleigh_mass"),
+                      .rayleigh_stiffness = file.number_attribute(group, "rayleigh_stiffness")};
+    if (file.format().version < 2) return material;
+    const std::string text = file.text_attribute(group, "law");
+    const std::optional<MaterialLaw> law = material_law(text);
+    if (!law)
+        file.refuse(fmt::format("{} has the law \"{}\"", group, text),
+                    "corotated, stable_neo_hookean, st_venant_kirchhoff");
+    material.law = *law;
+    return material;
+}
+
+/// Regions are numbered groups, since their names may hold any character.
+void write_regions(h5::Writer& file, const std::vector<MaterialRegion>& regions) {
+    for (std::size_t i = 0; i < regions.size(); ++i) {
+        const std::string group = fmt::format("regions/{:03}", i);
+        write_material(file, group, regions[i].material);
+        file.attribute(group, "name", regions[i].name);
+        file.write(group + "/tets", regions[i].tets, h5::Packing::deflate);
+    }
+}
+
+std::vector<MaterialRegion> read_regions(const h5::Reader& file) {
+    std::vector<MaterialRegion> regions;
+    if (!file.has("regions")) return regions;
+    for (const std::string& child : file.children("regions")) {
+        const std::string group = "regions/" + child;
+        regions.push_back({.name = file.text_attribute(group, "name"),
+                           .material = read_material(file, group),
+                           .tets = file.read<int>(group + "/tets", {h5::any})});
+    }
+    return regions;
 }
 
 /// Runs check_body() and adds the file's path to the message.
@@ -59,12 +107,8 @@ void save_body(const std::filesystem::path& path, const Body& body) {
     file.write("surface/vertices", body.surface.X);
     file.write("surface/faces", body.surface.F, deflate);
     h5::write_sparse(file, "embedding", body.W);
-    file.group("material");
-    file.attribute("material", "young", body.material.young);
-    file.attribute("material", "poisson", body.material.poisson);
-    file.attribute("material", "density", body.material.density);
-    file.attribute("material", "rayleigh_mass", body.material.rayleigh_mass);
-    file.attribute("material", "rayleigh_stiffness", body.material.rayleigh_stiffness);
+    write_material(file, "material", body.material);
+    write_regions(file, body.regions);
     if (body.modes.count() > 0) {
         file.write("modes/U", body.modes.U);
         file.write("modes/frequencies", body.modes.frequencies);
@@ -83,11 +127,8 @@ Body load_body(const std::filesystem::path& path) {
     const auto vertices = static_cast<std::size_t>(body.surface.X.rows());
     const auto nodes = static_cast<std::size_t>(body.tets.X.rows());
     body.W = h5::read_sparse<double>(file, "embedding", vertices, nodes);
-    body.material.young = file.number_attribute("material", "young");
-    body.material.poisson = file.number_attribute("material", "poisson");
-    body.material.density = file.number_attribute("material", "density");
-    body.material.rayleigh_mass = file.number_attribute("material", "rayleigh_mass");
-    body.material.rayleigh_stiffness = file.number_attribute("material", "rayleigh_stiffness");
+    body.material = read_material(file, "material");
+    body.regions = read_regions(file);
     if (file.has("modes")) {
         body.modes.frequencies = file.matrix<Eigen::VectorXd>("modes/frequencies", h5::any);
         const auto modes = static_cast<std::size_t>(body.modes.frequencies.size());

@@ -86,19 +86,6 @@ void check_modes(const ModeBasis& modes, Eigen::Index nodes) {
 
 }  // namespace
 
-void check_material(const Material& m) {
-    const auto require = [](bool ok, const char* what, double value, const char* allowed) {
-        if (!ok || !std::isfinite(value))
-            throw std::invalid_argument(fmt::format("{} is {}; allowed: {}", what, value, allowed));
-    };
-    require(m.young > 0, "Young's modulus", m.young, "more than 0 Pa");
-    require(m.poisson >= least_poisson && m.poisson <= max_poisson, "Poisson's ratio", m.poisson,
-            "between -0.999 and 0.499");
-    require(m.density > 0, "density", m.density, "more than 0 kg/m3");
-    require(m.rayleigh_mass >= 0, "Rayleigh mass damping", m.rayleigh_mass, "at least 0 1/s");
-    require(m.rayleigh_stiffness >= 0, "Rayleigh stiffness damping", m.rayleigh_stiffness, "at least 0 s");
-}
-
 void check_body(const Body& body) {
     check_tets(body.tets);
     if (body.surface.X.rows() < 3 || body.surface.F.rows() < 1)
@@ -109,6 +96,7 @@ void check_body(const Body& body) {
     check_indices(body.surface.F, body.surface.X.rows(), "face", "vertex");
     check_embedding(body);
     check_material(body.material);
+    check_regions(body.regions, body.material, static_cast<int>(body.tets.T.rows()));
     check_modes(body.modes, body.tets.X.rows());
 }
 

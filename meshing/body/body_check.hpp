@@ -4,12 +4,9 @@
 
 namespace nbd {
 
-/// Throws std::invalid_argument naming the first constant outside the range given in Material.
-void check_material(const Material& material);
-
 /// Throws std::invalid_argument naming the first error: an empty mesh, an index out of range, a non-finite
 /// number, a tetrahedron without positive volume, inconsistent shapes, weights that do not sum to 1 or do not
-/// reproduce the surface, a material out of range, or modes that do not fit the nodes.
+/// reproduce the surface, a material or region out of range, or modes that do not fit the nodes.
 void check_body(const Body& body);
 
 }  // namespace nbd

@@ -11,6 +11,7 @@ Body make_body_inside(std::string name, TriMesh surface, const Body& outer) {
     Body body;
     body.name = std::move(name);
     body.material = outer.material;
+    body.regions = outer.regions;
     body.W = embed(outer.tets, surface.X, {.only_inside = true});
     body.surface = std::move(surface);
     body.tets = outer.tets;

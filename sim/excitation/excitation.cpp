@@ -90,7 +90,7 @@ World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& 
 Excitation::Excitation(Body body, const ExcitationConfig& config)
     : body_(std::make_shared<const Body>(std::move(body))),
       config_(config),
-      elastic_(std::make_shared<const ElasticBody>(body_->tets, body_->material)),
+      elastic_(std::make_shared<const ElasticBody>(*body_)),
       recipes_(body_, config),
       tree_(make_tree(*body_)),
       hierarchies_(std::make_shared<RestHierarchies>()) {}

@@ -6,11 +6,12 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <stdexcept>
 
 #include "meshing/body/body_check.hpp"
 #include "meshing/parallel/parallel_for.hpp"
-#include "sim/fem/polar.hpp"
+#include "sim/materials/polar.hpp"
 
 namespace nbd {
 namespace {
@@ -41,19 +42,37 @@ TetMesh checked(TetMesh mesh) {
 
 }  // namespace
 
-ElasticBody::ElasticBody(TetMesh rest, const Material& material, MassKind mass)
+ElasticBody::ElasticBody(TetMesh rest, const Material& material, MassKind mass,
+                         const std::vector<MaterialRegion>& regions)
     : rest_(checked(std::move(rest))),
       material_(material),
       pattern_(static_cast<int>(rest_.X.rows()), rest_.T),
       order_(std::make_shared<const SweepOrder>(pattern_.offsets(), pattern_.columns(), nodes_per_part)) {
-    check_material(material_);
-    const double E = material_.young, nu = material_.poisson;
-    mu_ = E / (2 * (1 + nu));
-    lambda_ = E * nu / ((1 + nu) * (1 - 2 * nu));
+    const std::vector<double> density = set_materials(regions);
     measure_rest();
     list_incidences();
     share_corner_weights();
-    build_mass(mass);
+    build_mass(mass, density);
+}
+
+/// Returns the density of each tetrahedron.
+std::vector<double> ElasticBody::set_materials(const std::vector<MaterialRegion>& regions) {
+    check_material(material_);
+    check_regions(regions, material_, element_count());
+    std::vector<const Material*> material(static_cast<std::size_t>(element_count()), &material_);
+    for (const MaterialRegion& region : regions)
+        for (const int t : region.tets) material[static_cast<std::size_t>(t)] = &region.material;
+    std::vector<double> density;
+    for (const Material* of_tet : material) {
+        const Moduli moduli = moduli_of(*of_tet);
+        auto known = std::ranges::find(moduli_, moduli);
+        if (known == moduli_.end()) known = moduli_.insert(moduli_.end(), moduli);
+        moduli_of_tet_.push_back(static_cast<std::uint16_t>(known - moduli_.begin()));
+        largest_young_ = std::max(largest_young_, of_tet->young);
+        density.push_back(of_tet->density);
+    }
+    if (moduli_.size() == 1) moduli_of_tet_ = {};
+    return density;
 }
 
 void ElasticBody::measure_rest() {
@@ -124,11 +143,11 @@ void ElasticBody::share_corner_weights() {
     }
 }
 
-void ElasticBody::build_mass(MassKind kind) {
+void ElasticBody::build_mass(MassKind kind, const std::vector<double>& density) {
     node_mass_ = Eigen::VectorXd::Zero(node_count());
     for (int i = 0; i < node_count(); ++i)
         for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
-            node_mass_[i] += material_.density * volume_[corner_[s] / 4] / 4;
+            node_mass_[i] += density[static_cast<std::size_t>(corner_[s] / 4)] * volume_[corner_[s] / 4] / 4;
     if (kind == MassKind::lumped) return;
     // The integral of two shape functions over a tetrahedron is a 20th of its volume, that of a square a
     // 10th.
@@ -137,7 +156,7 @@ void ElasticBody::build_mass(MassKind kind) {
         for (int a = 0; a < 4; ++a)
             for (int b = 0; b < 4; ++b)
                 block_mass_[static_cast<std::size_t>(pattern_.find(rest_.T(t, a), rest_.T(t, b)))] +=
-                    material_.density * volume_[t] / (a == b ? 10 : 20);
+                    density[static_cast<std::size_t>(t)] * volume_[t] / (a == b ? 10 : 20);
 }
 
 /// The mass of a block off the diagonal.
@@ -160,6 +179,7 @@ SparseMatrix ElasticBody::mass_matrix() const {
 SparseMatrix ElasticBody::rest_stiffness() const {
     SparseMatrix K = pattern_.zero_matrix();
     for (int t = 0; t < element_count(); ++t) {
+        const auto& [law, mu, lambda] = moduli(t);  // all laws agree at rest
         Eigen::Matrix<double, 3, 4> g;
         g.rightCols<3>() = gradient_[static_cast<std::size_t>(t / lanes)].lane(t % lanes);
         g.col(0) = -g.rightCols<3>().rowwise().sum();
@@ -169,8 +189,8 @@ SparseMatrix ElasticBody::rest_stiffness() const {
                 // A stored block has the rows of b and the columns of a.
                 pattern_.block(K, i, k) +=
                     volume_[t] *
-                    (lambda_ * g.col(b) * g.col(a).transpose() + mu_ * g.col(a) * g.col(b).transpose() +
-                     mu_ * g.col(a).dot(g.col(b)) * Eigen::Matrix3d::Identity());
+                    (lambda * g.col(b) * g.col(a).transpose() + mu * g.col(a) * g.col(b).transpose() +
+                     mu * g.col(a).dot(g.col(b)) * Eigen::Matrix3d::Identity());
             }
     }
     return K;
@@ -189,12 +209,10 @@ void ElasticBody::sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out)
     });
 }
 
-// s_a is column a of S: the gradient of shape function a, rotated by R, times the square root of the volume.
-// Block (a, b) of R K_e R^T is lambda s_a s_b^T + mu s_b s_a^T + mu s_a.s_b I.
-void ElasticBody::combine(double mass_scale, double stiffness_scale, const ElementPose& pose,
-                          StepMatrix& A) const {
-    const auto lambda = static_cast<float>(stiffness_scale * lambda_),
-               mu = static_cast<float>(stiffness_scale * mu_);
+/// Sets A from the stiffness blocks that block(pairs, mass) gives for the pairs of corners of two nodes and
+/// their mass.
+template <class Block>
+void ElasticBody::fill(double mass_scale, StepMatrix& A, const Block& block_of) const {
     parallel_for(
         node_count(),
         [&](int i) {
@@ -202,25 +220,56 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
             for (int k = 0; k < static_cast<int>(row.size()); ++k) {
                 const int j = row[k], block = pattern_.first_block(i) + k;
                 if (j <= i) continue;
-                Eigen::Vector4f outer[3];  // sum of s_a s_b^T, by columns
-                for (Eigen::Vector4f& column : outer) column.setZero();
-                for (int s = pair_offset_[block]; s < pair_offset_[block + 1]; ++s) {
-                    const Eigen::Matrix4f& S = pose.S[static_cast<std::size_t>(pair_[s] / 16)];
-                    const int a = pair_[s] / 4 % 4, b = pair_[s] % 4;
-                    for (int c = 0; c < 3; ++c) outer[c] += S.col(a) * S(c, b);
-                }
-                const float diagonal = mu * (outer[0][0] + outer[1][1] + outer[2][2]) +
-                                       static_cast<float>(mass_scale * block_mass(block));
-                Eigen::Matrix3f value;
-                for (int r = 0; r < 3; ++r)
-                    for (int c = 0; c < 3; ++c)
-                        value(r, c) = lambda * outer[c][r] + mu * outer[r][c] + (r == c ? diagonal : 0);
+                const std::span<const int> pairs(pair_.data() + pair_offset_[block],
+                                                 pair_.data() + pair_offset_[block + 1]);
+                const Eigen::Matrix3f value =
+                    block_of(pairs, static_cast<float>(mass_scale * block_mass(block)));
                 A.set(i, k, value);
                 A.set(j, mirror_[block], value.transpose());
             }
         },
         64);
     A.balance_rows(mass_scale * node_mass_);
+}
+
+// s_a is column a of S: the gradient of shape function a, rotated by R, times the square root of the volume.
+// Block (a, b) of R K_e R^T is lambda s_a s_b^T + mu s_b s_a^T + mu s_a.s_b I.
+void ElasticBody::combine(double mass_scale, double stiffness_scale, const ElementPose& pose,
+                          StepMatrix& A) const {
+    if (!pose.blocks.empty()) {
+        const auto scale = static_cast<float>(stiffness_scale);
+        return fill(mass_scale, A, [&](std::span<const int> pairs, float mass) {
+            Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
+            for (const int pair : pairs) {
+                const TetBlocks& blocks = pose.blocks[static_cast<std::size_t>(pair / 16)];
+                const int a = pair / 4 % 4, b = pair % 4;
+                if (a < b)
+                    sum += blocks[static_cast<std::size_t>(pair_of_corners(a, b))];
+                else
+                    sum += blocks[static_cast<std::size_t>(pair_of_corners(b, a))].transpose();
+            }
+            sum *= scale;
+            sum.diagonal().array() += mass;
+            return sum;
+        });
+    }
+    const auto lambda = static_cast<float>(stiffness_scale * moduli_[0].lambda),
+               mu = static_cast<float>(stiffness_scale * moduli_[0].mu);
+    fill(mass_scale, A, [&](std::span<const int> pairs, float mass) {
+        Eigen::Vector4f outer[3];  // sum of s_a s_b^T, by columns
+        for (Eigen::Vector4f& column : outer) column.setZero();
+        for (const int pair : pairs) {
+            const Eigen::Matrix4f& S = pose.S[static_cast<std::size_t>(pair / 16)];
+            const int a = pair / 4 % 4, b = pair % 4;
+            for (int c = 0; c < 3; ++c) outer[c] += S.col(a) * S(c, b);
+        }
+        const float diagonal = mu * (outer[0][0] + outer[1][1] + outer[2][2]) + mass;
+        Eigen::Matrix3f value;
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c)
+                value(r, c) = lambda * outer[c][r] + mu * outer[r][c] + (r == c ? diagonal : 0);
+        return value;
+    });
 }
 
 StepMatrix ElasticBody::stiffness(const ElementPose& pose) const {

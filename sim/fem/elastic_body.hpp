@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -10,8 +11,10 @@
 #include "meshing/body/body.hpp"
 #include "meshing/surface/mesh.hpp"
 #include "sim/factor/block_pattern.hpp"
-#include "sim/fem/polar.hpp"
 #include "sim/fem/step_matrix.hpp"
+#include "sim/materials/element_tangent.hpp"
+#include "sim/materials/material_law.hpp"
+#include "sim/materials/polar.hpp"
 
 namespace nbd {
 
@@ -34,23 +37,35 @@ struct ElementReport {
 };
 
 /// Element results for one pose, of which matrices and their products are made. Owned by the caller, filled
-/// by ElasticBody::pose().
+/// by ElasticBody::pose(). Batches are of `lanes` tetrahedra.
 struct ElementPose {
-    // Rotations of the deformation gradients, det = +1 even if inverted, in batches of `lanes` tetrahedra.
-    std::vector<LaneMatrix3> R;
-    std::vector<Eigen::Matrix4f> S;  // [T] see ElasticBody::combine(); the fourth row is zero
+    std::vector<LaneMatrix3>
+        R;  // [batches] rotations of the deformation gradients, det = +1 even if inverted
+    // Of a body that is corotated all over; otherwise empty. [T]; see ElasticBody::combine(). The fourth row
+    // is zero.
+    std::vector<Eigen::Matrix4f> S;
+    // Of other bodies, and of full tangents; otherwise empty.
+    std::vector<ElementTangent> tangents;  // [batches] times volume
+    std::vector<TetBlocks> blocks;         // [T]
+};
+
+/// What is kept of the derivative of the corotated stress.
+enum class Tangent {
+    rotated,  // all but the derivative of the rotation
+    full,     // all, without negative eigenvalues
 };
 
 /// Forces of each tetrahedron on its nodes 1 to 3, as columns, N. Node 0 has minus their sum. [T].
 using ElementForces = std::vector<Eigen::Matrix3d>;
 
-/// Corotated linear elasticity on linear tetrahedra [MuellerGross04]: forces, energies and products in double
-/// precision, matrices of poses in single precision.
+/// Elasticity on linear tetrahedra: forces, energies and products in double precision, matrices of poses in
+/// single precision. The laws are those of `respond`; a body may have regions of several.
 ///
-/// Element energy: E_e = V (mu |F - R|^2 + lambda/2 tr(R^T F - I)^2), where R is the rotation of F's polar
-/// decomposition. The force f_e = -R K_e (R^T x - X) is exactly -dE_e/dx: the derivative of R drops out
-/// because R^T F is symmetric. The tangent K = sum of R K_e R^T neglects dR/dx and is therefore positive
-/// semi-definite in every pose; where R^T F = I it is the exact Hessian.
+/// Energy of a corotated element: E_e = V (mu |F - R|^2 + lambda/2 tr(R^T F - I)^2), where R is the rotation
+/// of F's polar decomposition. The force f_e = -R K_e (R^T x - X) is exactly -dE_e/dx: the derivative of R
+/// drops out because R^T F is symmetric. The tangent K = sum of R K_e R^T neglects dR/dx and is therefore
+/// positive semi-definite in every pose; where R^T F = I it is the exact Hessian. The tangents of other laws
+/// are exact but for negative eigenvalues, which become zero element by element.
 ///
 /// Immutable: several simulated copies and threads may share it, each with its own ElementPose. All loops run
 /// in parallel and sum in a fixed order, so the bits do not depend on the number of threads.
@@ -58,14 +73,24 @@ class ElasticBody {
  public:
     /// Throws std::invalid_argument naming the first bad parameter, node or tetrahedron: parameters outside
     /// the ranges of Material, no tetrahedra, an index out of range, a non-finite position, a tetrahedron
-    /// without positive volume, a node in no tetrahedron.
-    ElasticBody(TetMesh rest, const Material& material, MassKind mass = MassKind::lumped);
+    /// without positive volume, a node in no tetrahedron, a region with a tetrahedron of another region or
+    /// with damping of its own.
+    ElasticBody(TetMesh rest, const Material& material, MassKind mass = MassKind::lumped,
+                const std::vector<MaterialRegion>& regions = {});
+
+    /// The tetrahedra of a body, with its materials.
+    explicit ElasticBody(const Body& body, MassKind mass = MassKind::lumped)
+        : ElasticBody(body.tets, body.material, mass, body.regions) {}
 
     int node_count() const noexcept { return static_cast<int>(rest_.X.rows()); }
     int element_count() const noexcept { return static_cast<int>(rest_.T.rows()); }
     int unknown_count() const noexcept { return 3 * node_count(); }
     const TetMesh& rest() const noexcept { return rest_; }
-    const Material& material() const noexcept { return material_; }
+    const Material& material() const noexcept { return material_; }  // outside of regions
+    const Moduli& moduli(int tet) const noexcept {
+        return moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[static_cast<std::size_t>(tet)]];
+    }
+    double largest_young() const noexcept { return largest_young_; }          // over all materials, Pa
     const Eigen::VectorXd& rest_volumes() const noexcept { return volume_; }  // [T], m3
     /// Row sums of the mass matrix: the lumped node masses, for either kind of mass. [N], kg.
     const Eigen::VectorXd& node_masses() const noexcept { return node_mass_; }
@@ -74,6 +99,14 @@ class ElasticBody {
     SparseMatrix mass_matrix() const;  // in pattern(), kg
     /// K in the rest pose, in double precision, in pattern(), N/m.
     SparseMatrix rest_stiffness() const;
+
+    // Tetrahedra are processed in batches of `lanes`. In results of a batch, lanes after its last tetrahedron
+    // repeat that.
+    int batch_count() const noexcept { return static_cast<int>(gradient_.size()); }
+    int first_tet(int batch) const noexcept { return batch * lanes; }
+    int tets_of(int batch) const noexcept { return std::min(lanes, element_count() - batch * lanes); }
+    LaneModuli lane_moduli(int batch) const;
+    PrincipalLanes principal_stretches_of(NodesRef x, int batch) const;
 
     /// The deformation gradient of a tetrahedron for the positions x, [N, 3].
     Eigen::Matrix3d deformation_gradient(NodesRef x, int tet) const;
@@ -84,7 +117,7 @@ class ElasticBody {
 
     /// Fills the results and the elastic forces for the positions x [N, 3], metres. Allocates only on the
     /// first use of both. Non-finite elements get R = I and pass their NaN on to the forces.
-    void pose(NodesRef x, ElementPose& pose, ElementForces& forces) const;
+    void pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent = Tangent::rotated) const;
 
     /// Sums the elements' forces on the nodes, newtons. out: [N, 3].
     void sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out) const;
@@ -113,20 +146,27 @@ class ElasticBody {
     void measure_rest();
     void list_incidences();
     void share_corner_weights();
-    void build_mass(MassKind kind);
+    std::vector<double> set_materials(const std::vector<MaterialRegion>& regions);
+    void build_mass(MassKind kind, const std::vector<double>& density);
     void gradients(NodesRef x, int batch, LaneMatrix3& F) const;
     Lanes volumes(int batch) const;
     void measure_batch(NodesRef x, int batch, RegionMeter* meter, ElementReport& report) const;
-    void pose_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces) const;
-    void product_batch(NodesRef u, int batch, const ElementPose& pose, ElementForces& forces) const;
+    void corotated_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces) const;
+    void principal_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces,
+                         Tangent tangent) const;
+    void corotated_product(NodesRef u, int batch, const ElementPose& pose, ElementForces& forces) const;
+    void principal_product(NodesRef u, int batch, const ElementPose& pose, ElementForces& forces) const;
+    template <class Block>
+    void fill(double mass_scale, StepMatrix& A, const Block& block) const;
+    bool is_corotated() const noexcept;
     void store_forces(int batch, const LaneMatrix3& P, ElementForces& forces) const;
     double block_mass(int block) const noexcept;
-    int first_tet(int batch) const noexcept { return batch * lanes; }
-    int tets_of(int batch) const noexcept { return std::min(lanes, element_count() - batch * lanes); }
 
     TetMesh rest_;
     Material material_;
-    double mu_ = 0, lambda_ = 0;  // Lame parameters, Pa
+    std::vector<Moduli> moduli_;                // distinct
+    std::vector<std::uint16_t> moduli_of_tet_;  // [T] index in moduli_; empty if there is one alone
+    double largest_young_ = 0;
     BlockPattern pattern_;
     std::shared_ptr<const SweepOrder> order_;  // of the pattern
     Eigen::VectorXd volume_;                   // [T]

@@ -21,6 +21,16 @@ Lanes determinants(const LaneMatrix3& A) noexcept {
            A(2, 0) * (A(0, 1) * A(1, 2) - A(1, 1) * A(0, 2));
 }
 
+/// Energy densities of the corotated law.
+Lanes corotated_energy(const Moduli& moduli, const LaneMatrix3& F, const LaneMatrix3& R) noexcept {
+    Lanes trace = Lanes::Constant(-3), strain = Lanes::Zero();
+    for (std::size_t k = 0; k < 9; ++k) {
+        trace += R.entries[k] * F.entries[k];
+        strain += (F.entries[k] - R.entries[k]).square();
+    }
+    return moduli.mu * strain + 0.5 * moduli.lambda * trace.square();
+}
+
 /// Adds the report on later tetrahedra.
 void append(ElementReport& all, const ElementReport& later) {
     all.energy += later.energy;
@@ -78,13 +88,12 @@ void ElasticBody::measure_batch(NodesRef x, int batch, RegionMeter* meter, Eleme
     gradients(x, batch, F);
     if (meter) meter->add(first, count, F.entries);
     rotations_of(F, R);
-    Lanes trace = Lanes::Constant(-3), strain = Lanes::Zero(), squared = Lanes::Zero();
-    for (std::size_t k = 0; k < 9; ++k) {
-        trace += R.entries[k] * F.entries[k];
-        strain += (F.entries[k] - R.entries[k]).square();
-        squared += F.entries[k].square();
-    }
-    const Lanes det = determinants(F), density = mu_ * strain + 0.5 * lambda_ * trace.square();
+    Lanes squared = Lanes::Zero();
+    for (std::size_t k = 0; k < 9; ++k) squared += F.entries[k].square();
+    const Lanes det = determinants(F),
+                density = is_corotated()
+                              ? corotated_energy(moduli_[0], F, R)
+                              : respond(lane_moduli(batch), principal_stretches(F, R).sigma).energy;
     for (int l = 0; l < count; ++l) {
         if (!std::isfinite(det[l])) {
             if (report.non_finite++ == 0) report.first_non_finite = first + l;
@@ -100,12 +109,27 @@ void ElasticBody::measure_batch(NodesRef x, int batch, RegionMeter* meter, Eleme
     }
 }
 
-void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces) const {
+bool ElasticBody::is_corotated() const noexcept {
+    return moduli_.size() == 1 && moduli_[0].law == MaterialLaw::corotated;
+}
+
+void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent) const {
+    const auto tets = static_cast<std::size_t>(element_count());
+    const bool corotated = is_corotated() && tangent == Tangent::rotated;
     pose.R.resize(gradient_.size());
-    pose.S.resize(static_cast<std::size_t>(element_count()));
-    forces.resize(static_cast<std::size_t>(element_count()));
+    pose.S.resize(corotated ? tets : 0);
+    pose.tangents.resize(corotated ? 0 : gradient_.size());
+    pose.blocks.resize(corotated ? 0 : tets);
+    forces.resize(tets);
     parallel_for(
-        static_cast<int>(gradient_.size()), [&](int batch) { pose_batch(x, batch, pose, forces); }, 64);
+        static_cast<int>(gradient_.size()),
+        [&](int batch) {
+            if (corotated)
+                corotated_batch(x, batch, pose, forces);
+            else
+                principal_batch(x, batch, pose, forces, tangent);
+        },
+        64);
 }
 
 Lanes ElasticBody::volumes(int batch) const {
@@ -114,7 +138,8 @@ Lanes ElasticBody::volumes(int batch) const {
     return volume;
 }
 
-void ElasticBody::pose_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces) const {
+void ElasticBody::corotated_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces) const {
+    const auto& [law, mu, lambda] = moduli_[0];
     const LaneMatrix3& g = gradient_[static_cast<std::size_t>(batch)];
     const Lanes volume = volumes(batch), root = volume.sqrt();
     LaneMatrix3 F, P;
@@ -124,7 +149,7 @@ void ElasticBody::pose_batch(NodesRef x, int batch, ElementPose& pose, ElementFo
     Lanes trace = Lanes::Constant(-3);
     for (std::size_t k = 0; k < 9; ++k) trace += R.entries[k] * F.entries[k];
     for (std::size_t k = 0; k < 9; ++k)
-        P.entries[k] = -volume * (2 * mu_ * (F.entries[k] - R.entries[k]) + lambda_ * trace * R.entries[k]);
+        P.entries[k] = -volume * (2 * mu * (F.entries[k] - R.entries[k]) + lambda * trace * R.entries[k]);
     store_forces(batch, P, forces);
     for (int i = 0; i < 3; ++i) {
         Lanes S[4];
@@ -156,14 +181,22 @@ void ElasticBody::stiffness_product(const ElementPose& pose, NodesRef u, Element
                                     Eigen::Ref<Nodes> out) const {
     scratch.resize(static_cast<std::size_t>(element_count()));
     parallel_for(
-        static_cast<int>(gradient_.size()), [&](int batch) { product_batch(u, batch, pose, scratch); }, 64);
+        static_cast<int>(gradient_.size()),
+        [&](int batch) {
+            if (pose.tangents.empty())
+                corotated_product(u, batch, pose, scratch);
+            else
+                principal_product(u, batch, pose, scratch);
+        },
+        64);
     sum_forces(scratch, out);
 }
 
 /// V R (mu (E + E^T) + lambda tr(E) I), where E = R^T grad u.
-void ElasticBody::product_batch(NodesRef u, int batch, const ElementPose& pose, ElementForces& forces) const {
+void ElasticBody::corotated_product(NodesRef u, int batch, const ElementPose& pose,
+                                    ElementForces& forces) const {
     const LaneMatrix3& R = pose.R[static_cast<std::size_t>(batch)];
-    const Lanes volume = volumes(batch), mu = mu_ * volume, lambda = lambda_ * volume;
+    const Lanes volume = volumes(batch), mu = moduli_[0].mu * volume, lambda = moduli_[0].lambda * volume;
     LaneMatrix3 H, E, P;
     gradients(u, batch, H);
     for (int i = 0; i < 3; ++i)

@@ -4,30 +4,32 @@ namespace nbd {
 
 double StepPotential::value(const Nodes& v) {
     const Material& material = body_.material();
-    const Nodes change = v - start_.v;
+    const auto [dt, c] = step_;
+    const Nodes change = c * v - start_.v;
     Nodes product(v.rows(), 3);
     body_.mass_product(change, product);
     double sum = 0.5 * product.cwiseProduct(change).sum();
     body_.mass_product(v, product);
-    sum += 0.5 * dt_ * material.rayleigh_mass * product.cwiseProduct(v).sum();
-    sum -= dt_ * (product * loads_.gravity).sum();
-    if (loads_.forces.rows() > 0) sum -= dt_ * loads_.forces.cwiseProduct(v).sum();
+    sum += 0.5 * c * dt * material.rayleigh_mass * product.cwiseProduct(v).sum();
+    sum -= dt * (product * loads_.gravity).sum();
+    if (loads_.forces.rows() > 0) sum -= dt * loads_.forces.cwiseProduct(v).sum();
     body_.stiffness_product(damping_, v, forces_, product);
-    sum += 0.5 * dt_ * material.rayleigh_stiffness * product.cwiseProduct(v).sum();
-    return sum + body_.measure(start_.x + dt_ * v).energy;
+    sum += 0.5 * c * dt * material.rayleigh_stiffness * product.cwiseProduct(v).sum();
+    return sum + body_.measure(start_.x + dt * v).energy;
 }
 
 Nodes StepPotential::gradient(const Nodes& v) {
     const Material& material = body_.material();
+    const auto [dt, c] = step_;
     Nodes inertia(v.rows(), 3), damping(v.rows(), 3), force(v.rows(), 3);
-    body_.mass_product((1 + dt_ * material.rayleigh_mass) * v - start_.v -
-                           (dt_ * loads_.gravity.transpose()).replicate(v.rows(), 1),
+    body_.mass_product(c * (c + dt * material.rayleigh_mass) * v - c * start_.v -
+                           (dt * loads_.gravity.transpose()).replicate(v.rows(), 1),
                        inertia);
     body_.stiffness_product(damping_, v, forces_, damping);
-    body_.pose(start_.x + dt_ * v, end_, forces_);
+    body_.pose(start_.x + dt * v, end_, forces_);
     body_.sum_forces(forces_, force);
     if (loads_.forces.rows() > 0) force += loads_.forces;
-    return inertia + dt_ * (material.rayleigh_stiffness * damping - force);
+    return inertia + dt * (c * material.rayleigh_stiffness * damping - force);
 }
 
 }  // namespace nbd

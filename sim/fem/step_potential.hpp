@@ -4,17 +4,17 @@
 
 namespace nbd {
 
-/// One backward Euler step of a body as a minimisation over its end velocities v, [N, 3]. The gradient of
+/// One step of a body (see TimeStep) as a minimisation over its unknown v, [N, 3]. The gradient of
 ///
-///   P(v) = 1/2 |v - v0|^2_M + E(x0 + dt v) - dt v.(M g + f_outer) + dt/2 (alpha |v|^2_M + beta |v|^2_K)
+///   P(v) = 1/2 |c v - v*|^2_M + E(x* + dt v) - dt v.(M g + f_outer) + c dt/2 (alpha |v|^2_M + beta |v|^2_K)
 ///
 /// is the impulse balance that the step solves. Joules. Contact forces are not included.
 class StepPotential {
  public:
     /// Stores references to all arguments. damping: elements that define the stiffness K of the damping term.
-    StepPotential(const ElasticBody& body, const BodyState& start, double dt, const Loads& loads,
+    StepPotential(const ElasticBody& body, const BodyState& start, const TimeStep& step, const Loads& loads,
                   const ElementPose& damping)
-        : body_(body), start_(start), dt_(dt), loads_(loads), damping_(damping) {}
+        : body_(body), start_(start), step_(step), loads_(loads), damping_(damping) {}
 
     double value(const Nodes& v);
 
@@ -24,7 +24,7 @@ class StepPotential {
  private:
     const ElasticBody& body_;
     const BodyState& start_;
-    double dt_;
+    TimeStep step_;
     const Loads& loads_;
     const ElementPose& damping_;
     ElementPose end_;       // scratch

@@ -21,7 +21,9 @@ StepSystem::StepSystem(const ElasticBody& body)
       free_(body.node_count(), 3),
       image_(body.node_count(), 3) {}
 
-void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads, const Nodes& w) {
+void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Loads& loads, const Nodes& w,
+                          Tangent tangent) {
+    const auto [dt, c] = step;
     const auto require_rows = [&](Eigen::Index rows, const char* name) {
         if (rows != body_.node_count())
             throw std::invalid_argument(
@@ -36,15 +38,15 @@ void StepSystem::assemble(const BodyState& start, double dt, const Loads& loads,
 
     const Nodes& iterate = w.rows() > 0 ? w : start.v;
     x_ = start.x + dt * iterate;
-    body_.pose(x_, elements_, forces_);
+    body_.pose(x_, elements_, forces_, tangent);
     body_.sum_forces(forces_, force_);
-    mass_scale_ = 1 + dt * body_.material().rayleigh_mass;
-    stiffness_scale_ = dt * dt + dt * body_.material().rayleigh_stiffness;
+    mass_scale_ = c * (c + dt * body_.material().rayleigh_mass);
+    stiffness_scale_ = dt * dt + c * dt * body_.material().rayleigh_stiffness;
     body_.combine(mass_scale_, stiffness_scale_, elements_, A_);
 
     if (loads.forces.rows() > 0) force_ += loads.forces;
     Eigen::Map<Nodes> b(b_.data(), body_.node_count(), 3);
-    body_.mass_product(start.v.rowwise() + dt * loads.gravity.transpose(), product_);
+    body_.mass_product((c * start.v).rowwise() + dt * loads.gravity.transpose(), product_);
     b = product_ + dt * force_;
     body_.stiffness_product(elements_, iterate, forces_, product_);
     b += dt * dt * product_;

@@ -4,13 +4,9 @@
 #include <vector>
 
 #include "sim/fem/elastic_body.hpp"
+#include "sim/fem/time_step.hpp"
 
 namespace nbd {
-
-/// Positions and velocities of a body's nodes, both [N, 3], m and m/s.
-struct BodyState {
-    Nodes x, v;
-};
 
 /// External loads, constant over a step.
 struct Loads {
@@ -24,18 +20,18 @@ struct PrescribedNodes {
     Nodes v;                 // [nodes, 3], m/s
 };
 
-/// The linear system A v = b for the velocities at the end of one backward Euler step from (x0, v0):
+/// The linear system A v = b of one step (see TimeStep) from (x*, v*), whose unknown is v:
 ///
-///   A = (1 + dt alpha) M + (dt^2 + dt beta) K(x)
-///   b = M v0 + dt (f(x) + M g + f_outer) + dt^2 K(x) w
+///   A = c (c + dt alpha) M + (dt^2 + c dt beta) K(x)
+///   b = c M v* + dt (f(x) + M g + f_outer) + dt^2 K(x) w
 ///
-/// linearised at the iterate w, where x = x0 + dt w; alpha and beta are the Rayleigh coefficients. The first
-/// w is v0, which accounts for the body's rotation over the step; linearised at x0, a spinning body would
-/// gain energy. Using the last solution as w gives Newton's method, with K as its only approximation (see
-/// ElasticBody).
+/// linearised at the iterate w, where x = x* + dt w; alpha and beta are the Rayleigh coefficients. For
+/// backward Euler the first w is v*, which accounts for the body's rotation over the step; linearised at x*,
+/// a spinning body would gain energy. Using the last solution as w gives Newton's method, with K as its only
+/// approximation (see ElasticBody).
 ///
 /// Call assemble(), then prescribe(), then multiply() any number of times. CoupledSolver solves the systems
-/// of several bodies together. The step ends at x0 + dt v.
+/// of several bodies together.
 class StepSystem {
  public:
     /// The body must outlive the system.
@@ -44,15 +40,16 @@ class StepSystem {
 
     const ElasticBody& body() const noexcept { return body_; }
 
-    /// Sets A and b and clears all prescribed nodes. dt: seconds, > 0. w: [N, 3] m/s, or empty for start.v.
-    /// Throws std::invalid_argument for wrong shapes or dt.
-    void assemble(const BodyState& start, double dt, const Loads& loads, const Nodes& w = {});
+    /// Sets A and b and clears all prescribed nodes. w: [N, 3] m/s, or empty for start.v. Throws
+    /// std::invalid_argument for wrong shapes or dt.
+    void assemble(const BodyState& start, const TimeStep& step, const Loads& loads, const Nodes& w = {},
+                  Tangent tangent = Tangent::rotated);
 
     /// A = mass_scale M + stiffness_scale K of the last assemble(), before prescribe().
     double mass_scale() const noexcept { return mass_scale_; }
     double stiffness_scale() const noexcept { return stiffness_scale_; }
 
-    /// Elements at the pose x = x0 + dt w of the last assemble().
+    /// Elements at the pose x = x* + dt w of the last assemble().
     const ElementPose& elements() const noexcept { return elements_; }
 
     /// Eliminates nodes exactly: subtracts their A v from b of the other nodes, replaces their rows and

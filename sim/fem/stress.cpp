@@ -3,17 +3,25 @@
 #include <cmath>
 
 #include "meshing/parallel/parallel_for.hpp"
-#include "sim/fem/polar.hpp"
 
 namespace nbd {
+
 Eigen::VectorXd von_mises_stress(const ElasticBody& body, NodesRef x) {
-    const double mu = body.material().young / (2 * (1 + body.material().poisson));
     Eigen::VectorXd stress(body.element_count());
-    parallel_for(body.element_count(), [&](int t) {
-        const Eigen::Matrix3d F = body.deformation_gradient(x, t);
-        const Eigen::Matrix3d strain = rotation_of(F).transpose() * F - Eigen::Matrix3d::Identity();
-        const Eigen::Matrix3d deviator = 2 * mu * (strain - strain.trace() / 3 * Eigen::Matrix3d::Identity());
-        stress[t] = std::sqrt(1.5) * deviator.norm();  // the lambda term is a pressure
+    parallel_for(body.batch_count(), [&](int batch) {
+        const LaneModuli moduli = body.lane_moduli(batch);
+        const PrincipalLanes sigma = body.principal_stretches_of(x, batch);
+        PrincipalLanes principal = respond(moduli, sigma).stress;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Lanes cauchy = principal[i] / (sigma[(i + 1) % 3] * sigma[(i + 2) % 3]);
+            for (int l = 0; l < lanes; ++l)
+                if (moduli.law[static_cast<std::size_t>(l)] != MaterialLaw::corotated)
+                    principal[i][l] = cauchy[l];
+        }
+        const Lanes squared = (principal[0] - principal[1]).square() +
+                              (principal[1] - principal[2]).square() + (principal[2] - principal[0]).square();
+        for (int l = 0; l < body.tets_of(batch); ++l)
+            stress[body.first_tet(batch) + l] = std::sqrt(squared[l] / 2);
     });
     return stress;
 }

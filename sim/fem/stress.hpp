@@ -6,9 +6,10 @@
 
 namespace nbd {
 
-/// Von Mises stress of every tetrahedron in a pose, Pa. It uses the stress of corotated linear elasticity,
-/// sigma = 2 mu e + lambda tr(e) I with e = R^T F - I (see ElasticBody), so the body's rotation and damping
-/// have no effect. x: [N, 3] metres. Returns [T]; non-finite where the pose is non-finite.
+/// Von Mises stress of every tetrahedron in a pose, Pa: of the Cauchy stress P F^T / det F of its law; of
+/// corotated tetrahedra that of sigma = 2 mu e + lambda tr(e) I with e = R^T F - I, as the law is linear. The
+/// body's rotation and damping have no effect. x: [N, 3] metres. Returns [T]; non-finite where the pose is
+/// non-finite or a tetrahedron flat.
 Eigen::VectorXd von_mises_stress(const ElasticBody& body, NodesRef x);
 
 }  // namespace nbd

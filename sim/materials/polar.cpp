@@ -1,4 +1,4 @@
-#include "sim/fem/polar.hpp"
+#include "sim/materials/polar.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

@@ -28,7 +28,10 @@ Body two_tets() {
     body.surface = {body.tets.X, boundary_faces(body.tets)};
     body.W.resize(5, 5);
     body.W.setIdentity();
-    body.material = {2e5, 0.3, 900, 0.2, 2e-3};
+    body.material = {2e5, 0.3, 900, 0.2, 2e-3, MaterialLaw::stable_neo_hookean};
+    body.regions = {{.name = "upper/half", .material = body.material, .tets = {1}}};
+    body.regions[0].material.law = MaterialLaw::st_venant_kirchhoff;
+    body.regions[0].material.young = 3e6;
     std::srand(3);
     body.modes.U = Eigen::MatrixXf::Random(15, 4);
     body.modes.frequencies.resize(4);
@@ -43,11 +46,8 @@ void expect_same(const Body& a, const Body& b) {
     EXPECT_EQ(a.surface.X, b.surface.X);
     EXPECT_EQ(a.surface.F, b.surface.F);
     EXPECT_EQ(Eigen::MatrixXd(a.W), Eigen::MatrixXd(b.W));
-    EXPECT_EQ(a.material.young, b.material.young);
-    EXPECT_EQ(a.material.poisson, b.material.poisson);
-    EXPECT_EQ(a.material.density, b.material.density);
-    EXPECT_EQ(a.material.rayleigh_mass, b.material.rayleigh_mass);
-    EXPECT_EQ(a.material.rayleigh_stiffness, b.material.rayleigh_stiffness);
+    EXPECT_TRUE(a.material == b.material);
+    EXPECT_TRUE(a.regions == b.regions);
     EXPECT_EQ(a.modes.U, b.modes.U);
     EXPECT_EQ(a.modes.frequencies, b.modes.frequencies);
 }
@@ -78,6 +78,7 @@ TEST(BodyHash, DependsOnlyOnTheGeometry) {
     Body other = two_tets();
     other.name = "x";
     other.material.young = 1;
+    other.regions.clear();
     other.modes = {};
     EXPECT_EQ(body_hash(other), hash);
     other.tets.X(4, 2) = std::nextafter(other.tets.X(4, 2), 1.);
@@ -106,7 +107,11 @@ TEST_F(BodyFile, DetectsRandomDamage) {
         const Body b = load_body(file);
         std::ostringstream text;
         text << body_hash(b) << b.name << b.material.young << b.material.rayleigh_stiffness << b.modes.U
-             << b.modes.frequencies;
+             << b.modes.frequencies << name(b.material.law);
+        for (const MaterialRegion& region : b.regions) {
+            text << region.name << region.material.young << name(region.material.law);
+            for (const int t : region.tets) text << ' ' << t;
+        }
         return text.str();
     });
 }
@@ -139,8 +144,14 @@ const BrokenBody broken_bodies[] = {
      [](EditFile& f) { f.set_attribute("/", "format", "nbdtree tree"); }},
     {"is an HDF5 file without attribute 'format'; allowed: a file written by nbdtree",
      [](EditFile& f) { f.remove_attribute("/", "format"); }},
-    {"is a file of 'nbdtree body' version 2 from nbdtree ",
-     [](EditFile& f) { f.set_attribute("/", "format_version", 2); }},
+    {"is a file of 'nbdtree body' version 3 from nbdtree ",
+     [](EditFile& f) { f.set_attribute("/", "format_version", 3); }},
+    {"material has the law \"jelly\"; allowed: corotated, stable_neo_hookean, st_venant_kirchhoff",
+     [](EditFile& f) { f.set_attribute("material", "law", "jelly"); }},
+    {"region \"upper/half\": it has tetrahedron 2; allowed: 0 to 1",
+     [](EditFile& f) { f.set("regions/000/tets", 0, 2); }},
+    {"region \"upper/half\": its damping differs; allowed: that of the body",
+     [](EditFile& f) { f.set_attribute("regions/000", "rayleigh_mass", 0.3); }},
     {"has format_version 0; allowed: a positive number",
      [](EditFile& f) { f.set_attribute("/", "format_version", 0); }},
     {"attribute 'format_version' is not a whole number; allowed: one int64",

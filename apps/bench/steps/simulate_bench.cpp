@@ -136,7 +136,7 @@ SimulateTiming time_scene(const Body& body, const ElasticBody& elastic, const Si
 
 std::vector<SimulateTiming> time_simulation(const Body& body, const SimulateBenchConfig& config,
                                             Output& out) {
-    const auto elastic = std::make_shared<const ElasticBody>(body.tets, body.material);
+    const auto elastic = std::make_shared<const ElasticBody>(body);
     std::vector<SimulateTiming> rows;
     for (const SimulateScene& scene : simulate_scenes(body, elastic))
         rows.push_back(time_scene(body, *elastic, scene, config, out));

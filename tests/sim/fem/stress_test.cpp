@@ -13,14 +13,13 @@ namespace {
 class Stress : public ::testing::Test {
  protected:
     const TetMesh tets_ = test::box_mesh({1, 0.5, 0.5}, {3, 2, 2});
-    const Material material_{.young = 2e5, .poisson = 0.3};
-    const ElasticBody body_{tets_, material_};
+    Material material_{.young = 2e5, .poisson = 0.3};
 
     /// Stress of every tetrahedron after a deformation F and a rigid motion.
     void expect_stress(const Eigen::Matrix3d& F, double expected) const {
         const Eigen::Matrix3d R = Eigen::AngleAxisd(2.1, Eigen::Vector3d(1, -2, 0.5).normalized()).matrix();
         const Nodes x = (tets_.X * (R * F).transpose()).rowwise() + Eigen::RowVector3d(3, 2, 1);
-        const Eigen::VectorXd stress = von_mises_stress(body_, x);
+        const Eigen::VectorXd stress = von_mises_stress(ElasticBody(tets_, material_), x);
         ASSERT_EQ(stress.size(), tets_.T.rows());
         EXPECT_LT((stress.array() - expected).abs().maxCoeff(), 1e-9 * material_.young) << expected;
     }
@@ -41,6 +40,24 @@ TEST_F(Stress, IsRootThreeTimesTheShearStressUnderPureShear) {
     F(0, 1) = F(1, 0) = 0.02;
     const double mu = material_.young / (2 * (1 + material_.poisson));
     expect_stress(F, std::sqrt(3.0) * 2 * mu * 0.02);
+}
+
+// The Cauchy stress of principal axis i is s_i^2 (2 mu e_i + lambda tr e) / J with e_i = (s_i^2 - 1) / 2.
+TEST_F(Stress, IsTheCauchyStressOfStVenantKirchhoff) {
+    material_.law = MaterialLaw::st_venant_kirchhoff;
+    const Eigen::Array3d s(1.3, 0.8, 0.8), e = (s.square() - 1) / 2;
+    const double mu = material_.young / 2.6, lambda = material_.young * 0.3 / (1.3 * 0.4);
+    const Eigen::Array3d cauchy = s.square() * (2 * mu * e + lambda * e.sum()) / s.prod();
+    expect_stress(s.matrix().asDiagonal(), std::abs(cauchy[0] - cauchy[1]));
+}
+
+// Cauchy stresses differ by mu' (1 - 1 / (|F|^2 + 1)) (s_i^2 - s_j^2) / J with mu' = 4/3 mu.
+TEST_F(Stress, IsTheCauchyStressOfStableNeoHooke) {
+    material_.law = MaterialLaw::stable_neo_hookean;
+    const Eigen::Array3d s(1.3, 0.8, 0.8);
+    const double mu = 4.0 / 3 * material_.young / 2.6, size = s.square().sum();
+    expect_stress(s.matrix().asDiagonal(),
+                  mu * (1 - 1 / (size + 1)) * (s[0] * s[0] - s[1] * s[1]) / s.prod());
 }
 
 }  // namespace

@@ -20,11 +20,11 @@ def text(item, name):
 
 with h5py.File(body_path) as body:
     assert text(body, "format") == "nbdtree body"
-    assert body.attrs["format_version"] == 1 and text(body, "units") == "m, s, kg"
+    assert body.attrs["format_version"] == 2 and text(body, "units") == "m, s, kg"
     assert text(body, "body_sha256") == body_sha256
     assert body["tets/nodes"].dtype == np.float64 and body["tets/cells"][:].tolist() == [[0, 1, 2, 3]]
     assert body["tets/nodes"].fletcher32 and body["tets/cells"].fletcher32
-    assert body["material"].attrs["density"] == 1000
+    assert body["material"].attrs["density"] == 1000 and text(body["material"], "law") == "corotated"
     indptr, indices, weights = (body["embedding"][k][:] for k in ("rows", "cols", "values"))
     for v, (begin, end) in enumerate(zip(indptr, indptr[1:])):
         x = weights[begin:end] @ body["tets/nodes"][:][indices[begin:end]]

@@ -1,0 +1,82 @@
+#include "meshing/body/material.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+namespace nbd {
+
+std::string_view name(MaterialLaw law) noexcept {
+    switch (law) {
+        case MaterialLaw::stable_neo_hookean:
+            return "stable_neo_hookean";
+        case MaterialLaw::st_venant_kirchhoff:
+            return "st_venant_kirchhoff";
+        case MaterialLaw::corotated:
+            break;
+    }
+    return "corotated";
+}
+
+std::optional<MaterialLaw> material_law(std::string_view text) noexcept {
+    for (const MaterialLaw law : material_laws)
+        if (name(law) == text) return law;
+    return {};
+}
+
+void MaterialChange::apply(Material& material) const {
+    material.young = young.value_or(material.young);
+    material.poisson = poisson.value_or(material.poisson);
+    material.density = density.value_or(material.density);
+    material.rayleigh_mass = rayleigh_mass.value_or(material.rayleigh_mass);
+    material.rayleigh_stiffness = rayleigh_stiffness.value_or(material.rayleigh_stiffness);
+    material.law = law.value_or(material.law);
+}
+
+void check_material(const Material& m) {
+    const auto require = [](bool ok, const char* what, double value, const char* allowed) {
+        if (!ok || !std::isfinite(value))
+            throw std::invalid_argument(fmt::format("{} is {}; allowed: {}", what, value, allowed));
+    };
+    require(m.young > 0, "Young's modulus", m.young, "more than 0 Pa");
+    require(m.poisson >= least_poisson && m.poisson <= max_poisson, "Poisson's ratio", m.poisson,
+            "between -0.999 and 0.499");
+    require(m.density > 0, "density", m.density, "more than 0 kg/m3");
+    require(m.rayleigh_mass >= 0, "Rayleigh mass damping", m.rayleigh_mass, "at least 0 1/s");
+    require(m.rayleigh_stiffness >= 0, "Rayleigh stiffness damping", m.rayleigh_stiffness, "at least 0 s");
+}
+
+void check_regions(const std::vector<MaterialRegion>& regions, const Material& material, int tets) {
+    constexpr std::size_t max_regions = 1000;
+    if (regions.size() > max_regions)
+        throw std::invalid_argument(
+            fmt::format("{} regions of material; allowed: at most {}", regions.size(), max_regions));
+    std::set<std::string> names;
+    std::vector<char> taken(static_cast<std::size_t>(tets), 0);
+    for (const MaterialRegion& region : regions) {
+        const auto refuse = [&](const std::string& reason) {
+            throw std::invalid_argument(fmt::format("region \"{}\": {}", region.name, reason));
+        };
+        if (region.name.empty() || !names.insert(region.name).second)
+            refuse("its name is empty or taken; allowed: a name of its own");
+        try {
+            check_material(region.material);
+        } catch (const std::invalid_argument& e) {
+            refuse(e.what());
+        }
+        if (region.material.rayleigh_mass != material.rayleigh_mass ||
+            region.material.rayleigh_stiffness != material.rayleigh_stiffness)
+            refuse("its damping differs; allowed: that of the body");
+        if (region.tets.empty()) refuse("it has no tetrahedra; allowed: at least one");
+        for (const int t : region.tets) {
+            if (t < 0 || t >= tets)
+                refuse(fmt::format("it has tetrahedron {}; allowed: 0 to {}", t, tets - 1));
+            if (taken[static_cast<std::size_t>(t)]++)
+                refuse(fmt::format("tetrahedron {} is in a region already; allowed: one each", t));
+        }
+    }
+}
+
+}  // namespace nbd

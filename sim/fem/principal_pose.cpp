@@ -1,0 +1,60 @@
+// The passes of ElasticBody over the elements of a pose, for laws that are functions of the principal
+// stretches.
+#include "sim/fem/elastic_body.hpp"
+
+namespace nbd {
+
+LaneModuli ElasticBody::lane_moduli(int batch) const {
+    LaneModuli result;
+    for (int l = 0; l < lanes; ++l) {
+        const auto& [law, mu, lambda] = moduli(first_tet(batch) + std::min(l, tets_of(batch) - 1));
+        result.law[static_cast<std::size_t>(l)] = law;
+        result.mu[l] = mu;
+        result.lambda[l] = lambda;
+    }
+    return result;
+}
+
+PrincipalLanes ElasticBody::principal_stretches_of(NodesRef x, int batch) const {
+    LaneMatrix3 F, R;
+    gradients(x, batch, F);
+    rotations_of(F, R);
+    return principal_stretches(F, R).sigma;
+}
+
+void ElasticBody::principal_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces,
+                                  Tangent tangent) const {
+    const Lanes volume = volumes(batch);
+    const LaneModuli moduli = lane_moduli(batch);
+    LaneMatrix3 F, P;
+    gradients(x, batch, F);
+    LaneMatrix3& R = pose.R[static_cast<std::size_t>(batch)];
+    rotations_of(F, R);
+    const PrincipalStretches stretches = principal_stretches(F, R);
+    const auto& [U, V, sigma] = stretches;
+    PrincipalResponse response = respond(moduli, sigma);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            P(i, j) =
+                -volume * (response.stress[0] * U(i, 0) * V(j, 0) + response.stress[1] * U(i, 1) * V(j, 1) +
+                           response.stress[2] * U(i, 2) * V(j, 2));
+    store_forces(batch, P, forces);
+    response.project();
+    if (tangent == Tangent::rotated)
+        for (int l = 0; l < lanes; ++l)
+            if (moduli.law[static_cast<std::size_t>(l)] == MaterialLaw::corotated)
+                for (Lanes& twist : response.twist) twist[l] = 0;
+    ElementTangent& kept = pose.tangents[static_cast<std::size_t>(batch)];
+    kept = ElementTangent(stretches, response, volume);
+    stiffness_blocks(kept, gradient_[static_cast<std::size_t>(batch)], tets_of(batch),
+                     &pose.blocks[static_cast<std::size_t>(first_tet(batch))]);
+}
+
+void ElasticBody::principal_product(NodesRef u, int batch, const ElementPose& pose,
+                                    ElementForces& forces) const {
+    LaneMatrix3 H;
+    gradients(u, batch, H);
+    store_forces(batch, pose.tangents[static_cast<std::size_t>(batch)].multiply(H), forces);
+}
+
+}  // namespace nbd

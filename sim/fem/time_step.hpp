@@ -1,0 +1,34 @@
+#pragma once
+
+#include "sim/fem/body_state.hpp"
+
+namespace nbd {
+
+/// One step in time from a start (x*, v*), with w as its unknown: the body ends at x* + dt w with velocities
+/// c w, where c is velocity_factor. Both rules solve M (c w - v*) = (dt / c) f(x* + dt w):
+///
+///   backward Euler   (x*, v*) is the state before the step, c = 1; w is the velocity at the end
+///   BDF2             (x*, v*) follows from the last two states, see bdf2_start()
+struct TimeStep {
+    double dt = 0;               // seconds, > 0
+    double velocity_factor = 1;  // c
+
+    /// A step of backward Euler.
+    TimeStep(double length) noexcept : dt(length) {}
+    TimeStep(double length, double factor) noexcept : dt(length), velocity_factor(factor) {}
+};
+
+/// The start of a step and the step itself.
+struct StepStart {
+    BodyState state;
+    TimeStep step;
+};
+
+/// The second order backward differentiation formula for steps of two lengths. before: the state dt_before
+/// earlier than `now`. It hardly damps what takes tens of steps for a period. Steps must not grow by more
+/// than a factor of 1 + sqrt(2) [HairerNorsettWanner93, III.5].
+StepStart bdf2_start(const BodyState& before, const BodyState& now, double dt_before, double dt);
+
+constexpr double max_bdf2_growth = 2;  // of the step length, from one step to the next
+
+}  // namespace nbd

@@ -1,0 +1,83 @@
+#include "sim/materials/element_tangent.hpp"
+
+namespace nbd {
+namespace {
+
+LaneMatrix3 product(const LaneMatrix3& A, const LaneMatrix3& B) noexcept {
+    LaneMatrix3 C;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) C(i, j) = A(i, 0) * B(0, j) + A(i, 1) * B(1, j) + A(i, 2) * B(2, j);
+    return C;
+}
+
+LaneMatrix3 transposed(const LaneMatrix3& A) noexcept {
+    LaneMatrix3 B;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) B(j, i) = A(i, j);
+    return B;
+}
+
+}  // namespace
+
+ElementTangent::ElementTangent(const PrincipalStretches& stretches, const PrincipalResponse& response,
+                               const Lanes& weight) noexcept
+    : U(stretches.U), V(stretches.V) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        A.diagonal[i] = weight * response.A.diagonal[i];
+        A.off[i] = weight * response.A.off[i];
+        same[i] = 0.5 * weight * (response.flip[i] + response.twist[i]);
+        crossed[i] = 0.5 * weight * (response.flip[i] - response.twist[i]);
+    }
+}
+
+LaneMatrix3 ElementTangent::multiply(const LaneMatrix3& H) const noexcept {
+    const LaneMatrix3 local = product(transposed(U), product(H, V));
+    LaneMatrix3 P;
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const auto at = static_cast<std::size_t>(i), next = static_cast<std::size_t>(j),
+                   last = static_cast<std::size_t>(k);
+        P(i, i) = A.diagonal[at] * local(i, i) + A.off[last] * local(j, j) + A.off[next] * local(k, k);
+        P(j, k) = same[at] * local(j, k) + crossed[at] * local(k, j);
+        P(k, j) = same[at] * local(k, j) + crossed[at] * local(j, k);
+    }
+    return product(U, product(P, transposed(V)));
+}
+
+// With q_a = V^T grad N_a, block (a, b) is U M U^T, where M_ii = A_ii q_ai q_bi + sum over j of
+// same_ij q_aj q_bj, and M_ij = A_ij q_ai q_bj + crossed_ij q_aj q_bi.
+void stiffness_blocks(const ElementTangent& tangent, const LaneMatrix3& gradient, int count,
+                      TetBlocks* blocks) noexcept {
+    const auto& [U, V, A, same, crossed] = tangent;
+    const LaneMatrix3 q = product(transposed(V), gradient);
+    std::array<PrincipalLanes, 4> corner;
+    for (int i = 0; i < 3; ++i) {
+        const auto axis = static_cast<std::size_t>(i);
+        corner[0][axis].setZero();
+        for (int a = 0; a < 3; ++a) {
+            corner[static_cast<std::size_t>(a + 1)][axis] = q(i, a);
+            corner[0][axis] -= q(i, a);
+        }
+    }
+    for (std::size_t a = 0; a < 4; ++a)
+        for (std::size_t b = a + 1; b < 4; ++b) {
+            const PrincipalLanes &p = corner[a], &r = corner[b];
+            LaneMatrix3 M;
+            for (int i = 0; i < 3; ++i) {
+                const int j = (i + 1) % 3, k = (i + 2) % 3;
+                const auto x = static_cast<std::size_t>(i), y = static_cast<std::size_t>(j),
+                           z = static_cast<std::size_t>(k);
+                M(i, i) = A.diagonal[x] * p[x] * r[x] + same[z] * p[y] * r[y] + same[y] * p[z] * r[z];
+                M(j, k) = A.off[x] * p[y] * r[z] + crossed[x] * p[z] * r[y];
+                M(k, j) = A.off[x] * p[z] * r[y] + crossed[x] * p[y] * r[z];
+            }
+            const LaneMatrix3 K = product(U, product(M, transposed(U)));
+            const auto pair =
+                static_cast<std::size_t>(pair_of_corners(static_cast<int>(a), static_cast<int>(b)));
+            for (int l = 0; l < count; ++l)
+                for (int i = 0; i < 3; ++i)
+                    for (int j = 0; j < 3; ++j) blocks[l][pair](i, j) = static_cast<float>(K(i, j)[l]);
+        }
+}
+
+}  // namespace nbd

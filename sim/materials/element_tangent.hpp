@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "sim/materials/material_law.hpp"
+
+namespace nbd {
+
+/// The derivative of the stress P of `lanes` elements, in the principal axes of their deformation gradients.
+struct ElementTangent {
+    LaneMatrix3 U, V;
+    SymmetricLanes A;
+    PrincipalLanes same, crossed;  // dP_ij = same_k H_ij + crossed_k H_ji for the third axis k
+
+    ElementTangent() = default;  // uninitialised
+    /// weight: of each element, for example its volume.
+    ElementTangent(const PrincipalStretches& stretches, const PrincipalResponse& response,
+                   const Lanes& weight) noexcept;
+
+    /// The change of P, times the weight, where F changes by H.
+    LaneMatrix3 multiply(const LaneMatrix3& H) const noexcept;
+};
+
+/// The blocks (a, b), a < b, of a tetrahedron's stiffness matrix: (0, 1), (0, 2), (0, 3), (1, 2), (1, 3),
+/// (2, 3). The blocks (b, a) are their transposes.
+using TetBlocks = std::array<Eigen::Matrix3f, 6>;
+
+constexpr int pair_of_corners(int a, int b) noexcept { return a == 0 ? b - 1 : a + b; }
+
+/// Sets the blocks of the first `count` elements. gradient: of shape functions 1 to 3, as columns.
+void stiffness_blocks(const ElementTangent& tangent, const LaneMatrix3& gradient, int count,
+                      TetBlocks* blocks) noexcept;
+
+}  // namespace nbd
