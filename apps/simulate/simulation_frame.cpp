@@ -29,10 +29,11 @@ std::string to_bytes(const SimulationFrame& frame) {
     out.put(frame.world.time);
     out.put(frame.world.dt_before);
     out.put(frame.world.bodies.size());
-    for (const BodyState& body : frame.world.bodies) {
-        out.put_nodes(body.x);
-        out.put_nodes(body.v);
-    }
+    for (const auto* states : {&frame.world.bodies, &frame.world.before})
+        for (const BodyState& body : *states) {
+            out.put_nodes(body.x);
+            out.put_nodes(body.v);
+        }
     out.put_all(frame.world.sides.vertices);
     out.put_nodes(rows_of(frame.world.sides.normals));
     out.put_all(frame.world.sides.depths);
@@ -48,10 +49,11 @@ SimulationFrame frame_from(std::string_view bytes) {
     frame.world.time = in.get<double>();
     frame.world.dt_before = in.get<double>();
     const auto bodies = in.get<std::size_t>();
-    for (std::size_t b = 0; b < bodies; ++b) {
-        Nodes x = in.get_nodes();
-        frame.world.bodies.push_back({std::move(x), in.get_nodes()});
-    }
+    for (auto* states : {&frame.world.bodies, &frame.world.before})
+        for (std::size_t b = 0; b < bodies; ++b) {
+            Nodes x = in.get_nodes();
+            states->push_back({std::move(x), in.get_nodes()});
+        }
     frame.world.sides.vertices = in.get_all<std::array<int, 3>>();
     const Nodes normals = in.get_nodes();
     for (Eigen::Index i = 0; i < normals.rows(); ++i) frame.world.sides.normals.emplace_back(normals.row(i));

@@ -40,9 +40,10 @@ struct DetectionReport {
 class ContactDetection {
  public:
     /// Fills contacts(). time: time of the states, seconds. dt: length of the step that starts there.
-    /// dt_before: length of the previous step, 0 if there was none. thickness: metres.
+    /// moved_for: time in which the bodies would move as far as in the last step at
+    /// their present velocities, seconds; 0 if there was no step. thickness: metres.
     void find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
-              const ContactConfig& config, double thickness, double time, double dt_before, double dt,
+              const ContactConfig& config, double thickness, double time, double moved_for, double dt,
               DetectionReport& report);
 
     /// Contacts of the last find(), in an order determined by the bodies and their states.
@@ -60,7 +61,7 @@ class ContactDetection {
     std::span<const PatchPair> near_patches(const ContactParty& a, const ContactParty& b,
                                             const ContactReach& reach, double dt, DetectionReport& report);
     void find_bodies(BodyIndices pair, std::span<const ContactParty> bodies, const ContactConfig& config,
-                     double thickness, double dt_before, double dt, DetectionReport& report);
+                     double thickness, double moved_for, double dt, DetectionReport& report);
 
     std::map<BodyIndices, BodyContactFinder> finders_;  // pairs whose boxes touched in the last find()
     Sweep sweep_;

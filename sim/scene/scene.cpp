@@ -91,16 +91,37 @@ SceneGrip read_grip(JsonObject& from) {
     return grip;
 }
 
-MaterialOverride read_material(JsonObject from) {
-    MaterialOverride material;
+/// Of a region, which has no damping of its own.
+MaterialChange read_elasticity(JsonObject& from) {
+    MaterialChange material;
+    std::vector<std::string> laws;
+    for (const MaterialLaw law : material_laws) laws.emplace_back(name(law));
+    material.law = material_law(from.choice("law", "", laws));
     material.young = from.optional_number("young", positive);
     material.poisson =
         from.optional_number("poisson", {least_poisson, max_poisson, "between -0.999 and 0.499"});
     material.density = from.optional_number("density", positive);
+    return material;
+}
+
+MaterialChange read_material(JsonObject from) {
+    MaterialChange material = read_elasticity(from);
     material.rayleigh_mass = from.optional_number("rayleigh_mass", not_negative);
     material.rayleigh_stiffness = from.optional_number("rayleigh_stiffness", not_negative);
     from.finish();
     return material;
+}
+
+SceneMaterialRegion read_material_region(JsonObject& from) {
+    SceneMaterialRegion region{.key = key_of(from), .group = {}, .where = {}, .material = {}};
+    const std::string kind = from.need_one({"group", "region"});
+    if (kind == "group") region.group = from.text("group", "");
+    if (kind == "region") region.where = read_region(from.object("region"));
+    JsonObject material = from.object("material");
+    region.material = read_elasticity(material);
+    material.finish();
+    from.finish();
+    return region;
 }
 
 /// A path relative to base. Empty if the key is missing or wrong; an empty text is a problem.
@@ -165,6 +186,7 @@ SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {
     body.velocity = from.vector("velocity", body.velocity);
     body.angular_velocity = from.vector("angular_velocity", body.angular_velocity);
     body.material = read_material(from.object("material"));
+    for (JsonObject& region : from.objects("regions")) body.regions.push_back(read_material_region(region));
     for (JsonObject& pin : from.objects("pins")) {
         SceneGrip held{.key = key_of(pin), .region = {}, .motion = {}};
         held.region = read_region(std::move(pin));
@@ -204,6 +226,9 @@ SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base)
 StepConfig read_solver(JsonObject from) {
     StepConfig step;
     from.renamed("most_substeps", "max_substeps");
+    if (from.choice("integrator", "backward_euler", {"backward_euler", "bdf2"}) == "bdf2")
+        step.integrator = TimeIntegrator::bdf2;
+    if (from.choice("tangent", "rotated", {"rotated", "full"}) == "full") step.tangent = Tangent::full;
     step.newton_iterations = static_cast<int>(
         from.integer("newton_iterations", step.newton_iterations, {1, 100, "between 1 and 100"}));
     step.newton_tolerance =
@@ -253,14 +278,6 @@ SceneOutput read_output(JsonObject from) {
 
 Eigen::Matrix3d Placement::rotation() const {
     return Eigen::AngleAxisd(degrees * std::numbers::pi / 180, axis).toRotationMatrix();
-}
-
-void MaterialOverride::apply(Material& material) const {
-    material.young = young.value_or(material.young);
-    material.poisson = poisson.value_or(material.poisson);
-    material.density = density.value_or(material.density);
-    material.rayleigh_mass = rayleigh_mass.value_or(material.rayleigh_mass);
-    material.rayleigh_stiffness = rayleigh_stiffness.value_or(material.rayleigh_stiffness);
 }
 
 SceneReading read_scene(std::string_view text, const std::filesystem::path& base) {

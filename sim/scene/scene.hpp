@@ -45,10 +45,13 @@ struct SceneGrip {
     Grip motion;  // without nodes
 };
 
-/// Material constants of a scene that replace those of the body.
-struct MaterialOverride {
-    std::optional<double> young, poisson, density, rayleigh_mass, rayleigh_stiffness;
-    void apply(Material& material) const;
+/// A part of a body with a material of its own: a region of the body file, or the tetrahedra whose centres
+/// lie in a region of space.
+struct SceneMaterialRegion {
+    std::string key;          // "regions[1]", for messages
+    std::string group;        // name of the body's region; empty: `where` holds
+    Region where;             // at time 0
+    MaterialChange material;  // without damping, which is the body's
 };
 
 /// Source of a body.
@@ -76,7 +79,8 @@ struct SceneBody {
     Placement placement;
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // m/s
     Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s, about the centre of mass
-    MaterialOverride material;
+    MaterialChange material;  // outside of the body's regions; its damping holds in these too
+    std::vector<SceneMaterialRegion> regions;
     std::vector<SceneGrip> grips;
 };
 

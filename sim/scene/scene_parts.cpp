@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -42,6 +43,35 @@ Grip take_nodes(const SceneGrip& from, const Nodes& x) {
     return grip;
 }
 
+/// Tetrahedra whose centres lie in a region, ascending.
+std::vector<int> tets_in(const Region& region, const Nodes& x, const Tets& T) {
+    Nodes centres(T.rows(), 3);
+    for (Eigen::Index t = 0; t < T.rows(); ++t)
+        centres.row(t) = 0.25 * (x.row(T(t, 0)) + x.row(T(t, 1)) + x.row(T(t, 2)) + x.row(T(t, 3)));
+    return nodes_in(region, centres);
+}
+
+MaterialRegion& region_named(std::vector<MaterialRegion>& regions, const SceneMaterialRegion& wanted) {
+    const auto found = std::ranges::find(regions, wanted.group, &MaterialRegion::name);
+    if (found != regions.end()) return *found;
+    std::string names;
+    for (const MaterialRegion& region : regions) names += (names.empty() ? "" : ", ") + region.name;
+    throw std::invalid_argument(fmt::format("{}: the body has no group \"{}\"; allowed: {}", wanted.key,
+                                            wanted.group, names.empty() ? "none, it has no groups" : names));
+}
+
+/// Takes the tetrahedra from their regions and makes them one of the changed material of the body.
+void cut_out(BodyMaterials& materials, const SceneMaterialRegion& change, std::vector<int> tets) {
+    if (tets.empty())
+        throw std::invalid_argument(
+            fmt::format("{}: the region holds no centre of a tetrahedron of the body", change.key));
+    for (MaterialRegion& region : materials.regions)
+        std::erase_if(region.tets, [&](int t) { return std::ranges::binary_search(tets, t); });
+    MaterialRegion region{.name = change.key, .material = materials.material, .tets = std::move(tets)};
+    change.material.apply(region.material);
+    materials.regions.push_back(std::move(region));
+}
+
 }  // namespace
 
 std::vector<int> nodes_in(const Region& region, NodesRef x) {
@@ -66,16 +96,30 @@ std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const Loa
     return std::make_shared<const CollisionTree>(std::move(tree));
 }
 
-Material scene_material(const SceneBody& spec, const LoadedBody& loaded) {
-    Material material = loaded.body->material;
-    spec.material.apply(material);
-    return material;
+BodyMaterials scene_materials(const SceneBody& spec, const LoadedBody& loaded) {
+    const Body& body = *loaded.body;
+    BodyMaterials result{.material = body.material, .regions = body.regions};
+    spec.material.apply(result.material);
+    for (MaterialRegion& region : result.regions) {
+        region.material.rayleigh_mass = result.material.rayleigh_mass;
+        region.material.rayleigh_stiffness = result.material.rayleigh_stiffness;
+    }
+    for (const SceneMaterialRegion& change : spec.regions) {
+        if (change.group.empty())
+            cut_out(result, change, tets_in(change.where, placed(body.tets.X, spec.placement), body.tets.T));
+        else
+            change.material.apply(region_named(result.regions, change).material);
+    }
+    std::erase_if(result.regions, [](const MaterialRegion& region) { return region.tets.empty(); });
+    return result;
 }
 
 std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const LoadedBody& loaded) {
     TetMesh tets = loaded.body->tets;
     tets.X *= spec.placement.scale;
-    return std::make_shared<const ElasticBody>(std::move(tets), scene_material(spec, loaded));
+    const BodyMaterials materials = scene_materials(spec, loaded);
+    return std::make_shared<const ElasticBody>(std::move(tets), materials.material, MassKind::lumped,
+                                               materials.regions);
 }
 
 WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,

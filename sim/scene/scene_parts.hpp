@@ -11,8 +11,17 @@ namespace nbd {
 /// Rows of x inside a region, ascending.
 std::vector<int> nodes_in(const Region& region, NodesRef x);
 
-/// The body's material, with what the scene changes.
-Material scene_material(const SceneBody& spec, const LoadedBody& loaded);
+/// The materials of a body.
+struct BodyMaterials {
+    Material material;
+    std::vector<MaterialRegion> regions;
+    bool operator==(const BodyMaterials&) const = default;
+};
+
+/// The body's materials, with what the scene changes. A tetrahedron in several regions of the scene is of the
+/// last. Throws std::invalid_argument, with the region's JSON path, for a region without tetrahedra and for a
+/// group that the body does not have.
+BodyMaterials scene_materials(const SceneBody& spec, const LoadedBody& loaded);
 
 /// The elastic model of a body at its scale. Throws std::invalid_argument for inconsistent data.
 std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const LoadedBody& loaded);

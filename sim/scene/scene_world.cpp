@@ -45,7 +45,7 @@ World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies) {
             for (std::size_t a = 0; a < b && !elastic[b]; ++a)
                 if (bodies[a].body == bodies[b].body &&
                     spec.bodies[a].placement.scale == spec.bodies[b].placement.scale &&
-                    scene_material(spec.bodies[a], bodies[a]) == scene_material(spec.bodies[b], bodies[b]))
+                    scene_materials(spec.bodies[a], bodies[a]) == scene_materials(spec.bodies[b], bodies[b]))
                     elastic[b] = elastic[a];
             if (!elastic[b]) elastic[b] = scene_elastic(spec.bodies[b], bodies[b]);
             world.add_body(make_world_body(spec.bodies[b], bodies[b], elastic[b]));

@@ -18,7 +18,7 @@ PrescribedNodes World::prescribed(const Body& body, double dt) const {
         if (time_ >= grip.release) continue;
         for (std::size_t k = 0; k < grip.nodes.size(); ++k) {
             const Eigen::Vector3d x0 = body.grip_start[g].row(static_cast<Eigen::Index>(k));
-            const Eigen::Vector3d x = body.state.x.row(grip.nodes[k]);
+            const Eigen::Vector3d x = start_of(body).x.row(grip.nodes[k]);
             result.nodes.push_back(grip.nodes[k]);
             v.push_back((grip_target(grip, x0, time_ + dt) - x) / dt);
         }
@@ -28,27 +28,29 @@ PrescribedNodes World::prescribed(const Body& body, double dt) const {
     return result;
 }
 
-/// The velocities before the step, with the given ones in place.
+/// The first iterates of all bodies, with the given velocities in place.
 Eigen::VectorXd World::start_velocities(const std::vector<PrescribedNodes>& given) const {
     Eigen::VectorXd v(first_unknown_.back());
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         Eigen::Map<Nodes> part(v.data() + first_unknown_[b], bodies_[b].state.v.rows(), 3);
-        part = bodies_[b].state.v;
+        part = first_iterate(bodies_[b]);
         part(given[b].nodes, Eigen::all) = given[b].v;
     }
     return v;
 }
 
-/// iterate: velocities to linearise at; null: the velocities before the step.
-void World::build_systems(double dt, const std::vector<PrescribedNodes>& given,
-                          const Eigen::VectorXd* iterate) {
-    for (int b = 0; b < body_count(); ++b)
-        systems_[static_cast<std::size_t>(b)].assemble(at(b).state, dt, loads(at(b)),
-                                                       iterate ? body_part(b, *iterate) : Nodes());
+/// iterate: velocities to linearise at; null: as the bodies went before the step.
+void World::build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate) {
+    for (int b = 0; b < body_count(); ++b) {
+        const Body& body = at(b);
+        systems_[static_cast<std::size_t>(b)].assemble(start_of(body), body.start.step, loads(body),
+                                                       iterate ? body_part(b, *iterate) : first_iterate(body),
+                                                       config_.step.tangent);
+    }
     for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(given[b]);
 }
 
-/// v: out, the velocities at the end of the step. Throws std::runtime_error where a factorisation fails.
+/// v: out, the unknowns of the step (see TimeStep). Throws std::runtime_error where a factorisation fails.
 World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report) {
     std::vector<const ContactSurface*> surfaces;
     std::vector<PrescribedNodes> given;
@@ -65,7 +67,7 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
     for (int k = 0; k < max_iterations; ++k) {
         const Eigen::VectorXd from = v;
         const Stopwatch assembly;
-        build_systems(dt, given, max_iterations > 1 ? &from : nullptr);
+        build_systems(given, max_iterations > 1 ? &from : nullptr);
         report.assemble_us += assembly.microseconds();
         const Stopwatch solution;
         const ContactSolveReport solved = solver_.solve(systems_, v);
@@ -78,8 +80,8 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
         report.solver_converged = report.solver_converged && solved.converged;
         if (!solved.converged) return {.reason = "the linear system was not solved to its tolerance"};
         if (max_iterations == 1) return {};
-        search_line(dt, from, v);
-        left = residual(dt, v);
+        search_line(from, v);
+        left = residual(v);
         if (left <= config_.step.newton_tolerance) return {};
     }
     return {.reason =
@@ -88,14 +90,14 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
 }
 
 /// Halves the distance of `to` from `from` until the potential of the step is no higher than at `from`.
-void World::search_line(double dt, const Eigen::VectorXd& from, Eigen::VectorXd& to) {
+void World::search_line(const Eigen::VectorXd& from, Eigen::VectorXd& to) {
     constexpr int max_halvings = 6;
     const Eigen::VectorXd friction_at = to;
     const auto potential = [&](const Eigen::VectorXd& v) {
         double sum = solver_.potential(v, friction_at);
         for (int b = 0; b < body_count(); ++b) {
             const Loads outer = loads(at(b));
-            sum += StepPotential(*at(b).elastic, at(b).state, dt, outer,
+            sum += StepPotential(*at(b).elastic, start_of(at(b)), at(b).start.step, outer,
                                  systems_[static_cast<std::size_t>(b)].elements())
                        .value(body_part(b, v));
         }
@@ -106,14 +108,14 @@ void World::search_line(double dt, const Eigen::VectorXd& from, Eigen::VectorXd&
 }
 
 /// Norm of the residual impulse of the free nodes at v, relative to the right-hand side.
-double World::residual(double dt, const Eigen::VectorXd& v) {
+double World::residual(const Eigen::VectorXd& v) {
     solver_.linearise(v);
     const Eigen::VectorXd contact = solver_.impulses(v);
     double squared = 0, scale = 0;
     for (int b = 0; b < body_count(); ++b) {
         const StepSystem& system = systems_[static_cast<std::size_t>(b)];
         const Loads outer = loads(at(b));
-        Nodes off = StepPotential(*at(b).elastic, at(b).state, dt, outer, system.elements())
+        Nodes off = StepPotential(*at(b).elastic, start_of(at(b)), at(b).start.step, outer, system.elements())
                         .gradient(body_part(b, v)) -
                     body_part(b, contact);
         for (int i = 0; i < off.rows(); ++i) {

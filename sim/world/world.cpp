@@ -155,20 +155,29 @@ bool World::has_vertex(int body, int vertex) const {
 }
 
 WorldSnapshot World::snapshot() const {
-    WorldSnapshot snapshot{.time = time_, .dt_before = dt_before_, .bodies = {}, .sides = sides_before_};
-    for (const Body& body : bodies_) snapshot.bodies.push_back(body.state);
+    WorldSnapshot snapshot{
+        .time = time_, .dt_before = dt_before_, .bodies = {}, .before = {}, .sides = sides_before_};
+    for (const Body& body : bodies_) {
+        snapshot.bodies.push_back(body.state);
+        snapshot.before.push_back(body.before.value_or(BodyState{}));
+    }
     if (detected_dt_ == 0) snapshot.sides = detection_.sides();
     return snapshot;
 }
 
 void World::restore(const WorldSnapshot& snapshot) {
-    if (static_cast<int>(snapshot.bodies.size()) != body_count())
+    if (static_cast<int>(snapshot.bodies.size()) != body_count() ||
+        snapshot.before.size() != snapshot.bodies.size())
         throw std::invalid_argument(
             fmt::format("world: a snapshot of {} bodies for {}", snapshot.bodies.size(), body_count()));
     for (int b = 0; b < body_count(); ++b) {
-        const BodyState& state = snapshot.bodies[static_cast<std::size_t>(b)];
-        if (state.x.rows() != elastic(b).node_count() || state.v.rows() != elastic(b).node_count() ||
-            !state.x.allFinite() || !state.v.allFinite())
+        const auto fits = [&](const BodyState& state) {
+            return state.x.rows() == elastic(b).node_count() && state.v.rows() == elastic(b).node_count() &&
+                   state.x.allFinite() && state.v.allFinite();
+        };
+        const auto body = static_cast<std::size_t>(b);
+        if (!fits(snapshot.bodies[body]) ||
+            (snapshot.before[body].x.size() > 0 && !(fits(snapshot.before[body]) && snapshot.dt_before > 0)))
             throw std::invalid_argument(fmt::format("world: the snapshot of body {} does not fit it", b));
     }
     const ContactSides& sides = snapshot.sides;
@@ -186,6 +195,8 @@ void World::restore(const WorldSnapshot& snapshot) {
 void World::reset(const WorldSnapshot& snapshot) {
     for (int b = 0; b < body_count(); ++b) {
         at(b).state = snapshot.bodies[static_cast<std::size_t>(b)];
+        const BodyState& before = snapshot.before[static_cast<std::size_t>(b)];
+        at(b).before = before.x.size() > 0 ? std::optional(before) : std::nullopt;
         at(b).measured = false;
     }
     time_ = snapshot.time;

@@ -22,8 +22,16 @@ struct FailureLimits {
     double stretch = 10;        // Frobenius norm of a deformation gradient
 };
 
-/// How accurately a step solves its equations.
+/// How a step advances a body in time.
+enum class TimeIntegrator {
+    backward_euler,  // damps vibrations, the more the fewer steps they take
+    bdf2,            // hardly damps; bodies that may touch something in a step take backward Euler
+};
+
+/// How steps are taken, and how accurately they solve their equations.
 struct StepConfig {
+    TimeIntegrator integrator = TimeIntegrator::backward_euler;
+    Tangent tangent = Tangent::rotated;
     int newton_iterations = 1;       // maximum number of linearisations; above 1 with line search
     double newton_tolerance = 1e-3;  // Newton stops at this residual impulse, relative to the right-hand side
     int max_substeps = 8;            // a power of two: a rejected step is cut into at most this many parts
@@ -79,8 +87,9 @@ struct WorldReport {
     std::string failure{};    // empty, or one line: why the step failed; the world must not be stepped again
 };
 
-/// Deformable bodies and obstacles under gravity, in contact with each other. A step is backward Euler with
-/// implicit contact forces (see ContactSolver), linearised once or solved by Newton's iteration. A rejected
+/// Deformable bodies and obstacles under gravity, in contact with each other. A step is backward Euler, or
+/// BDF2 for bodies far from contact, with implicit contact forces (see ContactSolver), linearised once or
+/// solved by Newton's iteration. A rejected
 /// step is taken back and repeated in 2, 4, 8 ... equal parts. Reasons to reject: the linear system or
 /// Newton's iteration does not converge, bodies approach each other too fast for contact detection, contacts
 /// become too deep, or a failure. The same calls give the same bits on any number of threads.
@@ -138,6 +147,9 @@ class World {
         ContactSurface surface;
         std::unique_ptr<PosedTree> tree;  // null: no tree
         BodyState state;
+        std::optional<BodyState> before{};  // the state that the last step began from, if BDF2 may use it
+        StepStart start{.state = {}, .step = 0.0};  // of the step; without positions: that of `state`
+        bool keeps_state = false;                   // as `before` of the next step
         Nodes forces, contact_forces;
         std::vector<Grip> grips;
         std::vector<Nodes> grip_start;         // per grip, positions at which it took its nodes
@@ -169,6 +181,9 @@ class World {
     const Body& at(int body) const { return bodies_.at(static_cast<std::size_t>(body)); }
     bool has_vertex(int body, int vertex) const;
     Nodes body_part(int body, const Eigen::VectorXd& stacked) const;
+    const BodyState& start_of(const Body& body) const noexcept {
+        return body.start.state.x.size() > 0 ? body.start.state : body.state;
+    }
     Loads loads(const Body& body) const { return {.gravity = config_.gravity, .forces = body.forces}; }
     std::span<const RegionMotion> motion(Body& body);
     void begin_pose(Body& body, PosedTree& tree);
@@ -185,13 +200,18 @@ class World {
     std::string move(const StepPart& part, const Eigen::VectorXd& v, WorldReport& report);
     void measure(WorldReport& report) const;
 
+    // time_integration.cpp
+    void choose_steps(double dt);
+    Nodes first_iterate(const Body& body) const;
+    void advance(Body& body, const Nodes& v);
+
     // newton_iteration.cpp
     PrescribedNodes prescribed(const Body& body, double dt) const;
     Eigen::VectorXd start_velocities(const std::vector<PrescribedNodes>& given) const;
-    void build_systems(double dt, const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate);
+    void build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate);
     Rejection solve(double dt, Eigen::VectorXd& v, WorldReport& report);
-    void search_line(double dt, const Eigen::VectorXd& from, Eigen::VectorXd& to);
-    double residual(double dt, const Eigen::VectorXd& v);
+    void search_line(const Eigen::VectorXd& from, Eigen::VectorXd& to);
+    double residual(const Eigen::VectorXd& v);
 
     WorldConfig config_;
     std::vector<Body> bodies_;

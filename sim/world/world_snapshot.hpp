@@ -14,6 +14,7 @@ struct WorldSnapshot {
     double time = 0;                // seconds
     double dt_before = 0;           // length of the part of a step that ended here, seconds; 0: none
     std::vector<BodyState> bodies;  // positions and velocities, one per body
+    std::vector<BodyState> before;  // those of the step before, for BDF2; empty arrays: none
     ContactSides sides;
 };
 

@@ -28,7 +28,10 @@ const std::string full = R"({
   "bodies": [
     {"body": "a.h5", "name": "first", "tree": "a_tree.h5", "bounds": "nbd", "margin": 0.02,
      "transform": {"translate": [1, 2, 3], "rotate": {"axis": [0, 0, 2], "degrees": 90}},
-     "velocity": [0, 0, -1], "angular_velocity": [0, 3, 0], "material": {"young": 5e4, "poisson": 0.3},
+     "velocity": [0, 0, -1], "angular_velocity": [0, 3, 0], "material": {"young": 5e4, "poisson": 0.3, "law": "stable_neo_hookean"},
+     "regions": [{"group": "core", "material": {"young": 1e6, "poisson": 0.2, "density": 1100}},
+                 {"region": {"sphere": {"centre": [0, 0, 0], "radius": 1}}, "material": {"law": "st_venant_kirchhoff"}},
+                 {"region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}}],
      "pins": [{"sphere": {"centre": [1, 2, 3], "radius": 0.1}},
               {"box": {"min": [7, 7, 7], "max": [8, 8, 8]}}],
      "grips": [{"region": {"sphere": {"centre": [5, 5, 5], "radius": 1}}}, {"region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}, "translate": [0, 0, 1],
@@ -42,7 +45,7 @@ const std::string full = R"({
                 {"mesh": {"file": "rock.obj", "transform": {"scale": 2}}}],
   "gravity": [0, -9.81, 0],
   "contact": {"stiffness_scale": 2, "friction": 0.1, "thickness": 0.005, "damping": 0, "contacts_per_node_pair": 7},
-  "solver": {"newton_iterations": 3, "newton_tolerance": 0.01, "max_substeps": 4},
+  "solver": {"integrator": "bdf2", "tangent": "full", "newton_iterations": 3, "newton_tolerance": 0.01, "max_substeps": 4},
   "time": {"dt": 0.01, "frames": 7, "steps_per_frame": 3},
   "output": {"recording": "out/a.h5", "csv": "a.csv", "vtu": "frames", "obj": "frames", "picture": "a.png"},
   "seed": 42
@@ -66,6 +69,15 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_DOUBLE_EQ(material.young, 5e4);
     EXPECT_DOUBLE_EQ(material.poisson, 0.3);
     EXPECT_DOUBLE_EQ(material.density, Material{}.density);
+    EXPECT_EQ(material.law, MaterialLaw::stable_neo_hookean);
+    ASSERT_EQ(a.regions.size(), 3u);
+    EXPECT_EQ(a.regions[0].group, "core");
+    EXPECT_EQ(a.regions[0].material.density, 1100);
+    EXPECT_EQ(a.regions[1].group, "");
+    EXPECT_EQ(a.regions[1].material.law, MaterialLaw::st_venant_kirchhoff);
+    EXPECT_EQ(std::get<BoxRegion>(a.regions[2].where).max, Eigen::Vector3d(1, 1, 1));
+    EXPECT_EQ(spec.step.integrator, TimeIntegrator::bdf2);
+    EXPECT_EQ(spec.step.tangent, Tangent::full);
     ASSERT_EQ(a.grips.size(), 4u);  // pins first
     EXPECT_DOUBLE_EQ(std::get<BallRegion>(a.grips[0].region).radius, 0.1);
     EXPECT_NEAR(a.grips[3].motion.rotation.x(), 3.14159265, 1e-8);
@@ -241,6 +253,58 @@ TEST(Scene, AgreesWithThePublishedSchema) {
 }
 
 LoadedBody box() { return {std::make_shared<const Body>(test::box_body({1, 0.4, 0.3}, {4, 2, 2})), nullptr}; }
+
+/// A box whose tetrahedra with even numbers are a region of the body.
+LoadedBody box_with_region() {
+    Body body = test::box_body({1, 0.4, 0.3}, {4, 2, 2});
+    MaterialRegion even{.name = "even", .material = body.material, .tets = {}};
+    for (int t = 0; t < body.tets.T.rows(); t += 2) even.tets.push_back(t);
+    even.material.young = 7e5;
+    body.regions = {even};
+    return {std::make_shared<const Body>(std::move(body)), nullptr};
+}
+
+TEST(BuildWorld, GivesRegionsTheirMaterials) {
+    // The last region lies around the end of the box at x = 0.5, which the transform moves to x = 2.5.
+    const SceneSpec spec = parse_scene(R"({"bodies": [{"body": "a.h5", "transform": {"translate": [2, 0, 0]},
+        "material": {"young": 2e5, "poisson": 0.25, "rayleigh_mass": 0.7}, "regions": [
+            {"group": "even", "material": {"poisson": 0.1}},
+            {"region": {"box": {"min": [2.24, -1, -1], "max": [9, 9, 9]}}, "material": {"law": "st_venant_kirchhoff"}}
+        ]}]})",
+                                       "");
+    const LoadedBody loaded = box_with_region();
+    const World world = build_world(spec, std::span(&loaded, 1));
+    const ElasticBody& elastic = world.elastic(0);
+    int ends = 0;
+    for (int t = 0; t < elastic.element_count(); ++t) {
+        Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
+        for (int a = 0; a < 4; ++a) centre += 0.25 * elastic.rest().X.row(elastic.rest().T(t, a));
+        const auto& [law, mu, lambda] = elastic.moduli(t);
+        if (centre[0] > 0.24) {
+            ++ends;
+            EXPECT_EQ(law, MaterialLaw::st_venant_kirchhoff);
+            EXPECT_DOUBLE_EQ(mu, 2e5 / 2.5);
+        } else {
+            EXPECT_EQ(law, MaterialLaw::corotated);
+            EXPECT_DOUBLE_EQ(mu, t % 2 == 0 ? 7e5 / 2.2 : 2e5 / 2.5);
+        }
+    }
+    EXPECT_EQ(ends, elastic.element_count() / 4);
+    EXPECT_EQ(elastic.material().rayleigh_mass, 0.7);
+}
+
+TEST(BuildWorld, RejectsRegionsWithoutTetrahedra) {
+    const LoadedBody loaded = box_with_region();
+    const auto error = [&](const std::string& region) {
+        const SceneSpec spec =
+            parse_scene(R"({"bodies": [{"body": "a.h5", "regions": [)" + region + "]}]}", "");
+        return test::error_of<std::invalid_argument>([&] { build_world(spec, std::span(&loaded, 1)); });
+    };
+    EXPECT_EQ(error(R"({"group": "odd"})"),
+              "bodies[0] (a): regions[0]: the body has no group \"odd\"; allowed: even");
+    EXPECT_EQ(error(R"({"region": {"sphere": {"centre": [9, 9, 9], "radius": 0.1}}})"),
+              "bodies[0] (a): regions[0]: the region holds no centre of a tetrahedron of the body");
+}
 
 TEST(BuildWorld, PlacesBodiesPinsAndObstacles) {
     const SceneSpec spec = parse_scene(

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "collision/base/counter_random.hpp"
-#include "sim/fem/polar.hpp"
+#include "sim/materials/polar.hpp"
 #include "tests/sim/support/one_body_world.hpp"
 #include "tests/sim/world/box_model.hpp"
 #include "tests/support/box_mesh.hpp"

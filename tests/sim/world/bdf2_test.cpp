@@ -1,0 +1,179 @@
+// Steps of BDF2 against what is known of the rule, and where the world leaves it.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <tuple>
+
+#include "sim/fem/kinetic_energy.hpp"
+#include "tests/sim/support/momentum.hpp"
+#include "tests/sim/support/one_body_world.hpp"
+#include "tests/sim/world/box_model.hpp"
+#include "tests/support/box_mesh.hpp"
+
+namespace nbd {
+namespace {
+
+using test::OneBodyWorld;
+
+/// Without Poisson's effect, a bar vibrates along itself alone.
+const Material undamped{
+    .young = 1e5, .poisson = 0, .density = 1000, .rayleigh_mass = 0, .rayleigh_stiffness = 0};
+
+WorldConfig exact(TimeIntegrator integrator) {
+    WorldConfig config = test::exact_steps(60, 1e-11);
+    config.step.integrator = integrator;
+    return config;
+}
+
+class RingingBar : public ::testing::Test {
+ protected:
+    static constexpr double length = 1;
+    const ElasticBody body_{test::box_mesh({length, 0.3, 0.3}, {6, 2, 2}), undamped};
+    // The first longitudinal vibration has half a wave on the bar.
+    const double period_ = 2 * length / std::sqrt(undamped.young / undamped.density);
+
+    BodyState stretched(double strain) const {
+        BodyState state{body_.rest().X, Nodes::Zero(body_.node_count(), 3)};
+        for (Eigen::Index i = 0; i < state.x.rows(); ++i)
+            state.x(i, 0) -= strain * length / std::numbers::pi *
+                             std::cos(std::numbers::pi * body_.rest().X(i, 0) / length);
+        return state;
+    }
+
+    double energy(const BodyState& state) const {
+        return body_.measure(state.x).energy + kinetic_energy(body_, state.v);
+    }
+};
+
+TEST_F(RingingBar, KeepsItsEnergyWhereBackwardEulerLosesIt) {
+    const BodyState start = stretched(0.05);
+    double kept[2];
+    for (const TimeIntegrator integrator : {TimeIntegrator::backward_euler, TimeIntegrator::bdf2}) {
+        OneBodyWorld world(body_, exact(integrator), start);
+        world.steps(200, period_ / 100);  // two periods
+        kept[integrator == TimeIntegrator::bdf2] = energy(world.state()) / energy(start);
+    }
+    EXPECT_LT(kept[0], 0.6);
+    EXPECT_GT(kept[1], 0.97);
+    EXPECT_LE(kept[1], 1);
+}
+
+TEST_F(RingingBar, ConvergesToSecondOrder) {
+    const BodyState start = stretched(0.05);
+    const auto end_of = [&](TimeIntegrator integrator, int steps) {
+        OneBodyWorld world(body_, exact(integrator), start);
+        world.steps(steps, 0.3 * period_ / steps);
+        return world.state().x;
+    };
+    const Nodes truth = end_of(TimeIntegrator::bdf2, 1280);
+    for (const auto& [integrator, factor, slack] :
+         {std::tuple(TimeIntegrator::backward_euler, 2., 0.3), std::tuple(TimeIntegrator::bdf2, 4., 0.8)}) {
+        const double coarse = (end_of(integrator, 40) - truth).norm(),
+                     fine = (end_of(integrator, 80) - truth).norm();
+        EXPECT_NEAR(coarse / fine, factor, slack);
+    }
+}
+
+TEST_F(RingingBar, ConvergesToSecondOrderWithStepsOfTwoLengths) {
+    const BodyState start = stretched(0.05);
+    const auto end_of = [&](int pairs) {
+        OneBodyWorld world(body_, exact(TimeIntegrator::bdf2), start);
+        for (int k = 0; k < pairs; ++k)
+            for (const double share : {0.4, 0.6}) world.step(share * 0.3 * period_ / pairs);
+        return world.state().x;
+    };
+    const Nodes truth = end_of(640);
+    EXPECT_NEAR((end_of(20) - truth).norm() / (end_of(40) - truth).norm(), 4, 0.8);
+}
+
+// Far longer steps than the last one would not be stable.
+TEST_F(RingingBar, StepsThatGrowTooMuchStartAnew) {
+    const BodyState start = stretched(0.05);
+    OneBodyWorld two(body_, exact(TimeIntegrator::bdf2), start);
+    two.step(1e-4);
+    OneBodyWorld euler(body_, exact(TimeIntegrator::backward_euler), two.state());
+    two.step(1e-3);
+    euler.step(1e-3);
+    EXPECT_EQ(two.state().x, euler.state().x);
+}
+
+TEST_F(RingingBar, KeepsLinearMomentumAndMoreOfTheSpin) {
+    BodyState start = stretched(0.1);
+    for (Eigen::Index i = 0; i < start.v.rows(); ++i)
+        start.v.row(i) = Eigen::Vector3d(1, 2, -1) +
+                         Eigen::Vector3d(2, -3, 4).cross(Eigen::Vector3d(body_.rest().X.row(i)));
+    double drift[2];
+    for (const TimeIntegrator integrator : {TimeIntegrator::backward_euler, TimeIntegrator::bdf2}) {
+        OneBodyWorld world(body_, exact(integrator), start);
+        world.steps(100, 0.004);
+        const Eigen::Vector3d p = test::linear_momentum(body_, start.v),
+                              l = test::angular_momentum(body_, start.x, start.v);
+        EXPECT_LT((test::linear_momentum(body_, world.state().v) - p).norm(), 1e-10 * p.norm());
+        drift[integrator == TimeIntegrator::bdf2] =
+            (test::angular_momentum(body_, world.state().x, world.state().v) - l).norm() / l.norm();
+    }
+    EXPECT_LT(drift[1], 0.2 * drift[0]);
+}
+
+TEST_F(RingingBar, GripsMoveAsTold) {
+    const Grip end{.nodes = test::nodes_where(body_.rest().X, [](const auto& p) { return p[0] == 0; }),
+                   .translation = {0, 0.1, 0},
+                   .duration = 0.05};
+    OneBodyWorld world(body_, exact(TimeIntegrator::bdf2), {}, {end});
+    world.steps(10, 0.01);
+    for (const int node : end.nodes)
+        EXPECT_LT(
+            (world.state().x.row(node) - body_.rest().X.row(node) - Eigen::RowVector3d(0, 0.1, 0)).norm(),
+            1e-12);
+}
+
+/// A box that falls, bounces and comes to rest.
+World falling(TimeIntegrator integrator) {
+    const test::Model model({0.3, 0.3, 0.3}, {3, 3, 3});
+    World world({.step = {.integrator = integrator}});
+    world.add_obstacle(test::floor_at(0));
+    world.add_body(model.at({0, 0, 0.3}));
+    return world;
+}
+
+TEST(Bdf2, EnergyNeverGrowsInAnImpact) {
+    World world = falling(TimeIntegrator::bdf2);
+    double last = std::numeric_limits<double>::infinity(), first = 0;
+    for (int s = 0; s < 200; ++s) {
+        const WorldReport report = world.step(2e-3);
+        ASSERT_EQ(report.failure, "");
+        const double energy = report.kinetic_energy + report.elastic_energy + report.gravity_energy;
+        if (s == 0) first = energy;
+        EXPECT_LT(energy, std::min(last, first) + 0.01 * std::abs(first)) << s;
+        last = energy;
+    }
+    EXPECT_GT(world.state(0).x.col(2).minCoeff(), -0.01);
+}
+
+TEST(Bdf2, ASnapshotContinuesWithTheSameBits) {
+    World world = falling(TimeIntegrator::bdf2), other = falling(TimeIntegrator::bdf2);
+    for (int s = 0; s < 20; ++s) world.step(2e-3);
+    other.restore(world.snapshot());
+    for (int s = 0; s < 150; ++s) {
+        world.step(2e-3);
+        other.step(2e-3);
+        ASSERT_EQ(world.state(0).x, other.state(0).x) << s;
+    }
+}
+
+TEST(Bdf2, BodiesOnTheFloorTakeBackwardEuler) {
+    World two = falling(TimeIntegrator::bdf2), one = falling(TimeIntegrator::backward_euler);
+    while (two.step(2e-3).contacts == 0) {
+    }
+    WorldSnapshot snapshot = two.snapshot();
+    one.restore(snapshot);
+    two.step(2e-3);
+    one.step(2e-3);
+    EXPECT_EQ(two.state(0).x, one.state(0).x);
+}
+
+}  // namespace
+}  // namespace nbd
