@@ -55,4 +55,10 @@ Nodes wild_field(const Nodes& X, double size) {
     return field;
 }
 
+Eigen::RowVector3d centre(const TetMesh& tets, int tet) {
+    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+    for (int a = 0; a < 4; ++a) sum += 0.25 * tets.X.row(tets.T(tet, a));
+    return sum;
+}
+
 }  // namespace nbd::test

@@ -17,4 +17,7 @@ std::vector<int> nodes_where(const Nodes& X, const std::function<bool(const Eige
 /// A smooth, large, deterministic field over the nodes, with entries of order `size`.
 Nodes wild_field(const Nodes& X, double size);
 
+/// Centre of a tetrahedron.
+Eigen::RowVector3d centre(const TetMesh& tets, int tet);
+
 }  // namespace nbd::test

@@ -8,6 +8,8 @@ namespace nbd {
 
 // One function per benchmark of `nbdtree-bench`; each adds its subcommand.
 void add_bench_simulate(CLI::App& app, Output& out);
+void add_bench_laws(CLI::App& app, Output& out);
+void add_bench_ring(CLI::App& app, Output& out);
 void add_bench_learned(CLI::App& app, Output& out);
 void add_bench_kernels(CLI::App& app, Output& out);
 void add_bench_peers(CLI::App& app, Output& out);

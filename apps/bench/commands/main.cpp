@@ -5,6 +5,8 @@
 int main(int argc, char** argv) {
     const auto add_commands = [](CLI::App& app, nbd::Output& out) {
         nbd::add_bench_simulate(app, out);
+        nbd::add_bench_laws(app, out);
+        nbd::add_bench_ring(app, out);
         nbd::add_bench_learned(app, out);
         nbd::add_bench_peers(app, out);
         nbd::add_bench_exactness(app, out);

@@ -81,15 +81,17 @@ std::vector<Comparison> compare_deflections(const Body& body) {
             clamped.compare(clamped.pull(g * clamped.elastic.mass()), "deflection under a pull [m]")};
 }
 
-Comparison compare_large_deflection(const Body& body, double share) {
-    const Clamped clamped(body);
+Comparison compare_large_deflection(const Body& body, MaterialLaw law, double share) {
+    Body of_law = body;
+    of_law.material.law = law;
+    const Clamped clamped(of_law);
     const double unit = clamped.displacements(clamped.weight(1)).rowwise().norm().maxCoeff();
     const StaticCase load = clamped.weight(share * clamped.length / unit);
     const Nodes ours = clamped.displacements(load, 10, 30);
     const Nodes theirs = calculix_displacements(clamped.elastic, load, true);
     const double largest = theirs.rowwise().norm().maxCoeff();
-    return {"large deflection under weight [m]", ours.rowwise().norm().maxCoeff(), largest,
-            (ours - theirs).rowwise().norm().maxCoeff() / largest};
+    return {fmt::format("large deflection under weight, {} [m]", name(law)), ours.rowwise().norm().maxCoeff(),
+            largest, (ours - theirs).rowwise().norm().maxCoeff() / largest};
 }
 
 }  // namespace nbd::test

@@ -22,8 +22,8 @@ std::vector<Comparison> compare_frequencies(const Body& body, int count = 20);
 /// difference is the largest over all nodes, relative to it.
 std::vector<Comparison> compare_deflections(const Body& body);
 
-/// The same clamp under a weight that bends the body by about `share` of its length. Compares our corotated
-/// equilibrium with CalculiX's Green strains, a different material at large strains.
-Comparison compare_large_deflection(const Body& body, double share = 0.2);
+/// The same clamp under a weight that bends the body by about `share` of its length. CalculiX's Green strains
+/// are the law of St. Venant and Kirchhoff; the corotated law is another one at large strains.
+Comparison compare_large_deflection(const Body& body, MaterialLaw law, double share = 0.2);
 
 }  // namespace nbd::test

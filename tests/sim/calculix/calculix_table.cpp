@@ -13,7 +13,8 @@ int main(int argc, char** argv) try {
         auto rows = test::compare_frequencies(body);
         const auto deflections = test::compare_deflections(body);
         rows.insert(rows.end(), deflections.begin(), deflections.end());
-        rows.push_back(test::compare_large_deflection(body));
+        for (const MaterialLaw law : {MaterialLaw::corotated, MaterialLaw::st_venant_kirchhoff})
+            rows.push_back(test::compare_large_deflection(body, law));
         for (const auto& row : rows)
             fmt::print("{},{},{},{:.7g},{:.7g},{:.1e}\n", body.name, body.tets.X.rows(), row.quantity,
                        row.ours, row.theirs, row.difference);

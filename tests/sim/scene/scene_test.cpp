@@ -8,6 +8,7 @@
 #include "sim/scene/scene_check.hpp"
 #include "tests/sim/scene/schema.hpp"
 #include "tests/support/box_body.hpp"
+#include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {
@@ -277,10 +278,8 @@ TEST(BuildWorld, GivesRegionsTheirMaterials) {
     const ElasticBody& elastic = world.elastic(0);
     int ends = 0;
     for (int t = 0; t < elastic.element_count(); ++t) {
-        Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
-        for (int a = 0; a < 4; ++a) centre += 0.25 * elastic.rest().X.row(elastic.rest().T(t, a));
         const auto& [law, mu, lambda] = elastic.moduli(t);
-        if (centre[0] > 0.24) {
+        if (test::centre(elastic.rest(), t)[0] > 0.24) {
             ++ends;
             EXPECT_EQ(law, MaterialLaw::st_venant_kirchhoff);
             EXPECT_DOUBLE_EQ(mu, 2e5 / 2.5);

@@ -1,6 +1,8 @@
 // Compares beams with theory; the error must fall as the mesh is refined.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "sim/fem/modes.hpp"
@@ -15,9 +17,11 @@ const Material elastic{
 
 // Tip deflection of a clamped beam under a small weight, divided by Timoshenko's q L^4 / (8 E I) + q L^2 / (2
 // kappa G A), kappa = 5/6.
-double relative_sag(int refinement) {
+double relative_sag(int refinement, MaterialLaw law = MaterialLaw::corotated) {
     const double L = 1, h = 0.25, g = 1e-3;
-    const ElasticBody body(test::box_mesh({L, h, h}, Eigen::Vector3i(8, 2, 2) * refinement), elastic);
+    Material material = elastic;
+    material.law = law;
+    const ElasticBody body(test::box_mesh({L, h, h}, Eigen::Vector3i(8, 2, 2) * refinement), material);
     const auto clamped = test::nodes_where(body.rest().X, [](const auto& p) { return p[0] == 0; });
     const Nodes u = test::static_displacements(body, clamped, {.gravity = {0, 0, -g}, .forces = {}});
     double tip = 0;
@@ -34,6 +38,45 @@ TEST(Beam, CantileverDeflectionConvergesToTimoshenkoTheory) {
     EXPECT_GT(coarse / medium, 2);
     EXPECT_GT(medium / fine, 3);
     EXPECT_LT(fine, 0.06);
+}
+
+TEST(Beam, EveryLawHasTheSameSmallDeflections) {
+    const double expected = relative_sag(1);
+    for (const MaterialLaw law : {MaterialLaw::stable_neo_hookean, MaterialLaw::st_venant_kirchhoff})
+        EXPECT_NEAR(relative_sag(1, law), expected, 1e-9 * expected) << name(law);
+}
+
+/// Two halves of a bar that is pulled stretch in inverse proportion to their stiffness.
+TEST(Beam, HalvesOfTwoMaterialsStretchByTheirStiffness) {
+    const double L = 1, h = 0.25, force = 1e-2;
+    const TetMesh tets = test::box_mesh({L, h, h}, {8, 2, 2});
+    MaterialRegion half{.name = "half", .material = elastic, .tets = {}};
+    half.material.young = 10 * elastic.young;
+    for (int t = 0; t < tets.T.rows(); ++t)
+        if (test::centre(tets, t)[0] > L / 2) half.tets.push_back(t);
+    const ElasticBody body(tets, elastic, MassKind::lumped, {half});
+    const auto nodes_at = [&](double x) {
+        return test::nodes_where(body.rest().X, [&](const auto& p) { return std::abs(p[0] - x) < 1e-9; });
+    };
+    Nodes pull = Nodes::Zero(body.node_count(), 3);
+    // Each node of the end carries its share of the face: that of the area of the triangles around it.
+    const Faces boundary = boundary_faces(tets);
+    for (Eigen::Index f = 0; f < boundary.rows(); ++f) {
+        const Eigen::RowVector3d a = tets.X.row(boundary(f, 0)), b = tets.X.row(boundary(f, 1)),
+                                 c = tets.X.row(boundary(f, 2));
+        if (std::min({a[0], b[0], c[0]}) < L - 1e-9) continue;
+        const double share = 0.5 * (b - a).cross(c - a).norm() / (h * h) / 3;
+        for (int k = 0; k < 3; ++k) pull(boundary(f, k), 0) += share * force;
+    }
+    const Nodes u = test::static_displacements(body, nodes_at(0), {.gravity = {0, 0, 0}, .forces = pull});
+    const auto mean = [&](double x) {
+        double sum = 0;
+        for (const int node : nodes_at(x)) sum += u(node, 0) / static_cast<double>(nodes_at(x).size());
+        return sum;
+    };
+    const double soft = force * L / 2 / (elastic.young * h * h);
+    EXPECT_NEAR(mean(L / 2), soft, 1e-6 * soft);
+    EXPECT_NEAR(mean(L) - mean(L / 2), soft / 10, 1e-6 * soft);
 }
 
 struct BarFrequencies {
