@@ -27,6 +27,9 @@ class BadInputTest : public SmallFiles {
         write("text.obj", "hello\n");
         write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
         write("empty.ply", "");
+        write("two.mesh",
+              "MeshVersionFormatted 2\nDimension 3\nVertices 5\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 1 1 0\n"
+              "Tetrahedra 2\n1 2 3 4 1\n2 5 3 4 2\nEnd\n");
         write(
             "nan.ply",
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
@@ -116,6 +119,38 @@ TEST_F(BadInputTest, RejectsInvalidCommandLines) {
         {{"mesh", "box.msh", "-o", "x.h5", "--cage", "500"},
          2,
          "--cage: goes around a surface, but box.msh holds tetrahedra"},
+        {{"mesh", "box.obj", "-o", "x.h5", "--region", "core:young=1e6"},
+         2,
+         "--region: is for groups of tetrahedra, but box.obj is a surface"},
+        {{"mesh", "box.h5", "-o", "x.h5", "--region", "core:young=1e6"},
+         2,
+         "--region: the body file box.h5 has a material of its own"},
+        {{"mesh", "two.mesh", "-o", "x.h5", "--region", "group 1"},
+         2,
+         "--region: \"group 1\": expected NAME:key=value, such as core:young=2e6"},
+        {{"mesh", "two.mesh", "-o", "x.h5", "--region", "group 1:young"},
+         2,
+         "--region: \"group 1:young\": expected key=value, found \"young\""},
+        {{"mesh", "two.mesh", "-o", "x.h5", "--region", "group 1:young=soft"},
+         2,
+         "--region: \"group 1:young=soft\": \"soft\" is not a number"},
+        {{"mesh", "two.mesh", "-o", "x.h5", "--region", "group 1:yung=1"},
+         2,
+         "--region: \"group 1:yung=1\": key \"yung\" is not known; allowed: young, poisson, density, law"},
+        {{"mesh", "two.mesh", "-o", "x.h5", "--region", "group 1:law=jelly"},
+         2,
+         "--region: \"group 1:law=jelly\": law \"jelly\" is not known; allowed: corotated, "
+         "stable_neo_hookean, "
+         "st_venant_kirchhoff"},
+        {{"mesh", "two.mesh", "-o", "x.h5", "--region", "group 1:young=1", "--region", "group 1:young=2"},
+         2,
+         "--region: names \"group 1\" twice"},
+        {{"mesh", "two.mesh", "-q", "-o", "x.h5", "--region", "core:young=1e6"},
+         1,
+         "two.mesh: it has no group \"core\" of tetrahedra; allowed: group 1, group 2"},
+        {{"mesh", "two.mesh", "-q", "-o", "x.h5", "--region", "group 1:poisson=0.7"},
+         1,
+         "two.mesh: region \"group 1\": Poisson's ratio is 0.7; allowed: between -0.999 and 0.499"},
         {{"modes", "box.h5", "--csv", ""}, 2, "--csv: must not be empty"},
     });
 }

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,34 @@ TEST_F(BenchSimulate, RejectsInvalidInput) {
     EXPECT_EQ(test::run_bench(folder(), {"simulate", "box.h5", "--steps", "1"}).status, 2);
     EXPECT_EQ(test::run_bench(folder(), {}).status, 2);
     EXPECT_EQ(test::run_bench(folder(), {"simulate", "box.h5", "-o", "box.h5"}).status, 1);
+}
+
+TEST_F(BenchSimulate, TimesEveryLaw) {
+    const test::Ran ran = test::run_bench(folder(), {"laws", "box.h5", "--steps", "2", "-o", "laws.csv"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    std::ifstream file(folder() / "laws.csv");
+    const std::string table{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_EQ(std::ranges::count(table, '\n'), 1 + 4 * 3);
+    for (const char* law : {"corotated,rotated,fly", "corotated,full,twist", "stable_neo_hookean,full,drop",
+                            "st_venant_kirchhoff,full,fly"})
+        EXPECT_NE(table.find(law), std::string::npos) << law;
+    EXPECT_EQ(test::run_bench(folder(), {"laws", "absent.h5"}).status, 1);
+}
+
+TEST_F(BenchSimulate, TellsWhatIntegratorsLose) {
+    const test::Ran ran = test::run_bench(folder(), {"ring", "box.h5", "-o", "ring.csv"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    std::ifstream file(folder() / "ring.csv");
+    std::string line;
+    std::map<std::string, double> left;  // after ten periods of a hundred steps
+    while (std::getline(file, line)) {
+        std::vector<std::string> cells;
+        for (std::istringstream in(line); std::getline(in, line, ',');) cells.push_back(line);
+        if (cells[4] == "100") left[cells[2] + " " + cells[3]] = std::stod(cells[6]);
+    }
+    ASSERT_EQ(left.size(), 6U);
+    for (const char* law : {"corotated", "stable_neo_hookean", "st_venant_kirchhoff"})
+        EXPECT_GT(left[law + std::string(" bdf2")], 1.5 * left[law + std::string(" backward_euler")]);
 }
 
 using BenchLearned = test::SmallFiles;

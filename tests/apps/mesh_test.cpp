@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "meshing/body/body.hpp"
 #include "tests/apps/small_files.hpp"
 
 namespace nbd {
@@ -37,6 +38,32 @@ TEST_F(Mesh, WarnsOfTetrahedraThatMakeStepsStiff) {
     EXPECT_EQ(good.status, 0) << good.err;
     EXPECT_EQ(good.err, "");
     EXPECT_EQ(nlohmann::json::parse(good.out)["slivers"], 0);
+}
+
+TEST_F(Mesh, KeepsGroupsOfTetrahedraAsRegions) {
+    const test::Ran ran =
+        test::run(folder(), {"mesh", NBD_ASSETS "/block.mesh", "-o", "block.h5", "--law",
+                             "stable_neo_hookean", "--region", "group 2:young=5e6,density=700"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, testing::HasSubstr("region \"group 1\": 300 tetrahedra"));
+    const Body body = load_body(folder() / "block.h5");
+    EXPECT_EQ(body.material.law, MaterialLaw::stable_neo_hookean);
+    ASSERT_EQ(body.regions.size(), 2U);
+    EXPECT_EQ(body.regions[0].material, body.material);
+    EXPECT_EQ(body.regions[1].name, "group 2");
+    EXPECT_EQ(body.regions[1].tets.size(), 450U);
+    EXPECT_EQ(body.regions[1].material.young, 5e6);
+    EXPECT_EQ(body.regions[1].material.density, 700);
+    EXPECT_EQ(body.regions[1].material.law, MaterialLaw::stable_neo_hookean);
+    // Another surface in the same tetrahedra, and their boundary as surface, keep the regions.
+    write("small.obj",
+          "v -0.1 -0.1 -0.1\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"mesh", "small.obj", "-o", "x.h5", "--inside", "block.h5"},
+          std::vector<std::string>{"mesh", "block.h5", "-o", "x.h5"}}) {
+        EXPECT_EQ(test::run(folder(), arguments).status, 0);
+        EXPECT_TRUE(load_body(folder() / "x.h5").regions == body.regions);
+    }
 }
 
 TEST_F(Mesh, TellsTheFiguresOfACage) {

@@ -7,7 +7,6 @@
 
 #include "apps/cli/output.hpp"
 #include "meshing/body/body.hpp"
-#include "sim/world/world.hpp"
 
 namespace nbd {
 
