@@ -10,8 +10,6 @@
 namespace nbd {
 namespace {
 
-constexpr int width = WideTree::width;
-
 /// Boxes of one node or leaf and a box around them.
 struct Side {
     const BoxPack& boxes;
@@ -23,10 +21,10 @@ struct Side {
 /// compared, at most.
 template <class Near, class F>
 long near_pairs(const Side& s, const Side& t, const Near& near, const F& f) noexcept {
-    std::uint16_t masks[width];
+    std::uint16_t masks[tree_width];
     const unsigned lanes = near.pairs(s.boxes, s.present, s.whole, t.boxes, t.present, t.whole, masks);
     for_each_bit(lanes, [&](int i) { for_each_bit(masks[i], [&](int j) { f(i, j); }); });
-    return width * (2 + std::popcount(lanes));
+    return tree_width * (2 + std::popcount(lanes));
 }
 
 /// Nodes that will be fitted soon are prefetched some pairs ahead.
@@ -53,21 +51,21 @@ template <class Near, class Taken>
 void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near,
                                const Taken& taken) noexcept {
     const auto present = [](const AffineBoxes& boxes, int pack) {
-        const int left = boxes.tree().clusters() - pack * width;
-        return left >= width ? 0xffffu : (1u << left) - 1;
+        const int left = boxes.tree().clusters() - pack * tree_width;
+        return left >= tree_width ? 0xffffu : (1u << left) - 1;
     };
     near_a_.resize(static_cast<std::size_t>(a.cluster_packs()));
     near_b_.resize(static_cast<std::size_t>(b.cluster_packs()));
     near.all(a.clusters(), a.cluster_packs(), b.whole(), near_a_.data());
     for (int pa = 0; pa < a.cluster_packs(); ++pa)
         for_each_bit(near_a_[static_cast<std::size_t>(pa)] & present(a, pa), [&](int i) {
-            const int cluster = width * pa + i;
+            const int cluster = tree_width * pa + i;
             near.all(b.clusters(), b.cluster_packs(), a.cluster(cluster), near_b_.data());
-            counters_.node_tests += width * b.cluster_packs();
+            counters_.node_tests += tree_width * b.cluster_packs();
             for (int pb = 0; pb < b.cluster_packs(); ++pb)
                 for_each_bit(near_b_[static_cast<std::size_t>(pb)] & present(b, pb), [&](int j) {
-                    if (taken.children(0, 0, cluster, width * pb + j))
-                        clusters_.push_back({cluster, width * pb + j});
+                    if (taken.children(0, 0, cluster, tree_width * pb + j))
+                        clusters_.push_back({cluster, tree_width * pb + j});
                 });
         });
 }
@@ -96,7 +94,7 @@ void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, c
                        Side{b.leaves(pair.b), b.leaves_in(pair.b), b.block(pair.b)},
                        leaf_test(pair.a, pair.b), [&](int i, int j) {
                            if (taken.children(pair.a, pair.b, i, j))
-                               leaves_.push_back({width * pair.a + i, width * pair.b + j});
+                               leaves_.push_back({tree_width * pair.a + i, tree_width * pair.b + j});
                        });
     }
     counters_.leaf_pairs = static_cast<long>(leaves_.size());
@@ -115,7 +113,7 @@ void AffineWalk::find_faces(AffineBoxes& a, AffineBoxes& b, const Near& near, co
         counters_.box_tests +=
             near_pairs(Side{s.boxes, a.faces_in(pair.a), s.whole}, Side{t.boxes, b.faces_in(pair.b), t.whole},
                        near, [&](int i, int j) {
-                           const FacePair slots{width * pair.a + i, width * pair.b + j};
+                           const FacePair slots{tree_width * pair.a + i, tree_width * pair.b + j};
                            if (taken.children(pair.a, pair.b, i, j) && taken.faces(slots.a, slots.b))
                                pairs.push_back(slots);
                        });

@@ -11,8 +11,6 @@
 namespace nbd {
 namespace {
 
-constexpr int width = WideTree::width;
-
 /// The distances that the search still asks for, rounded up to float.
 Within still_near(double most) noexcept {
     constexpr float largest = std::numeric_limits<float>::max();
@@ -41,9 +39,10 @@ void ClosestQuery::open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int l
     // Measuring one near pair right away keeps most other pairs out of the queue.
     const int i = nearest_box(s.boxes, std::popcount(in_s), t.whole),
               j = nearest_box(t.boxes, std::popcount(in_t), s.boxes.box(i));
-    const int slot_a = width * leaf_a + i, slot_b = width * leaf_b + j;
+    const int slot_a = tree_width * leaf_a + i, slot_b = tree_width * leaf_b + j;
     measure({a.face(slot_a), b.face(slot_b)}, a.triangle(slot_a), b.triangle(slot_b));
-    push_children(Candidate::faces, s.boxes, in_s, width * leaf_a, t.boxes, in_t, width * leaf_b, t.whole);
+    push_children(Candidate::faces, s.boxes, in_s, tree_width * leaf_a, t.boxes, in_t, tree_width * leaf_b,
+                  t.whole);
 }
 
 void ClosestQuery::search_wide(AffineBoxes& a, AffineBoxes& b) noexcept {
@@ -59,8 +58,8 @@ void ClosestQuery::search_wide(AffineBoxes& a, AffineBoxes& b) noexcept {
             push_children(Candidate::blocks, a.blocks(pair.a), a.blocks_in(pair.a), a.first_block(pair.a),
                           b.blocks(pair.b), b.blocks_in(pair.b), b.first_block(pair.b), b.cluster(pair.b));
         else if (pair.level == Candidate::blocks)
-            push_children(Candidate::leaves, a.leaves(pair.a), a.leaves_in(pair.a), width * pair.a,
-                          b.leaves(pair.b), b.leaves_in(pair.b), width * pair.b, b.block(pair.b));
+            push_children(Candidate::leaves, a.leaves(pair.a), a.leaves_in(pair.a), tree_width * pair.a,
+                          b.leaves(pair.b), b.leaves_in(pair.b), tree_width * pair.b, b.block(pair.b));
         else if (pair.level == Candidate::leaves)
             open_leaves(a, pair.a, b, pair.b);
         else

@@ -25,7 +25,7 @@ struct IndexLists {
 /// Compact parts of a surface: the leaves of a wide tree, at most sixteen faces each. A patch owns the
 /// vertices and edges whose owner is among its faces, see SurfaceTopology, so each belongs to one patch.
 struct ContactPatches {
-    static constexpr int width = WideTree::width;
+    static constexpr int width = tree_width;
     static constexpr int max_edges = 3 * width;
 
     IndexLists faces, vertices, edges;  // of each patch; some patches have none

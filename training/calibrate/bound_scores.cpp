@@ -84,7 +84,7 @@ void score_parts(const CollisionTree& tree, FrameSource& source, std::span<const
         for (int part = 0; part < model.parts(); ++part) {
             const float residual = model.map_children(part, x.data(), scratch.data(), mapped);
             const auto protrusions = model.protrusions(part, mapped, wide, truth);
-            const float* growth = model.fit().growth.data() + std::ptrdiff_t{part} * WideTree::width;
+            const float* growth = model.fit().growth.data() + std::ptrdiff_t{part} * tree_width;
             float excess = -1;
             for (std::size_t k = 0; k < protrusions.size(); ++k)
                 if (protrusions[k] > 0) excess = std::max(excess, protrusions[k] / residual - growth[k]);

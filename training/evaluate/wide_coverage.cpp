@@ -6,8 +6,6 @@
 namespace nbd {
 namespace {
 
-constexpr int width = WideTree::width;
-
 double diagonal(const Box& box) { return double{(box.hi - box.lo).matrix().norm()}; }
 
 LearnedAffineBoxes calibrated(const CollisionTree& tree) {
@@ -24,10 +22,10 @@ WideCoverage::WideCoverage(const CollisionTree& tree)
 
 WideCoverage::Node WideCoverage::cluster(int i) const {
     const auto c = static_cast<std::size_t>(i);
-    return {exact_.clusters[c], width * tree_->first_block[c], width * tree_->first_block[c + 1]};
+    return {exact_.clusters[c], tree_width * tree_->first_block[c], tree_width * tree_->first_block[c + 1]};
 }
 WideCoverage::Node WideCoverage::block(int i) const {
-    return {exact_.blocks[static_cast<std::size_t>(i)], width * i, width * (i + 1)};
+    return {exact_.blocks[static_cast<std::size_t>(i)], tree_width * i, tree_width * (i + 1)};
 }
 WideCoverage::Node WideCoverage::leaf(int i) const {
     return {exact_.leaves[static_cast<std::size_t>(i)], i, i + 1};
@@ -73,8 +71,8 @@ std::span<const WideOutcome> WideCoverage::measure(VerticesRef x) {
     }
     for (int i = 0; i < tree_->blocks(); ++i) {
         const int before = boxes_.out_of_range();
-        add_children(2, boxes_.leaves(i), width * i, tree_->leaves_in[static_cast<std::size_t>(i)], before,
-                     [&](int k) { return leaf(k); });
+        add_children(2, boxes_.leaves(i), tree_width * i, tree_->leaves_in[static_cast<std::size_t>(i)],
+                     before, [&](int k) { return leaf(k); });
     }
     return outcomes_;
 }

@@ -16,7 +16,6 @@
 namespace nbd {
 namespace {
 
-constexpr int width = WideTree::width;
 constexpr std::size_t measurement_bytes = std::size_t{512} << 20;
 constexpr float least = std::numeric_limits<float>::min();
 
@@ -70,14 +69,14 @@ LearnedAffineFit choose_all_samples(const SurfaceBody& body, const WideTree& tre
                 sampling(SampleRule::support, LearnedAffineFit::samples_per_box)),
             .clusters = std::vector<BoxFit>(static_cast<std::size_t>(tree.clusters())),
             .residual = std::vector<float>(static_cast<std::size_t>(parts), 1.f),
-            .growth = std::vector<float>(static_cast<std::size_t>(parts * width))};
+            .growth = std::vector<float>(static_cast<std::size_t>(parts * tree_width))};
 }
 
 Measurements measure(const LearnedAffineModel& model, const WideTree& tree, FrameSource& source,
                      std::span<const FrameId> frames, std::uint64_t seed) {
     const auto poses = static_cast<Eigen::Index>(frames.size());
     Measurements all{PoseRows(poses, model.clusters()), PoseRows(poses, model.clusters()),
-                     PoseRows(poses, width * model.parts()), PoseRows(poses, model.parts())};
+                     PoseRows(poses, tree_width * model.parts()), PoseRows(poses, model.parts())};
     struct Scratch {
         Vertices turned;
         WideBoxes exact;
@@ -103,8 +102,9 @@ Measurements measure(const LearnedAffineModel& model, const WideTree& tree, Fram
             const float residual = model.map_children(part, turned.data(), of_map.data(), boxes);
             all.residual(index, part) = residual;
             const auto protrusions = model.protrusions(part, boxes, tree, exact);
-            for (int k = 0; k < width; ++k)
-                all.growth(index, width * part + k) = protrusions[static_cast<std::size_t>(k)] / residual;
+            for (int k = 0; k < tree_width; ++k)
+                all.growth(index, tree_width * part + k) =
+                    protrusions[static_cast<std::size_t>(k)] / residual;
         }
     });
     return all;
@@ -113,7 +113,7 @@ Measurements measure(const LearnedAffineModel& model, const WideTree& tree, Fram
 /// As many frames as the measurements of this model may hold.
 std::vector<FrameId> some_frames(const LearnedAffineModel& model, std::span<const FrameId> frames) {
     const auto bytes =
-        static_cast<std::size_t>((width + 1) * model.parts() + 2 * model.clusters()) * sizeof(float);
+        static_cast<std::size_t>((tree_width + 1) * model.parts() + 2 * model.clusters()) * sizeof(float);
     const auto fit = std::clamp<std::size_t>(measurement_bytes / bytes, 1, 1'000'000);
     return spread(frames, static_cast<int>(fit));
 }
@@ -137,7 +137,7 @@ std::shared_ptr<const LearnedAffineModel> train_learned_affine(
         fit.residual[static_cast<std::size_t>(part)] = std::max(
             least, static_cast<float>(
                        std::sqrt(measured.residual.col(part).cast<double>().array().square().mean())));
-        for (int k = width * part; k < width * (part + 1); ++k)
+        for (int k = tree_width * part; k < tree_width * (part + 1); ++k)
             fit.growth[static_cast<std::size_t>(k)] =
                 std::max(0.f, upper_quantile(measured.growth.col(k), config.box_miss_rate));
     }

@@ -51,10 +51,10 @@ AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model, std::optional
     : model_(std::move(model)), learned_(std::move(learned)), tree_(&model_->tree()) {
     const auto clusters = static_cast<std::size_t>(tree_->clusters()),
                blocks = static_cast<std::size_t>(tree_->blocks());
-    cluster_boxes_.resize((clusters + WideTree::width - 1) / WideTree::width);
+    cluster_boxes_.resize((clusters + tree_width - 1) / tree_width);
     block_boxes_.resize(clusters);
     leaf_boxes_.resize(blocks);
-    leaf_at_.resize(blocks * WideTree::width);
+    leaf_at_.resize(blocks * tree_width);
     cluster_poses_.resize(clusters);
     block_poses_.resize(blocks);
     leaf_poses_.resize(leaf_at_.size());
@@ -88,8 +88,7 @@ void AffineBoxes::begin() noexcept {
     for (int cluster = 0; cluster < tree_->clusters(); ++cluster) {
         if (is_learned() && cluster + ahead < tree_->clusters()) learned_->prefetch_box(cluster + ahead);
         const Box box = cluster_box(cluster);
-        cluster_boxes_[static_cast<std::size_t>(cluster / WideTree::width)].set(cluster % WideTree::width,
-                                                                                box);
+        cluster_boxes_[static_cast<std::size_t>(cluster / tree_width)].set(cluster % tree_width, box);
         whole_ = joined(whole_, box);
     }
 }
@@ -133,13 +132,12 @@ void AffineBoxes::fit_block(int block) noexcept {
     if (is_learned() && learned_->leaves(block, boxes)) return;
     if (model_->blocks().maps(block) != AffineParts::Maps::none)
         return map_children(model_->blocks(), block, boxes);
-    for (int k = 0; k < tree_->leaves_in[b]; ++k)
-        boxes.set(k, box_of_leaf_nodes(WideTree::width * block + k));
+    for (int k = 0; k < tree_->leaves_in[b]; ++k) boxes.set(k, box_of_leaf_nodes(tree_width * block + k));
 }
 
 void AffineBoxes::leaf_vertices(int i, const float* nodes, Eigen::Array4f* x) const noexcept {
     const AffineModel::LeafWeights weights = model_->leaf_weights(i);
-    const std::span<const int> places = model_->blocks().nodes(i / WideTree::width);
+    const std::span<const int> places = model_->blocks().nodes(i / tree_width);
     leaf_positions(nodes, places.data(), weights.weights, weights.nodes, weights.count,
                    static_cast<int>(tree_->leaf_vertices(i).size()), has_last_node(places), x[0].data());
 }
@@ -207,7 +205,7 @@ Box AffineBoxes::box_of_nodes(std::span<const int> nodes) const noexcept {
 }
 
 Box AffineBoxes::box_of_leaf_nodes(int leaf) const noexcept {
-    const std::span<const int> nodes = model_->blocks().nodes(leaf / WideTree::width);
+    const std::span<const int> nodes = model_->blocks().nodes(leaf / tree_width);
     const AffineModel::LeafWeights weights = model_->leaf_weights(leaf);
     const std::size_t count = tree_->leaf_vertices(leaf).size(), padded = has_last_node(nodes) ? 0 : count;
     return widened(over_step([&](const float* x) {

@@ -54,7 +54,7 @@ class AffineBoxes {
     const BoxPack* clusters() const noexcept { return cluster_boxes_.data(); }
     int cluster_packs() const noexcept { return static_cast<int>(cluster_boxes_.size()); }
     Box cluster(int i) const noexcept {
-        return cluster_boxes_[static_cast<std::size_t>(i / WideTree::width)].box(i % WideTree::width);
+        return cluster_boxes_[static_cast<std::size_t>(i / tree_width)].box(i % tree_width);
     }
 
     /// Box of a block whose cluster was asked for in this pose.
@@ -97,10 +97,10 @@ class AffineBoxes {
 
     /// Corners of the face in a slot whose leaf was asked for in this pose. Lane 3 is unspecified.
     FaceCorners corners(int slot) const noexcept {
-        const auto l = static_cast<std::size_t>(slot / WideTree::width);
+        const auto l = static_cast<std::size_t>(slot / tree_width);
         const Eigen::Array4f* x = leaves_[static_cast<std::size_t>(leaf_at_[l])].x;
-        const std::uint8_t* at = tree_->corners[l].data() + slot % WideTree::width;
-        return {x[at[0]], x[at[WideTree::width]], x[at[2 * WideTree::width]]};
+        const std::uint8_t* at = tree_->corners[l].data() + slot % tree_width;
+        return {x[at[0]], x[at[tree_width]], x[at[2 * tree_width]]};
     }
     Triangle triangle(int slot) const noexcept {
         const FaceCorners c = corners(slot);

@@ -113,7 +113,7 @@ AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tr
             const std::vector<int> vertices = tree_.block_vertices(block);
             blocks_.add(vertices);
             of_cluster.insert(of_cluster.end(), vertices.begin(), vertices.end());
-            for (int leaf = WideTree::width * block; leaf < WideTree::width * (block + 1); ++leaf) {
+            for (int leaf = tree_width * block; leaf < tree_width * (block + 1); ++leaf) {
                 weight_begin_.push_back(static_cast<int>(weights_.size()));
                 weights_per_vertex_.push_back(1);
                 for (const int v : tree_.leaf_vertices(leaf)) {
@@ -161,7 +161,7 @@ SurfaceEmbedding AffineModel::weights() const {
     std::vector<Eigen::Triplet<float>> entries;
     for (int leaf = 0; leaf < tree_.leaves(); ++leaf) {
         const std::span<const int> vertices = tree_.leaf_vertices(leaf),
-                                   nodes = blocks_.nodes(leaf / WideTree::width);
+                                   nodes = blocks_.nodes(leaf / tree_width);
         const LeafWeights own = leaf_weights(leaf);
         for (std::size_t i = 0; i < vertices.size(); ++i) {
             const auto v = static_cast<std::size_t>(vertices[i]);

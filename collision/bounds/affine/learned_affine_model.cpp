@@ -44,7 +44,7 @@ void check(const WideTree& tree, const LearnedAffineFit& fit) {
     require_count(fit.residual.size(), parts, "residuals");
     require_numbers(fit.residual, "a residual");
     require(std::ranges::find(fit.residual, 0.f) == fit.residual.end(), "a residual is 0, allowed: above 0");
-    require_count(fit.growth.size(), parts * WideTree::width, "growths");
+    require_count(fit.growth.size(), parts * tree_width, "growths");
     require_numbers(fit.growth, "a growth");
 }
 
@@ -132,24 +132,23 @@ float LearnedAffineModel::cluster_score(int cluster, float spread) const noexcep
 }
 
 void LearnedAffineModel::grow(int part, float margin, float residual, BoxPack& boxes) const noexcept {
-    using Lanes = Eigen::Array<float, WideTree::width, 1>;
+    using Lanes = Eigen::Array<float, tree_width, 1>;
     const Lanes by =
-        (Eigen::Map<const Lanes>(fit_.growth.data() + std::ptrdiff_t{part} * WideTree::width) + margin) *
-        residual;
+        (Eigen::Map<const Lanes>(fit_.growth.data() + std::ptrdiff_t{part} * tree_width) + margin) * residual;
     for (int a = 0; a < 3; ++a) {
         Eigen::Map<Lanes>(boxes.lo[a]) -= by;
         Eigen::Map<Lanes>(boxes.hi[a]) += by;
     }
 }
 
-std::array<float, WideTree::width> LearnedAffineModel::protrusions(int part, const BoxPack& boxes,
-                                                                   const WideTree& tree,
-                                                                   const WideBoxes& exact) const noexcept {
-    std::array<float, WideTree::width> result;
+std::array<float, tree_width> LearnedAffineModel::protrusions(int part, const BoxPack& boxes,
+                                                              const WideTree& tree,
+                                                              const WideBoxes& exact) const noexcept {
+    std::array<float, tree_width> result;
     result.fill(-std::numeric_limits<float>::infinity());
     const bool is_cluster = part < clusters();
     const int block = part - clusters();
-    const int first = is_cluster ? tree.first_block[static_cast<std::size_t>(part)] : WideTree::width * block;
+    const int first = is_cluster ? tree.first_block[static_cast<std::size_t>(part)] : tree_width * block;
     const int count =
         is_cluster ? tree.blocks_in(part) : int{tree.leaves_in[static_cast<std::size_t>(block)]};
     const std::vector<Box>& children = is_cluster ? exact.blocks : exact.leaves;

@@ -76,8 +76,8 @@ class LearnedAffineModel {
 
     /// How far the children of a part protrude from their boxes before growth, lane by lane; negative for
     /// boxes with room to spare, and for children that are not present. exact: boxes in the pose. Metres.
-    std::array<float, WideTree::width> protrusions(int part, const BoxPack& boxes, const WideTree& tree,
-                                                   const WideBoxes& exact) const noexcept;
+    std::array<float, tree_width> protrusions(int part, const BoxPack& boxes, const WideTree& tree,
+                                              const WideBoxes& exact) const noexcept;
 
     /// Prefetch the positions that cluster_samples() reads, and all but positions that map_children() reads.
     void prefetch_samples(int cluster, const float* x) const noexcept;

@@ -8,13 +8,11 @@
 namespace nbd {
 namespace {
 
-constexpr int width = WideTree::width;
-
 /// Numbers the leaf's vertices and notes which of them are the corners of its faces.
 void add_leaf(WideTree& tree, int leaf, std::span<const int> leaf_faces, FacesRef F) {
     const auto l = static_cast<std::size_t>(leaf);
     tree.faces_in[l] = static_cast<std::uint8_t>(leaf_faces.size());
-    std::ranges::copy(leaf_faces, tree.faces.begin() + width * std::ptrdiff_t{leaf});
+    std::ranges::copy(leaf_faces, tree.faces.begin() + tree_width * std::ptrdiff_t{leaf});
     const auto begin = static_cast<std::ptrdiff_t>(tree.vertices.size());
     for (const int f : leaf_faces)
         for (int c = 0; c < 3; ++c) tree.vertices.push_back(F(f, c));
@@ -24,7 +22,7 @@ void add_leaf(WideTree& tree, int leaf, std::span<const int> leaf_faces, FacesRe
         for (int c = 0; c < 3; ++c) {
             const auto at =
                 std::lower_bound(tree.vertices.begin() + begin, tree.vertices.end(), F(leaf_faces[k], c));
-            tree.corners[l][static_cast<std::size_t>(width * c) + k] =
+            tree.corners[l][static_cast<std::size_t>(tree_width * c) + k] =
                 static_cast<std::uint8_t>(at - tree.vertices.begin() - begin);
         }
 }
@@ -50,16 +48,16 @@ WideTree build(std::span<int> all, FacesRef F, int vertex_count, const Divide& d
     int cluster = 0;
     const auto add_block = [&](std::span<int> in_block) {
         const std::size_t first_leaf = tree.faces_in.size();
-        tree.faces_in.resize(first_leaf + width, 0);
+        tree.faces_in.resize(first_leaf + tree_width, 0);
         tree.faces.resize(tree.faces.size() + WideTree::block_faces, -1);
-        tree.corners.resize(first_leaf + width, {});
+        tree.corners.resize(first_leaf + tree_width, {});
         int leaf = static_cast<int>(first_leaf);
-        divide(in_block, width, [&](std::span<int> in_leaf) {
+        divide(in_block, tree_width, [&](std::span<int> in_leaf) {
             std::ranges::sort(in_leaf);
             add_leaf(tree, leaf++, in_leaf, F);
             tree.vertex_begin.push_back(static_cast<int>(tree.vertices.size()));
         });
-        tree.vertex_begin.resize(first_leaf + width + 1, static_cast<int>(tree.vertices.size()));
+        tree.vertex_begin.resize(first_leaf + tree_width + 1, static_cast<int>(tree.vertices.size()));
         tree.leaves_in.push_back(static_cast<std::uint8_t>(leaf - static_cast<int>(first_leaf)));
         tree.cluster_of.push_back(cluster);
     };
@@ -82,9 +80,9 @@ void halve(std::span<int> faces, int largest, const Part& part) {
 }  // namespace
 
 std::vector<int> WideTree::block_vertices(int block) const {
-    const auto first = static_cast<std::size_t>(width) * static_cast<std::size_t>(block);
+    const auto first = static_cast<std::size_t>(tree_width) * static_cast<std::size_t>(block);
     std::vector<int> list(vertices.begin() + vertex_begin[first],
-                          vertices.begin() + vertex_begin[first + width]);
+                          vertices.begin() + vertex_begin[first + tree_width]);
     std::ranges::sort(list);
     list.erase(std::unique(list.begin(), list.end()), list.end());
     return list;
@@ -100,8 +98,8 @@ WideTree::Children WideTree::cluster_children(int cluster) const {
 
 WideTree::Children WideTree::block_children(int block) const {
     Children children;
-    for (int k = 0; k < width; ++k) {
-        const std::span<const int> list = leaf_vertices(width * block + k);
+    for (int k = 0; k < tree_width; ++k) {
+        const std::span<const int> list = leaf_vertices(tree_width * block + k);
         children[static_cast<std::size_t>(k)].assign(list.begin(), list.end());
     }
     return children;
@@ -125,11 +123,11 @@ bool is_over(const WideTree& tree, int vertex_count, FacesRef F) noexcept {
     Eigen::Index faces = 0;
     for (int leaf = 0; leaf < tree.leaves(); ++leaf)
         for (int k = 0; k < tree.faces_in[static_cast<std::size_t>(leaf)]; ++k, ++faces) {
-            const int face = tree.faces[static_cast<std::size_t>(width * leaf + k)];
+            const int face = tree.faces[static_cast<std::size_t>(tree_width * leaf + k)];
             if (face >= F.rows()) return false;
             for (int c = 0; c < 3; ++c)
                 if (tree.leaf_vertices(leaf)[tree.corners[static_cast<std::size_t>(
-                        leaf)][static_cast<std::size_t>(width * c + k)]] != F(face, c))
+                        leaf)][static_cast<std::size_t>(tree_width * c + k)]] != F(face, c))
                     return false;
         }
     return faces == F.rows();

@@ -10,15 +10,17 @@
 
 namespace nbd {
 
-/// A tree over the faces of a surface whose nodes have up to sixteen children, as many as the kernels test at
-/// once. It has three levels: clusters of up to 4096 faces (512 to 2048 on surfaces of less than 131,072),
-/// blocks of up to 256, and leaves of up to 16. Block b has the leaves 16 b, 16 b + 1 and so on, of which
-/// only the first few may be present; slot 16 l + k holds face k of leaf l. Faces are divided at medians of
-/// their centroids in the rest pose, so parts are compact and nearly equal in size.
+/// Children of a node of a wide tree, at most: as many as the kernels test at once.
+inline constexpr int tree_width = 16;
+
+/// A tree over the faces of a surface whose nodes have up to sixteen children. It has three levels: clusters
+/// of up to 4096 faces (512 to 2048 on surfaces of less than 131,072), blocks of up to 256, and leaves of up
+/// to 16. Block b has the leaves 16 b, 16 b + 1 and so on, of which only the first few may be present; slot
+/// 16 l + k holds face k of leaf l. Faces are divided at medians of their centroids in the rest pose, so
+/// parts are compact and nearly equal in size.
 struct WideTree {
-    static constexpr int width = 16;
-    static constexpr int block_faces = width * width, cluster_faces = width * block_faces;
-    static constexpr int max_leaf_vertices = 3 * width;
+    static constexpr int block_faces = tree_width * tree_width, cluster_faces = tree_width * block_faces;
+    static constexpr int max_leaf_vertices = 3 * tree_width;
 
     int vertex_count = 0;
     std::vector<int> first_block;         // [clusters + 1] blocks of each cluster, 1 to 16
@@ -29,7 +31,7 @@ struct WideTree {
     std::vector<int> vertices;            // of the leaves, leaf after leaf, without repeats within one
     std::vector<int> vertex_begin;        // [16 blocks + 1] range of each leaf in `vertices`
     /// [16 blocks] corner c of face k, as a position in the leaf's vertices, at [16 c + k].
-    std::vector<std::array<std::uint8_t, 3 * width>> corners;
+    std::vector<std::array<std::uint8_t, 3 * tree_width>> corners;
 
     int clusters() const noexcept { return static_cast<int>(first_block.size()) - 1; }
     int blocks() const noexcept { return static_cast<int>(cluster_of.size()); }
@@ -45,15 +47,15 @@ struct WideTree {
     }
     /// Vertices of the face in a slot, as numbers of the surface.
     std::array<int, 3> face_vertices(int slot) const noexcept {
-        const auto l = static_cast<std::size_t>(slot / width);
+        const auto l = static_cast<std::size_t>(slot / tree_width);
         const int* at = vertices.data() + vertex_begin[l];
-        const std::uint8_t* corner = corners[l].data() + slot % width;
-        return {at[corner[0]], at[corner[width]], at[corner[2 * width]]};
+        const std::uint8_t* corner = corners[l].data() + slot % tree_width;
+        return {at[corner[0]], at[corner[tree_width]], at[corner[2 * tree_width]]};
     }
     /// Vertices of a block without repeats, ascending.
     std::vector<int> block_vertices(int block) const;
     /// Vertices of each child of a cluster or a block; empty for children that are not present.
-    using Children = std::array<std::vector<int>, width>;
+    using Children = std::array<std::vector<int>, tree_width>;
     Children cluster_children(int cluster) const;
     Children block_children(int block) const;
 };

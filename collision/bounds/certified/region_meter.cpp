@@ -11,7 +11,7 @@ namespace nbd {
 namespace {
 
 /// The norm rounded up to float32; infinite for NaN.
-float rounded_up(double squared) noexcept {
+float norm_rounded_up(double squared) noexcept {
     const auto norm = static_cast<float>(std::sqrt(squared) * (1 + 1e-6));
     return std::isnan(norm) ? std::numeric_limits<float>::infinity() : norm;
 }
@@ -55,8 +55,8 @@ void RegionMeter::add(int first, int count, const LaneMatrix& F) noexcept {
     }
     const Lanes stretch = squared_norm_bound(F), deviation = squared_norm_bound(off);
     for (int l = 0; l < count; ++l) {
-        raise(motion[static_cast<std::size_t>(l)]->stretch, rounded_up(stretch[l]));
-        raise(motion[static_cast<std::size_t>(l)]->deviation, rounded_up(deviation[l]));
+        raise(motion[static_cast<std::size_t>(l)]->stretch, norm_rounded_up(stretch[l]));
+        raise(motion[static_cast<std::size_t>(l)]->deviation, norm_rounded_up(deviation[l]));
     }
 }
 

@@ -226,8 +226,8 @@ TEST(PairQuery, BoxLeavesHoldAllPairsWhoseBoxesAreNear) {
         for (const LeafPair& pair : found)
             for (int i = 0; i < in_s.faces_in[static_cast<std::size_t>(pair.a)]; ++i)
                 for (int j = 0; j < in_t.faces_in[static_cast<std::size_t>(pair.b)]; ++j)
-                    held.push_back({in_s.faces[static_cast<std::size_t>(WideTree::width * pair.a + i)],
-                                    in_t.faces[static_cast<std::size_t>(WideTree::width * pair.b + j)]});
+                    held.push_back({in_s.faces[static_cast<std::size_t>(tree_width * pair.a + i)],
+                                    in_t.faces[static_cast<std::size_t>(tree_width * pair.b + j)]});
         std::ranges::sort(held);
         const auto near = test::sorted(query.boxes_within(s, t, distance));
         EXPECT_GT(near.size(), 100u);
@@ -243,7 +243,7 @@ TEST(PairQuery, BoxLeavesHoldAllPairsWhoseBoxesAreNear) {
                near = leaves_of([](int, int) { return 0.01f; });
     std::vector<LeafPair> expected;
     for (const LeafPair& pair : far)
-        if (reach(pair.a / WideTree::width, pair.b / WideTree::width) == 0.05f ||
+        if (reach(pair.a / tree_width, pair.b / tree_width) == 0.05f ||
             std::ranges::binary_search(near, pair))
             expected.push_back(pair);
     EXPECT_GT(expected.size(), near.size());

@@ -41,9 +41,9 @@ void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
     const WideTree& tree = boxes.tree();
     for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
         if (tree.faces_in[static_cast<std::size_t>(leaf)] == 0) continue;
-        const int block = leaf / WideTree::width, cluster = tree.cluster_of[static_cast<std::size_t>(block)];
+        const int block = leaf / tree_width, cluster = tree.cluster_of[static_cast<std::size_t>(block)];
         const Box leaf_box = boxes.blocks(cluster).box(block - boxes.first_block(cluster));
-        const Box own = boxes.leaves(block).box(leaf % WideTree::width);
+        const Box own = boxes.leaves(block).box(leaf % tree_width);
         const AffineBoxes::Leaf& opened = boxes.leaf(leaf);
         const auto vertices = tree.leaf_vertices(leaf);
         for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -84,7 +84,7 @@ TEST(AffineBoxes, FromNodesAreTightWhereTheMotionIsAffine) {
         boxes.blocks(tree.cluster_of[static_cast<std::size_t>(block)]);
         for (int k = 0; k < tree.leaves_in[static_cast<std::size_t>(block)]; ++k) {
             const Box own = boxes.leaves(block).box(k),
-                      least = bounding_box(Positions(x), tree.leaf_vertices(WideTree::width * block + k));
+                      least = bounding_box(Positions(x), tree.leaf_vertices(tree_width * block + k));
             sizes += (own.hi - own.lo).sum();
             exact_sizes += (least.hi - least.lo).sum();
         }

@@ -18,14 +18,14 @@ int leaves_of(const WideTree& tree, const Faces& F) {
     for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
         const int count = tree.faces_in[static_cast<std::size_t>(leaf)];
         leaves += count > 0;
-        for (int k = 0; k < WideTree::width; ++k) {
-            const int face = tree.faces[static_cast<std::size_t>(WideTree::width * leaf + k)];
+        for (int k = 0; k < tree_width; ++k) {
+            const int face = tree.faces[static_cast<std::size_t>(tree_width * leaf + k)];
             EXPECT_EQ(face >= 0, k < count);
             if (k >= count) continue;
             seen.push_back(face);
             for (int c = 0; c < 3; ++c)
                 EXPECT_EQ(tree.leaf_vertices(leaf)[tree.corners[static_cast<std::size_t>(
-                              leaf)][static_cast<std::size_t>(WideTree::width * c + k)]],
+                              leaf)][static_cast<std::size_t>(tree_width * c + k)]],
                           F(face, c));
         }
     }
