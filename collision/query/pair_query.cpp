@@ -238,10 +238,8 @@ std::span<const LeafPair> PairQuery::box_leaves_within(PosedTree& a, PosedTree& 
         found = affine_walk_.near_leaves(s, t, distance, reach);
     });
     leaf_pairs_.assign(found.begin(), found.end());
-    counting_sort_.sort(
-        leaf_pairs_, b.box_tree()->leaves(), [](const LeafPair& pair) { return pair.b; }, ordered_);
-    counting_sort_.sort(
-        leaf_pairs_, a.box_tree()->leaves(), [](const LeafPair& pair) { return pair.a; }, ordered_);
+    counting_sort_.sort(leaf_pairs_, b.box_tree()->leaves(), [](const LeafPair& pair) { return pair.b; });
+    counting_sort_.sort(leaf_pairs_, a.box_tree()->leaves(), [](const LeafPair& pair) { return pair.a; });
     return leaf_pairs_;
 }
 

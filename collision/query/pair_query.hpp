@@ -78,8 +78,7 @@ class PairQuery {
     QueryCounters counters_;
     AffineWalk affine_walk_;
     std::vector<LeafPair> leaf_pairs_;
-    std::vector<LeafPair> ordered_;  // scratch
-    CountingSort counting_sort_;
+    CountingSort<LeafPair> counting_sort_;
     std::vector<NodePair> stack_, next_;
     std::vector<FacePair> pairs_;  // during a query: positions in the trees' `faces`
 };

@@ -47,8 +47,8 @@ void BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const P
         near_.push_back(pair);
         flipped_.push_back({pair.b, pair.a});
     }
-    counting_sort_.sort(
-        flipped_, b.surface().patches().count(), [](const PatchPair& pair) { return pair.a; }, ordered_);
+    counting_sort_.sort(flipped_, b.surface().patches().count(),
+                        [](const PatchPair& pair) { return pair.a; });
     find_vertices(body_a_, a, body_b_, b, near_, reach, moved, sides_a_, contacts);
     find_vertices(body_b_, b, body_a_, a, flipped_, reach, moved, sides_b_, contacts);
     find_edge_contacts({body_a_, a}, {body_b_, b}, near_, reach, detail, contacts);

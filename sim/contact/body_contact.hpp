@@ -54,8 +54,8 @@ class BodyContactFinder {
                        Sides& sides, std::vector<Contact>& contacts);
 
     int body_a_, body_b_;
-    std::vector<PatchPair> near_, flipped_, ordered_;  // ordered_: scratch
-    CountingSort counting_sort_;
+    std::vector<PatchPair> near_, flipped_;
+    CountingSort<PatchPair> counting_sort_;
     Sides sides_a_, sides_b_;
 };
 
