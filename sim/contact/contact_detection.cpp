@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -144,7 +145,8 @@ std::span<const PatchPair> ContactDetection::near_patches(const ContactParty& a,
                                                           block_velocity(b, block_b, block_velocities_b_));
             return std::min(distance, static_cast<float>(reach.least() + approach + error));
         };
-        pairs = query_.box_leaves_within(*a.tree, *b.tree, distance, reach_of);
+        // A copy of what it captures would be allocated.
+        pairs = query_.box_leaves_within(*a.tree, *b.tree, distance, std::cref(reach_of));
     } else {
         const auto patch = [](const ContactParty& body, int face) {
             return body.surface.patches().of_face[static_cast<std::size_t>(face)];
