@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
 #include <random>
 #include <set>
 #include <vector>
@@ -15,22 +13,11 @@
 namespace nbd {
 namespace {
 
-/// Faces as a set; each face starts at its smallest vertex.
-std::set<std::array<int, 3>> face_set(const Faces& F) {
-    std::set<std::array<int, 3>> set;
-    for (int f = 0; f < F.rows(); ++f) {
-        std::array<int, 3> face = {F(f, 0), F(f, 1), F(f, 2)};
-        std::ranges::rotate(face, std::ranges::min_element(face));
-        set.insert(face);
-    }
-    return set;
-}
-
 int count_poor(const TetMesh& tets) { return tet_quality(tets).poor; }
 
 void expect_keeps_boundary(const TetMesh& before, const TetMesh& after) {
     const Faces boundary = boundary_faces(before);
-    EXPECT_EQ(face_set(boundary_faces(after)), face_set(boundary));
+    EXPECT_EQ(test::sorted_faces(boundary_faces(after)), test::sorted_faces(boundary));
     for (const int node : boundary.reshaped()) EXPECT_EQ(after.X.row(node), before.X.row(node));
     EXPECT_NEAR(tet_quality(after).volume, tet_quality(before).volume, 1e-12);
     EXPECT_GT(tet_quality(after).volume_min, 0);

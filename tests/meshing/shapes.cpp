@@ -111,4 +111,15 @@ TriMesh box(double x, double y, double z, int n) {
     return mesh;
 }
 
+std::vector<std::array<int, 3>> sorted_faces(const Faces& F) {
+    std::vector<std::array<int, 3>> sorted;
+    for (int f = 0; f < F.rows(); ++f) {
+        std::array<int, 3> face = {F(f, 0), F(f, 1), F(f, 2)};
+        std::ranges::rotate(face, std::ranges::min_element(face));
+        sorted.push_back(face);
+    }
+    std::ranges::sort(sorted);
+    return sorted;
+}
+
 }  // namespace nbd::test

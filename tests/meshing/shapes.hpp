@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <vector>
+
 #include "meshing/surface/mesh.hpp"
 
 namespace nbd::test {
@@ -23,5 +26,9 @@ TriMesh torus(double R, double r, int nu, int nv);
 
 /// An axis-aligned box with one corner at the origin and n x n squares on each side: 12 n^2 faces.
 TriMesh box(double x, double y, double z, int n);
+
+/// Faces in ascending order, each from its smallest vertex on: equal for surfaces that differ in the order of
+/// their faces alone.
+std::vector<std::array<int, 3>> sorted_faces(const Faces& F);
 
 }  // namespace nbd::test

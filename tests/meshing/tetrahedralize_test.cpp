@@ -25,22 +25,10 @@ std::filesystem::path shared(const std::string& name) {
 /// A unit cube with n x n squares on each side.
 TriMesh box(int n, double side = 1) { return test::box(side, side, side, n); }
 
-/// Faces as a set; each face starts at its smallest vertex.
-std::vector<std::array<int, 3>> face_set(const Faces& F) {
-    std::vector<std::array<int, 3>> set;
-    for (int f = 0; f < F.rows(); ++f) {
-        std::array<int, 3> face = {F(f, 0), F(f, 1), F(f, 2)};
-        while (face[0] > face[1] || face[0] > face[2]) face = {face[1], face[2], face[0]};
-        set.push_back(face);
-    }
-    std::ranges::sort(set);
-    return set;
-}
-
 void expect_keeps_surface(const TriMesh& surface, const TetMesh& tets) {
     ASSERT_GT(tets.T.rows(), 0);
     EXPECT_EQ(tets.X.topRows(surface.X.rows()), surface.X);
-    EXPECT_EQ(face_set(boundary_faces(tets)), face_set(surface.F));
+    EXPECT_EQ(test::sorted_faces(boundary_faces(tets)), test::sorted_faces(surface.F));
     EXPECT_GT(tet_quality(tets).volume_min, 0);
 }
 
