@@ -11,7 +11,7 @@ namespace {
 
 constexpr int bits_per_axis = 10, digit_bits = 10, digits = 3;
 
-bool overlap(const Box& s, const Box& t) noexcept {
+bool overlap_in_space(const Box& s, const Box& t) noexcept {
     return ((s.lo <= t.hi) && (t.lo <= s.hi)).head<3>().all();
 }
 
@@ -68,7 +68,7 @@ void LinearBvh::list_faces(const Box& region) {
     const PosedFaces posed = faces();
     for (int f = 0; f < corners_.rows(); ++f) {
         const Box box = posed.box(f);
-        if (!overlap(box, region)) continue;
+        if (!overlap_in_space(box, region)) continue;
         boxes_.push_back(box);
         listed_.push_back(f);
     }
