@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/cli/available_memory.hpp"
@@ -83,6 +84,11 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
         tets = read_tets(path, &notes, &groups);
     }
     for (const std::string& note : notes) out.text(note);
+    if (groups.size() > max_regions) {
+        out.text(fmt::format("{} groups of tetrahedra are left out; regions of material: at most {}",
+                             groups.size(), max_regions));
+        groups.clear();
+    }
     for (const TetGroup& group : groups)
         out.text(fmt::format("region \"{}\": {} tetrahedra", group.name, group.tets.size()));
     try {

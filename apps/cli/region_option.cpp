@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <optional>
+#include <sstream>
 
 namespace nbd {
 namespace {
@@ -13,24 +16,30 @@ namespace {
 
 double number(const std::string& text, const std::string& value) {
     double result = 0;
-    if (!CLI::detail::lexical_cast(value, result)) refuse(text, fmt::format("\"{}\" is not a number", value));
+    const char* const end = value.data() + value.size();
+    if (const auto read = std::from_chars(value.data(), end, result);
+        read.ec != std::errc() || read.ptr != end)
+        refuse(text, fmt::format("\"{}\" is not a number", value));
     return result;
 }
 
 void set(MaterialChange& change, const std::string& text, const std::string& key, const std::string& value) {
-    if (key == "young")
-        change.young = number(text, value);
-    else if (key == "poisson")
-        change.poisson = number(text, value);
-    else if (key == "density")
-        change.density = number(text, value);
-    else if (key == "law" && material_law(value))
-        change.law = material_law(value);
-    else if (key == "law")
+    std::optional<double>* const constant = key == "young"     ? &change.young
+                                            : key == "poisson" ? &change.poisson
+                                            : key == "density" ? &change.density
+                                                               : nullptr;
+    if (!constant && key != "law")
+        refuse(text, fmt::format("key \"{}\" is not known; allowed: young, poisson, density, law", key));
+    if (constant ? constant->has_value() : change.law.has_value())
+        refuse(text, fmt::format("key \"{}\" occurs twice", key));
+    if (constant) {
+        *constant = number(text, value);
+        return;
+    }
+    change.law = material_law(value);
+    if (!change.law)
         refuse(text,
                fmt::format("law \"{}\" is not known; allowed: {}", value, fmt::join(names_of_laws(), ", ")));
-    else
-        refuse(text, fmt::format("key \"{}\" is not known; allowed: young, poisson, density, law", key));
 }
 
 }  // namespace
@@ -39,7 +48,8 @@ std::pair<std::string, MaterialChange> parse_region(const std::string& text) {
     const std::size_t colon = text.rfind(':');
     if (colon == text.npos || colon == 0) refuse(text, "expected NAME:key=value, such as core:young=2e6");
     MaterialChange change;
-    for (const std::string& part : CLI::detail::split(text.substr(colon + 1), ',')) {
+    std::istringstream parts(text.substr(colon + 1));
+    for (std::string part; std::getline(parts, part, ',');) {
         const std::size_t equals = part.find('=');
         if (equals == part.npos) refuse(text, fmt::format("expected key=value, found \"{}\"", part));
         set(change, text, part.substr(0, equals), part.substr(equals + 1));

@@ -135,9 +135,11 @@ void add_mesh(CLI::App& app, Output& out) {
         command->add_option("--rayleigh-stiffness", material.rayleigh_stiffness, "Damping of fast motion, s")
             ->capture_default_str()
             ->check(not_negative()),
-        command->add_option("--region", arguments->regions,
-                            "Another material for a group of tetrahedra in the file, such as "
-                            "core:young=2e6,law=stable_neo_hookean; may be repeated")};
+        command
+            ->add_option("--region", arguments->regions,
+                         "Another material for a group of tetrahedra in the file, such as "
+                         "core:young=2e6,law=stable_neo_hookean; may be repeated")
+            ->allow_extra_args(false)};
     CLI::Option* subdivide = command
                                  ->add_option("--subdivide", arguments->config.levels,
                                               "1-to-4 subdivisions of the collision surface")

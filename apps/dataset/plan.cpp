@@ -37,7 +37,9 @@ std::string plan_json(const DatasetPlan& plan, const Body& body) {
     json["material"] = to_json(body.material);
     for (const MaterialRegion& region : body.regions) {
         json["regions"][region.name] = to_json(region.material);
-        json["regions"][region.name]["tets"] = region.tets.size();
+        h5::Sha256 hash;
+        hash.add(std::as_bytes(std::span(region.tets)));
+        json["regions"][region.name]["tets_sha256"] = hash.hex();
     }
     json["seed"] = excitation.seed;
     json["trajectories"] = plan.trajectories;

@@ -53,10 +53,12 @@ VarietyMeter::VarietyMeter(const Body& body, long frames)
       sum_(Eigen::VectorXd::Zero(body.modes.count())),
       squares_(sum_) {
     const Tets& T = body.tets.T;
+    const auto materials = materials_of_tets(body.material, body.regions, static_cast<int>(T.rows()));
     for (Eigen::Index t = 0; t < T.rows(); ++t) {
         const Eigen::Matrix3d E = edges(body.tets.X, T, t);
         inverses_.push_back(E.inverse());
-        for (int k = 0; k < 4; ++k) masses_[T(t, k)] += body.material.density * E.determinant() / 24;
+        for (int k = 0; k < 4; ++k)
+            masses_[T(t, k)] += materials[static_cast<std::size_t>(t)]->density * E.determinant() / 24;
     }
     const Eigen::RowVector3d centre = masses_.transpose() * body.tets.X / masses_.sum();
     rest_ = body.tets.X.rowwise() - centre;

@@ -100,8 +100,11 @@ Journal::Journal(std::filesystem::path path, const Facts& facts, bool resume) : 
     lock();
     try {
         const std::string start = read_at(descriptor_, 0, magic.size());
-        if (!magic.starts_with(start))
+        if (!magic.starts_with(start)) {
+            if (start.starts_with("nbdtree journal "))
+                fail("was written by another version of nbdtree; remove it to start over");
             fail("is not a journal of nbdtree; remove it or choose another output");
+        }
         position_ = magic.size();
         const std::optional<std::string> stored = start == magic ? read_record() : std::nullopt;
         if (!stored) {  // new, or its run was killed while starting

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -78,6 +80,25 @@ void check(const std::filesystem::path& path, const Body& body) {
 }
 
 }  // namespace
+
+Material mean_material(const Body& body) {
+    if (body.regions.empty()) return body.material;
+    const auto& [X, T] = body.tets;
+    const auto materials = materials_of_tets(body.material, body.regions, static_cast<int>(T.rows()));
+    Material mean = body.material;
+    double volume = 0, young = 0, mass = 0;
+    for (Eigen::Index t = 0; t < T.rows(); ++t) {
+        const Eigen::RowVector3d a = X.row(T(t, 0)), b = X.row(T(t, 1)) - a, c = X.row(T(t, 2)) - a;
+        const double part = b.cross(c).dot(X.row(T(t, 3)) - a) / 6;
+        const Material& material = *materials[static_cast<std::size_t>(t)];
+        volume += part;
+        young += part * material.young;
+        mass += part * material.density;
+    }
+    mean.young = young / volume;
+    mean.density = mass / volume;
+    return mean;
+}
 
 std::string body_hash(const Body& body) {
     const h5::SparseRows W(body.W);

@@ -28,6 +28,9 @@ struct Body {
     ModeBasis modes;
 };
 
+/// The body's material with Young's modulus and density in the mean over its volume.
+Material mean_material(const Body& body);
+
 /// Hex SHA-256 over tets, surface and embedding (not materials or modes). Recordings and trees store it, so
 /// that a file of another body is rejected.
 std::string body_hash(const Body& body);

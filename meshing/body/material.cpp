@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <stdexcept>
@@ -48,8 +49,15 @@ void check_material(const Material& m) {
     require(m.rayleigh_stiffness >= 0, "Rayleigh stiffness damping", m.rayleigh_stiffness, "at least 0 s");
 }
 
+std::vector<const Material*> materials_of_tets(const Material& material,
+                                               const std::vector<MaterialRegion>& regions, int tets) {
+    std::vector<const Material*> result(static_cast<std::size_t>(tets), &material);
+    for (const MaterialRegion& region : regions)
+        for (const int t : region.tets) result[static_cast<std::size_t>(t)] = &region.material;
+    return result;
+}
+
 void check_regions(const std::vector<MaterialRegion>& regions, const Material& material, int tets) {
-    constexpr std::size_t max_regions = 1000;
     if (regions.size() > max_regions)
         throw std::invalid_argument(
             fmt::format("{} regions of material; allowed: at most {}", regions.size(), max_regions));
@@ -70,6 +78,7 @@ void check_regions(const std::vector<MaterialRegion>& regions, const Material& m
             region.material.rayleigh_stiffness != material.rayleigh_stiffness)
             refuse("its damping differs; allowed: that of the body");
         if (region.tets.empty()) refuse("it has no tetrahedra; allowed: at least one");
+        if (!std::ranges::is_sorted(region.tets)) refuse("its tetrahedra are not in ascending order");
         for (const int t : region.tets) {
             if (t < 0 || t >= tets)
                 refuse(fmt::format("it has tetrahedron {}; allowed: 0 to {}", t, tets - 1));

@@ -16,7 +16,8 @@ constexpr double least_poisson = -0.999, max_poisson = 0.499;
 enum class MaterialLaw {
     corotated,            // linear in the strain without the rotation [MuellerGross04]
     stable_neo_hookean,   // rubber and flesh, also inverted [SmithDeGoesKim18]
-    st_venant_kirchhoff,  // linear in Green's strain; softens under compression below 58 % of a length
+    st_venant_kirchhoff,  // linear in Green's strain; softens below 58 % of a length and does not resist
+                          // inversion
 };
 
 /// Names in files: "corotated", "stable_neo_hookean", "st_venant_kirchhoff".
@@ -51,12 +52,18 @@ struct MaterialRegion {
     bool operator==(const MaterialRegion&) const = default;
 };
 
+constexpr std::size_t max_regions = 1000;  // of a body
+
+/// The material of each tetrahedron. The arguments must outlive the result.
+std::vector<const Material*> materials_of_tets(const Material& material,
+                                               const std::vector<MaterialRegion>& regions, int tets);
+
 /// Throws std::invalid_argument naming the first constant outside the range given in Material.
 void check_material(const Material& material);
 
 /// Throws std::invalid_argument naming the first region with a material out of range or with other damping
 /// than the body's, a tetrahedron out of range or in two regions, no tetrahedra, or a name that is empty or
-/// taken.
+/// taken; and for more than max_regions.
 void check_regions(const std::vector<MaterialRegion>& regions, const Material& material, int tets);
 
 }  // namespace nbd

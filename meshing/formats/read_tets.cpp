@@ -7,6 +7,8 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -96,20 +98,26 @@ void check_faces(const TetMesh& tets) {
                             sides[i - 1][4], sides[i][4]));
 }
 
-/// The groups in the order of their numbers.
+/// The groups by name; those of the same name are one. gmsh marks tetrahedra that a group has turned by a
+/// negative number.
 std::vector<TetGroup> groups_of(const TetFileContent& content) {
-    std::map<int, TetGroup> found;
-    for (std::size_t t = 0; t < content.group_of_tet.size(); ++t)
-        if (const int number = content.group_of_tet[t]; number != 0)
-            found[number].tets.push_back(static_cast<int>(t));
-    std::vector<TetGroup> groups;
-    for (auto& [number, group] : found) {
-        const auto name = content.group_names.find(number);
-        const bool named = name != content.group_names.end();
-        if (!named && found.size() == 1 && group.tets.size() == content.tets.size()) return {};
-        group.name = named ? name->second : fmt::format("group {}", number);
-        groups.push_back(std::move(group));
+    std::map<std::string, TetGroup> found;
+    bool has_names = false;
+    for (std::size_t t = 0; t < content.group_of_tet.size(); ++t) {
+        const int number = std::abs(content.group_of_tet[t]);
+        if (number == 0) continue;
+        const auto given = content.group_names.find(number);
+        const bool is_named = given != content.group_names.end() && !given->second.empty();
+        has_names = has_names || is_named;
+        const std::string name = is_named ? given->second : fmt::format("group {}", number);
+        TetGroup& group = found[name];
+        group.name = name;
+        group.tets.push_back(static_cast<int>(t));
     }
+    if (!has_names && found.size() == 1 && found.begin()->second.tets.size() == content.tets.size())
+        return {};
+    std::vector<TetGroup> groups;
+    for (auto& [name, group] : found) groups.push_back(std::move(group));
     return groups;
 }
 

@@ -20,8 +20,10 @@ struct TetGroup {
 /// dropped; the rest keep their order). Points, lines and surface cells in the file are skipped; other volume
 /// cells are an error.
 /// notes: if given, receives one line for each kind of repair or omission.
-/// groups: if given, receives the groups, unless the file has a single one without a name.
-/// Throws a one-line std::runtime_error (path, place, reason) for anything else, including truncated files.
+/// groups: if given, receives the groups in the order of their names, unless all tetrahedra are in a single
+/// one without a name. Number 0 is no group. A volume in several physical groups counts for its first. Groups
+/// of partitioned .msh 4.1 files are not read. Throws a one-line std::runtime_error (path, place, reason) for
+/// anything else, including truncated files.
 TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr,
                   std::vector<TetGroup>* groups = nullptr);
 

@@ -14,10 +14,7 @@ namespace nbd {
 namespace {
 
 /// Young's modulus of a contact layer, Pa: against something rigid, or between two bodies.
-double layer_modulus(const ElasticBody& a) { return a.largest_young(); }
-double layer_modulus(const ElasticBody& a, const ElasticBody& b) {
-    return 2 / (1 / a.largest_young() + 1 / b.largest_young());
-}
+double layer_modulus(const ContactParty& a, const ContactParty& b) { return 2 / (1 / a.young + 1 / b.young); }
 
 Eigen::Vector3d mean_velocity(const ContactParty& body) {
     return body.state.v.transpose() * body.elastic.node_masses() / body.elastic.mass();
@@ -91,7 +88,7 @@ void ContactDetection::restore(const ContactSides& sides) {
 }
 
 void ContactDetection::find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
-                            const ContactConfig& config, double thickness, double time, double moved_for,
+                            const ContactConfig& config, double thickness, double time, double dt_before,
                             double dt, DetectionReport& report) {
     const Stopwatch watch;
     const double queries_before_us = report.collision_us;
@@ -105,7 +102,7 @@ void ContactDetection::find(std::span<const ContactParty> bodies, std::span<cons
                       : empty_box());
     const std::span<const BodyIndices> pairs = sweep_.touching(boxes);
     std::erase_if(finders_, [&](const auto& f) { return !std::ranges::binary_search(pairs, f.first); });
-    for (const BodyIndices pair : pairs) find_bodies(pair, bodies, config, thickness, moved_for, dt, report);
+    for (const BodyIndices pair : pairs) find_bodies(pair, bodies, config, thickness, dt_before, dt, report);
     report.detect_us += watch.microseconds() - (report.collision_us - queries_before_us);
 }
 
@@ -113,7 +110,7 @@ void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
                                       std::span<const Obstacle> obstacles, const ContactConfig& config,
                                       double thickness, double time, double dt) {
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-        const double stiffness = config.stiffness_scale * layer_modulus(bodies[b].elastic) / thickness;
+        const double stiffness = config.stiffness_scale * bodies[b].young / thickness;
         const std::size_t first = contacts_.size();
         for (const Obstacle& obstacle : obstacles)
             find_obstacle_contacts(static_cast<int>(b), bodies[b].surface, obstacle, time, dt,
@@ -175,7 +172,7 @@ std::span<const PatchPair> ContactDetection::near_patches(const ContactParty& a,
 }
 
 void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactParty> bodies,
-                                   const ContactConfig& config, double thickness, double moved_for, double dt,
+                                   const ContactConfig& config, double thickness, double dt_before, double dt,
                                    DetectionReport& report) {
     const ContactParty &a = bodies[static_cast<std::size_t>(pair.a)],
                        &b = bodies[static_cast<std::size_t>(pair.b)];
@@ -199,13 +196,14 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     posed_a_.begin(a.surface, origin, a.state.v, moving);
     posed_b_.begin(b.surface, origin, b.state.v, moving);
     const std::size_t first = contacts_.size();
-    const double moved = moved_for > 0 ? moved_for * speed : std::numeric_limits<double>::infinity();
+    const double moved =
+        dt_before > 0 ? dt_before * speed + a.moved + b.moved : std::numeric_limits<double>::infinity();
     finder.find(posed_a_, posed_b_, pairs, reach,
                 config.per_group > 0 ? ContactDetail::enough : ContactDetail::all, moved, contacts_);
     for (std::size_t c = first; c < contacts_.size(); ++c) deepest_ = std::max(deepest_, -contacts_[c].gap);
     if (config.per_group > 0)
         reduction_.reduce(contacts_, first, pair.a, a.surface, b.surface, thickness, config.per_group);
-    const double stiffness = config.stiffness_scale * layer_modulus(a.elastic, b.elastic) / thickness;
+    const double stiffness = config.stiffness_scale * layer_modulus(a, b) / thickness;
     for (std::size_t c = first; c < contacts_.size(); ++c) {
         contacts_[c].friction = config.friction;
         contacts_[c].stiffness = stiffness * contacts_[c].area;

@@ -19,7 +19,9 @@ struct ContactParty {
     const ElasticBody& elastic;
     const BodyState& state;
     const ContactSurface& surface;
+    double young = 0;           // modulus of its outer layer, Pa
     PosedTree* tree = nullptr;  // null: contacts with obstacles only, not with bodies
+    double moved = 0;           // metres that it moved in the last step, if its velocities do not tell
 };
 
 /// Counts and costs of a search for contacts.
@@ -40,10 +42,9 @@ struct DetectionReport {
 class ContactDetection {
  public:
     /// Fills contacts(). time: time of the states, seconds. dt: length of the step that starts there.
-    /// moved_for: time in which the bodies would move as far as in the last step at
-    /// their present velocities, seconds; 0 if there was no step. thickness: metres.
+    /// dt_before: length of the previous step, 0 if there was none. thickness: metres.
     void find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
-              const ContactConfig& config, double thickness, double time, double moved_for, double dt,
+              const ContactConfig& config, double thickness, double time, double dt_before, double dt,
               DetectionReport& report);
 
     /// Contacts of the last find(), in an order determined by the bodies and their states.
@@ -61,7 +62,7 @@ class ContactDetection {
     std::span<const PatchPair> near_patches(const ContactParty& a, const ContactParty& b,
                                             const ContactReach& reach, double dt, DetectionReport& report);
     void find_bodies(BodyIndices pair, std::span<const ContactParty> bodies, const ContactConfig& config,
-                     double thickness, double moved_for, double dt, DetectionReport& report);
+                     double thickness, double dt_before, double dt, DetectionReport& report);
 
     std::map<BodyIndices, BodyContactFinder> finders_;  // pairs whose boxes touched in the last find()
     Sweep sweep_;

@@ -59,17 +59,16 @@ ElasticBody::ElasticBody(TetMesh rest, const Material& material, MassKind mass,
 std::vector<double> ElasticBody::set_materials(const std::vector<MaterialRegion>& regions) {
     check_material(material_);
     check_regions(regions, material_, element_count());
-    std::vector<const Material*> material(static_cast<std::size_t>(element_count()), &material_);
-    for (const MaterialRegion& region : regions)
-        for (const int t : region.tets) material[static_cast<std::size_t>(t)] = &region.material;
     std::vector<double> density;
-    for (const Material* of_tet : material) {
-        const Moduli moduli = moduli_of(*of_tet);
+    for (const Material* material : materials_of_tets(material_, regions, element_count())) {
+        const Moduli moduli = moduli_of(*material);
         auto known = std::ranges::find(moduli_, moduli);
-        if (known == moduli_.end()) known = moduli_.insert(moduli_.end(), moduli);
+        if (known == moduli_.end()) {
+            known = moduli_.insert(moduli_.end(), moduli);
+            young_.push_back(material->young);
+        }
         moduli_of_tet_.push_back(static_cast<std::uint16_t>(known - moduli_.begin()));
-        largest_young_ = std::max(largest_young_, of_tet->young);
-        density.push_back(of_tet->density);
+        density.push_back(material->density);
     }
     if (moduli_.size() == 1) moduli_of_tet_ = {};
     return density;

@@ -41,10 +41,10 @@ struct ElementReport {
 struct ElementPose {
     std::vector<LaneMatrix3>
         R;  // [batches] rotations of the deformation gradients, det = +1 even if inverted
-    // Of a body that is corotated all over; otherwise empty. [T]; see ElasticBody::combine(). The fourth row
+    // Of a body of one corotated material; otherwise empty. [T]; see ElasticBody::combine(). The fourth row
     // is zero.
     std::vector<Eigen::Matrix4f> S;
-    // Of other bodies, and of full tangents; otherwise empty.
+    // Of other bodies, of several corotated materials too, and of full tangents; otherwise empty.
     std::vector<ElementTangent> tangents;  // [batches] times volume
     std::vector<TetBlocks> blocks;         // [T]
 };
@@ -87,11 +87,9 @@ class ElasticBody {
     int unknown_count() const noexcept { return 3 * node_count(); }
     const TetMesh& rest() const noexcept { return rest_; }
     const Material& material() const noexcept { return material_; }  // outside of regions
-    const Moduli& moduli(int tet) const noexcept {
-        return moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[static_cast<std::size_t>(tet)]];
-    }
-    double largest_young() const noexcept { return largest_young_; }          // over all materials, Pa
-    const Eigen::VectorXd& rest_volumes() const noexcept { return volume_; }  // [T], m3
+    const Moduli& moduli(int tet) const noexcept { return moduli_[moduli_index(tet)]; }
+    double young(int tet) const noexcept { return young_[moduli_index(tet)]; }  // Pa
+    const Eigen::VectorXd& rest_volumes() const noexcept { return volume_; }    // [T], m3
     /// Row sums of the mass matrix: the lumped node masses, for either kind of mass. [N], kg.
     const Eigen::VectorXd& node_masses() const noexcept { return node_mass_; }
     double mass() const noexcept { return node_mass_.sum(); }  // kg
@@ -156,6 +154,9 @@ class ElasticBody {
                          Tangent tangent) const;
     void corotated_product(NodesRef u, int batch, const ElementPose& pose, ElementForces& forces) const;
     void principal_product(NodesRef u, int batch, const ElementPose& pose, ElementForces& forces) const;
+    std::size_t moduli_index(int tet) const noexcept {
+        return moduli_of_tet_.empty() ? 0 : moduli_of_tet_[static_cast<std::size_t>(tet)];
+    }
     template <class Block>
     void fill(double mass_scale, StepMatrix& A, const Block& block) const;
     bool is_corotated() const noexcept;
@@ -166,7 +167,7 @@ class ElasticBody {
     Material material_;
     std::vector<Moduli> moduli_;                // distinct
     std::vector<std::uint16_t> moduli_of_tet_;  // [T] index in moduli_; empty if there is one alone
-    double largest_young_ = 0;
+    std::vector<double> young_;                 // of moduli_, Pa
     BlockPattern pattern_;
     std::shared_ptr<const SweepOrder> order_;  // of the pattern
     Eigen::VectorXd volume_;                   // [T]

@@ -11,7 +11,8 @@ namespace nbd {
 /// is the impulse balance that the step solves. Joules. Contact forces are not included.
 class StepPotential {
  public:
-    /// Stores references to all arguments. damping: elements that define the stiffness K of the damping term.
+    /// Stores references to all arguments but the step. damping: elements that define the stiffness K of the
+    /// damping term.
     StepPotential(const ElasticBody& body, const BodyState& start, const TimeStep& step, const Loads& loads,
                   const ElementPose& damping)
         : body_(body), start_(start), step_(step), loads_(loads), damping_(damping) {}

@@ -24,8 +24,8 @@ struct StepStart {
     TimeStep step;
 };
 
-/// The second order backward differentiation formula for steps of two lengths. before: the state dt_before
-/// earlier than `now`. It hardly damps what takes tens of steps for a period. Steps must not grow by more
+/// The second order backward differentiation formula for steps of two lengths. before: the state dt_before >
+/// 0 earlier than `now`. Hardly damps vibrations of 20 or more steps a period. Steps must not grow by more
 /// than a factor of 1 + sqrt(2) [HairerNorsettWanner93, III.5].
 StepStart bdf2_start(const BodyState& before, const BodyState& now, double dt_before, double dt);
 

@@ -34,7 +34,8 @@ void rotate(SymmetricLanes& A, LaneMatrix3& V, int axis) noexcept {
 
 }  // namespace
 
-// Jacobi's cyclic method converges quadratically: five sweeps leave no more than rounding.
+// Jacobi's cyclic method converges quadratically: it ends where no more than rounding is left, usually after
+// five sweeps.
 LaneMatrix3 diagonalise(SymmetricLanes& A) noexcept {
     constexpr int max_sweeps = 8;
     LaneMatrix3 V = identity();

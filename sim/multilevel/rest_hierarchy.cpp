@@ -13,7 +13,7 @@ constexpr double strong_share = 0.08;  // see strong_neighbours(), on the finest
 constexpr int coarse_enough = 48;      // aggregates that are solved directly
 constexpr double worthwhile = 0.7;  // a level with a larger share of the rows of the one before is left out
 constexpr int aggregates_per_part = 64;  // of sweeps
-constexpr std::size_t max_entries = 32;  // the oldest entry is dropped beyond this number
+constexpr int max_entries_of_body = 8;   // a body's oldest entry is dropped beyond this number
 
 template <int B>
 using Square = Eigen::Matrix<double, B, B>;
@@ -183,7 +183,9 @@ std::shared_ptr<const RestHierarchy> RestHierarchies::get(const ElasticBody& bod
                e.prescribed == prescribed;
     });
     if (known != entries_.end()) return known->hierarchy;
-    if (entries_.size() == max_entries) entries_.erase(entries_.begin());
+    const auto of_body = [&](const Entry& e) { return e.body == &body; };
+    if (std::ranges::count_if(entries_, of_body) == max_entries_of_body)
+        entries_.erase(std::ranges::find_if(entries_, of_body));
     entries_.push_back(
         {&body, mass_scale, stiffness_scale, prescribed,
          std::make_shared<const RestHierarchy>(body, mass_scale, stiffness_scale, prescribed)});

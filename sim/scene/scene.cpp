@@ -115,7 +115,10 @@ MaterialChange read_material(JsonObject from) {
 SceneMaterialRegion read_material_region(JsonObject& from) {
     SceneMaterialRegion region{.key = key_of(from), .group = {}, .where = {}, .material = {}};
     const std::string kind = from.need_one({"group", "region"});
-    if (kind == "group") region.group = from.text("group", "");
+    if (kind == "group") {
+        region.group = from.text("group", "");
+        if (region.group.empty()) from.problem("group", "must be the name of a group");
+    }
     if (kind == "region") region.where = read_region(from.object("region"));
     JsonObject material = from.object("material");
     region.material = read_elasticity(material);

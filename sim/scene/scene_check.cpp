@@ -56,7 +56,9 @@ class SceneCheck {
         SceneBody spec = reading_.spec.bodies[number];
         const std::vector<SceneGrip> grips = std::exchange(spec.grips, {});
         try {
-            WorldBody body = make_world_body(spec, *bodies_[number], scene_elastic(spec, *bodies_[number]));
+            WorldBody body = make_world_body(
+                spec, *bodies_[number],
+                scene_elastic(spec, *bodies_[number], scene_materials(spec, *bodies_[number])));
             check_grips(number, grips, body.state.x);
             surfaces_.push_back(
                 std::make_unique<StartSurface>(number, TriMesh{embedded(body.W, body.state.x), body.F}));

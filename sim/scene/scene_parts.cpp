@@ -51,7 +51,8 @@ std::vector<int> tets_in(const Region& region, const Nodes& x, const Tets& T) {
     return nodes_in(region, centres);
 }
 
-MaterialRegion& region_named(std::vector<MaterialRegion>& regions, const SceneMaterialRegion& wanted) {
+const MaterialRegion& region_named(const std::vector<MaterialRegion>& regions,
+                                   const SceneMaterialRegion& wanted) {
     const auto found = std::ranges::find(regions, wanted.group, &MaterialRegion::name);
     if (found != regions.end()) return *found;
     std::string names;
@@ -60,16 +61,17 @@ MaterialRegion& region_named(std::vector<MaterialRegion>& regions, const SceneMa
                                             wanted.group, names.empty() ? "none, it has no groups" : names));
 }
 
-/// Takes the tetrahedra from their regions and makes them one of the changed material of the body.
-void cut_out(BodyMaterials& materials, const SceneMaterialRegion& change, std::vector<int> tets) {
+/// Takes the tetrahedra from their regions and makes them a region of this material.
+void cut_out(BodyMaterials& materials, const SceneMaterialRegion& change, Material material,
+             std::vector<int> tets) {
     if (tets.empty())
         throw std::invalid_argument(
             fmt::format("{}: the region holds no centre of a tetrahedron of the body", change.key));
     for (MaterialRegion& region : materials.regions)
         std::erase_if(region.tets, [&](int t) { return std::ranges::binary_search(tets, t); });
-    MaterialRegion region{.name = change.key, .material = materials.material, .tets = std::move(tets)};
-    change.material.apply(region.material);
-    materials.regions.push_back(std::move(region));
+    change.material.apply(material);
+    materials.regions.push_back(
+        {.name = "scene: " + change.key, .material = material, .tets = std::move(tets)});
 }
 
 }  // namespace
@@ -101,23 +103,28 @@ BodyMaterials scene_materials(const SceneBody& spec, const LoadedBody& loaded) {
     BodyMaterials result{.material = body.material, .regions = body.regions};
     spec.material.apply(result.material);
     for (MaterialRegion& region : result.regions) {
+        if (region.material == body.material) region.material = result.material;
         region.material.rayleigh_mass = result.material.rayleigh_mass;
         region.material.rayleigh_stiffness = result.material.rayleigh_stiffness;
     }
+    const std::vector<MaterialRegion> groups = result.regions;
     for (const SceneMaterialRegion& change : spec.regions) {
-        if (change.group.empty())
-            cut_out(result, change, tets_in(change.where, placed(body.tets.X, spec.placement), body.tets.T));
-        else
-            change.material.apply(region_named(result.regions, change).material);
+        if (change.group.empty()) {
+            cut_out(result, change, result.material,
+                    tets_in(change.where, placed(body.tets.X, spec.placement), body.tets.T));
+        } else {
+            const MaterialRegion& group = region_named(groups, change);
+            cut_out(result, change, group.material, group.tets);
+        }
     }
     std::erase_if(result.regions, [](const MaterialRegion& region) { return region.tets.empty(); });
     return result;
 }
 
-std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const LoadedBody& loaded) {
+std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const LoadedBody& loaded,
+                                                 const BodyMaterials& materials) {
     TetMesh tets = loaded.body->tets;
     tets.X *= spec.placement.scale;
-    const BodyMaterials materials = scene_materials(spec, loaded);
     return std::make_shared<const ElasticBody>(std::move(tets), materials.material, MassKind::lumped,
                                                materials.regions);
 }

@@ -18,13 +18,14 @@ struct BodyMaterials {
     bool operator==(const BodyMaterials&) const = default;
 };
 
-/// The body's materials, with what the scene changes. A tetrahedron in several regions of the scene is of the
-/// last. Throws std::invalid_argument, with the region's JSON path, for a region without tetrahedra and for a
-/// group that the body does not have.
+/// The body's materials, with what the scene changes. Regions of the body with its own material follow the
+/// scene's. A tetrahedron in several regions of the scene is of the last. Throws std::invalid_argument, with
+/// the region's JSON path, for a region without tetrahedra and for a group that the body does not have.
 BodyMaterials scene_materials(const SceneBody& spec, const LoadedBody& loaded);
 
 /// The elastic model of a body at its scale. Throws std::invalid_argument for inconsistent data.
-std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const LoadedBody& loaded);
+std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const LoadedBody& loaded,
+                                                 const BodyMaterials& materials);
 
 /// Makes a body for a world: placed, with its velocities and grips. elastic: from scene_elastic(). Throws
 /// std::invalid_argument for inconsistent data; a message about a grip starts with its JSON path.

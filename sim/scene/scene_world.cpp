@@ -40,14 +40,16 @@ World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies) {
             fmt::format("scene: it has {} bodies, but {} were loaded", spec.bodies.size(), bodies.size()));
     World world({.gravity = spec.gravity, .contact = spec.contact, .step = spec.step});
     std::vector<std::shared_ptr<const ElasticBody>> elastic(bodies.size());
+    std::vector<BodyMaterials> materials(bodies.size());
     for (std::size_t b = 0; b < bodies.size(); ++b)
         naming_body(spec, b, [&] {
+            materials[b] = scene_materials(spec.bodies[b], bodies[b]);
             for (std::size_t a = 0; a < b && !elastic[b]; ++a)
                 if (bodies[a].body == bodies[b].body &&
                     spec.bodies[a].placement.scale == spec.bodies[b].placement.scale &&
-                    scene_materials(spec.bodies[a], bodies[a]) == scene_materials(spec.bodies[b], bodies[b]))
+                    materials[a] == materials[b])
                     elastic[b] = elastic[a];
-            if (!elastic[b]) elastic[b] = scene_elastic(spec.bodies[b], bodies[b]);
+            if (!elastic[b]) elastic[b] = scene_elastic(spec.bodies[b], bodies[b], materials[b]);
             world.add_body(make_world_body(spec.bodies[b], bodies[b], elastic[b]));
         });
     for (std::size_t o = 0; o < spec.obstacles.size(); ++o) {

@@ -1,23 +1,36 @@
 // Which rule advances a body, where its step starts from, and where it ends.
+#include <algorithm>
+
 #include "sim/world/world.hpp"
 
 namespace nbd {
 
-/// BDF2 for bodies without a contact in reach, neither in this step nor in the one before it: an impact would
-/// be extrapolated.
+/// BDF2 for bodies without a contact in reach and without a grip that jumps, neither in this step nor in the
+/// one before it: BDF2 would extrapolate the impact.
 void World::choose_steps(double dt) {
-    std::vector<char> may_touch(bodies_.size(), 0);
+    const bool is_bdf2 = config_.step.integrator == TimeIntegrator::bdf2;
+    std::vector<char> is_hit(bodies_.size(), 0);
     for (const Contact& contact : detection_.contacts())
         for (const SurfacePoint* point : {&contact.a, &contact.b})
-            if (point->body >= 0) may_touch[static_cast<std::size_t>(point->body)] = 1;
+            if (point->body >= 0) is_hit[static_cast<std::size_t>(point->body)] = 1;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         Body& body = bodies_[b];
+        const bool jumps = std::ranges::any_of(body.grips, [&](const Grip& grip) {
+            const bool moves = !grip.translation.isZero(0) || !grip.rotation.isZero(0);
+            return moves && grip.duration == 0 && grip.start > time_ - dt_before_ && grip.start <= time_ + dt;
+        });
+        body.keeps_state = is_bdf2 && !is_hit[b] && !jumps;
+        if (!body.keeps_state) body.before.reset();
         body.start = {.state = {}, .step = dt};
-        if (may_touch[b]) body.before.reset();
         if (body.before && dt <= max_bdf2_growth * dt_before_)
             body.start = bdf2_start(*body.before, body.state, dt_before_, dt);
-        body.keeps_state = config_.step.integrator == TimeIntegrator::bdf2 && !may_touch[b];
     }
+}
+
+/// How far BDF2 may have moved a body's nodes in the last step, metres. 0 after backward Euler, where
+/// velocities tell.
+double World::last_motion(const Body& body) const {
+    return body.before ? (body.state.x - body.before->x).rowwise().norm().maxCoeff() : 0;
 }
 
 /// The unknown of the step if the body goes on as before.

@@ -19,6 +19,20 @@ LinearSolveConfig linear_config(const WorldConfig& config) {
     return linear;
 }
 
+/// The largest Young's modulus of the tetrahedra that a surface hangs on.
+double surface_young(const ElasticBody& elastic, const Embedding& W) {
+    std::vector<char> carries(static_cast<std::size_t>(W.cols()), 0);
+    for (Eigen::Index v = 0; v < W.rows(); ++v)
+        for (Embedding::InnerIterator it(W, v); it; ++it)
+            if (it.value() != 0) carries[static_cast<std::size_t>(it.col())] = 1;
+    double largest = 0;
+    for (int t = 0; t < elastic.element_count(); ++t)
+        for (int a = 0; a < 4; ++a)
+            if (carries[static_cast<std::size_t>(elastic.rest().T(t, a))])
+                largest = std::max(largest, elastic.young(t));
+    return largest;
+}
+
 }  // namespace
 
 World::World(const WorldConfig& config)
@@ -81,6 +95,7 @@ int World::add_body(WorldBody body) {
         meter = std::make_unique<RegionMeter>(
             std::shared_ptr<const TetRegions>(body.tree, &body.tree->certified->regions),
             elastic.element_count());
+    const double contact_young = surface_young(elastic, body.W);
     ContactSurface surface(contact_shape(body, tree ? tree->box_tree() : nullptr), body.state.x);
     const int index = body_count();
     systems_.emplace_back(elastic);
@@ -88,6 +103,7 @@ int World::add_body(WorldBody body) {
                        .surface = std::move(surface),
                        .tree = std::move(tree),
                        .state = std::move(body.state),
+                       .contact_young = contact_young,
                        .forces = Nodes::Zero(nodes, 3),
                        .contact_forces = Nodes::Zero(nodes, 3),
                        .grips = std::move(body.grips),
@@ -167,7 +183,7 @@ WorldSnapshot World::snapshot() const {
 
 void World::restore(const WorldSnapshot& snapshot) {
     if (static_cast<int>(snapshot.bodies.size()) != body_count() ||
-        snapshot.before.size() != snapshot.bodies.size())
+        (!snapshot.before.empty() && snapshot.before.size() != snapshot.bodies.size()))
         throw std::invalid_argument(
             fmt::format("world: a snapshot of {} bodies for {}", snapshot.bodies.size(), body_count()));
     for (int b = 0; b < body_count(); ++b) {
@@ -176,8 +192,9 @@ void World::restore(const WorldSnapshot& snapshot) {
                    state.x.allFinite() && state.v.allFinite();
         };
         const auto body = static_cast<std::size_t>(b);
+        const BodyState before = snapshot.before.empty() ? BodyState{} : snapshot.before[body];
         if (!fits(snapshot.bodies[body]) ||
-            (snapshot.before[body].x.size() > 0 && !(fits(snapshot.before[body]) && snapshot.dt_before > 0)))
+            (before.x.size() > 0 && !(fits(before) && snapshot.dt_before > 0)))
             throw std::invalid_argument(fmt::format("world: the snapshot of body {} does not fit it", b));
     }
     const ContactSides& sides = snapshot.sides;
@@ -195,8 +212,9 @@ void World::restore(const WorldSnapshot& snapshot) {
 void World::reset(const WorldSnapshot& snapshot) {
     for (int b = 0; b < body_count(); ++b) {
         at(b).state = snapshot.bodies[static_cast<std::size_t>(b)];
-        const BodyState& before = snapshot.before[static_cast<std::size_t>(b)];
-        at(b).before = before.x.size() > 0 ? std::optional(before) : std::nullopt;
+        at(b).before.reset();
+        if (!snapshot.before.empty() && snapshot.before[static_cast<std::size_t>(b)].x.size() > 0)
+            at(b).before = snapshot.before[static_cast<std::size_t>(b)];
         at(b).measured = false;
     }
     time_ = snapshot.time;

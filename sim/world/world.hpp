@@ -150,6 +150,7 @@ class World {
         std::optional<BodyState> before{};  // the state that the last step began from, if BDF2 may use it
         StepStart start{.state = {}, .step = 0.0};  // of the step; without positions: that of `state`
         bool keeps_state = false;                   // as `before` of the next step
+        double contact_young = 0;                   // of the layer that its surface lies in, Pa
         Nodes forces, contact_forces;
         std::vector<Grip> grips;
         std::vector<Nodes> grip_start;         // per grip, positions at which it took its nodes
@@ -202,6 +203,7 @@ class World {
 
     // time_integration.cpp
     void choose_steps(double dt);
+    double last_motion(const Body& body) const;
     Nodes first_iterate(const Body& body) const;
     void advance(Body& body, const Nodes& v);
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "sim/contact/contact_sides.hpp"
-#include "sim/fem/step_system.hpp"
+#include "sim/fem/body_state.hpp"
 
 namespace nbd {
 
@@ -14,7 +14,7 @@ struct WorldSnapshot {
     double time = 0;                // seconds
     double dt_before = 0;           // length of the part of a step that ended here, seconds; 0: none
     std::vector<BodyState> bodies;  // positions and velocities, one per body
-    std::vector<BodyState> before;  // those of the step before, for BDF2; empty arrays: none
+    std::vector<BodyState> before;  // those of the step before, for BDF2; empty arrays or an empty list: none
     ContactSides sides;
 };
 

@@ -38,11 +38,14 @@ void World::detect(double dt) {
         body.surface.update(body.state.x);
         if (body.tree) begin_pose(body, *body.tree);
         detected_.update_us += watch.microseconds();
-        parties.push_back({*body.elastic, body.state, body.surface, body.tree.get()});
+        parties.push_back({.elastic = *body.elastic,
+                           .state = body.state,
+                           .surface = body.surface,
+                           .young = body.contact_young,
+                           .tree = body.tree.get(),
+                           .moved = last_motion(body)});
     }
-    // BDF2 moves a body by two thirds of its velocity at the end and a third of its motion before.
-    const double moved_for = config_.step.integrator == TimeIntegrator::bdf2 ? 2 * dt_before_ : dt_before_;
-    detection_.find(parties, obstacles_, config_.contact, thickness(), time_, moved_for, dt, detected_);
+    detection_.find(parties, obstacles_, config_.contact, thickness(), time_, dt_before_, dt, detected_);
     detected_dt_ = dt;
     detecting_us_ += detected_.update_us + detected_.collision_us + detected_.detect_us;
 }

@@ -62,13 +62,13 @@ TEST_P(TetGroups, AreReadFromGmsh) {
     std::vector<TetGroup> groups;
     const TetMesh tets = read_tets(path, nullptr, &groups);
     ASSERT_EQ(groups.size(), 2u);
-    EXPECT_EQ(groups[0].name, "two ends");
-    EXPECT_EQ(groups[1].name, "group 7");
+    EXPECT_EQ(groups[0].name, "group 7");
+    EXPECT_EQ(groups[1].name, "two ends");
     EXPECT_EQ(groups[0].tets.size() + groups[1].tets.size(), static_cast<std::size_t>(tets.T.rows()));
     for (std::size_t g = 0; g < 2; ++g) {
         EXPECT_GT(groups[g].tets.size(), 10u);
         EXPECT_TRUE(std::ranges::is_sorted(groups[g].tets));
-        for (const int t : groups[g].tets) EXPECT_EQ(in_middle(tets, t), g == 1);
+        for (const int t : groups[g].tets) EXPECT_EQ(in_middle(tets, t), g == 0);
     }
 }
 

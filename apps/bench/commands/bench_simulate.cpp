@@ -73,7 +73,10 @@ void run(const BenchSimulateArguments& arguments, Output& out) {
     nlohmann::ordered_json result = nlohmann::ordered_json::array();
     for (const std::string& path : arguments.bodies)
         for (Body& body : bodies_of(path, arguments.nodes, out)) {
-            if (arguments.poisson > 0) body.material.poisson = arguments.poisson;
+            if (arguments.poisson > 0) {
+                body.material.poisson = arguments.poisson;
+                for (MaterialRegion& region : body.regions) region.material.poisson = arguments.poisson;
+            }
             for (const SimulateTiming& row : time_simulation(body, config, out)) {
                 tell(row, out);
                 rows.push_back(row);

@@ -40,7 +40,8 @@ Means run_steps(const SimulateScene& scene, const StepConfig& step, int steps) {
 const char* name_of(Tangent tangent) { return tangent == Tangent::full ? "full" : "rotated"; }
 
 /// Shares of the first energy after one and ten periods.
-Ringing ring_once(const Body& body, const SimulateScene& scene, StepConfig step, int steps_per_period) {
+Ringing ring_once(const Body& body, const SimulateScene& scene, StepConfig step, double period,
+                  int steps_per_period) {
     Ringing row{.body = body.name,
                 .law = std::string(name(body.material.law)),
                 .integrator = step.integrator == TimeIntegrator::bdf2 ? "bdf2" : "backward_euler",
@@ -51,7 +52,7 @@ Ringing ring_once(const Body& body, const SimulateScene& scene, StepConfig step,
     World world = scene.world({}, step);
     const double first = world.elastic(0).measure(world.state(0).x).energy;
     for (int k = 1; k <= 10 * steps_per_period; ++k) {
-        const WorldReport report = world.step(20 * scene.dt / steps_per_period);
+        const WorldReport report = world.step(period / steps_per_period);
         row.failure = report.failure;
         if (!row.failure.empty()) break;
         if (interrupted()) throw Interrupted("the benchmark's table is not written");
@@ -68,7 +69,7 @@ std::vector<LawTiming> time_laws(const Body& body, const LawBenchConfig& config,
     std::vector<LawTiming> rows;
     for (const MaterialLaw law : material_laws)
         for (const Tangent tangent : {Tangent::rotated, Tangent::full}) {
-            if (law != MaterialLaw::corotated && tangent == Tangent::full) continue;  // theirs is always full
+            if (law != MaterialLaw::corotated && tangent == Tangent::full) continue;  // always full
             Body one = body;
             one.material.law = law;
             one.regions.clear();
@@ -113,10 +114,11 @@ std::vector<Ringing> ring(const Body& body, double strain, Output& out) {
             (strain * length / std::numbers::pi * (std::numbers::pi / length * x.col(axis).array()).sin())
                 .matrix();
         scene.body.state.v.setZero();
+        const double period = 2 * length * std::sqrt(one.material.density / one.material.young);
         for (const int steps : {20, 50, 100})
             for (const TimeIntegrator integrator : {TimeIntegrator::backward_euler, TimeIntegrator::bdf2}) {
                 out.progress(fmt::format("{}, {} steps a period", name(law), steps), 0, 1);
-                rows.push_back(ring_once(one, scene, {.integrator = integrator}, steps));
+                rows.push_back(ring_once(one, scene, {.integrator = integrator}, period, steps));
             }
     }
     return rows;
@@ -127,7 +129,7 @@ void write_table(const std::filesystem::path& path, std::span<const LawTiming> r
     file.out() << "body,nodes,law,tangent,scene,steps,once_ms,iterations_once,newton_ms,linearisations,parts,"
                   "failure\n";
     for (const LawTiming& r : rows)
-        file.out() << fmt::format("{},{},{},{},{},{},{:.2f},{:.1f},{:.2f},{:.2f},{:.2f},{}\n", r.body,
+        file.out() << fmt::format("{},{},{},{},{},{},{:.2f},{:.1f},{:.2f},{:.2f},{:.2f},\"{}\"\n", r.body,
                                   r.nodes, r.law, r.tangent, r.scene, r.steps, r.once, r.iterations_once,
                                   r.newton, r.linearisations, r.parts, r.failure);
     file.commit();
@@ -137,8 +139,8 @@ void write_table(const std::filesystem::path& path, std::span<const Ringing> row
     h5::AtomicFile file(path);
     file.out() << "body,nodes,law,integrator,steps_per_period,energy_1,energy_10,failure\n";
     for (const Ringing& r : rows)
-        file.out() << fmt::format("{},{},{},{},{},{:.4f},{:.4f},{}\n", r.body, r.nodes, r.law, r.integrator,
-                                  r.steps_per_period, r.energy_1, r.energy_10, r.failure);
+        file.out() << fmt::format("{},{},{},{},{},{:.4f},{:.4f},\"{}\"\n", r.body, r.nodes, r.law,
+                                  r.integrator, r.steps_per_period, r.energy_1, r.energy_10, r.failure);
     file.commit();
 }
 

@@ -39,7 +39,7 @@ struct Ringing {
     std::string failure{};
 };
 
-/// A period is the time in which sound crosses the body twice.
+/// A period is the time in which sound passes twice along the body's longest side.
 std::vector<Ringing> ring(const Body& body, double strain, Output& out);
 
 /// Write CSV, one line per row. Atomic.

@@ -33,8 +33,9 @@ World SimulateScene::world(const LinearSolveConfig& linear, const StepConfig& st
 std::vector<SimulateScene> simulate_scenes(const Body& body,
                                            const std::shared_ptr<const ElasticBody>& elastic) {
     const Nodes X = body.tets.X.rowwise() - body.tets.X.colwise().mean();
+    const Material material = mean_material(body);
     const double length = (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm(),
-                 speed = std::sqrt(body.material.young / body.material.density), time = length / speed;
+                 speed = std::sqrt(material.young / material.density), time = length / speed;
     SimulateScene still{.name = {},
                         .body = {.elastic = elastic, .W = body.W, .F = body.surface.F},
                         .obstacles = {},

@@ -23,9 +23,8 @@ Eigen::Matrix3d rotation(const Eigen::Matrix3d& F) {
 
 TextbookAssembly::TextbookAssembly(const ElasticBody& body) : body_(body), mass_(body.mass_matrix()) {
     const TetMesh& rest = body.rest();
-    const double E = body.material().young, nu = body.material().poisson;
-    const double mu = E / (2 * (1 + nu)), lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
-    for (Eigen::Index t = 0; t < rest.T.rows(); ++t) {
+    for (int t = 0; t < body.element_count(); ++t) {
+        const auto& [law, mu, lambda] = body.moduli(t);  // corotated, as textbooks have it, whatever the law
         inverse_edges_.push_back(edges(rest.X, rest.T, t).inverse());
         Eigen::Matrix<double, 3, 4> g;
         g.rightCols<3>() = inverse_edges_.back().transpose();

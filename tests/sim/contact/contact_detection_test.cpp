@@ -60,7 +60,7 @@ class FarBoxes : public testing::Test {
                 trees[b].begin_pose_of_nodes(nodes[b]);
             else
                 trees[b].begin_pose(surfaces[b].x_float());
-            parties.push_back({elastic, states[b], surfaces[b], &trees[b]});
+            parties.push_back({elastic, states[b], surfaces[b], elastic.material().young, &trees[b]});
         }
         DetectionReport report;
         ContactDetection detection;

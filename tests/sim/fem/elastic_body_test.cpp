@@ -305,7 +305,9 @@ TEST(ElasticBody, RegionsHaveTheirOwnMass) {
     for (int t = 0; t < body.element_count(); ++t)
         mass += (t % 3 == 0 ? 1000 : t % 3 == 1 ? 500 : 1500) * body.rest_volumes()[t];
     EXPECT_NEAR(body.mass(), mass, 1e-10);
-    EXPECT_EQ(body.largest_young(), 3e5);
+    EXPECT_EQ(body.young(0), 2e5);
+    EXPECT_EQ(body.young(1), 4e4);
+    EXPECT_EQ(body.young(2), 3e5);
 }
 
 TEST(ElasticBody, RejectsInvalidMaterials) {

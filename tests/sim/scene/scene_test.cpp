@@ -292,6 +292,30 @@ TEST(BuildWorld, GivesRegionsTheirMaterials) {
     EXPECT_EQ(elastic.material().rayleigh_mass, 0.7);
 }
 
+TEST(BuildWorld, RegionsWithoutAMaterialOfTheirOwnFollowTheScene) {
+    Body body = *box_with_region().body;
+    body.regions[0].material = body.material;
+    const LoadedBody loaded{std::make_shared<const Body>(body), nullptr};
+    const SceneSpec spec = parse_scene(
+        R"({"bodies": [{"body": "a.h5", "material": {"young": 3e4, "law": "stable_neo_hookean"}}]})", "");
+    const World world = build_world(spec, std::span(&loaded, 1));
+    for (int t = 0; t < world.elastic(0).element_count(); ++t) {
+        EXPECT_EQ(world.elastic(0).young(t), 3e4);
+        EXPECT_EQ(world.elastic(0).moduli(t).law, MaterialLaw::stable_neo_hookean);
+    }
+}
+
+TEST(BuildWorld, TheLastRegionOfATetrahedronWins) {
+    const LoadedBody loaded = box_with_region();
+    const SceneSpec spec = parse_scene(R"({"bodies": [{"body": "a.h5", "regions": [
+        {"region": {"sphere": {"centre": [0, 0, 0], "radius": 9}}, "material": {"young": 3e4}},
+        {"group": "even", "material": {"poisson": 0.1}}]}]})",
+                                       "");
+    const World world = build_world(spec, std::span(&loaded, 1));
+    for (int t = 0; t < world.elastic(0).element_count(); ++t)
+        EXPECT_EQ(world.elastic(0).young(t), t % 2 == 0 ? 7e5 : 3e4);
+}
+
 TEST(BuildWorld, RejectsRegionsWithoutTetrahedra) {
     const LoadedBody loaded = box_with_region();
     const auto error = [&](const std::string& region) {
