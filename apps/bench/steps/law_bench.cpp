@@ -110,9 +110,10 @@ std::vector<Ringing> ring(const Body& body, double strain, Output& out) {
         Nodes& x = scene.body.state.x;
         Eigen::Index axis = 0;
         const double length = (x.colwise().maxCoeff() - x.colwise().minCoeff()).maxCoeff(&axis);
-        x.col(axis) +=
-            (strain * length / std::numbers::pi * (std::numbers::pi / length * x.col(axis).array()).sin())
-                .matrix();
+        const Eigen::ArrayXd along = std::numbers::pi / length * x.col(axis).array();
+        x.col(axis).array() += strain * length / std::numbers::pi * along.sin();
+        for (int side = 1; side < 3; ++side)  // it becomes thinner by Poisson's ratio where it is stretched
+            x.col((axis + side) % 3).array() *= 1 - one.material.poisson * strain * along.cos();
         scene.body.state.v.setZero();
         const double period = 2 * length * std::sqrt(one.material.density / one.material.young);
         for (const int steps : {20, 50, 100})
