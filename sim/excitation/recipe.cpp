@@ -130,7 +130,7 @@ class Draw {
         // On a body held by two hands, forces pass through its limbs.
         const double held = recipe_.grips.empty() ? 1 : scales_.sturdiness * scales_.sturdiness;
         const double strain = draw(random_, ranges_.force.strain) * ranges_.strength * slender * held;
-        force.force = strain * mean_material(body_).young * area * random_.direction();
+        force.force = strain * scales_.young * area * random_.direction();
         return force;
     }
 
@@ -215,7 +215,8 @@ NaturalScales natural_scales(const Body& body, const LocalThickness& thickness) 
     const Nodes& X = body.tets.X;
     scales.length = (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
     const Material material = mean_material(body);
-    scales.speed = std::sqrt(material.young / material.density);
+    scales.young = material.young;
+    scales.speed = std::sqrt(scales.young / material.density);
     scales.time = scales.length / scales.speed;
 
     // Samples the thickness in balls that hold several elements and at most a limb.

@@ -28,7 +28,8 @@ struct ExcitationConfig {
 /// Natural length, speed and time of a body's motion, so that recipes suit any size, stiffness and density.
 struct NaturalScales {
     double length = 1;  // diagonal of the rest pose's box, metres
-    double speed = 1;   // sqrt(young / density), m/s
+    double young = 1;   // mean over the body, Pa
+    double speed = 1;   // sqrt(young / mean density), m/s
     double time = 1;    // length / speed, seconds
     /// Strength of excitation relative to a stocky body, in (0, 1], so that thin limbs neither fold nor tear.
     /// Proportional to the lower quartile of the body's thickness; 1 from about a tenth of the length on. A

@@ -39,8 +39,8 @@ struct ElementReport {
 /// Element results for one pose, of which matrices and their products are made. Owned by the caller, filled
 /// by ElasticBody::pose(). Batches are of `lanes` tetrahedra.
 struct ElementPose {
-    std::vector<LaneMatrix3>
-        R;  // [batches] rotations of the deformation gradients, det = +1 even if inverted
+    // [batches] rotations of the deformation gradients, det = +1 even if inverted
+    std::vector<LaneMatrix3> R;
     // Of a body of one corotated material; otherwise empty. [T]; see ElasticBody::combine(). The fourth row
     // is zero.
     std::vector<Eigen::Matrix4f> S;

@@ -35,7 +35,7 @@ double World::last_motion(const Body& body) const {
 
 /// The unknown of the step if the body goes on as before.
 Nodes World::first_iterate(const Body& body) const {
-    if (&start_of(body) == &body.state) return body.state.v;
+    if (!takes_bdf2(body)) return body.state.v;
     const double growth = body.start.step.dt / dt_before_;
     return ((1 + growth) * body.state.v - growth * body.before->v) / body.start.step.velocity_factor;
 }

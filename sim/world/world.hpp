@@ -182,8 +182,9 @@ class World {
     const Body& at(int body) const { return bodies_.at(static_cast<std::size_t>(body)); }
     bool has_vertex(int body, int vertex) const;
     Nodes body_part(int body, const Eigen::VectorXd& stacked) const;
-    const BodyState& start_of(const Body& body) const noexcept {
-        return body.start.state.x.size() > 0 ? body.start.state : body.state;
+    static bool takes_bdf2(const Body& body) noexcept { return body.start.state.x.size() > 0; }
+    static const BodyState& start_of(const Body& body) noexcept {
+        return takes_bdf2(body) ? body.start.state : body.state;
     }
     Loads loads(const Body& body) const { return {.gravity = config_.gravity, .forces = body.forces}; }
     std::span<const RegionMotion> motion(Body& body);
