@@ -13,17 +13,20 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-using Corners = std::array<Vector3d, 3>;
+using Corners = TriangleCorners;
 using Sides = std::array<int, 3>;
 
 Corners corners(const Triangle& t) noexcept {
     return {t.a.cast<double>(), t.b.cast<double>(), t.c.cast<double>()};
 }
 
-bool boxes_overlap(const Triangle& s, const Triangle& t) noexcept {
-    const auto lower = [](const Triangle& x) { return x.a.cwiseMin(x.b).cwiseMin(x.c); };
-    const auto upper = [](const Triangle& x) { return x.a.cwiseMax(x.b).cwiseMax(x.c); };
-    return (lower(s).array() <= upper(t).array()).all() && (lower(t).array() <= upper(s).array()).all();
+template <class Point>
+bool boxes_overlap(const Point& a, const Point& b, const Point& c, const Point& u, const Point& v,
+                   const Point& w) noexcept {
+    const auto lower = [](const auto& x, const auto& y, const auto& z) { return x.cwiseMin(y).cwiseMin(z); };
+    const auto upper = [](const auto& x, const auto& y, const auto& z) { return x.cwiseMax(y).cwiseMax(z); };
+    return (lower(a, b, c).array() <= upper(u, v, w).array()).all() &&
+           (lower(u, v, w).array() <= upper(a, b, c).array()).all();
 }
 
 /// For each corner of s, the side of t's plane on which it lies.
@@ -124,11 +127,8 @@ bool crossing_triangles_intersect(Corners s, const Sides& side_s, Corners t, con
     return orient3d(s[0], s[1], t[0], t[1]) <= 0 && orient3d(s[0], s[2], t[2], t[0]) <= 0;
 }
 
-}  // namespace
-
-bool triangles_intersect(const Triangle& a, const Triangle& b) noexcept {
-    if (!boxes_overlap(a, b)) return false;
-    const Corners s = corners(a), t = corners(b);
+/// Requires that the boxes of the triangles overlap.
+bool near_triangles_intersect(const Corners& s, const Corners& t) noexcept {
     const Sides side_s = sides(s, t);
     if (strictly_on_one_side(side_s)) return false;
     const Sides side_t = sides(t, s);
@@ -143,6 +143,16 @@ bool triangles_intersect(const Triangle& a, const Triangle& b) noexcept {
     if (axis_t && s_in_plane) return planar_triangles_intersect(s, t, *axis_t);
     if (axis_s && t_in_plane) return planar_triangles_intersect(s, t, *axis_s);
     return axis_t ? segment_pierces(s, t) : segment_pierces(t, s);
+}
+
+}  // namespace
+
+bool triangles_intersect(const Triangle& a, const Triangle& b) noexcept {
+    return boxes_overlap(a.a, a.b, a.c, b.a, b.b, b.c) && near_triangles_intersect(corners(a), corners(b));
+}
+
+bool double_triangles_intersect(const TriangleCorners& s, const TriangleCorners& t) noexcept {
+    return boxes_overlap(s[0], s[1], s[2], t[0], t[1], t[2]) && near_triangles_intersect(s, t);
 }
 
 }  // namespace nbd
