@@ -29,7 +29,7 @@ struct SimulateArguments {
     std::optional<int> frames;
     std::optional<int> per_group;
     int audit = 0;
-    bool resume = false, compare = false;
+    bool resume = false, compare = false, strict = false;
 };
 
 /// Applies the options that override the scene file.
@@ -135,6 +135,7 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
                                 total.nodes_out_of_range));
     out.result({{"frames", frames},
                 {"steps", total.steps},
+                {"troubled_steps", total.troubled_steps},
                 {"time", total.time},
                 {"frames_in_contact", total.frames_in_contact},
                 {"deepest_penetration", total.deepest_penetration},
@@ -197,6 +198,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     }
     make_trees(spec, bodies);
     World world = build_world(spec, bodies);
+    world.check_start();
     std::optional<Audit> audit;
     if (arguments.audit > 0) audit.emplace(spec, bodies);
     std::optional<ContactComparison> comparison;
@@ -223,7 +225,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     } else {
         keep(0, {});
     }
-    std::string failure;
+    std::string failure, trouble;  // the first trouble of this run
     out.progress("frames", frame.number, spec.time.frames);
     int factorised = 0;  // number of steps
     while (frame.number < spec.time.frames && failure.empty() && !interrupted()) {
@@ -235,6 +237,8 @@ void run(const SimulateArguments& arguments, Output& out) {
             if (comparison) comparison->step(spec.time.dt);
             steps.push_back(step_row(number, report));
             failure = report.failure;
+            if (trouble.empty()) trouble = report.trouble_reason;
+            if (arguments.strict && failure.empty()) failure = report.trouble_reason;
             if (!report.fallback.empty() && factorised++ == 0)
                 out.warning(fmt::format("a linear system was factorised, {}", report.fallback));
         }
@@ -252,6 +256,11 @@ void run(const SimulateArguments& arguments, Output& out) {
     }
     if (factorised > 1) out.warning(fmt::format("linear systems were factorised in {} steps", factorised));
     outputs.finish(failure);
+    if (const int steps = outputs.table().totals().troubled_steps; steps > 0)
+        out.warning(
+            fmt::format("{} of {} steps were kept although something went wrong; {}", steps,
+                        outputs.table().totals().steps,
+                        trouble.empty() ? "see the column `trouble` of --csv" : "the first: " + trouble));
     tell(paths, frame.number, outputs.table().totals(), world.smallest_diagonal(),
          output_us / std::max(frames_made, 1), out);
     if (comparison)
@@ -299,6 +308,10 @@ void add_simulate(CLI::App& app, Output& out) {
     command->add_option("--vtu", output.vtu, "Folder for frames that ParaView opens (scene.pvd)");
     command->add_option("--obj", output.obj, "Folder for the bodies' surfaces, one file per frame and body");
     command->add_option("--picture", output.picture, "PNG file with six frames");
+    command->add_flag(
+        "--strict", arguments->strict,
+        "Stop at the first step that goes wrong: unbalanced, too fast or too deep, although it was "
+        "cut as far as allowed");
     CLI::Option* resume =
         command->add_flag("--resume", arguments->resume,
                           "Continue a run that was interrupted or killed; start one if there is none, and "

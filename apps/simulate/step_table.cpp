@@ -29,7 +29,8 @@ StepRow step_row(int frame, const WorldReport& report) {
             .detect_us = report.detect_us,
             .assemble_us = report.assemble_us,
             .solve_us = report.solve_us,
-            .rest_us = report.rest_us};
+            .rest_us = report.rest_us,
+            .trouble = report.trouble};
 }
 
 StepTotals StepTable::totals() const {
@@ -49,6 +50,7 @@ StepTotals StepTable::totals() const {
         total.rest_us += row.rest_us;
         total.nodes_bounded += static_cast<double>(row.nodes_bounded);
         total.nodes_out_of_range += row.nodes_out_of_range;
+        total.troubled_steps += row.trouble != StepTrouble::none;
         if (!row.audited) continue;
         ++total.audited_frames;
         total.audit += row.audit;
@@ -65,17 +67,17 @@ void StepTable::write(const std::filesystem::path& path) const {
                   "detect_us,assemble_us,solve_us,rest_us,substeps,"
                   "newton_iterations,solver_iterations,"
                   "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
-                  "inverted_elements,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
+                  "inverted_elements,trouble,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
                   "near_pairs_missed,audit_tests,audit_exact_tests,audit_us,audit_exact_us\n";
     for (const StepRow& row : rows_) {
         file.out() << fmt::format(
             "{},{:.9g},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g}"
-            ",{:.6g},{}",
+            ",{:.6g},{},{}",
             row.frame, row.time, row.contacts, row.face_pairs, row.nodes_bounded, row.nodes_out_of_range,
             row.update_us, row.collision_us, row.detect_us, row.assemble_us, row.solve_us, row.rest_us,
             row.substeps, row.newton_iterations, row.solver_iterations, row.solver_converged ? 1 : 0,
             row.kinetic_energy, row.elastic_energy, row.gravity_energy, row.deepest_penetration,
-            row.inverted_elements);
+            row.inverted_elements, name(row.trouble));
         if (row.audited)
             file.out() << fmt::format(",{},{},{},{},{},{},{:.6g},{:.6g}\n", row.audit.intersecting,
                                       row.audit.intersecting_missed, row.audit.near, row.audit.near_missed,

@@ -19,6 +19,7 @@ struct StepRow {
     double update_us = 0, collision_us = 0, detect_us = 0, assemble_us = 0, solve_us = 0,
            rest_us = 0;  // measured; all other values are the same in every run
     AuditCount audit{};
+    StepTrouble trouble = StepTrouble::none;
 };
 
 StepRow step_row(int frame, const WorldReport& report);
@@ -31,6 +32,7 @@ struct StepTotals {
     double update_us = 0, collision_us = 0, detect_us = 0, assemble_us = 0, solve_us = 0, rest_us = 0;
     double nodes_bounded = 0;
     long nodes_out_of_range = 0;
+    int troubled_steps = 0;
     int audited_frames = 0;
     AuditCount audit;
 

@@ -47,9 +47,10 @@ struct ContactConfig {
     double thickness = 0;  // distance at which contact begins, metres; 0: 1 % of the smallest body's diagonal
     double damping = 2e-3;  // damping coefficient over stiffness, seconds
     double slip_velocity =
-        1e-3;            // below this speed, m/s, friction grows linearly with speed; above it is constant
-    int per_group = 4;   // contacts kept of those that the same nodes carry, see ContactReduction; 0: all
-    int iterations = 8;  // maximum number of solves per step to settle which contacts press and slip
+        1e-3;           // below this speed, m/s, friction grows linearly with speed; above it is constant
+    int per_group = 4;  // contacts kept of those that the same nodes carry, see ContactReduction; 0: all
+    bool intersection_free = false;  // steps by a barrier, which end without intersecting faces
+    int iterations = 8;       // maximum number of solves per step to settle which contacts press and slip
     double tolerance = 1e-4;  // relative residual, contacts included, at which they count as settled
 };
 

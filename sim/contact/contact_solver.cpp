@@ -10,31 +10,6 @@ constexpr double pass_share = 0.1;  // share of the residual left by a pass befo
 
 }  // namespace
 
-std::span<const CouplingTerm> ContactSolver::terms(int begin, int end) const {
-    return std::span(terms_).subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin));
-}
-
-/// Appends the terms of a point. Returns the new number of terms.
-int ContactSolver::add_terms(const SurfacePoint& point, double sign,
-                             std::span<const ContactSurface* const> surfaces) {
-    const auto begin = static_cast<std::ptrdiff_t>(terms_.size());
-    for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
-        const auto body = static_cast<std::size_t>(point.body);
-        for (Embedding::InnerIterator entry(surfaces[body]->W(), point.vertices[k]); entry; ++entry) {
-            const double weight = sign * point.weights[k] * entry.value();
-            const int node = static_cast<int>(entry.col());
-            if (weight == 0) continue;
-            const auto known = std::find_if(terms_.begin() + begin, terms_.end(),
-                                            [&](const CouplingTerm& t) { return t.node == node; });
-            if (known != terms_.end())
-                known->weight += weight;
-            else
-                terms_.push_back({point.body, node, first_unknown_[body] + 3 * node, weight, false});
-        }
-    }
-    return static_cast<int>(terms_.size());
-}
-
 void ContactSolver::begin(std::span<const Contact> contacts, std::span<const ContactSurface* const> surfaces,
                           std::span<const int> first_unknown, const ContactConfig& config, double thickness,
                           double dt, const Eigen::VectorXd& v) {
@@ -45,26 +20,17 @@ void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Con
     dt_ = dt;
     terms_.clear();
     operators_.clear();
-    for (const Contact& contact : contacts_) {
-        Coupling range{.begin = static_cast<int>(terms_.size())};
-        add_terms(contact.a, 1, surfaces);
-        range.end = add_terms(contact.b, -1, surfaces);
-        operators_.push_back(range);
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        terms_.add(contacts_[c], surfaces, first_unknown_);
+        operators_.push_back(terms_.coupling(c, Eigen::Matrix3d::Zero()));
     }
     push_.resize(contacts_.size());
     linearise(v);
 }
 
-Eigen::Vector3d ContactSolver::velocity(int begin, int end, const Eigen::VectorXd& v) const {
-    Eigen::Vector3d u = Eigen::Vector3d::Zero();
-    for (const CouplingTerm& t : terms(begin, end)) u += t.weight * v.segment<3>(t.unknown);
-    return u;
-}
-
 /// Relative velocity of the contact's points, minus the wall's velocity.
 Eigen::Vector3d ContactSolver::relative_velocity(std::size_t contact, const Eigen::VectorXd& v) const {
-    const Coupling& range = operators_[contact];
-    return velocity(range.begin, range.end, v) - contacts_[contact].wall_velocity;
+    return terms_.velocity(contact, v) - contacts_[contact].wall_velocity;
 }
 
 double ContactSolver::potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const {
@@ -81,10 +47,7 @@ Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v) const {
     Eigen::VectorXd out = Eigen::VectorXd::Zero(v.size());
     for (std::size_t c = 0; c < operators_.size(); ++c) {
         if (!presses(c)) continue;
-        const Coupling& contact = operators_[c];
-        const Eigen::Vector3d p = push_[c] - contact.A * velocity(contact.begin, contact.end, v);
-        for (const CouplingTerm& t : terms(contact.begin, contact.end))
-            out.segment<3>(t.unknown) += t.weight * p;
+        terms_.add_impulse(c, push_[c] - operators_[c].A * terms_.velocity(c, v), true, out);
     }
     return out;
 }
@@ -106,9 +69,7 @@ void ContactSolver::set_rhs(std::span<const StepSystem> systems) {
     rhs_.resize(first_unknown_.back());
     for (std::size_t b = 0; b < systems.size(); ++b)
         rhs_.segment(first_unknown_[b], systems[b].rhs().size()) = systems[b].rhs();
-    for (std::size_t c = 0; c < operators_.size(); ++c)
-        for (const CouplingTerm& t : terms(operators_[c].begin, operators_[c].end))
-            if (!t.held) rhs_.segment<3>(t.unknown) += t.weight * push_[c];
+    for (std::size_t c = 0; c < operators_.size(); ++c) terms_.add_impulse(c, push_[c], false, rhs_);
 }
 
 /// Norm of the right-hand side over nodes that are not prescribed; entries of prescribed nodes have other
@@ -124,12 +85,13 @@ double ContactSolver::free_norm(std::span<const StepSystem> systems) const {
 
 ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eigen::VectorXd& v) {
     ContactSolveReport report;
-    for (CouplingTerm& t : terms_) t.held = systems[static_cast<std::size_t>(t.body)].is_prescribed(t.node);
-    const CoupledSystem system{systems, first_unknown_, terms_, operators_};
+    terms_.hold(systems);
+    const CoupledSystem system{systems, first_unknown_, terms_.all(), operators_};
     linear_.begin_matrices(system);
     set_rhs(systems);
     const double scale = free_norm(systems), exact = tolerance_ * scale;
     double goal = exact;
+    report.settled = contacts_.empty();
     for (; report.passes < config_->iterations; ++report.passes) {
         const LinearSolveReport solved = linear_.solve(system, rhs_, goal, v);
         report.linear_iterations += solved.iterations;
@@ -143,7 +105,8 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
         product_.resize(v.size());
         system.multiply(v, product_);
         const double left = (rhs_ - product_).norm();
-        if (left <= config_->tolerance * scale) break;
+        report.settled = left <= config_->tolerance * scale;
+        if (report.settled) break;
         goal = std::max(exact, pass_share * left);
     }
     for (std::size_t c = 0; c < contacts_.size(); ++c) report.active += presses(c);

@@ -8,6 +8,7 @@
 
 #include "sim/contact/contact.hpp"
 #include "sim/contact/contact_force.hpp"
+#include "sim/contact/contact_terms.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/patches/contact_surface.hpp"
 #include "sim/solvers/coupled_solver.hpp"
@@ -19,6 +20,7 @@ struct ContactSolveReport {
     int passes = 0;             // linear solves with updated contacts
     int active = 0;             // contacts that press at the end of the step
     bool converged = true;      // every linear solve met its tolerance
+    bool settled = true;        // the last pass changed nothing about which contacts press and slip
     std::string fallback{};     // empty, or why a pass was factorised
 };
 
@@ -59,9 +61,6 @@ class ContactSolver {
     double potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const;
 
  private:
-    int add_terms(const SurfacePoint& point, double sign, std::span<const ContactSurface* const> surfaces);
-    std::span<const CouplingTerm> terms(int begin, int end) const;
-    Eigen::Vector3d velocity(int begin, int end, const Eigen::VectorXd& v) const;
     Eigen::Vector3d relative_velocity(std::size_t contact, const Eigen::VectorXd& v) const;
     void linearise(const Eigen::VectorXd& v, bool keep_drag);
     void set_rhs(std::span<const StepSystem> systems);
@@ -72,7 +71,7 @@ class ContactSolver {
     std::span<const int> first_unknown_;
     const ContactConfig* config_ = nullptr;
     double thickness_ = 0, dt_ = 0;
-    std::vector<CouplingTerm> terms_;
+    ContactTerms terms_;
     std::vector<Coupling> operators_;    // [contacts] from the last linearise()
     std::vector<Eigen::Vector3d> push_;  // [contacts] b of the contact impulses, from the last linearise()
     double tolerance_;                   // relative tolerance of the linear solves

@@ -156,6 +156,14 @@ long long JsonObject::integer(const std::string& key, long long fallback, const 
     return fallback;
 }
 
+bool JsonObject::flag(const std::string& key, bool fallback) {
+    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "boolean", .fallback = fallback});
+    if (!entry) return fallback;
+    if (entry->is_boolean()) return entry->get<bool>();
+    problem(key, fmt::format("must be true or false, not {}", shown(*entry)));
+    return fallback;
+}
+
 std::string JsonObject::text(const std::string& key, const std::string& fallback) {
     const nlohmann::json* entry = find({.object = {}, .key = key, .type = "string", .fallback = fallback});
     if (!entry) return fallback;

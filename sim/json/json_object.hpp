@@ -60,6 +60,7 @@ class JsonObject {
     std::optional<double> optional_number(const std::string& key, const NumberRange& range);
     /// Like number(), for whole numbers.
     long long integer(const std::string& key, long long fallback, const NumberRange& range);
+    bool flag(const std::string& key, bool fallback);
     std::string text(const std::string& key, const std::string& fallback);
     /// One text out of `choices`. current: maps an old name to its current one.
     std::string choice(const std::string& key, const std::string& fallback,

@@ -252,6 +252,7 @@ ContactConfig read_contact(JsonObject from) {
     contact.damping = from.number("damping", contact.damping, not_negative);
     contact.per_group = static_cast<int>(
         from.integer("contacts_per_node_pair", contact.per_group, {0, 1000, "between 0 and 1000"}));
+    contact.intersection_free = from.flag("intersection_free", contact.intersection_free);
     from.finish();
     return contact;
 }

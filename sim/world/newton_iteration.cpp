@@ -78,15 +78,19 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
         report.contacts = solved.active;
         report.solver_iterations += solved.linear_iterations;
         report.solver_converged = report.solver_converged && solved.converged;
-        if (!solved.converged) return {.reason = "the linear system was not solved to its tolerance"};
+        report.contacts_settled = report.contacts_settled && solved.settled;
+        if (!solved.converged)
+            return {.reason = "the linear system was not solved to its tolerance",
+                    .trouble = StepTrouble::linear_solver};
         if (max_iterations == 1) return {};
         search_line(from, v);
         left = residual(v);
         if (left <= config_.step.newton_tolerance) return {};
     }
-    return {.reason =
-                fmt::format("Newton's iteration ends with a relative residual of {:.2g}, allowed: {:.2g}",
-                            left, config_.step.newton_tolerance)};
+    return {
+        .reason = fmt::format("Newton's iteration ends with a relative residual of {:.2g}, allowed: {:.2g}",
+                              left, config_.step.newton_tolerance),
+        .trouble = StepTrouble::newton};
 }
 
 /// Halves the distance of `to` from `from` until the potential of the step is no higher than at `from`.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "collision/base/stopwatch.hpp"
 #include "sim/world/world.hpp"
@@ -21,6 +22,24 @@ void World::take_back(const PartStart& start) {
         at(b).contact_forces = start.contact_forces[static_cast<std::size_t>(b)];
 }
 
+const char* name(StepTrouble trouble) noexcept {
+    switch (trouble) {
+        case StepTrouble::none:
+            return "";
+        case StepTrouble::approach:
+            return "approach";
+        case StepTrouble::linear_solver:
+            return "linear_solver";
+        case StepTrouble::newton:
+            return "newton";
+        case StepTrouble::overlap:
+            return "overlap";
+        case StepTrouble::contact_passes:
+            return "contact_passes";
+    }
+    return "";
+}
+
 WorldReport World::step(double dt) {
     if (!(dt > 0) || !std::isfinite(dt))
         throw std::invalid_argument(fmt::format("world: dt is {}, but must be > 0", dt));
@@ -28,6 +47,7 @@ WorldReport World::step(double dt) {
     detecting_us_ = 0;
     WorldReport report;
     const double begin = time_;
+    check_start();
     for (Body& body : bodies_) body.contact_forces.setZero();
     report.substeps = 1;
     for (int done = 0; done < report.substeps;) {
@@ -37,9 +57,17 @@ WorldReport World::step(double dt) {
                             .share = share,
                             .finest = report.substeps >= config_.step.max_substeps};
         const PartStart start = part_start();
+        bool& settled = report.contacts_settled;  // of the parts that are kept
+        const bool settled_before = std::exchange(settled, true);
         const Rejection rejection = try_part(part, report);
         if (rejection) report.rejection = fmt::format("at {:.6g} s: {}", part.end, rejection.reason);
-        if (!rejection || (part.finest && !rejection.fatal)) {
+        const bool is_kept = !rejection || (part.finest && !rejection.fatal);
+        settled = settled_before && (settled || !is_kept);
+        if (is_kept) {
+            if (rejection && report.trouble == StepTrouble::none) {
+                report.trouble = rejection.trouble;
+                report.trouble_reason = report.rejection;
+            }
             ++done;
             continue;
         }
@@ -50,6 +78,12 @@ WorldReport World::step(double dt) {
         }
         report.substeps *= 2;
         done *= 2;
+    }
+    if (report.trouble == StepTrouble::none && !report.contacts_settled) {
+        report.trouble = StepTrouble::contact_passes;
+        report.trouble_reason =
+            fmt::format("at {:.6g} s: {} passes did not settle which contacts press and slip", time_,
+                        config_.contact.iterations);
     }
     report.time = time_;
     report.deepest_penetration = detection_.deepest();

@@ -36,7 +36,9 @@ double surface_young(const ElasticBody& elastic, const Embedding& W) {
 }  // namespace
 
 World::World(const WorldConfig& config)
-    : config_(config), solver_(linear_config(config), config.hierarchies) {
+    : config_(config),
+      solver_(linear_config(config), config.hierarchies),
+      barrier_solver_(config.linear, config.hierarchies) {
     check_contact_config(config.contact);
     if (!config.gravity.allFinite()) throw std::invalid_argument("world: gravity is not finite");
     if (!(config.limits.inverted_share >= 0) || !(config.limits.stretch > 1))
@@ -45,6 +47,8 @@ World::World(const WorldConfig& config)
         throw std::invalid_argument(
             "world: the linear solver needs 0 < tolerance < 1 and at least one iteration");
     const StepConfig& step = config.step;
+    if (config.contact.intersection_free && step.integrator != TimeIntegrator::backward_euler)
+        throw std::invalid_argument("world: steps without intersections need the integrator backward_euler");
     if (step.newton_iterations < 1 || !(step.newton_tolerance > 0) || step.max_substeps < 1 ||
         !std::has_single_bit(static_cast<unsigned>(step.max_substeps)))
         throw std::invalid_argument(
@@ -121,7 +125,8 @@ void World::add_obstacle(Obstacle obstacle) {
 }
 
 double World::thickness() const noexcept {
-    return config_.contact.thickness > 0 ? config_.contact.thickness : 0.01 * smallest_diagonal();
+    if (config_.contact.thickness > 0) return config_.contact.thickness;
+    return (config_.contact.intersection_free ? 0.001 : 0.01) * smallest_diagonal();
 }
 
 double World::smallest_diagonal() const noexcept {
@@ -134,6 +139,8 @@ double World::smallest_diagonal() const noexcept {
 void World::forget_contacts() {
     if (detected_dt_ > 0) detection_.restore(sides_before_);
     detected_dt_ = 0;
+    barrier_.reset();
+    start_is_checked_ = false;
 }
 
 std::vector<FacePair> World::intersecting(int a, int b) {

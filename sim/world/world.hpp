@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -8,6 +9,8 @@
 #include <vector>
 
 #include "collision/query/pair_query.hpp"
+#include "sim/barrier/barrier.hpp"
+#include "sim/barrier/barrier_solver.hpp"
 #include "sim/contact/contact_detection.hpp"
 #include "sim/contact/contact_solver.hpp"
 #include "sim/fem/step_system.hpp"
@@ -59,6 +62,19 @@ struct WorldBody {
     std::vector<Grip> grips{};
 };
 
+/// Why the end of a step was kept although it was rejected: it could not be cut further.
+enum class StepTrouble {
+    none,
+    approach,        // bodies approach each other faster than contact detection allows
+    linear_solver,   // a linear system was not solved to its tolerance
+    newton,          // Newton's iteration did not reach balance
+    overlap,         // contacts came to overlap too much
+    contact_passes,  // the passes that settle which contacts press and slip ran out
+};
+
+/// Name in tables and recordings, for example "linear_solver"; empty for none.
+const char* name(StepTrouble trouble) noexcept;
+
 /// What a step did. Counts and costs are sums over its parts, rejected ones included; `contacts` is of the
 /// last part; energies, inverted elements and penetration are those at the end of the step. The contacts
 /// found at the end of a step are those at the start of the next, and count there.
@@ -78,13 +94,19 @@ struct WorldReport {
     double rest_us = 0;           // microseconds of all else in the step
     int solver_iterations = 0;    // of conjugate gradients
     bool solver_converged = true;
+    bool contacts_settled = true;  // see ContactSolveReport::settled
     double kinetic_energy = 0, elastic_energy = 0,
            gravity_energy = 0;       // joules; gravity_energy is 0 at the origin
     double deepest_penetration = 0;  // metres, >= 0
+    // Of two features nearer than the contact distance, at the end of a step without intersections, metres;
+    // infinite if there are none, or intersections are allowed.
+    double least_distance = std::numeric_limits<double>::infinity();
     int inverted_elements = 0;
     std::string fallback{};  // empty, or one line: why the iterative solver last fell back to a factorisation
-    std::string rejection{};  // empty, or one line: why a part of the step was last rejected
-    std::string failure{};    // empty, or one line: why the step failed; the world must not be stepped again
+    std::string rejection{};                  // empty, or one line: why a part of the step was last rejected
+    StepTrouble trouble = StepTrouble::none;  // the first of the step
+    std::string trouble_reason{};             // empty, or one line about it
+    std::string failure{};  // empty, or one line: why the step failed; the world must not be stepped again
 };
 
 /// Deformable bodies and obstacles under gravity, in contact with each other. A step is backward Euler, or
@@ -104,7 +126,8 @@ class World {
     void add_obstacle(Obstacle obstacle);
 
     /// Advances by dt seconds, > 0. On a failure, see the report, the bodies are left as they were before the
-    /// part that failed. Throws std::invalid_argument on a bad dt.
+    /// part that failed. Throws std::invalid_argument on a bad dt, and before the first step without
+    /// intersections if surfaces intersect.
     WorldReport step(double dt);
 
     int body_count() const noexcept { return static_cast<int>(bodies_.size()); }
@@ -125,6 +148,15 @@ class World {
     /// Intersecting face pairs of two bodies in the current pose, found with the bodies' bounds, in single
     /// precision. Throws std::invalid_argument where one of them has no tree.
     std::vector<FacePair> intersecting(int a, int b);
+
+    /// All faces that intersect: between bodies, with meshes of obstacles, and within a body, where faces
+    /// with common vertices have other points in common, too. By exact tests of positions in double
+    /// precision.
+    std::vector<Intersection> intersecting_faces();
+
+    /// Throws std::invalid_argument, naming the faces, where steps without intersections are asked for and
+    /// surfaces intersect, touch, or touch themselves at rest. The first step does it if nobody did before.
+    void check_start();
 
     /// Starts the pose of a tree over a body's surface as the world does for its own trees: from the body's
     /// nodes for `affine` bounds, else from surface(), both in single precision, and with motion(). Call it
@@ -169,6 +201,7 @@ class World {
     struct Rejection {
         std::string reason{};  // empty: not rejected
         bool fatal = false;
+        StepTrouble trouble = StepTrouble::none;  // if it is kept
         explicit operator bool() const noexcept { return !reason.empty(); }
     };
     /// The state that a rejected part is taken back to.
@@ -216,6 +249,16 @@ class World {
     void search_line(const Eigen::VectorXd& from, Eigen::VectorXd& to);
     double residual(const Eigen::VectorXd& v);
 
+    // barrier_iteration.cpp
+    Barrier& barrier();
+    std::vector<Nodes> nodes_now() const;
+    std::vector<Nodes> nodes_after(double dt, const Eigen::VectorXd& v) const;
+    Rejection solve_apart(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
+    double propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
+                   WorldReport& report);
+    double search_apart(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share);
+    std::string end_intersections(double dt, const Eigen::VectorXd& v, WorldReport& report);
+
     WorldConfig config_;
     std::vector<Body> bodies_;
     std::vector<StepSystem> systems_;
@@ -224,6 +267,9 @@ class World {
     PairQuery query_;
     ContactDetection detection_;
     ContactSolver solver_;
+    std::unique_ptr<Barrier> barrier_;  // null: not asked for yet
+    bool start_is_checked_ = false;
+    BarrierSolver barrier_solver_;
     double time_ = 0;
     double dt_before_ = 0;       // length of the part that led to the current state; 0: none
     double detected_dt_ = 0;     // detection_ holds the contacts of a step of this length from here; 0: none

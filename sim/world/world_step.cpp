@@ -28,7 +28,7 @@ std::string pose_failure(int body, const ElementReport& elements, int count, con
 
 /// Detects the contacts of a step of dt from the current state, unless they are known.
 void World::detect(double dt) {
-    if (detected_dt_ == dt) return;
+    if (config_.contact.intersection_free || detected_dt_ == dt) return;
     forget_contacts();
     sides_before_ = detection_.sides();
     detected_ = {};
@@ -63,7 +63,8 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, WorldRep
         if (!failure.empty()) return failure;
         body.energy = elements.energy;
     }
-    const Eigen::VectorXd impulses = solver_.impulses(v);
+    const Eigen::VectorXd impulses =
+        config_.contact.intersection_free ? barrier_solver_.impulses(v) : solver_.impulses(v);
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
         advance(body, body_part(b, v));
@@ -88,15 +89,21 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
     const double depth = detection_.deepest(), max_approach = 4 * thickness();
     Rejection rejection;
     if (detected_.approach > max_approach)
-        rejection.reason =
-            fmt::format("bodies may approach each other by {:.2g} m in a step, allowed: {:.2g}",
-                        detected_.approach, max_approach);
+        rejection = {.reason = fmt::format("bodies may approach each other by {:.2g} m in a step, allowed: "
+                                           "{:.2g}",
+                                           detected_.approach, max_approach),
+                     .trouble = StepTrouble::approach};
     if (rejection && !part.finest) return rejection;
     choose_steps(part.dt);
     try {
         Eigen::VectorXd v;
-        if (Rejection unsolved = solve(part.dt, v, report)) rejection = unsolved;
-        if (rejection && !part.finest) return rejection;
+        const bool apart = config_.contact.intersection_free;
+        if (Rejection unsolved = apart ? solve_apart(part, v, report) : solve(part.dt, v, report))
+            rejection = unsolved;
+        if (rejection && (!part.finest || rejection.fatal)) return rejection;
+        if (apart)
+            if (std::string hit = end_intersections(part.dt, v, report); !hit.empty())
+                return {.reason = "the step would end where " + hit, .fatal = true};
         if (std::string failure = move(part, v, report); !failure.empty())
             return {.reason = failure, .fatal = true};
     } catch (const std::runtime_error& error) {
@@ -107,8 +114,9 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
     detected_dt_ = 0;
     detect(part.dt);
     if (const double max_depth = depth + thickness() / 2; detection_.deepest() > max_depth)
-        rejection.reason = fmt::format("contacts came to overlap by {:.2g} m in a step, allowed: {:.2g}",
-                                       detection_.deepest(), max_depth);
+        rejection = {.reason = fmt::format("contacts came to overlap by {:.2g} m in a step, allowed: {:.2g}",
+                                           detection_.deepest(), max_depth),
+                     .trouble = StepTrouble::overlap};
     return rejection;
 }
 

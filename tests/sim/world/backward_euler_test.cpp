@@ -149,7 +149,7 @@ TEST_P(BackwardEulerOfEveryLaw, NewtonIterationsReduceTheResidual) {
     double last = 1;
     for (const int iterations : {1, 2, 4, 8}) {
         OneBodyWorld world(body, exact_steps(iterations, 1e-12), start);
-        EXPECT_EQ(world.world().step(0.01).newton_iterations, iterations);
+        EXPECT_LE(world.world().step(0.01).newton_iterations, iterations);
         const double residual = test::step_residual(body, start, world.state(), 0.01);
         EXPECT_LT(residual, 0.5 * last);
         last = residual;

@@ -1,0 +1,375 @@
+#include "sim/barrier/barrier.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "collision/continuous/impact.hpp"
+#include "meshing/parallel/parallel_for.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr double floor_share = 1e-3;      // of the reach: distance at which the potential is infinite
+constexpr double left_share = 0.2;        // of a distance above its floor that a motion must leave
+constexpr double tolerance_share = 0.05;  // likewise, by which an impact may be found too early
+
+/// Positions of the vertices of a body's surface, [n, 3].
+Nodes surface_positions(const ContactShape& shape, const Nodes& nodes) {
+    Nodes x(shape.vertex_count(), 3);
+    parallel_for(shape.vertex_count(), [&](int v) {
+        const int begin = shape.W.outerIndexPtr()[v], end = shape.W.outerIndexPtr()[v + 1];
+        x.row(v) = embedded_position(end - begin, shape.W.innerIndexPtr() + begin, shape.W.valuePtr() + begin,
+                                     nodes.data(), nodes.outerStride());
+    });
+    return x;
+}
+
+Nodes displaced(const Nodes& x, const Eigen::Vector3d& by) { return x.rowwise() + by.transpose(); }
+
+bool is_mesh(const Obstacle& obstacle) {
+    return std::holds_alternative<std::shared_ptr<const StaticSurface>>(obstacle.shape);
+}
+
+/// Share of the motion from p to q, relative to the centre of a ball, after which the point is `radius` from
+/// the centre; at least 1 if it is not in the motion.
+double time_to_ball(const Eigen::Vector3d& p, const Eigen::Vector3d& q, double radius) {
+    const Eigen::Vector3d r = q - p;
+    const double a = r.squaredNorm(), b = p.dot(r), c = p.squaredNorm() - radius * radius;
+    const double discriminant = b * b - a * c;
+    if (b >= 0 || discriminant <= 0) return 1;
+    return c / (std::sqrt(discriminant) - b);
+}
+
+SurfacePoint surface_point(const MovingSurface& surface, int first, int count,
+                           const std::array<FeatureCorner, 4>& at, const Eigen::Vector3d& weights) {
+    SurfacePoint point{.body = surface.body(), .count = surface.is_obstacle() ? 0 : count};
+    for (int k = 0; k < point.count; ++k) {
+        const auto i = static_cast<std::size_t>(k);
+        point.vertices[i] = at[static_cast<std::size_t>(first + k)].vertex;
+        point.weights[i] = weights[k];
+    }
+    return point;
+}
+
+/// The vertices that carry a point of a contact, at most two, ascending: {number, body, first, second}.
+using PointKey = std::array<int, 4>;
+/// Of both points, the smaller first: equal for contacts of the same points.
+using ContactKey = std::array<int, 8>;
+
+/// Empty for a point inside a face.
+std::optional<PointKey> key_of(const SurfacePoint& point) {
+    PointKey key{0, point.body, -1, -1};
+    for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
+        if (point.weights[k] == 0) continue;
+        if (key[0] == 2) return std::nullopt;
+        key[static_cast<std::size_t>(2 + key[0]++)] = point.vertices[k];
+    }
+    if (key[0] == 2 && key[2] > key[3]) std::swap(key[2], key[3]);
+    return key;
+}
+
+/// Empty for contacts that only one pair of features has: inside a face or between two edges, or with an
+/// obstacle.
+std::optional<ContactKey> key_of(const Contact& contact) {
+    if (contact.b.body < 0) return std::nullopt;
+    const std::optional<PointKey> a = key_of(contact.a), b = key_of(contact.b);
+    if (!a || !b || (*a)[0] + (*b)[0] > 3) return std::nullopt;
+    const auto& [least, most] = std::minmax(*a, *b);
+    ContactKey key;
+    std::ranges::copy(least, key.begin());
+    std::ranges::copy(most, key.begin() + least.size());
+    return key;
+}
+
+/// Adds up the contacts of the same points.
+std::vector<BarrierContact> merged(std::vector<BarrierContact> contacts) {
+    std::vector<std::pair<ContactKey, std::size_t>> order;
+    std::vector<BarrierContact> result;
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+        if (const std::optional<ContactKey> key = key_of(contacts[c].contact))
+            order.emplace_back(*key, c);
+        else
+            result.push_back(contacts[c]);
+    }
+    std::ranges::sort(order);
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        const BarrierContact& contact = contacts[order[i].second];
+        if (i > 0 && order[i].first == order[i - 1].first) {
+            result.back().slope += contact.slope;
+            result.back().curvature += contact.curvature;
+        } else {
+            result.push_back(contact);
+        }
+    }
+    return result;
+}
+
+double edge_area(const MovingSurface& surface, int edge) {
+    const auto ends = surface.topology().edges.row(edge);
+    return (surface.rest_areas()[ends[0]] + surface.rest_areas()[ends[1]]) / 6;
+}
+
+}  // namespace
+
+void Barrier::add_body(std::shared_ptr<const ContactShape> shape, NodesRef rest, double young) {
+    surfaces_.emplace_back(shape->F, surface_positions(*shape, rest), static_cast<int>(bodies_.size()));
+    bodies_.push_back({std::move(shape), young});
+}
+
+void Barrier::add_obstacle(const Obstacle& obstacle) {
+    walls_.push_back({.obstacle = obstacle, .still = obstacle});
+    walls_.back().still.velocity.setZero();
+    if (!is_mesh(obstacle)) return;
+    const TriMesh& mesh = std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh();
+    walls_.back().surface = static_cast<int>(surfaces_.size());
+    surfaces_.emplace_back(mesh.F, mesh.X, -1);
+}
+
+void Barrier::begin() {
+    search_.begin(surfaces_);
+    intersection_search_.begin(surfaces_);
+}
+
+std::vector<Intersection> Barrier::intersections(std::span<const Nodes> nodes) {
+    place(nodes, nodes, 1);
+    near_ = {};
+    near_smooth_.clear();
+    return intersection_search_.find(surfaces_);
+}
+
+void Barrier::begin_step(double time, double dt) {
+    dt_ = dt;
+    for (Wall& wall : walls_) {
+        wall.start = displacement_at(wall.obstacle, time);
+        wall.velocity = mean_velocity(wall.obstacle, time, dt);
+    }
+}
+
+void Barrier::place(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+        surfaces_[b].move(surface_positions(*bodies_[b].shape, begin[b]),
+                          surface_positions(*bodies_[b].shape, end[b]));
+    for (Wall& wall : walls_) {
+        wall.begin = wall.start + progress * dt_ * wall.velocity;
+        wall.end = wall.start + dt_ * wall.velocity;
+        if (wall.surface < 0) continue;
+        MovingSurface& surface = surfaces_[static_cast<std::size_t>(wall.surface)];
+        surface.move(displaced(surface.rest(), wall.begin), displaced(surface.rest(), wall.end));
+    }
+}
+
+double Barrier::move(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
+    place(begin, end, progress);
+    near_ = search_.find(surfaces_, reach_);
+    find_near_smooth();
+    limits_.resize(feature_pairs());
+    for_each_near([&](const auto& near, std::size_t i) { limits_[i] = limit(near); });
+    double least = 1;
+    for (const double share : limits_) least = std::min(least, share);
+    return least;
+}
+
+/// Calls visit(near, i) for all near features and their place among all, on several threads.
+template <class Visit>
+void Barrier::for_each_near(const Visit& visit) const {
+    constexpr int grain = 128;
+    const auto of_surfaces = near_.size();
+    parallel_for(
+        static_cast<int>(feature_pairs()),
+        [&](int k) {
+            const auto i = static_cast<std::size_t>(k);
+            if (i < of_surfaces)
+                visit(near_[i], i);
+            else
+                visit(near_smooth_[i - of_surfaces], i);
+        },
+        grain);
+}
+
+void Barrier::find_near_smooth() {
+    near_smooth_.clear();
+    for (std::size_t w = 0; w < walls_.size(); ++w) {
+        const Wall& wall = walls_[w];
+        if (wall.surface >= 0) continue;
+        const Eigen::Vector3d moved = wall.end - wall.begin;
+        for (int b = 0; b < static_cast<int>(bodies_.size()); ++b) {
+            const MovingSurface& surface = surfaces_[static_cast<std::size_t>(b)];
+            for (int v = 0; v < static_cast<int>(surface.rest().rows()); ++v) {
+                const NearSmooth near{b, v, static_cast<int>(w)};
+                const Eigen::Vector3d motion =
+                    (surface.end().row(v) - surface.begin().row(v)).transpose() - moved;
+                if (distance(near, 0).distance <= reach_ + motion.norm()) near_smooth_.push_back(near);
+            }
+        }
+    }
+}
+
+std::array<Eigen::Vector3d, 4> Barrier::positions(const FeaturePair& pair, double share) const {
+    std::array<Eigen::Vector3d, 4> x;
+    const auto at = corners(pair, surfaces_);
+    for (std::size_t k = 0; k < 4; ++k)
+        x[k] = surfaces_[static_cast<std::size_t>(at[k].surface)].at(at[k].vertex, share);
+    return x;
+}
+
+SurfaceDistance Barrier::distance(const NearSmooth& near, double share) const {
+    const Wall& wall = walls_[static_cast<std::size_t>(near.wall)];
+    const Eigen::Vector3d p = surfaces_[static_cast<std::size_t>(near.body)].at(near.vertex, share) -
+                              (wall.begin + share * (wall.end - wall.begin));
+    return *signed_distance(wall.still, p, 0, std::numeric_limits<double>::infinity());
+}
+
+double Barrier::limit(const NearFeatures& near) const {
+    const auto x = positions(near.pair, 0), y = positions(near.pair, 1);
+    const double floor = floor_share * near.reach;
+    const double distance = closest_points(near.pair.kind, x).distance;
+    const double room = std::max(distance - floor, 0.0);
+    const ImpactConfig config{.separation = floor + left_share * room, .tolerance = tolerance_share * room};
+    const auto impact =
+        near.pair.kind == FeatureKind::vertex_face
+            ? vertex_face_impact({x[0], y[0]}, {x[1], y[1]}, {x[2], y[2]}, {x[3], y[3]}, config)
+            : edge_edge_impact({x[0], y[0]}, {x[1], y[1]}, {x[2], y[2]}, {x[3], y[3]}, config);
+    return impact.hits ? impact.time : 1;
+}
+
+double Barrier::limit(const NearSmooth& near) const {
+    const double floor = floor_share * reach_, begin = distance(near, 0).distance;
+    const double least = floor + left_share * std::max(begin - floor, 0.0);
+    const Wall& wall = walls_[static_cast<std::size_t>(near.wall)];
+    if (const auto* ball = std::get_if<BallShape>(&wall.obstacle.shape)) {
+        const MovingSurface& surface = surfaces_[static_cast<std::size_t>(near.body)];
+        return std::min(
+            time_to_ball(surface.at(near.vertex, 0) - wall.begin - ball->centre,
+                         surface.at(near.vertex, 1) - wall.end - ball->centre, ball->radius + least),
+            1.0);
+    }
+    const double end = distance(near, 1).distance;
+    return end >= least ? 1 : std::max(begin - least, 0.0) / (begin - end);
+}
+
+const Barrier::Wall* Barrier::wall_of(const MovingSurface& surface) const {
+    if (!surface.is_obstacle()) return nullptr;
+    const auto number = &surface - surfaces_.data();
+    return &*std::ranges::find(walls_, number, &Wall::surface);
+}
+
+/// A layer of this thickness under the area, as in contacts without a barrier.
+BarrierLaw Barrier::law(double young, double area, double reach) const {
+    return {.reach = reach,
+            .floor = floor_share * reach,
+            .stiffness = config_.stiffness_scale * young * area / reach};
+}
+
+BarrierLaw Barrier::law(const NearFeatures& near) const {
+    const MovingSurface &a = surfaces_[static_cast<std::size_t>(near.pair.surface_a)],
+                        &b = surfaces_[static_cast<std::size_t>(near.pair.surface_b)];
+    const auto of = [&](const MovingSurface& surface) {
+        return bodies_[static_cast<std::size_t>(surface.body())].young;
+    };
+    double young = 0;
+    if (a.is_obstacle())
+        young = of(b);
+    else if (b.is_obstacle())
+        young = of(a);
+    else
+        young = 2 / (1 / of(a) + 1 / of(b));
+    double area = 0;
+    if (near.pair.kind == FeatureKind::vertex_face) {
+        // The vertices of an obstacle may stand for more than the body's face has.
+        area = a.rest_areas()[near.pair.a];
+        if (a.is_obstacle()) {
+            double face = 0;
+            for (int k = 0; k < 3; ++k) face += b.rest_areas()[b.F()(near.pair.b, k)] / 3;
+            area = std::min(area, face);
+        }
+    } else {
+        area = std::min(edge_area(a, near.pair.a), edge_area(b, near.pair.b));
+    }
+    return law(young, area, near.reach);
+}
+
+BarrierLaw Barrier::law(const NearSmooth& near) const {
+    return law(bodies_[static_cast<std::size_t>(near.body)].young,
+               surfaces_[static_cast<std::size_t>(near.body)].rest_areas()[near.vertex], reach_);
+}
+
+/// Distances and potentials of all near features after a share of the motion.
+void Barrier::measure(double share) {
+    distances_.resize(feature_pairs());
+    energies_.resize(feature_pairs());
+    for_each_near([&](const auto& near, std::size_t i) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(near)>, NearFeatures>) {
+            distances_[i] = closest_points(near.pair.kind, positions(near.pair, share)).distance;
+            energies_[i] = distances_[i] < near.reach ? law(near).at(distances_[i]).energy : 0;
+        } else {
+            distances_[i] = distance(near, share).distance;
+            energies_[i] = distances_[i] < reach_ ? law(near).at(distances_[i]).energy : 0;
+        }
+    });
+    least_distance_ = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < distances_.size(); ++i) {
+        const double reach = i < near_.size() ? near_[i].reach : reach_;
+        if (distances_[i] < reach) least_distance_ = std::min(least_distance_, distances_[i]);
+    }
+}
+
+double Barrier::energy(double share) {
+    measure(share);
+    double sum = 0;
+    for (const double energy : energies_) sum += energy;
+    return sum;
+}
+
+Contact Barrier::contact(const NearFeatures& near, double share) const {
+    const MovingSurface &a = surfaces_[static_cast<std::size_t>(near.pair.surface_a)],
+                        &b = surfaces_[static_cast<std::size_t>(near.pair.surface_b)];
+    const auto at = corners(near.pair, surfaces_);
+    const ClosestPoints closest = closest_points(near.pair.kind, positions(near.pair, share));
+    const int corners_of_a = near.pair.kind == FeatureKind::vertex_face ? 1 : 2;
+    Contact contact{.a = surface_point(a, 0, corners_of_a, at, closest.weights_a),
+                    .b = surface_point(b, corners_of_a, 4 - corners_of_a, at, closest.weights_b),
+                    .normal = closest.gap / closest.distance,
+                    .gap = closest.distance,
+                    .friction = config_.friction};
+    if (a.is_obstacle()) {
+        std::swap(contact.a, contact.b);
+        contact.normal *= -1;
+    }
+    if (const Wall* wall = wall_of(a.is_obstacle() ? a : b)) {
+        contact.wall_velocity = wall->velocity;
+        contact.friction = wall->obstacle.friction;
+    }
+    return contact;
+}
+
+Contact Barrier::contact(const NearSmooth& near, double share) const {
+    const Wall& wall = walls_[static_cast<std::size_t>(near.wall)];
+    const SurfaceDistance hit = distance(near, share);
+    return {.a = {.body = near.body, .count = 1, .vertices = {near.vertex}, .weights = {1}},
+            .normal = hit.normal,
+            .wall_velocity = wall.velocity,
+            .gap = hit.distance,
+            .friction = wall.obstacle.friction};
+}
+
+std::vector<BarrierContact> Barrier::contacts(double share) {
+    measure(share);
+    std::vector<BarrierContact> result;
+    const auto add = [&](const auto& near, double reach, double gap) {
+        if (!(gap < reach)) return;
+        const BarrierLaw::Terms terms = law(near).at(gap);
+        result.push_back({contact(near, share), terms.slope, terms.curvature});
+    };
+    for (std::size_t i = 0; i < near_.size(); ++i) add(near_[i], near_[i].reach, distances_[i]);
+    for (std::size_t i = 0; i < near_smooth_.size(); ++i)
+        add(near_smooth_[i], reach_, distances_[near_.size() + i]);
+    return merged(std::move(result));
+}
+
+}  // namespace nbd

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "sim/barrier/barrier_law.hpp"
+#include "sim/barrier/intersections.hpp"
+#include "sim/barrier/near_features.hpp"
+#include "sim/contact/contact.hpp"
+#include "sim/contact/obstacle.hpp"
+#include "sim/patches/contact_shape.hpp"
+
+namespace nbd {
+
+/// A contact that keeps its points apart. `gap` of the contact is their distance.
+struct BarrierContact {
+    Contact contact;
+    double slope = 0, curvature = 0;  // of the potential by the distance: N, N/m
+};
+
+/// Keeps surfaces apart: between bodies, within each body, and of bodies and obstacles. A caller proposes a
+/// motion of all surfaces; the barrier tells how much of it is free of collisions, and the potential and
+/// contacts at any share of it. Surfaces that start apart are apart after every allowed share.
+///
+/// Meshes meet meshes by all pairs of a vertex and a face and of two edges; planes and balls meet the
+/// vertices of bodies.
+class Barrier {
+ public:
+    /// reach: distance at which surfaces begin to press, metres, > 0. Both must stay as they are.
+    Barrier(const ContactConfig& config, double reach) : config_(config), reach_(reach) {}
+
+    /// rest: positions of the body's nodes, [N, 3]. young: modulus of its outer layer, Pa. Add all bodies,
+    /// then the obstacles, then call begin().
+    void add_body(std::shared_ptr<const ContactShape> shape, NodesRef rest, double young);
+    void add_obstacle(const Obstacle& obstacle);
+    /// Throws std::invalid_argument for a body that touches itself at rest.
+    void begin();
+
+    /// Starts a step at `time`, of length dt, seconds: the obstacles move on.
+    void begin_step(double time, double dt);
+
+    /// Proposes a motion: of the nodes of each body, [N, 3], and of the obstacles from a share of the step,
+    /// `progress`, to its end. Returns a share in [0, 1] of this motion up to which nothing collides and
+    /// distances shrink to a fifth at most; 1 if all of it is free. At its begin, surfaces must be apart.
+    double move(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
+
+    /// Potential after a share of the motion, joules; infinite where surfaces are too near.
+    double energy(double share);
+
+    /// Contacts after a share of the motion, in a fixed order. Contacts of the same points are one: a vertex
+    /// nearest to an edge is that to both of its faces, and so are edges that end there.
+    std::vector<BarrierContact> contacts(double share);
+
+    /// The least distance found by the last energy() or contacts(), of features within their reach; infinite
+    /// if there were none.
+    double least_distance() const noexcept { return least_distance_; }
+
+    /// All intersecting faces with the nodes of each body at these places, [N, 3], and the obstacles at their
+    /// end of the step, by exact tests. Ends the motion that was proposed.
+    std::vector<Intersection> intersections(std::span<const Nodes> nodes);
+
+    const std::vector<MovingSurface>& surfaces() const noexcept { return surfaces_; }
+    /// Pairs of faces and of features looked at by the last move().
+    long face_pairs() const noexcept { return search_.face_pairs(); }
+    std::size_t feature_pairs() const noexcept { return near_.size() + near_smooth_.size(); }
+
+ private:
+    struct Body {
+        std::shared_ptr<const ContactShape> shape;
+        double young;
+    };
+    /// An obstacle: a mesh, which is one of the surfaces, or a plane or ball.
+    struct Wall {
+        Obstacle obstacle;
+        Obstacle still{};                                     // the same where it starts, without velocity
+        int surface = -1;                                     // -1: a plane or ball
+        Eigen::Vector3d start{}, velocity{}, begin{}, end{};  // in the step, and displacements of the motion
+    };
+    /// A vertex that may come near a plane or a ball.
+    struct NearSmooth {
+        int body, vertex, wall;
+    };
+
+    void place(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
+    void find_near_smooth();
+    double limit(const NearFeatures& near) const;
+    double limit(const NearSmooth& near) const;
+    SurfaceDistance distance(const NearSmooth& near, double share) const;
+    std::array<Eigen::Vector3d, 4> positions(const FeaturePair& pair, double share) const;
+    const Wall* wall_of(const MovingSurface& surface) const;
+    BarrierLaw law(double young, double area, double reach) const;
+    BarrierLaw law(const NearFeatures& near) const;
+    BarrierLaw law(const NearSmooth& near) const;
+    Contact contact(const NearFeatures& near, double share) const;
+    Contact contact(const NearSmooth& near, double share) const;
+    void measure(double share);
+    template <class Visit>
+    void for_each_near(const Visit& visit) const;
+
+    ContactConfig config_;
+    double reach_;
+    std::vector<Body> bodies_;
+    std::vector<MovingSurface> surfaces_;  // of the bodies, then of the obstacles that are meshes
+    std::vector<Wall> walls_;
+    double dt_ = 0;
+    NearFeatureSearch search_;
+    IntersectionSearch intersection_search_;
+    std::span<const NearFeatures> near_;
+    std::vector<NearSmooth> near_smooth_;
+    std::vector<double> limits_, distances_, energies_;  // [near_, then near_smooth_]
+    double least_distance_ = 0;
+};
+
+}  // namespace nbd

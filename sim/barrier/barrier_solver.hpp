@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "sim/barrier/barrier.hpp"
+#include "sim/contact/contact_terms.hpp"
+#include "sim/solvers/coupled_solver.hpp"
+
+namespace nbd {
+
+/// A contact that rubs with the normal force that it had at the start of the step.
+struct FrictionContact {
+    Contact contact;
+    double normal_impulse = 0;  // N s, >= 0
+};
+
+/// Velocities of all bodies at the end of a step with the contacts of a Barrier: one linearisation of
+///
+///   gradient of (sum of the bodies' StepPotential + barrier + friction) = 0
+///
+/// in the stacked velocities v. The barrier's second derivative is taken along the line between the closest
+/// points alone, so that the system is positive definite. Friction has constant size above the slip velocity
+/// and is linear below it, with the normal forces and closest points at the start of the step [Li20].
+class BarrierSolver {
+ public:
+    explicit BarrierSolver(const LinearSolveConfig& config, std::shared_ptr<RestHierarchies> hierarchies)
+        : linear_(config, std::move(hierarchies)) {}
+
+    /// Friction contacts of the step. The arguments must outlive the step.
+    void begin_step(std::span<const ContactSurface* const> surfaces, std::span<const int> first_unknown,
+                    double slip_velocity, double dt, std::vector<FrictionContact> friction);
+
+    /// The contacts of the current iterate.
+    void set_contacts(std::vector<BarrierContact> contacts);
+
+    /// Solves the system linearised at v. systems: assembled at v and prescribed. wall_left: share of the
+    /// step that obstacles still have before them. v: iterate on entry, solution on return.
+    LinearSolveReport solve(std::span<const StepSystem> systems, double wall_left, Eigen::VectorXd& v);
+
+    /// Potential of friction at velocities v, joules.
+    double friction_potential(const Eigen::VectorXd& v) const;
+
+    /// Impulses of the contacts on the nodes over the step, friction at v included, newton seconds, stacked
+    /// like v; nodes with prescribed velocities included.
+    Eigen::VectorXd impulses(const Eigen::VectorXd& v) const;
+
+    int contact_count() const noexcept { return static_cast<int>(contacts_.size()); }
+
+ private:
+    Eigen::Vector3d slip(std::size_t contact, const Eigen::VectorXd& v) const;
+    double drag(std::size_t contact, double slip) const;
+
+    std::span<const ContactSurface* const> surfaces_;
+    std::span<const int> first_unknown_;
+    double slip_velocity_ = 0, dt_ = 0;
+    std::vector<FrictionContact> friction_;
+    std::vector<BarrierContact> contacts_;
+    ContactTerms friction_terms_, terms_;  // terms_: of contacts_, then of friction_
+    std::vector<Coupling> couplings_;
+    CoupledSolver linear_;
+    Eigen::VectorXd rhs_, product_;
+};
+
+}  // namespace nbd

@@ -1,0 +1,127 @@
+#include "sim/barrier/intersections.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "collision/geometry/triangle_triangle.hpp"
+#include "meshing/parallel/parallel_for.hpp"
+
+namespace nbd {
+namespace {
+
+TriangleCorners face_corners(const MovingSurface& surface, int face) {
+    return {surface.end().row(surface.F()(face, 0)), surface.end().row(surface.F()(face, 1)),
+            surface.end().row(surface.F()(face, 2))};
+}
+
+/// Whether the side of face a opposite to its corner k meets face b.
+bool side_meets(const MovingSurface& s, int a, int k, const TriangleCorners& b) {
+    const TriangleCorners face = face_corners(s, a);
+    const auto p = static_cast<std::size_t>((k + 1) % 3), q = static_cast<std::size_t>((k + 2) % 3);
+    return double_triangles_intersect({face[p], face[q], face[q]}, b);
+}
+
+/// Whether faces of one surface with common vertices have other points in common.
+bool neighbours_intersect(const MovingSurface& s, int a, int b) {
+    std::array<int, 3> common_a{}, common_b{};  // corners
+    int count = 0;
+    for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l)
+            if (s.F()(a, k) == s.F()(b, l)) {
+                common_a[static_cast<std::size_t>(count)] = k;
+                common_b[static_cast<std::size_t>(count)] = l;
+                ++count;
+            }
+    if (count == 1)
+        return side_meets(s, a, common_a[0], face_corners(s, b)) ||
+               side_meets(s, b, common_b[0], face_corners(s, a));
+    if (count != 2) return true;
+    const TriangleCorners corners_a = face_corners(s, a), corners_b = face_corners(s, b);
+    const Eigen::Vector3d p = corners_a[static_cast<std::size_t>(3 - common_a[0] - common_a[1])],
+                          q = corners_b[static_cast<std::size_t>(3 - common_b[0] - common_b[1])];
+    return double_triangles_intersect({p, p, p}, corners_b) ||
+           double_triangles_intersect({q, q, q}, corners_a);
+}
+
+bool have_common_vertex(const Faces& F, int a, int b) {
+    for (int k = 0; k < 3; ++k)
+        if ((F.row(b).array() == F(a, k)).any()) return true;
+    return false;
+}
+
+}  // namespace
+
+void IntersectionSearch::begin(const std::vector<MovingSurface>& surfaces) {
+    neighbours_.clear();
+    for (int s = 0; s < static_cast<int>(surfaces.size()); ++s) {
+        const MovingSurface& surface = surfaces[static_cast<std::size_t>(s)];
+        if (surface.is_obstacle()) continue;
+        const SurfaceTopology& topology = surface.topology();
+        for (int a = 0; a < static_cast<int>(surface.F().rows()); ++a)
+            for (int k = 0; k < 3; ++k) {
+                const auto v = static_cast<std::size_t>(surface.F()(a, k));
+                for (int i = topology.vertex_begin[v]; i < topology.vertex_begin[v + 1]; ++i)
+                    if (const int b = topology.vertex_faces[static_cast<std::size_t>(i)]; a < b)
+                        neighbours_.push_back({s, s, a, b});
+            }
+    }
+    std::ranges::sort(neighbours_);
+    const auto repeats = std::ranges::unique(neighbours_);
+    neighbours_.erase(repeats.begin(), repeats.end());
+}
+
+std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& surfaces) {
+    candidates_ = neighbours_;
+    const int count = static_cast<int>(surfaces.size());
+    for (int a = 0; a < count; ++a) {
+        MovingSurface& s = surfaces[static_cast<std::size_t>(a)];
+        if (!s.is_obstacle())
+            for (const FacePair& faces :
+                 self_query_.boxes_within(s.tree(), static_cast<float>(2 * s.rounding())))
+                candidates_.push_back({a, a, faces.a, faces.b});
+        for (int b = a + 1; b < count; ++b) {
+            MovingSurface& t = surfaces[static_cast<std::size_t>(b)];
+            if (s.is_obstacle() && t.is_obstacle()) continue;
+            const auto distance = static_cast<float>(s.rounding() + t.rounding());
+            for (const FacePair& faces : pair_query_.boxes_within(s.tree(), t.tree(), distance))
+                candidates_.push_back({a, b, faces.a, faces.b});
+        }
+    }
+    std::vector<char> meets(candidates_.size());
+    parallel_for(static_cast<int>(candidates_.size()), [&](int i) {
+        const Intersection& pair = candidates_[static_cast<std::size_t>(i)];
+        const MovingSurface &s = surfaces[static_cast<std::size_t>(pair.surface_a)],
+                            &t = surfaces[static_cast<std::size_t>(pair.surface_b)];
+        meets[static_cast<std::size_t>(i)] =
+            pair.surface_a == pair.surface_b && have_common_vertex(s.F(), pair.a, pair.b)
+                ? neighbours_intersect(s, pair.a, pair.b)
+                : double_triangles_intersect(face_corners(s, pair.a), face_corners(t, pair.b));
+    });
+    std::vector<Intersection> result;
+    for (std::size_t i = 0; i < candidates_.size(); ++i)
+        if (meets[i]) result.push_back(candidates_[i]);
+    std::ranges::sort(result);
+    return result;
+}
+
+std::string intersection_text(const std::vector<Intersection>& intersections,
+                              const std::vector<MovingSurface>& surfaces) {
+    constexpr std::size_t most = 3;
+    const auto name = [&](int surface) {
+        const MovingSurface& s = surfaces[static_cast<std::size_t>(surface)];
+        if (!s.is_obstacle()) return fmt::format("body {}", s.body());
+        const auto meshes_before = std::count_if(surfaces.begin(), surfaces.begin() + surface,
+                                                 [](const MovingSurface& t) { return t.is_obstacle(); });
+        return fmt::format("obstacle mesh {}", meshes_before);
+    };
+    std::string text = fmt::format("{} face pairs intersect:", intersections.size());
+    for (std::size_t i = 0; i < std::min(most, intersections.size()); ++i) {
+        const Intersection& pair = intersections[i];
+        text += fmt::format("{} face {} of {} and face {} of {}", i > 0 ? "," : "", pair.a,
+                            name(pair.surface_a), pair.b, name(pair.surface_b));
+    }
+    return intersections.size() > most ? text + " ..." : text;
+}
+
+}  // namespace nbd

@@ -1,0 +1,56 @@
+#include "sim/barrier/moving_surface.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace nbd {
+
+MovingSurface::MovingSurface(const Faces& F, Nodes rest, int body)
+    : body_(body),
+      F_(F),
+      topology_(surface_topology(F, static_cast<int>(rest.rows()))),
+      rest_(std::move(rest)),
+      areas_(vertex_areas(F_, rest_)),
+      tree_(shared_exact_tree(rest_.cast<float>(), F_), BoundKind::boxes),
+      own_tree_(refer_to(tree_.tree()), BoundKind::boxes) {
+    move(rest_, rest_);
+}
+
+void MovingSurface::move(Nodes begin, Nodes end) {
+    begin_ = std::move(begin);
+    end_ = std::move(end);
+    begin_float_ = begin_.cast<float>();
+    end_float_ = end_.cast<float>();
+    tree_.begin_step(begin_float_, end_float_);
+    if (is_obstacle()) return;
+    mean_motion_ = (end_ - begin_).colwise().mean().transpose();
+    own_end_float_ = (end_.rowwise() - mean_motion_.transpose()).cast<float>();
+    own_tree_.begin_step(begin_float_, own_end_float_);
+}
+
+double MovingSurface::rounding() const noexcept {
+    return 0x1p-24 * std::sqrt(3.0) * std::max(begin_.cwiseAbs().maxCoeff(), end_.cwiseAbs().maxCoeff());
+}
+
+std::array<FeatureCorner, 4> corners(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {
+    const MovingSurface& a = surfaces[static_cast<std::size_t>(pair.surface_a)];
+    const MovingSurface& b = surfaces[static_cast<std::size_t>(pair.surface_b)];
+    if (pair.kind == FeatureKind::vertex_face)
+        return {{{pair.surface_a, pair.a},
+                 {pair.surface_b, b.F()(pair.b, 0)},
+                 {pair.surface_b, b.F()(pair.b, 1)},
+                 {pair.surface_b, b.F()(pair.b, 2)}}};
+    const auto &of_a = a.topology().edges, &of_b = b.topology().edges;
+    return {{{pair.surface_a, of_a(pair.a, 0)},
+             {pair.surface_a, of_a(pair.a, 1)},
+             {pair.surface_b, of_b(pair.b, 0)},
+             {pair.surface_b, of_b(pair.b, 1)}}};
+}
+
+ClosestPoints closest_points(FeatureKind kind, const std::array<Eigen::Vector3d, 4>& x) noexcept {
+    return kind == FeatureKind::vertex_face ? closest_point_triangle(x[0], x[1], x[2], x[3])
+                                            : closest_edge_edge(x[0], x[1], x[2], x[3]);
+}
+
+}  // namespace nbd

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "collision/query/pair_query.hpp"
+#include "collision/query/self_query.hpp"
+#include "sim/barrier/moving_surface.hpp"
+
+namespace nbd {
+
+/// A pair of features that may come near during a motion, and the distance at which it begins to press: the
+/// reach of the search; for features of one surface at most half their distance at rest.
+struct NearFeatures {
+    FeaturePair pair;
+    double reach = 0;  // metres
+    auto operator<=>(const NearFeatures&) const = default;
+};
+
+/// Finds the features that may come near: between surfaces, and within each surface of a body. Obstacles are
+/// not compared with each other, nor with themselves.
+class NearFeatureSearch {
+ public:
+    /// Call once, when all surfaces are there. Throws std::invalid_argument, naming the features, if two that
+    /// have no vertex in common touch at rest.
+    void begin(const std::vector<MovingSurface>& surfaces);
+
+    /// All pairs whose boxes over the whole motion come within their reach, sorted; among them all whose
+    /// distance does. surfaces: those of begin(), moved. reach: metres. Valid until the next call.
+    std::span<const NearFeatures> find(std::vector<MovingSurface>& surfaces, double reach);
+
+    /// Pairs of faces looked at by the last find().
+    long face_pairs() const noexcept { return face_pairs_; }
+
+ private:
+    void add_faces(const std::vector<MovingSurface>& surfaces, int a, int b, FacePair faces);
+    void keep_near(const std::vector<MovingSurface>& surfaces, double reach);
+
+    PairQuery pair_query_;
+    SelfQuery self_query_;
+    std::vector<NearFeatures> neighbours_;  // within surfaces, that the queries leave out
+    std::vector<NearFeatures> found_, kept_;
+    std::vector<char> keeps_;  // [found_]
+    long face_pairs_ = 0;
+};
+
+}  // namespace nbd

@@ -1,0 +1,56 @@
+#include "sim/contact/contact_terms.hpp"
+
+#include <algorithm>
+
+namespace nbd {
+
+void ContactTerms::clear() {
+    terms_.clear();
+    begin_.assign(1, 0);
+}
+
+void ContactTerms::add(const Contact& contact, std::span<const ContactSurface* const> surfaces,
+                       std::span<const int> first_unknown) {
+    add_point(contact.a, 1, surfaces, first_unknown);
+    add_point(contact.b, -1, surfaces, first_unknown);
+    begin_.push_back(terms_.size());
+}
+
+void ContactTerms::add_point(const SurfacePoint& point, double sign,
+                             std::span<const ContactSurface* const> surfaces,
+                             std::span<const int> first_unknown) {
+    const auto begin = static_cast<std::ptrdiff_t>(begin_.back());
+    for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
+        const auto body = static_cast<std::size_t>(point.body);
+        for (Embedding::InnerIterator entry(surfaces[body]->W(), point.vertices[k]); entry; ++entry) {
+            const double weight = sign * point.weights[k] * entry.value();
+            const int node = static_cast<int>(entry.col());
+            if (weight == 0) continue;
+            const auto known = std::find_if(terms_.begin() + begin, terms_.end(), [&](const CouplingTerm& t) {
+                return t.body == point.body && t.node == node;
+            });
+            if (known != terms_.end())
+                known->weight += weight;
+            else
+                terms_.push_back({point.body, node, first_unknown[body] + 3 * node, weight, false});
+        }
+    }
+}
+
+void ContactTerms::hold(std::span<const StepSystem> systems) {
+    for (CouplingTerm& t : terms_) t.held = systems[static_cast<std::size_t>(t.body)].is_prescribed(t.node);
+}
+
+Eigen::Vector3d ContactTerms::velocity(std::size_t contact, const Eigen::VectorXd& v) const {
+    Eigen::Vector3d u = Eigen::Vector3d::Zero();
+    for (const CouplingTerm& t : of(contact)) u += t.weight * v.segment<3>(t.unknown);
+    return u;
+}
+
+void ContactTerms::add_impulse(std::size_t contact, const Eigen::Vector3d& p, bool held,
+                               Eigen::VectorXd& out) const {
+    for (const CouplingTerm& t : of(contact))
+        if (held || !t.held) out.segment<3>(t.unknown) += t.weight * p;
+}
+
+}  // namespace nbd

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "sim/contact/contact.hpp"
+#include "sim/fem/coupled_system.hpp"
+#include "sim/patches/contact_surface.hpp"
+
+namespace nbd {
+
+/// How the relative velocity of the two points of each contact follows from the velocities of nodes: the map
+/// J of each contact.
+class ContactTerms {
+ public:
+    void clear();
+
+    /// surfaces: one per body. first_unknown: start of each body's velocities in the stacked vector.
+    void add(const Contact& contact, std::span<const ContactSurface* const> surfaces,
+             std::span<const int> first_unknown);
+
+    /// Notes which nodes have prescribed velocities.
+    void hold(std::span<const StepSystem> systems);
+
+    std::span<const CouplingTerm> all() const noexcept { return terms_; }
+    std::span<const CouplingTerm> of(std::size_t contact) const noexcept {
+        return std::span(terms_).subspan(begin_[contact], begin_[contact + 1] - begin_[contact]);
+    }
+    /// The coupling of the contact's nodes by a matrix.
+    Coupling coupling(std::size_t contact, const Eigen::Matrix3d& A) const noexcept {
+        return {static_cast<int>(begin_[contact]), static_cast<int>(begin_[contact + 1]), A};
+    }
+
+    /// J v: velocity of the contact's point a relative to b.
+    Eigen::Vector3d velocity(std::size_t contact, const Eigen::VectorXd& v) const;
+
+    /// out += J^T p. held: whether nodes with prescribed velocities take part.
+    void add_impulse(std::size_t contact, const Eigen::Vector3d& p, bool held, Eigen::VectorXd& out) const;
+
+ private:
+    void add_point(const SurfacePoint& point, double sign, std::span<const ContactSurface* const> surfaces,
+                   std::span<const int> first_unknown);
+
+    std::vector<CouplingTerm> terms_;
+    std::vector<std::size_t> begin_{0};  // [contacts + 1] range of each contact
+};
+
+}  // namespace nbd

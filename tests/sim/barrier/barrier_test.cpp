@@ -1,0 +1,101 @@
+#include "sim/barrier/barrier.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "sim/patches/contact_surface.hpp"
+#include "tests/support/box_body.hpp"
+#include "tests/support/box_mesh.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr double reach = 0.05;
+
+/// Two boxes above a moving plane, beside a ball and a mesh.
+class BarrierTest : public ::testing::Test {
+ protected:
+    BarrierTest() : barrier_({}, reach) {
+        const auto shape = std::make_shared<const ContactShape>(box_.W, box_.surface.F, box_.tets.X);
+        for (int b = 0; b < 2; ++b) barrier_.add_body(shape, box_.tets.X, 1e5);
+        barrier_.add_obstacle({.shape = PlaneShape{.point = {0, 0, -0.53}}, .velocity = {0, 0, 1}});
+        barrier_.add_obstacle({.shape = BallShape{.centre = {-0.9, 0, 0}, .radius = 0.375}});
+        TriMesh wall = box_.surface;
+        wall.X.col(1).array() += 1.04;
+        barrier_.add_obstacle({.shape = std::make_shared<const StaticSurface>(wall)});
+        barrier_.begin();
+        begin_ = {box_.tets.X, box_.tets.X.rowwise() + Eigen::RowVector3d(1.03, 0.1, 0.05)};
+        end_ = begin_;
+        for (std::size_t b = 0; b < 2; ++b) end_[b] += test::wild_field(box_.tets.X, 0.02);
+    }
+    double move() {
+        barrier_.begin_step(0, 0.01);
+        return barrier_.move(begin_, end_, 0);
+    }
+
+    Body box_ = test::box_body({1, 1, 1}, {3, 3, 3});
+    Barrier barrier_;
+    std::vector<Nodes> begin_, end_;
+};
+
+TEST_F(BarrierTest, ContactsAreTheGradientOfItsEnergy) {
+    const double limit = move(), share = 0.5 * limit, h = 1e-6;
+    ASSERT_GT(limit, 0.01);
+    const double measured = (barrier_.energy(share + h) - barrier_.energy(share - h)) / (2 * h);
+    double stated = 0;
+    int pressing = 0, walls = 0;
+    for (const BarrierContact& c : barrier_.contacts(share)) {
+        Eigen::Vector3d motion = -0.01 * c.contact.wall_velocity;
+        const auto add = [&](const SurfacePoint& point, double sign) {
+            for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
+                const MovingSurface& s = barrier_.surfaces()[static_cast<std::size_t>(point.body)];
+                const Eigen::Vector3d step =
+                    s.end().row(point.vertices[k]) - s.begin().row(point.vertices[k]);
+                motion += sign * point.weights[k] * step;
+            }
+        };
+        add(c.contact.a, 1);
+        add(c.contact.b, -1);
+        stated += c.slope * c.contact.normal.dot(motion);
+        EXPECT_GT(c.curvature, 0);
+        ++pressing;
+        walls += c.contact.b.body < 0;
+    }
+    EXPECT_GT(pressing, 20);
+    EXPECT_GT(walls, 5);
+    EXPECT_LT(walls, pressing);
+    EXPECT_GT(std::abs(measured), 1e-3);
+    EXPECT_NEAR(stated, measured, 1e-4 * std::abs(measured));
+}
+
+TEST_F(BarrierTest, AllowsNoMotionThatEndsInACollision) {
+    end_[0].rowwise() += Eigen::RowVector3d(0.5, 0.4, -0.3);
+    const double limit = move();
+    EXPECT_GT(limit, 0);
+    EXPECT_LT(limit, 0.5);
+    EXPECT_TRUE(std::isfinite(barrier_.energy(limit)));
+    for (Nodes* nodes : {&end_[0], &end_[1]}) {
+        const std::size_t b = nodes == end_.data() ? 0 : 1;
+        *nodes = begin_[b] + limit * (end_[b] - begin_[b]);
+    }
+    EXPECT_TRUE(barrier_.intersections(end_).empty());
+    barrier_.move(end_, end_, limit);
+    EXPECT_LT(barrier_.energy(0), 1e300);
+    EXPECT_LT(barrier_.least_distance(), reach);
+}
+
+TEST_F(BarrierTest, LetsFreeMotionPass) {
+    begin_[1].rowwise() += Eigen::RowVector3d(0, 0, 3);
+    begin_[0].rowwise() += Eigen::RowVector3d(0, 0, 6);
+    end_ = begin_;
+    end_[0].rowwise() += Eigen::RowVector3d(1, 2, 3);
+    EXPECT_EQ(move(), 1);
+    EXPECT_EQ(barrier_.energy(1), 0);
+    EXPECT_TRUE(barrier_.contacts(1).empty());
+    EXPECT_TRUE(std::isinf(barrier_.least_distance()));
+}
+
+}  // namespace
+}  // namespace nbd

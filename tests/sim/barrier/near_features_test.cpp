@@ -1,0 +1,132 @@
+#include "sim/barrier/near_features.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "tests/support/box_body.hpp"
+#include "tests/support/box_mesh.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+double distance(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces, double share) {
+    std::array<Eigen::Vector3d, 4> x;
+    const auto at = corners(pair, surfaces);
+    for (std::size_t k = 0; k < 4; ++k)
+        x[k] = surfaces[static_cast<std::size_t>(at[k].surface)].at(at[k].vertex, share);
+    return closest_points(pair.kind, x).distance;
+}
+
+double rest_distance(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {
+    std::array<Eigen::Vector3d, 4> x;
+    const auto at = corners(pair, surfaces);
+    for (std::size_t k = 0; k < 4; ++k)
+        x[k] = surfaces[static_cast<std::size_t>(at[k].surface)].rest().row(at[k].vertex);
+    return closest_points(pair.kind, x).distance;
+}
+
+/// All pairs of features without a common vertex.
+std::vector<FeaturePair> all_pairs(const std::vector<MovingSurface>& surfaces) {
+    std::vector<FeaturePair> pairs;
+    const int count = static_cast<int>(surfaces.size());
+    for (int s = 0; s < count; ++s)
+        for (int t = 0; t < count; ++t) {
+            const MovingSurface &a = surfaces[static_cast<std::size_t>(s)],
+                                &b = surfaces[static_cast<std::size_t>(t)];
+            if (a.is_obstacle() && b.is_obstacle()) continue;
+            for (int v = 0; v < a.rest().rows(); ++v)
+                for (int f = 0; f < b.F().rows(); ++f)
+                    if (s != t || !(b.F().row(f).array() == v).any())
+                        pairs.push_back({FeatureKind::vertex_face, s, t, v, f});
+            if (t < s) continue;
+            const auto &ea = a.topology().edges, &eb = b.topology().edges;
+            for (int e = 0; e < ea.rows(); ++e)
+                for (int f = s == t ? e + 1 : 0; f < eb.rows(); ++f)
+                    if (s != t || (ea(e, 0) != eb(f, 0) && ea(e, 0) != eb(f, 1) && ea(e, 1) != eb(f, 0) &&
+                                   ea(e, 1) != eb(f, 1)))
+                        pairs.push_back({FeatureKind::edge_edge, s, t, e, f});
+        }
+    return pairs;
+}
+
+/// An edge pair may be found with its surfaces, or edges of one surface, in the other order.
+FeaturePair in_order(FeaturePair pair) {
+    const bool turned =
+        pair.kind == FeatureKind::edge_edge &&
+        (pair.surface_b < pair.surface_a || (pair.surface_a == pair.surface_b && pair.b < pair.a));
+    if (turned) {
+        std::swap(pair.a, pair.b);
+        std::swap(pair.surface_a, pair.surface_b);
+    }
+    return pair;
+}
+
+/// A flat box, bent so that its ends meet, a second one that flies through, and an obstacle.
+std::vector<MovingSurface> scene() {
+    std::vector<MovingSurface> surfaces;
+    const Body strip = test::box_body({1, 0.15, 0.05}, {10, 2, 1}),
+               box = test::box_body({0.3, 0.2, 0.2}, {2, 2, 2});
+    surfaces.emplace_back(strip.surface.F, strip.surface.X, 0);
+    surfaces.emplace_back(box.surface.F, box.surface.X, 1);
+    surfaces.emplace_back(box.surface.F, box.surface.X, -1);
+    const auto bent = [&](double angle) {
+        Nodes x = strip.surface.X;
+        for (Eigen::Index i = 0; i < x.rows(); ++i) {
+            const double along = strip.surface.X(i, 0) * angle, r = 1 / angle + strip.surface.X(i, 2);
+            x.row(i) = Eigen::RowVector3d(r * std::sin(along), strip.surface.X(i, 1), r * std::cos(along));
+        }
+        return x;
+    };
+    const Eigen::RowVector3d from(-0.3, 0, 0.35), to(0.2, 0.05, 0.1), wall(0, 0.3, 0);
+    surfaces[0].move(bent(5.4), bent(6.1));
+    surfaces[1].move(box.surface.X.rowwise() + from, box.surface.X.rowwise() + to);
+    surfaces[2].move(box.surface.X.rowwise() + wall, box.surface.X.rowwise() + 0.9 * wall);
+    return surfaces;
+}
+
+TEST(NearFeatures, HoldAllPairsThatComeWithinTheirReach) {
+    std::vector<MovingSurface> surfaces = scene();
+    NearFeatureSearch search;
+    search.begin(surfaces);
+    constexpr double reach = 0.03;
+    const auto found = search.find(surfaces, reach);
+    std::set<FeaturePair> pairs;
+    for (const NearFeatures& near : found) {
+        EXPECT_LE(near.reach, reach);
+        EXPECT_TRUE(pairs.insert(in_order(near.pair)).second) << "twice";
+    }
+    int between = 0, within = 0;
+    for (const FeaturePair& pair : all_pairs(surfaces)) {
+        double least = 1, pair_reach = reach;
+        for (int s = 0; s <= 8; ++s) least = std::min(least, distance(pair, surfaces, s / 8.0));
+        if (pair.surface_a == pair.surface_b && least < reach)
+            pair_reach = std::min(reach, 0.5 * rest_distance(pair, surfaces));
+        if (least > pair_reach) continue;
+        EXPECT_TRUE(pairs.contains(pair))
+            << pair.surface_a << ' ' << pair.surface_b << ' ' << pair.a << ' ' << pair.b;
+        ++(pair.surface_a == pair.surface_b ? within : between);
+    }
+    EXPECT_GT(between, 50);
+    EXPECT_GT(within, 20);
+    EXPECT_LT(pairs.size(), all_pairs(surfaces).size() / 4);
+}
+
+TEST(NearFeatures, RefuseABodyThatTouchesItselfAtRest) {
+    const Body box = test::box_body({1, 1, 1}, {2, 2, 2});
+    Nodes x = box.surface.X;
+    // Two neighbours in one place.
+    x.row(box.surface.F(0, 1)) = x.row(box.surface.F(0, 0));
+    std::vector<MovingSurface> surfaces;
+    surfaces.emplace_back(box.surface.F, x, 0);
+    NearFeatureSearch search;
+    const std::string text = test::refusal([&] { search.begin(surfaces); });
+    EXPECT_NE(text.find("body 0 touches itself at rest"), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace nbd

@@ -1,0 +1,203 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <memory>
+
+#include "sim/world/world.hpp"
+#include "tests/sim/support/momentum.hpp"
+#include "tests/sim/world/box_model.hpp"
+#include "tests/support/box_mesh.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/on_threads.hpp"
+
+namespace nbd {
+namespace {
+
+using test::floor_at;
+using test::linear_momentum;
+using test::Model;
+using test::turned;
+
+WorldConfig intersection_free(const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero()) {
+    WorldConfig config{.gravity = gravity};
+    config.contact.intersection_free = true;
+    return config;
+}
+
+bool is_balanced(const WorldReport& report) { return report.failure.empty() && report.rejection.empty(); }
+
+TEST(IntersectionFree, AFastThinSheetDoesNotPassAnother) {
+    const Model sheet({0.8, 0.8, 0.03}, {6, 6, 1}), shot({0.2, 0.2, 0.03}, {2, 2, 1}, 1e6);
+    const auto fly = [&](bool apart) {
+        WorldConfig config = intersection_free();
+        config.contact.intersection_free = apart;
+        config.contact.thickness = apart ? 0 : 0.004;
+        config.step.max_substeps = 1;
+        World world(config);
+        world.add_body(sheet.at({0, 0, 0}));
+        world.add_body(shot.at({0.03, 0.02, 0.2}, turned(0.3), {0, 0, -60}));
+        double least = 1;
+        for (int i = 0; i < 8; ++i) {
+            const WorldReport report = world.step(5e-3);  // 0.3 m a step: ten thicknesses
+            EXPECT_EQ(report.failure, "");
+            EXPECT_TRUE(world.intersecting(0, 1).empty() || !apart);
+            least = std::min(least, report.least_distance);
+        }
+        if (apart) {
+            EXPECT_GT(least, 0);
+            EXPECT_LT(least, world.thickness());
+        }
+        const std::vector<int> middle = test::nodes_where(
+            sheet.body.tets.X, [](const Eigen::Vector3d& x) { return x.head<2>().norm() < 0.1; });
+        return world.state(1).x.col(2).mean() - world.state(0).x(middle, 2).mean();
+    };
+    EXPECT_GT(fly(true), 0);
+    EXPECT_LT(fly(false), 0);  // the same scene goes wrong without the barrier
+}
+
+TEST(IntersectionFree, CollidingBodiesConserveMomentum) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    Material undamped = box.body.material;
+    undamped.rayleigh_mass = 0;
+    const auto elastic = std::make_shared<const ElasticBody>(box.body.tets, undamped);
+    WorldConfig config = intersection_free();
+    config.step.newton_tolerance = 1e-5;
+    World world(config);
+    WorldBody left = box.at({0, 0, 0}, turned(0.2), {1.2, 0.1, 0});
+    WorldBody right = box.at({0.75, 0.1, 0.05}, turned(-0.5), {-0.8, 0, 0.1});
+    left.elastic = right.elastic = elastic;
+    world.add_body(left);
+    world.add_body(right);
+    const auto momentum = [&] {
+        return Eigen::Vector3d(linear_momentum(*elastic, world.state(0).v) +
+                               linear_momentum(*elastic, world.state(1).v));
+    };
+    const Eigen::Vector3d before = momentum();
+    const double speed_before = linear_momentum(*elastic, world.state(0).v).x();
+    int touched = 0;
+    for (int i = 0; i < 60; ++i) {
+        const WorldReport report = world.step(5e-3);
+        ASSERT_TRUE(is_balanced(report)) << report.failure << report.rejection;
+        touched += report.contacts > 0;
+        const Eigen::Vector3d sum =
+            world.contact_forces(0).colwise().sum() + world.contact_forces(1).colwise().sum();
+        EXPECT_LT(sum.norm(), 1e-9 * (1 + world.contact_forces(0).norm()));
+    }
+    ASSERT_GT(touched, 3);
+    EXPECT_LT(linear_momentum(*elastic, world.state(0).v).x(), 0.5 * speed_before);
+    EXPECT_LT((momentum() - before).norm(), 1e-3 * speed_before);
+}
+
+TEST(IntersectionFree, ABlockRestsAndSlidesOnlyOnSteepSlopes) {
+    const Model box({0.4, 0.4, 0.2}, {2, 2, 1}, 1e6);
+    const double slope = 0.35, g = 9.81;  // tan 0.35 = 0.365
+    const auto travelled = [&](double friction) {
+        World world(intersection_free({g * std::sin(slope), 0, -g * std::cos(slope)}));
+        world.add_obstacle(floor_at(0, friction));
+        world.add_body(box.at({0, 0, 0.1004}));
+        const double start = world.state(0).x.col(0).mean();
+        for (int i = 0; i < 100; ++i) {
+            const WorldReport report = world.step(5e-3);
+            EXPECT_TRUE(is_balanced(report)) << report.failure << report.rejection;
+        }
+        EXPECT_GT(world.state(0).x.col(2).minCoeff(), 0);
+        return world.state(0).x.col(0).mean() - start;
+    };
+    EXPECT_LT(travelled(0.5), 2e-3);
+    const double slid = travelled(0.2), expected = 0.5 * g * (std::sin(slope) - 0.2 * std::cos(slope)) * 0.25;
+    EXPECT_NEAR(slid, expected, 0.05 * expected);
+}
+
+/// A strip whose ends are brought together by grips: only contact with itself can keep them apart.
+TEST(IntersectionFree, ABodyMeetsItself) {
+    const Model strip({1, 0.2, 0.04}, {16, 2, 1}, 2e5);
+    WorldConfig config = intersection_free();
+    config.contact.thickness = 0.02;
+    World world(config);
+    WorldBody body = strip.at({0, 0, 0});
+    for (const double side : {-1.0, 1.0}) {
+        Grip grip{.nodes = test::nodes_where(body.state.x,
+                                             [&](const Eigen::Vector3d& x) { return side * x.x() > 0.46; })};
+        grip.centre = {0.06 * side, 0, 0};
+        grip.rotation = {0, -1.65 * side, 0};
+        grip.duration = 0.25;
+        body.grips.push_back(grip);
+    }
+    world.add_body(body);
+    int touched = 0;
+    for (int i = 0; i < 60; ++i) {
+        const WorldReport report = world.step(5e-3);
+        ASSERT_EQ(report.failure, "") << i;
+        touched += report.contacts > 0;
+    }
+    EXPECT_GT(touched, 2);
+}
+
+TEST(IntersectionFree, RefusesAStartThatIntersects) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    World world(intersection_free());
+    world.add_body(box.at({0, 0, 0}));
+    world.add_body(box.at({0.5, 0.1, 0.05}));
+    const std::string text = test::refusal([&] { world.step(5e-3); });
+    EXPECT_NE(text.find("the start must have none, but "), std::string::npos) << text;
+    EXPECT_NE(text.find(" face pairs intersect: face "), std::string::npos) << text;
+    EXPECT_EQ(world.time(), 0);
+}
+
+TEST(IntersectionFree, FailsWhereGripsForceAnIntersection) {
+    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
+    World world(intersection_free());
+    WorldBody still = box.at({0, 0, 0}), pushed = box.at({0.41, 0, 0});
+    std::vector<int> all;
+    for (int i = 0; i < static_cast<int>(still.state.x.rows()); ++i) all.push_back(i);
+    still.grips.push_back({.nodes = all});
+    pushed.grips.push_back({.nodes = all, .translation = {-0.2, 0, 0}, .duration = 0.02});
+    world.add_body(still);
+    world.add_body(pushed);
+    WorldReport report;
+    for (int i = 0; i < 10 && report.failure.empty(); ++i) report = world.step(5e-3);
+    EXPECT_NE(report.failure.find("of their way without an intersection"), std::string::npos)
+        << report.failure;
+    EXPECT_TRUE(world.intersecting(0, 1).empty());
+}
+
+TEST(IntersectionFree, StepsAreTheSameOnAnyNumberOfThreadsAndFromASnapshot) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    const auto fill = [&](World& world) {
+        world.add_obstacle(floor_at(-0.2));
+        world.add_body(box.at({0, 0, 0}, turned(0.2), {1.2, 0.1, 0}));
+        world.add_body(box.at({0.72, 0.1, 0.05}, turned(-0.5), {-1.8, 0, 0.1}));
+    };
+    const auto run = [&](bool cut) {
+        auto world = std::make_unique<World>(intersection_free({0, 0, -9.81}));
+        fill(*world);
+        int contacts = 0;
+        for (int i = 0; i < 24; ++i) {
+            if (cut && i == 14) {
+                const WorldSnapshot snapshot = world->snapshot();
+                world = std::make_unique<World>(intersection_free({0, 0, -9.81}));
+                fill(*world);
+                world->restore(snapshot);
+            }
+            contacts += world->step(5e-3).contacts;
+        }
+        EXPECT_GT(contacts, 10);
+        return world->state(1);
+    };
+    const BodyState one = test::on_threads(1, [&] { return run(false); });
+    for (const BodyState& other :
+         {test::on_threads(4, [&] { return run(false); }), test::on_threads(1, [&] { return run(true); })}) {
+        EXPECT_TRUE(one.x == other.x);
+        EXPECT_TRUE(one.v == other.v);
+    }
+}
+
+TEST(IntersectionFree, NeedsBackwardEuler) {
+    WorldConfig config = intersection_free();
+    config.step.integrator = TimeIntegrator::bdf2;
+    EXPECT_NE(test::refusal([&] { World world(config); }).find("backward_euler"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace nbd

@@ -1,0 +1,78 @@
+// Steps that were kept although something went wrong say so.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "sim/world/world.hpp"
+#include "tests/sim/world/box_model.hpp"
+
+namespace nbd {
+namespace {
+
+using test::floor_at;
+using test::Model;
+
+/// Reports of a box that falls on a floor.
+std::vector<WorldReport> drop(const WorldConfig& config, double speed) {
+    const Model box({0.4, 0.4, 0.4}, {3, 3, 3});
+    World world(config);
+    world.add_obstacle(floor_at(0, 0.5));
+    WorldBody body = box.at({0, 0, 0.25});
+    body.state.v.col(2).setConstant(-speed);
+    world.add_body(std::move(body));
+    std::vector<WorldReport> reports;
+    for (int i = 0; i < 30; ++i) reports.push_back(world.step(5e-3));
+    return reports;
+}
+
+TEST(StepTrouble, AnOrdinaryImpactHasNone) {
+    for (const WorldReport& report : drop({}, 2)) {
+        EXPECT_EQ(report.trouble, StepTrouble::none) << report.trouble_reason;
+        EXPECT_EQ(report.trouble_reason, "");
+    }
+}
+
+TEST(StepTrouble, AnIterationThatCannotReachItsToleranceIsTold) {
+    WorldConfig config;
+    config.step.newton_iterations = 10;
+    config.step.newton_tolerance = 1e-12;
+    int told = 0;
+    for (const WorldReport& report : drop(config, 2)) {
+        EXPECT_EQ(report.failure, "");
+        told += report.trouble == StepTrouble::newton;
+        EXPECT_EQ(report.trouble == StepTrouble::none, report.trouble_reason.empty());
+        if (report.trouble == StepTrouble::newton) {
+            EXPECT_NE(report.trouble_reason.find("Newton's iteration ends"), std::string::npos);
+            EXPECT_EQ(report.substeps, config.step.max_substeps);
+        }
+    }
+    EXPECT_GT(told, 10);
+}
+
+TEST(StepTrouble, AnApproachTooFastForTheShortestPartIsTold) {
+    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
+    WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
+    config.step.max_substeps = 1;
+    World world(config);
+    world.add_body(box.at({0, 0, 0}, Eigen::Matrix3d::Identity(), {20, 0, 0}));
+    world.add_body(box.at({0.45, 0, 0}, Eigen::Matrix3d::Identity(), {-20, 0, 0}));
+    const WorldReport report = world.step(5e-3);
+    EXPECT_EQ(report.trouble, StepTrouble::approach);
+    EXPECT_NE(report.trouble_reason.find("may approach each other"), std::string::npos);
+}
+
+TEST(StepTrouble, PassesThatDoNotSettleContactsAreTold) {
+    WorldConfig config;
+    config.contact.iterations = 1;
+    int told = 0;
+    for (const WorldReport& report : drop(config, 2)) told += report.trouble == StepTrouble::contact_passes;
+    EXPECT_GT(told, 0);
+}
+
+TEST(StepTrouble, NamesAreUnique) {
+    EXPECT_STREQ(name(StepTrouble::none), "");
+    EXPECT_STREQ(name(StepTrouble::contact_passes), "contact_passes");
+}
+
+}  // namespace
+}  // namespace nbd
