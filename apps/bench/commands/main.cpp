@@ -15,6 +15,8 @@ int main(int argc, char** argv) {
         nbd::add_bench_kernels(app, out);
         nbd::add_bench_networks(app, out);
         nbd::add_bench_strengths(app, out);
+        nbd::add_bench_contact(app, out);
+        nbd::add_bench_impacts(app, out);
     };
     return nbd::run_program({.name = "nbdtree-bench",
                              .description = "Measures nbdtree beside other methods and libraries.",

@@ -1,0 +1,94 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <vector>
+
+#include "apps/bench/commands/bench_commands.hpp"
+#include "apps/bench/continuous/impact_checks.hpp"
+#include "apps/bench/measure/machine.hpp"
+#include "apps/cli/interrupt.hpp"
+#include "apps/cli/option_checks.hpp"
+#include "apps/cli/output_paths.hpp"
+#include "meshing/h5/atomic_file.hpp"
+
+namespace nbd {
+namespace {
+
+struct ImpactsArguments {
+    std::string folder, csv;
+    long random = 1000000;
+    int samples = 200;
+    std::uint64_t seed = 1;
+};
+
+void run(const ImpactsArguments& arguments, Output& out) {
+    if (!arguments.csv.empty()) check_output(arguments.csv, {});
+    std::vector<ImpactScore> scores;
+    if (!arguments.folder.empty())
+        for (const ImpactQueries& queries : read_impact_queries(arguments.folder))
+            scores.push_back(score(queries));
+    ImpactScore all;
+    for (const ImpactScore& s : scores) {
+        all.queries += s.queries;
+        all.collisions += s.collisions;
+        all.missed += s.missed;
+        all.false_alarms += s.false_alarms;
+        all.ns += s.ns * static_cast<double>(s.queries);
+    }
+    if (all.queries > 0)
+        out.text(fmt::format("{}{} queries, {} collide: {} missed, {} false alarms, {:.0f} ns a query",
+                             to_csv(scores), all.queries, all.collisions, all.missed, all.false_alarms,
+                             all.ns / static_cast<double>(all.queries)));
+    const RandomImpacts random =
+        check_random_impacts(arguments.random, arguments.samples, arguments.seed, [&](long done) {
+            out.progress("random motion", static_cast<double>(done), static_cast<double>(arguments.random),
+                         "queries");
+            if (interrupted()) throw Interrupted("no file was written");
+        });
+    out.text(
+        fmt::format("random motion: {} queries, {} come too near in {} samples: {} missed, {} late; {} "
+                    "reported, {:.2g} of the step before the sample",
+                    random.queries, random.collisions, arguments.samples, random.missed, random.late,
+                    random.reported, random.early));
+    if (!arguments.csv.empty() && !scores.empty()) {
+        h5::AtomicFile file(arguments.csv);
+        file.out() << "# " << this_machine() << '\n' << to_csv(scores);
+        file.commit();
+    }
+    out.result({{"queries", all.queries},
+                {"missed", all.missed},
+                {"false_alarms", all.false_alarms},
+                {"random_queries", random.queries},
+                {"random_collisions", random.collisions},
+                {"random_missed", random.missed},
+                {"random_late", random.late}});
+    if (all.missed + random.missed + random.late > 0) throw std::runtime_error("collisions were missed");
+}
+
+}  // namespace
+
+void add_bench_impacts(CLI::App& app, Output& out) {
+    auto arguments = std::make_shared<ImpactsArguments>();
+    CLI::App* command = app.add_subcommand(
+        "impacts", "Continuous collision detection against exact answers and against sampling in time");
+    command
+        ->add_option(
+            "FOLDER", arguments->folder,
+            "Queries with exact answers, SCENE/{edge-edge,vertex-face}/*.csv; none: random ones only")
+        ->check(CLI::ExistingDirectory);
+    command->add_option("--random", arguments->random, "Number of random motions")
+        ->check(CLI::Range(0L, 1000000000L))
+        ->capture_default_str();
+    command->add_option("--samples", arguments->samples, "Distances over each random motion")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    command->add_option("--seed", arguments->seed, "Seed of the random motions")
+        ->check(seed_check())
+        ->capture_default_str();
+    command->add_option("-o,--output", arguments->csv,
+                        "File for the table of the queries with exact answers (CSV)");
+    command->footer("Exit status 1 if a collision is missed.");
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+}  // namespace nbd

@@ -1,0 +1,134 @@
+#include "apps/bench/contact/contact_runs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "apps/bench/contact/momentum_balance.hpp"
+#include "apps/bench/measure/machine.hpp"
+#include "apps/cli/interrupt.hpp"
+#include "apps/simulate/film.hpp"
+#include "apps/simulate/scene_files.hpp"
+#include "collision/base/counter_random.hpp"
+#include "collision/base/stopwatch.hpp"
+#include "meshing/h5/atomic_file.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int stills = 6;
+
+void jitter(SceneSpec& spec, int seed, double by) {
+    for (std::size_t b = 0; b < spec.bodies.size(); ++b)
+        for (int k = 0; k < 3; ++k)
+            spec.bodies[b].velocity[k] +=
+                by *
+                (2 * counter_uniform(static_cast<std::uint64_t>(seed), b, static_cast<std::uint64_t>(k)) - 1);
+}
+
+std::vector<TriMesh> surfaces_of(const World& world) {
+    std::vector<TriMesh> surfaces;
+    for (int b = 0; b < world.body_count(); ++b)
+        surfaces.push_back({embedded(world.surface(b).W(), world.state(b).x), world.surface(b).F()});
+    return surfaces;
+}
+
+/// Adds a step that was measured from outside. world: after the step.
+void add_step(ContactRun& run, World& world, const WorldReport& report, double ms) {
+    ++run.steps;
+    const auto found = static_cast<int>(world.intersecting_faces().size());
+    run.intersecting += found;
+    run.worst = std::max(run.worst, found);
+    run.least_distance = std::min(run.least_distance, report.least_distance);
+    run.cut += report.substeps > 1;
+    run.troubled += report.trouble != StepTrouble::none;
+    run.inverted = std::max(run.inverted, report.inverted_elements);
+    run.linearisations += report.newton_iterations;
+    run.contacts += report.contacts;
+    run.face_pairs += static_cast<double>(report.face_pairs);
+    run.ms += ms;
+    run.search_ms += (report.update_us + report.collision_us) / 1e3;
+    run.detect_ms += report.detect_us / 1e3;
+    run.assemble_ms += report.assemble_us / 1e3;
+    run.solve_ms += report.solve_us / 1e3;
+}
+
+ContactRun run_once(const SceneSpec& spec, std::span<const LoadedBody> bodies, ContactRun run,
+                    const ContactRunConfig& config, Output& out) {
+    World world = build_world(spec, bodies);
+    run.bodies = world.body_count();
+    for (int b = 0; b < world.body_count(); ++b) run.faces += static_cast<int>(world.surface(b).F().rows());
+    run.planned = spec.time.frames * spec.time.steps_per_frame;
+    run.least_distance = std::numeric_limits<double>::infinity();
+    MomentumBalance momentum(spec, world);
+    Film film(spec, stills);
+    const bool filmed = !config.pictures.empty() && run.seed == 0;
+    if (filmed) film.add_frame(0, surfaces_of(world));
+    const std::string title = fmt::format("{}, {}, seed {}", run.scene, run.mode, run.seed);
+    while (run.steps < run.planned && run.failure.empty()) {
+        if (interrupted()) throw Interrupted("no file was written");
+        if (run.ms * 1e-3 > config.seconds) {
+            run.failure = fmt::format("stopped after {:.0f} s", config.seconds);
+            break;
+        }
+        const Stopwatch watch;
+        const WorldReport report = world.step(spec.time.dt);
+        run.failure = report.failure;
+        if (!run.failure.empty()) break;
+        add_step(run, world, report, watch.microseconds() / 1e3);
+        momentum.add_step(world, spec.time.dt);
+        const int frame = run.steps / spec.time.steps_per_frame;
+        if (filmed && run.steps % spec.time.steps_per_frame == 0 && film.wants(frame))
+            film.add_frame(world.time(), surfaces_of(world));
+        out.progress(title, run.steps, run.planned);
+    }
+    if (filmed) film.write(config.pictures / fmt::format("{}_{}.png", run.scene, run.mode));
+    run.momentum_error = momentum.applies() ? momentum.error() : std::numeric_limits<double>::quiet_NaN();
+    const double steps = std::max(run.steps, 1);
+    for (double* sum : {&run.linearisations, &run.contacts, &run.face_pairs, &run.ms, &run.search_ms,
+                        &run.detect_ms, &run.assemble_ms, &run.solve_ms})
+        *sum /= steps;
+    return run;
+}
+
+}  // namespace
+
+std::vector<ContactRun> run_contact_scene(const std::filesystem::path& scene, const ContactRunConfig& config,
+                                          Output& out) {
+    const SceneSpec spec = load_scene(scene);
+    SceneFiles files;
+    std::vector<LoadedBody> bodies;
+    for (const SceneBody& body : spec.bodies) bodies.push_back(files.load(body, out));
+    make_trees(spec, bodies);
+    std::vector<ContactRun> runs;
+    for (const bool free : {false, true})
+        for (int seed = 0; seed < config.seeds; ++seed) {
+            SceneSpec jittered = spec;
+            jittered.contact.intersection_free = free;
+            if (seed > 0) jitter(jittered, seed, config.jitter);
+            ContactRun run{.scene = scene.stem().string(), .mode = free ? "free" : "default", .seed = seed};
+            runs.push_back(run_once(jittered, bodies, std::move(run), config, out));
+        }
+    return runs;
+}
+
+void write_contact_table(const std::filesystem::path& path, std::span<const ContactRun> runs) {
+    h5::AtomicFile file(path);
+    file.out() << "# " << this_machine() << '\n'
+               << "scene,mode,seed,bodies,faces,steps,planned,intersecting,worst,least_distance,cut,troubled,"
+                  "inverted,momentum_error,linearisations,contacts,face_pairs,ms,search_ms,detect_ms,"
+                  "assemble_ms,solve_ms,failure\n";
+    for (const ContactRun& r : runs)
+        file.out() << fmt::format(
+            "{},{},{},{},{},{},{},{},{},{:.3g},{},{},{},{:.2g},{:.1f},{:.0f},{:.0f},{:.1f},{:.2f},{:.2f},{:."
+            "2f},"
+            "{:.2f},\"{}\"\n",
+            r.scene, r.mode, r.seed, r.bodies, r.faces, r.steps, r.planned, r.intersecting, r.worst,
+            r.least_distance, r.cut, r.troubled, r.inverted, r.momentum_error, r.linearisations, r.contacts,
+            r.face_pairs, r.ms, r.search_ms, r.detect_ms, r.assemble_ms, r.solve_ms, r.failure);
+    file.commit();
+}
+
+}  // namespace nbd

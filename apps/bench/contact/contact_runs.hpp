@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/cli/output.hpp"
+#include "sim/scene/scene.hpp"
+
+namespace nbd {
+
+struct ContactRunConfig {
+    int seeds = 1;         // runs of each scene and mode; all but the first start with jittered velocities
+    double jitter = 0.05;  // largest change of a body's velocity along each axis, m/s
+    double seconds = 600;  // a run is stopped after so long
+    std::filesystem::path pictures{};  // folder for SCENE_MODE.png of the first seed; empty: none
+};
+
+/// A run of one scene in one mode. Counts are sums over its steps, times are means.
+struct ContactRun {
+    std::string scene, mode;  // mode: "default" or "free" of intersections
+    int seed = 0, bodies = 0, faces = 0;
+    int steps = 0, planned = 0;  // taken, and of the scene
+    long intersecting = 0;  // pairs of faces at the ends of steps, obstacles and bodies themselves included
+    int worst = 0;          // of these, in one step
+    double least_distance = 0;  // of near features at the ends of steps, metres; infinite: nothing was near
+    int cut = 0, troubled = 0;  // steps
+    int inverted = 0;           // tetrahedra, most in a step
+    double momentum_error = 0;  // see MomentumBalance; NaN: it does not apply
+    double linearisations = 0;  // a step
+    double contacts = 0;
+    double ms = 0, search_ms = 0, detect_ms = 0, assemble_ms = 0, solve_ms = 0;  // a step
+    double face_pairs = 0;                                                       // looked at in a step
+    std::string failure{};  // empty: all steps were taken
+};
+
+/// Runs a scene in default mode and free of intersections. name: of the scene, for the table.
+std::vector<ContactRun> run_contact_scene(const std::filesystem::path& scene, const ContactRunConfig& config,
+                                          Output& out);
+
+/// Writes CSV, one line per run, with a comment that names the machine. Atomic.
+void write_contact_table(const std::filesystem::path& path, std::span<const ContactRun> runs);
+
+}  // namespace nbd

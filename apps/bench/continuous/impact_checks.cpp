@@ -1,0 +1,88 @@
+#include "apps/bench/continuous/impact_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "apps/bench/measure/median.hpp"
+#include "collision/base/counter_random.hpp"
+#include "collision/base/stopwatch.hpp"
+#include "collision/geometry/closest_points.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int repetitions = 5;
+
+const char* name(ImpactKind kind) { return kind == ImpactKind::vertex_face ? "vertex-face" : "edge-edge"; }
+
+double distance_at(ImpactKind kind, const ImpactCorners& x, double time) {
+    std::array<Eigen::Vector3d, 4> y;
+    for (std::size_t k = 0; k < 4; ++k) y[k] = (1 - time) * x[k].begin + time * x[k].end;
+    return kind == ImpactKind::vertex_face ? closest_point_triangle(y[0], y[1], y[2], y[3]).distance
+                                           : closest_edge_edge(y[0], y[1], y[2], y[3]).distance;
+}
+
+}  // namespace
+
+ImpactScore score(const ImpactQueries& queries) {
+    ImpactScore result{
+        .scene = queries.scene, .kind = queries.kind, .queries = static_cast<long>(queries.queries.size())};
+    std::vector<Impact> impacts(queries.queries.size());
+    std::vector<double> times;
+    for (int r = 0; r < repetitions; ++r) {
+        const Stopwatch watch;
+        for (std::size_t i = 0; i < impacts.size(); ++i)
+            impacts[i] = find_impact(queries.kind, queries.queries[i], {});
+        times.push_back(1e3 * watch.microseconds() / static_cast<double>(impacts.size()));
+    }
+    result.ns = median(times);
+    for (std::size_t i = 0; i < impacts.size(); ++i) {
+        const bool truth = queries.collides[i] != 0, hits = impacts[i].hits;
+        result.collisions += truth;
+        result.missed += truth && !hits;
+        result.false_alarms += hits && !truth;
+        result.iterations += impacts[i].iterations / static_cast<double>(impacts.size());
+    }
+    return result;
+}
+
+RandomImpacts check_random_impacts(long count, int samples, std::uint64_t seed,
+                                   const std::function<void(long)>& done) {
+    constexpr long often = 10000;
+    RandomImpacts result{.queries = count};
+    for (long q = 0; q < count; ++q) {
+        if (q % often == 0) done(q);
+        CounterRandom random(seed, static_cast<std::uint64_t>(q));
+        const auto point = [&] {
+            return Eigen::Vector3d(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1));
+        };
+        ImpactCorners x;
+        for (MovingPoint& corner : x) corner = {point(), point()};
+        const auto kind = q % 2 == 0 ? ImpactKind::vertex_face : ImpactKind::edge_edge;
+        const double separation = random.uniform(1e-4, 0.02);
+        const Impact impact = find_impact(kind, x, {.separation = separation, .tolerance = 1e-6});
+        result.reported += impact.hits;
+        for (int s = 0; s <= samples; ++s) {
+            const double time = static_cast<double>(s) / samples;
+            if (!(distance_at(kind, x, time) < separation)) continue;
+            ++result.collisions;
+            result.missed += !impact.hits;
+            result.late += impact.hits && impact.time > time;
+            result.early += time - impact.time;
+            break;
+        }
+    }
+    if (result.collisions > 0) result.early /= static_cast<double>(result.collisions);
+    return result;
+}
+
+std::string to_csv(std::span<const ImpactScore> scores) {
+    std::string text = "scene,kind,queries,collisions,missed,false_alarms,ns,iterations\n";
+    for (const ImpactScore& s : scores)
+        text += fmt::format("{},{},{},{},{},{},{:.0f},{:.2f}\n", s.scene, name(s.kind), s.queries,
+                            s.collisions, s.missed, s.false_alarms, s.ns, s.iterations);
+    return text;
+}
+
+}  // namespace nbd

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+
+#include "apps/bench/continuous/impact_queries.hpp"
+
+namespace nbd {
+
+/// Answers to queries with known ones.
+struct ImpactScore {
+    std::string scene;
+    ImpactKind kind = ImpactKind::vertex_face;
+    long queries = 0, collisions = 0;   // in truth
+    long missed = 0, false_alarms = 0;  // wrong answers
+    double ns = 0;                      // median time of a query over repetitions
+    double iterations = 0;              // closest points a query, mean
+};
+
+ImpactScore score(const ImpactQueries& queries);
+
+/// Random motion: corners begin and end anywhere in a unit cube, and collide within a random distance.
+struct RandomImpacts {
+    long queries = 0, collisions = 0;  // found by sampling: certain
+    long missed = 0, late = 0;         // no hit, or a time after the first sample that is too near
+    long reported = 0;                 // hits
+    double early = 0;                  // mean time by which hits are reported before that sample
+};
+
+/// Compares `count` queries with `samples` distances over the motion. done: called now and then with the
+/// number of queries so far; may throw.
+RandomImpacts check_random_impacts(long count, int samples, std::uint64_t seed,
+                                   const std::function<void(long)>& done);
+
+std::string to_csv(std::span<const ImpactScore> scores);
+
+}  // namespace nbd
