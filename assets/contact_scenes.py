@@ -171,7 +171,7 @@ def scenes(folder, models):
         curl = []
         for p in arm_tips(points):
             r = math.hypot(p[0], p[2])
-            target = [0.06 * p[0] / r, low - 0.15, 0.06 * p[2] / r]
+            target = [0.1 * p[0] / r, low - 0.15, 0.1 * p[2] / r]
             curl.append(grip(p, 0.035, translate=[t - x for t, x in zip(target, p)], duration=0.4))
         result["octopus_curls"] = scene([{"surface": name, "name": "octopus", "grips": curl}], dt=1e-2, steps=50)
         high = max(p[1] for p in points)

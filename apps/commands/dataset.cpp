@@ -128,11 +128,11 @@ void report(const DatasetArguments& arguments, const ShardFolder& folder, int no
     for (const auto& [name, kind] : variety.kinds) failed += kind.failed;
     out.text(fmt::format("{}: {} in {}, {} of {}, {} failed", arguments.output,
                          counted_trajectories(folder.trajectories()), counted(folder.shards(), "file"),
-                         counted(variety.frames, "frame"), counted(nodes, "node"), failed));
+                         counted(variety.all.frames, "frame"), counted(nodes, "node"), failed));
     out.text(to_text(variety));
     out.result({{"trajectories", folder.trajectories()},
                 {"shards", folder.shards()},
-                {"frames", variety.frames},
+                {"frames", variety.all.frames},
                 {"nodes", nodes},
                 {"failed", failed},
                 {"variety", nlohmann::ordered_json::parse(manifest.variety)}});
@@ -228,6 +228,8 @@ void add_dataset(CLI::App& app, Output& out) {
     command->add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps per frame")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
+    command->add_flag("--intersection-free", excitation.intersection_free,
+                      "Keep all surfaces apart, the body's own too, so that no pose intersects; costs more");
     command
         ->add_option(
             "--solver", arguments->solver,

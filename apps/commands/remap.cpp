@@ -32,7 +32,7 @@ void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& t
         for (int i = 0; i < count; ++i)
             to.add_frame(handle, times[static_cast<std::size_t>(begin + i)], x.middleRows(nodes * i, nodes));
     }
-    to.end_trajectory(handle, info.failure, from.contacts(trajectory));
+    to.end_trajectory(handle, info.failure, from.facts(trajectory));
 }
 
 void run(const RemapArguments& arguments, Output& out) {

@@ -124,6 +124,8 @@ void run(const TrainArguments& arguments, Output& out) {
                          counted_trajectories(facts.split.train_trajectories.size()), seconds,
                          facts.split.calibration_trajectories.size(),
                          facts.split.held_out_trajectories.size()));
+    if (const int left_out = troubled_frames(recording); left_out > 0 && !facts.split.troubled_frames)
+        out.text(fmt::format("left out: {} of steps that went wrong", counted(left_out, "frame")));
     for (const auto& [kind, calibration] : file.tree.calibrations)
         out.text(describe(kind, calibration, {file.tree, kind}));
     nlohmann::ordered_json result = {{"nodes", nodes},
@@ -225,6 +227,8 @@ void add_train(CLI::App& app, Output& out) {
                      "Share of the training trajectories' frames to keep for evaluation")
         ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
+    command->add_flag("--troubled-frames", config.troubled_frames,
+                      "Also use frames of steps that went wrong, which are left out otherwise");
     command
         ->add_option("--anchors", config.certified.anchors,
                      "Maximum vertices per node that certified bounds read")

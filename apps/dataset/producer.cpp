@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "apps/dataset/self_intersections.hpp"
 #include "apps/dataset/shard.hpp"
 #include "apps/dataset/variety.hpp"
 #include "training/files/dataset_manifest.hpp"
@@ -77,6 +78,7 @@ Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, Produ
       body_hash_(body_hash(body)),
       body_(std::move(body)),
       excitation_(body_, plan.excitation),
+      tree_(shared_exact_tree(body_.surface.X.cast<float>(), body_.surface.F)),
       folder_(std::move(folder)),
       claims_(folder_.claims()),
       hooks_(std::move(hooks)) {}
@@ -132,18 +134,21 @@ void Producer::simulate(int index) {
                                   .failure = {},
                                   .frames = 0};
         const int handle = writer.begin_trajectory(info, nodes);
-        std::vector<std::int32_t> contacts;
+        FrameFacts facts;
+        SelfIntersections self(tree_);
         const auto on_frame = [&](const ExcitedFrame& frame) {
             hooks_.stop_if_asked();
             writer.add_frame(handle, frame.time, frame.x.cast<float>());
-            contacts.push_back(frame.contacts);
+            facts.contacts.push_back(frame.contacts);
+            facts.troubled.push_back(frame.troubled);
+            facts.self_intersections.push_back(self.count(body_.W, frame.x));
         };
         const std::string failure = excitation_.run(index, on_frame, steps).failure;
         if (!failure.empty() && attempt < plan_.attempts) {
             failed.push_back({{"steps_per_frame", steps}, {"failure", failure}});
             continue;
         }
-        writer.end_trajectory(handle, failure, contacts);
+        writer.end_trajectory(handle, failure, facts);
         writer.finish();
         if (!failure.empty()) warn(fmt::format("trajectory {} failed and is left out: {}", index, failure));
         return;

@@ -54,6 +54,7 @@ class Producer {
     std::string plan_text_, key_, body_hash_;
     Body body_;
     Excitation excitation_;
+    std::shared_ptr<const CollisionTree> tree_;  // of the surface
     ShardFolder folder_;
     Claims claims_;
     ProducerHooks hooks_;

@@ -32,7 +32,7 @@ void copy_trajectory(const RecordingReader& from, RecordingWriter& to) {
             to.add_frame(handle, times[static_cast<std::size_t>(begin + i)],
                          x.middleRows(Eigen::Index{i} * nodes, nodes));
     }
-    to.end_trajectory(handle, info.failure, from.contacts(0));
+    to.end_trajectory(handle, info.failure, from.facts(0));
 }
 
 }  // namespace

@@ -110,9 +110,14 @@ void VarietyMeter::add(const RecordingReader& recording) {
             ++kind.failed;
             continue;
         }
-        const std::vector<std::int32_t> contacts = recording.contacts(i);
+        const auto positive = [](const std::vector<std::int32_t>& counts) {
+            return std::ranges::count_if(counts, [](int count) { return count > 0; });
+        };
+        const FrameFacts& facts = recording.facts(i);
         kind.frames += info.frames;
-        kind.frames_in_contact += std::ranges::count_if(contacts, [](int count) { return count > 0; });
+        kind.frames_in_contact += positive(facts.contacts);
+        kind.frames_troubled += positive(facts.troubled);
+        kind.frames_self_intersecting += positive(facts.self_intersections);
 
         std::vector<int> chosen;
         for (int frame = 0; frame < info.frames; ++frame)
@@ -133,12 +138,19 @@ void VarietyMeter::add(const RecordingReader& recording) {
     }
 }
 
+KindVariety& KindVariety::operator+=(const KindVariety& other) {
+    trajectories += other.trajectories;
+    failed += other.failed;
+    frames += other.frames;
+    frames_in_contact += other.frames_in_contact;
+    frames_troubled += other.frames_troubled;
+    frames_self_intersecting += other.frames_self_intersecting;
+    return *this;
+}
+
 Variety VarietyMeter::report() const {
     Variety variety = counts_;
-    for (const auto& [name, kind] : variety.kinds) {
-        variety.frames += kind.frames;
-        variety.frames_in_contact += kind.frames_in_contact;
-    }
+    for (const auto& [name, kind] : variety.kinds) variety.all += kind;
     if (variety.sampled == 0) return variety;
     std::int64_t total = 0;
     for (const std::int64_t count : histogram_) total += count;

@@ -14,14 +14,17 @@ namespace nbd {
 /// Counts of one kind of trajectories.
 struct KindVariety {
     int trajectories = 0, failed = 0;
-    long frames = 0, frames_in_contact = 0;  // of the complete trajectories
+    // Of the complete trajectories:
+    long frames = 0, frames_in_contact = 0, frames_troubled = 0, frames_self_intersecting = 0;
+
+    KindVariety& operator+=(const KindVariety& other);
 };
 
 /// Measures of how much the poses of a dataset differ. Failed trajectories count only in `kinds`.
 struct Variety {
     std::map<std::string, KindVariety> kinds;  // by the recipes' names
-    long frames = 0, frames_in_contact = 0;
-    int sampled = 0;  // frames, evenly spread, on which the rest is measured
+    KindVariety all{};                         // their sums
+    int sampled = 0;                           // frames, evenly spread, on which the rest is measured
 
     /// Principal stretches of all elements: quantiles of variety_quantiles, 1 is undeformed.
     std::vector<double> stretch;

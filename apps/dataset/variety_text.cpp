@@ -9,6 +9,25 @@
 namespace nbd {
 namespace {
 
+/// The counts of frames of a kind, and their keys.
+struct FrameCount {
+    const char* key;
+    long KindVariety::*count;
+};
+constexpr FrameCount frame_counts[]{{"frames", &KindVariety::frames},
+                                    {"frames_in_contact", &KindVariety::frames_in_contact},
+                                    {"frames_troubled", &KindVariety::frames_troubled},
+                                    {"frames_self_intersecting", &KindVariety::frames_self_intersecting}};
+
+void write_frames(nlohmann::ordered_json& json, const KindVariety& kind) {
+    for (const FrameCount& f : frame_counts) json[f.key] = kind.*f.count;
+}
+
+/// Manifests of earlier versions have fewer counts.
+void read_frames(const nlohmann::json& json, KindVariety& kind) {
+    for (const FrameCount& f : frame_counts) kind.*f.count = json.value(f.key, 0L);
+}
+
 double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
 
 }  // namespace
@@ -16,13 +35,12 @@ double percent(double part, double whole) { return whole > 0 ? 100 * part / whol
 std::string to_json(const Variety& v) {
     nlohmann::ordered_json json;
     json["kinds"] = nlohmann::ordered_json::object();
-    for (const auto& [name, kind] : v.kinds)
-        json["kinds"][name] = {{"trajectories", kind.trajectories},
-                               {"failed", kind.failed},
-                               {"frames", kind.frames},
-                               {"frames_in_contact", kind.frames_in_contact}};
-    json["frames"] = v.frames;
-    json["frames_in_contact"] = v.frames_in_contact;
+    for (const auto& [name, kind] : v.kinds) {
+        nlohmann::ordered_json& entry = json["kinds"][name];
+        entry = {{"trajectories", kind.trajectories}, {"failed", kind.failed}};
+        write_frames(entry, kind);
+    }
+    write_frames(json, v.all);
     json["sampled_frames"] = v.sampled;
     json["stretch_quantiles"] = variety_quantiles;
     json["stretch"] = v.stretch;
@@ -39,11 +57,12 @@ std::string to_json(const Variety& v) {
 Variety variety_from_json(const std::string& text) try {
     const nlohmann::json json = nlohmann::json::parse(text);
     Variety v;
-    for (const auto& [name, kind] : json.at("kinds").items())
-        v.kinds[name] = {kind.at("trajectories"), kind.at("failed"), kind.at("frames"),
-                         kind.at("frames_in_contact")};
-    json.at("frames").get_to(v.frames);
-    json.at("frames_in_contact").get_to(v.frames_in_contact);
+    for (const auto& [name, entry] : json.at("kinds").items()) {
+        KindVariety& kind = v.kinds[name];
+        kind = {.trajectories = entry.at("trajectories"), .failed = entry.at("failed")};
+        read_frames(entry, kind);
+        v.all += kind;
+    }
     json.at("sampled_frames").get_to(v.sampled);
     json.at("stretch").get_to(v.stretch);
     json.at("least_stretch").get_to(v.least_stretch);
@@ -63,14 +82,17 @@ Variety variety_from_json(const std::string& text) try {
 }
 
 std::string to_text(const Variety& v) {
-    std::string text = fmt::format("{:10}{:>13}{:>8}{:>8}{:>12}\n", "kind", "trajectories", "failed",
-                                   "frames", "in contact");
+    std::string text = fmt::format("{:10}{:>13}{:>8}{:>8}{:>12}{:>12}{:>19}\n", "kind", "trajectories",
+                                   "failed", "frames", "in contact", "troubled", "self-intersecting");
     const auto out = std::back_inserter(text);
-    for (const auto& [name, kind] : v.kinds)
-        fmt::format_to(out, "{:10}{:>13}{:>8}{:>8}{:>10.1f} %\n", name, kind.trajectories, kind.failed,
-                       kind.frames, percent(kind.frames_in_contact, kind.frames));
-    fmt::format_to(out, "frames in contact: {:.1f} % of {}\n", percent(v.frames_in_contact, v.frames),
-                   v.frames);
+    const auto row = [&](const std::string& name, const KindVariety& kind) {
+        fmt::format_to(
+            out, "{:10}{:>13}{:>8}{:>8}{:>10.1f} %{:>10.1f} %{:>17.1f} %\n", name, kind.trajectories,
+            kind.failed, kind.frames, percent(kind.frames_in_contact, kind.frames),
+            percent(kind.frames_troubled, kind.frames), percent(kind.frames_self_intersecting, kind.frames));
+    };
+    for (const auto& [name, kind] : v.kinds) row(name, kind);
+    row("all", v.all);
     if (v.stretch.empty()) return text;
     fmt::format_to(out, "principal stretches ({} frames):", v.sampled);
     for (std::size_t i = 0; i < v.stretch.size(); ++i)

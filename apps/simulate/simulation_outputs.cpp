@@ -57,6 +57,8 @@ void SimulationOutputs::add_frame(const SimulationFrame& frame) {
 void SimulationOutputs::add_to_recording(const SimulationFrame& frame) {
     for (std::size_t b = 0; b < handles_.size(); ++b)
         recording_.add_frame(handles_[b], frame.world.time, frame.world.bodies[b].x.cast<float>());
+    troubled_.push_back(static_cast<std::int32_t>(
+        std::ranges::count_if(frame.steps, [](const StepRow& step) { return spoils_pose(step.trouble); })));
 }
 
 void SimulationOutputs::add_vtu(const SimulationFrame& frame) {
@@ -91,7 +93,7 @@ void SimulationOutputs::add_surfaces(const SimulationFrame& frame) {
 }
 
 void SimulationOutputs::finish(const std::string& failure) {
-    for (const int handle : handles_) recording_.end_trajectory(handle, failure);
+    for (const int handle : handles_) recording_.end_trajectory(handle, failure, {.troubled = troubled_});
     recording_.finish();
     if (!paths_.csv.empty()) table_.write(paths_.csv);
     if (!paths_.picture.empty()) film_.write(paths_.picture);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,8 +41,9 @@ class SimulationOutputs {
     const World& world_;
     std::vector<std::string> names_;  // [bodies] stems of .obj files
     RecordingWriter recording_;
-    std::vector<int> handles_;  // [bodies]
-    std::vector<Nodes> start_;  // [bodies]
+    std::vector<int> handles_;            // [bodies]
+    std::vector<std::int32_t> troubled_;  // [frames] see FrameFacts
+    std::vector<Nodes> start_;            // [bodies]
     std::optional<VtuSeries> vtu_;
     Film film_;
     StepTable table_;

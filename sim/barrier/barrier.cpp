@@ -151,6 +151,10 @@ void Barrier::begin_step(double time, double dt) {
     }
 }
 
+bool Barrier::obstacles_move() const {
+    return std::ranges::any_of(walls_, [](const Wall& wall) { return !wall.velocity.isZero(0); });
+}
+
 void Barrier::place(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
         surfaces_[b].move(surface_positions(*bodies_[b].shape, begin[b]),

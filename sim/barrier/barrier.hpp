@@ -40,6 +40,9 @@ class Barrier {
     /// Starts a step at `time`, of length dt, seconds: the obstacles move on.
     void begin_step(double time, double dt);
 
+    /// Whether an obstacle moves in the step.
+    bool obstacles_move() const;
+
     /// Proposes a motion: of the nodes of each body, [N, 3], and of the obstacles from a share of the step,
     /// `progress`, to its end. Returns a share in [0, 1] of this motion up to which nothing collides and
     /// distances shrink to a fifth at most; 1 if all of it is free. At its begin, surfaces must be apart.

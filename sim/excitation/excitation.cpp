@@ -52,7 +52,7 @@ std::shared_ptr<const CollisionTree> make_tree(const Body& body) {
 
 World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& body,
                  const std::shared_ptr<const ElasticBody>& elastic,
-                 const std::shared_ptr<const CollisionTree>& tree, const LinearSolveConfig& linear,
+                 const std::shared_ptr<const CollisionTree>& tree, const ExcitationConfig& excitation,
                  const std::shared_ptr<RestHierarchies>& hierarchies) {
     WorldConfig config;
     config.gravity = recipe.gravity;
@@ -61,12 +61,17 @@ World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& 
     config.contact.tolerance = 1e-3;
     config.limits.inverted_share = 0.02;
     config.contact.slip_velocity = 1e-3 * scales.speed;
-    config.linear = linear;
+    config.contact.intersection_free = excitation.intersection_free;
+    config.linear = excitation.linear;
     config.hierarchies = hierarchies;
     World world(config);
     if (recipe.floor)
         world.add_obstacle(
             {.shape = PlaneShape{.point = {0, 0, *recipe.floor}, .normal = Eigen::Vector3d::UnitZ()}});
+    for (const Plate& plate : recipe.plates)
+        world.add_obstacle({.shape = PlaneShape{.point = plate.point, .normal = plate.normal},
+                            .velocity = plate.speed * plate.normal,
+                            .stop = plate.stop});
     const Nodes X = body.tets.X.rowwise() - body.tets.X.colwise().mean();
     const WorldBody any{
         .elastic = elastic, .W = body.W, .F = body.surface.F, .tree = tree, .bounds = BoundKind::automatic};
@@ -104,13 +109,13 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_p
             fmt::format("excitation: {} steps per frame, but must be > 0", steps_per_frame));
     const Recipe recipe = recipes_.draw(index);
     TrajectoryResult result{.recipe = recipe_json(recipe)};
-    World world =
-        make_world(recipe, recipes_.scales(), *body_, elastic_, tree_, config_.linear, hierarchies_);
+    World world = make_world(recipe, recipes_.scales(), *body_, elastic_, tree_, config_, hierarchies_);
     std::vector<SpreadForce> forces;
     for (const PatchForce& patch : recipe.forces) forces.push_back(spread(patch, *elastic_));
     const double dt = recipe.frame_interval / steps_per_frame;
     const int warm_up = static_cast<int>(std::ceil(recipe.first_frame / dt));
     const int steps = warm_up + (config_.frames - 1) * steps_per_frame;
+    int troubled = 0;
     for (int step = 1; step <= steps; ++step) {
         set_forces(forces, world.time() + dt / 2, world.forces(0));
         const WorldReport report = world.step(dt);
@@ -118,8 +123,9 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_p
             result.failure = report.failure;
             return result;
         }
+        troubled += spoils_pose(report.trouble);
         if (step < warm_up || (step - warm_up) % steps_per_frame != 0) continue;
-        on_frame({world.time(), world.state(0).x, report.contacts});
+        on_frame({world.time(), world.state(0).x, report.contacts, std::exchange(troubled, 0)});
         ++result.frames;
     }
     return result;

@@ -23,6 +23,7 @@ struct ExcitedFrame {
     double time;     // seconds since the start of the trajectory
     const Nodes& x;  // tet nodes [N, 3], metres
     int contacts;    // pressing contacts of all bodies in the last step
+    int troubled;    // steps since the last frame, or the start, whose trouble spoils the pose
 };
 using OnFrame = std::function<void(const ExcitedFrame&)>;
 

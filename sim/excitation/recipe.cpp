@@ -18,9 +18,12 @@ namespace {
 /// Relative thickness above which a body counts as stocky, and the minimum sturdiness.
 constexpr double stocky = 0.095, least_sturdiness = 0.02;
 
+/// Strain to which bodies are bent at most that are folded or curled.
+constexpr double most_bend_strain = 0.5;
+
 /// Kind of a trajectory, by a low-discrepancy sequence, so that any run of consecutive trajectories follows
 /// the mix.
-RecipeKind kind_of(const std::array<double, 5>& mix, std::uint64_t seed, int index) {
+RecipeKind kind_of(const std::array<double, recipe_kinds>& mix, std::uint64_t seed, int index) {
     const double turn = (std::numbers::phi - 1) * index + counter_uniform(seed, 0, 0);
     double u = turn - std::floor(turn);
     int last = 0;
@@ -75,6 +78,15 @@ class Draw {
             case RecipeKind::thrown:
                 if (random_.unit() < ranges_.floor.under_thrown) add_floor();
                 add_thrown();
+                break;
+            case RecipeKind::fold:
+                add_fold();
+                break;
+            case RecipeKind::squash:
+                add_plates();
+                break;
+            case RecipeKind::curl:
+                add_curl();
                 break;
             case RecipeKind::forces:
             case RecipeKind::free:
@@ -146,12 +158,96 @@ class Draw {
         return longest.norm() > 0 ? longest.normalized() : random_.direction();
     }
 
+    /// Holds the share of the body that lies nearest to its end along an axis. along: [N] positions of the
+    /// nodes on it; end: -1 or 1.
+    Grip hand(const Eigen::VectorXd& along, double end, double share) const {
+        Grip grip;
+        const double low = along.minCoeff(), span = along.maxCoeff() - low;
+        for (int i = 0; i < x_.rows(); ++i) {
+            const double from_end = (end < 0 ? along[i] - low : low + span - along[i]) / span;
+            if (from_end <= share) grip.nodes.push_back(i);
+        }
+        grip.centre = x_(grip.nodes, Eigen::all).colwise().mean().transpose();
+        return grip;
+    }
+
+    /// By which angle the material around a point may be bent over a length, radians. x: at the start.
+    double most_bend(const Eigen::Vector3d& x, double length) const {
+        const Eigen::Vector3d at_rest =
+            recipe_.rotation.transpose() * x + body_.tets.X.colwise().mean().transpose();
+        const double thickness = thickness_.at(at_rest, 0.15 * scales_.length);
+        return thickness > 0 ? most_bend_strain * length / thickness : std::numbers::pi;
+    }
+
+    /// Turns both halves of the body about its middle, so that its ends meet.
+    void add_fold() {
+        const RecipeRanges::Fold& ranges = ranges_.fold;
+        const Eigen::Vector3d axis = long_axis();
+        const Eigen::Vector3d across = random_perpendicular(random_, axis);
+        const Eigen::VectorXd along = x_ * axis;
+        const double middle = (along.minCoeff() + along.maxCoeff()) / 2, share = draw(random_, ranges.share);
+        const double span = along.maxCoeff() - along.minCoeff();
+        double angle = std::min(draw(random_, ranges.angle) * ranges_.strength, std::numbers::pi / 2);
+        angle = std::min(angle, most_bend(Eigen::Vector3d::Zero(), span * (1 - 2 * share)));
+        const double length = draw(random_, ranges.duration) * scales_.time;
+        for (const double end : {-1.0, 1.0}) {
+            Grip grip = hand(along, end, share);
+            grip.duration = length;
+            grip.release = 2 * duration_;
+            grip.rotation = end * angle * axis.cross(across);
+            const double arm = std::abs(grip.centre.dot(axis) - middle);
+            grip.translation = arm * (end * (std::cos(angle) - 1) * axis + std::sin(angle) * across);
+            recipe_.grips.push_back(grip);
+        }
+    }
+
+    /// Two plates press the body flat and stay.
+    void add_plates() {
+        const double gap = draw(random_, ranges_.floor.gap) * scales_.length,
+                     low = x_.col(2).minCoeff() - gap, high = x_.col(2).maxCoeff() + gap;
+        const double share = std::min(draw(random_, ranges_.squash.share) * ranges_.strength, 0.95),
+                     length = draw(random_, ranges_.squash.duration) * scales_.time;
+        const double speed = (2 * gap + share * (high - low - 2 * gap)) / 2 / length;
+        recipe_.plates.push_back({{0, 0, low}, Eigen::Vector3d::UnitZ(), speed, length});
+        recipe_.plates.push_back({{0, 0, high}, -Eigen::Vector3d::UnitZ(), speed, length});
+    }
+
+    /// Draws tips towards the middle, so far that they stay apart. Tips are nodes far from the middle and
+    /// from each other.
+    void add_curl() {
+        const RecipeRanges::Curl& ranges = ranges_.curl;
+        const auto wanted = std::lround(draw(random_, ranges.tips));
+        const double radius = draw(random_, ranges.radius) * scales_.length,
+                     length = draw(random_, ranges.duration) * scales_.time;
+        double close = draw(random_, ranges.close) * std::min(ranges_.strength, 1.0);
+        std::vector<int> tips;
+        Eigen::VectorXd apart = x_.rowwise().norm();  // from the middle and from the tips
+        for (Eigen::Index tip = 0; static_cast<long>(tips.size()) < wanted;
+             tips.push_back(static_cast<int>(tip))) {
+            const double distance = apart.maxCoeff(&tip);
+            if (distance < 3 * radius) break;
+            // A limb that bends by an angle brings its tip nearer by about a sixth of the angle's square.
+            const double bend = most_bend(x_.row(tip), x_.row(tip).norm());
+            close = std::min(close, bend * bend / 6);
+            if (!tips.empty()) close = std::min(close, 1 - 2.5 * radius / distance);
+            apart = apart.cwiseMin((x_.rowwise() - x_.row(tip)).rowwise().norm());
+        }
+        for (const int tip : tips) {
+            Grip grip{.centre = x_.row(tip),
+                      .translation = -close * x_.row(tip),
+                      .duration = length,
+                      .release = 2 * duration_};
+            for (int i = 0; i < x_.rows(); ++i)
+                if ((x_.row(i) - x_.row(tip)).norm() <= radius) grip.nodes.push_back(i);
+            recipe_.grips.push_back(grip);
+        }
+    }
+
     void add_hands() {
         const RecipeRanges::Hands& ranges = ranges_.hands;
         const Eigen::Vector3d axis = long_axis();
         const Eigen::VectorXd along = x_ * axis;
-        const double low = along.minCoeff(), span = along.maxCoeff() - low,
-                     share = draw(random_, ranges.share);
+        const double span = along.maxCoeff() - along.minCoeff(), share = draw(random_, ranges.share);
         const double twist = draw(random_, ranges.twist), bend = draw(random_, ranges.bend);
         const double stretch = draw(random_, ranges.stretch), shear = draw(random_, ranges.shear);
         const Eigen::Vector3d across = random_perpendicular(random_, axis);
@@ -159,12 +255,10 @@ class Draw {
                      length = draw(random_, ranges.duration) * scales_.time;
         const double release = draw(random_, ranges.release) * duration_;
         for (const double end : {-1.0, 1.0}) {
-            Grip grip{.start = start, .duration = length, .release = release};
-            for (int i = 0; i < x_.rows(); ++i) {
-                const double from_end = (end < 0 ? along[i] - low : low + span - along[i]) / span;
-                if (from_end <= share) grip.nodes.push_back(i);
-            }
-            grip.centre = x_(grip.nodes, Eigen::all).colwise().mean().transpose();
+            Grip grip = hand(along, end, share);
+            grip.start = start;
+            grip.duration = length;
+            grip.release = release;
             grip.rotation = end * strength_ * (twist * axis + bend * across);
             grip.translation = end * strength_ * span * (stretch * axis + shear * across) / 2;
             recipe_.grips.push_back(grip);
@@ -289,6 +383,9 @@ std::string recipe_json(const Recipe& recipe) {
                                  {"start", g.start},
                                  {"duration", g.duration},
                                  {"release", g.release}});
+    for (const Plate& p : recipe.plates)
+        text["plates"].push_back(
+            {{"point", json(p.point)}, {"normal", json(p.normal)}, {"speed", p.speed}, {"stop", p.stop}});
     if (recipe.thrown)
         text["thrown"] = {{"rotation", json(recipe.thrown->rotation)},
                           {"centre", json(recipe.thrown->centre)},

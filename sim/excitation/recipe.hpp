@@ -17,9 +17,10 @@ namespace nbd {
 
 /// Settings of training trajectories.
 struct ExcitationConfig {
-    int frames = 50;            // frames per trajectory, > 0
-    double frame_interval = 0;  // seconds; 0: a fifth of the time that sound needs to cross the body
-    int steps_per_frame = 2;    // > 0
+    int frames = 50;                 // frames per trajectory, > 0
+    double frame_interval = 0;       // seconds; 0: a fifth of the time that sound needs to cross the body
+    int steps_per_frame = 2;         // > 0
+    bool intersection_free = false;  // steps keep all surfaces apart, see ContactConfig
     LinearSolveConfig linear{};
     RecipeRanges ranges{};
     std::uint64_t seed = 1;
@@ -47,6 +48,12 @@ struct PatchForce {
     double start = 0, duration = 0;                   // seconds
 };
 
+/// A plate that moves along its normal until it stands still.
+struct Plate {
+    Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::UnitZ();
+    double speed = 0, stop = 0;  // m/s, seconds
+};
+
 /// A second copy of the body.
 struct ThrownCopy {
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
@@ -65,6 +72,7 @@ struct Recipe {
     std::optional<double> floor;  // height
     std::vector<PatchForce> forces;
     std::vector<Grip> grips;
+    std::vector<Plate> plates;
     std::optional<ThrownCopy> thrown;
     double frame_interval = 0;  // seconds
     double first_frame = 0;     // seconds; motion starts before it

@@ -28,7 +28,7 @@ void read_range(JsonObject& from, const std::string& key, Range& range, const Nu
                                                 from.path(key), range.from, range.to));
 }
 
-void read_kinds(JsonObject from, std::array<KindRanges, 5>& kinds) {
+void read_kinds(JsonObject from, std::array<KindRanges, recipe_kinds>& kinds) {
     for (std::size_t k = 0; k < kinds.size(); ++k) {
         JsonObject entry = from.object(recipe_kind_names[k]);
         kinds[k].weight = entry.number("weight", kinds[k].weight, not_negative);
@@ -73,6 +73,27 @@ void read_thrown(JsonObject from, RecipeRanges::Thrown& thrown) {
     from.finish();
 }
 
+void read_fold(JsonObject from, RecipeRanges::Fold& fold) {
+    read_range(from, "share", fold.share, {0, 0.45, "from 0 to 0.45"});
+    read_range(from, "angle", fold.angle, {0, 1.5707, "from 0 to 1.5707"});
+    read_range(from, "duration", fold.duration, positive);
+    from.finish();
+}
+
+void read_squash(JsonObject from, RecipeRanges::Squash& squash) {
+    read_range(from, "share", squash.share, {0, 0.95, "from 0 to 0.95"});
+    read_range(from, "duration", squash.duration, positive);
+    from.finish();
+}
+
+void read_curl(JsonObject from, RecipeRanges::Curl& curl) {
+    read_range(from, "tips", curl.tips, {1, 32, "from 1 to 32"});
+    read_range(from, "radius", curl.radius, positive);
+    read_range(from, "close", curl.close, share);
+    read_range(from, "duration", curl.duration, positive);
+    from.finish();
+}
+
 nlohmann::ordered_json json(const Range& range) { return {{"from", range.from}, {"to", range.to}}; }
 
 }  // namespace
@@ -90,6 +111,9 @@ RecipeRanges parse_recipe_ranges(std::string_view text) {
     read_floor(top.object("floor"), ranges.floor);
     read_hands(top.object("hands"), ranges.hands);
     read_thrown(top.object("thrown"), ranges.thrown);
+    read_fold(top.object("fold"), ranges.fold);
+    read_squash(top.object("squash"), ranges.squash);
+    read_curl(top.object("curl"), ranges.curl);
     top.finish();
     recipe_mix(ranges);
     return ranges;
@@ -117,15 +141,23 @@ std::string to_json(const RecipeRanges& r) {
                      {"shear", json(r.hands.shear)},       {"start", json(r.hands.start)},
                      {"duration", json(r.hands.duration)}, {"release", json(r.hands.release)}};
     text["thrown"] = {{"speed", json(r.thrown.speed)}, {"aside", json(r.thrown.aside)}};
+    text["fold"] = {
+        {"share", json(r.fold.share)}, {"angle", json(r.fold.angle)}, {"duration", json(r.fold.duration)}};
+    text["squash"] = {{"share", json(r.squash.share)}, {"duration", json(r.squash.duration)}};
+    text["curl"] = {{"tips", json(r.curl.tips)},
+                    {"radius", json(r.curl.radius)},
+                    {"close", json(r.curl.close)},
+                    {"duration", json(r.curl.duration)}};
     return text.dump();
 }
 
-std::array<double, 5> recipe_mix(const RecipeRanges& ranges) {
+std::array<double, recipe_kinds> recipe_mix(const RecipeRanges& ranges) {
     const auto touches = [](std::size_t kind) {
         return kind == static_cast<std::size_t>(RecipeKind::drop) ||
-               kind == static_cast<std::size_t>(RecipeKind::thrown);
+               kind == static_cast<std::size_t>(RecipeKind::thrown) ||
+               kind == static_cast<std::size_t>(RecipeKind::squash);
     };
-    std::array<double, 5> mix{};
+    std::array<double, recipe_kinds> mix{};
     double with = 0, without = 0;
     for (std::size_t k = 0; k < mix.size(); ++k) {
         mix[k] = ranges.kinds[k].weight;
@@ -137,7 +169,7 @@ std::array<double, 5> recipe_mix(const RecipeRanges& ranges) {
     if ((share > 0 && with <= 0) || (share < 1 && without <= 0))
         throw std::invalid_argument(fmt::format("recipe.contact_share: is {}, but the weights of {} are 0",
                                                 share,
-                                                with <= 0 ? "drop and thrown" : "forces, grips and free"));
+                                                with <= 0 ? "drop, thrown and squash" : "all other kinds"));
     for (std::size_t k = 0; k < mix.size(); ++k)
         mix[k] *= touches(k) ? (with > 0 ? share / with : 0) : (without > 0 ? (1 - share) / without : 0);
     return mix;

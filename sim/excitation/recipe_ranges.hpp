@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,9 +10,12 @@ namespace nbd {
 
 /// Kinds of training trajectories. drop: a fall to the floor. forces: pulls and pokes. grips: two hands that
 /// bend, twist and stretch. thrown: a second copy is thrown at the body. free: release from a stretched,
-/// sheared and spinning start.
-enum class RecipeKind { drop, forces, grips, thrown, free };
-inline constexpr std::array<const char*, 5> recipe_kind_names{"drop", "forces", "grips", "thrown", "free"};
+/// sheared and spinning start. fold: two hands bring the ends together. squash: two plates press the body
+/// flat. curl: tips are drawn towards the middle. The last three bring a body near itself.
+enum class RecipeKind { drop, forces, grips, thrown, free, fold, squash, curl };
+inline constexpr std::size_t recipe_kinds = 8;
+inline constexpr std::array<const char*, recipe_kinds> recipe_kind_names{"drop", "forces", "grips",  "thrown",
+                                                                         "free", "fold",   "squash", "curl"};
 
 /// Range of numbers that are drawn uniformly from [from, to].
 struct Range {
@@ -33,12 +37,15 @@ struct KindRanges {
 struct RecipeRanges {
     double strength = 1;  // scale of everything, > 0; 1 gives local strains of 20 to 50 %
     std::optional<double>
-        contact_share{};  // share of drop and thrown in the mix, in [0, 1]; nullopt: by the weights
-    std::array<KindRanges, 5> kinds{{{1, {0.02, 0.08}, 0.5},  // in the order of RecipeKind
-                                     {1, {0.02, 0.10}, 1},
-                                     {1, {0.01, 0.05}, 0.3},
-                                     {1, {0.01, 0.05}, 0.2},
-                                     {1, {0.2, 0.4}, 0.6}}};
+        contact_share{};  // share of drop, thrown and squash in the mix, in [0, 1]; nullopt: by the weights
+    std::array<KindRanges, recipe_kinds> kinds{{{1, {0.02, 0.08}, 0.5},  // in the order of RecipeKind
+                                                {1, {0.02, 0.10}, 1},
+                                                {1, {0.01, 0.05}, 0.3},
+                                                {1, {0.01, 0.05}, 0.2},
+                                                {1, {0.2, 0.4}, 0.6},
+                                                {0, {0.01, 0.05}, 0.1},
+                                                {0, {0.01, 0.05}, 0.1},
+                                                {0, {0.01, 0.05}, 0.1}}};
     Range warm_up{0.4, 0.8};  // time before the first frame
 
     struct Force {  // a pull or poke at a patch of nodes
@@ -64,6 +71,21 @@ struct RecipeRanges {
         bool operator==(const Thrown&) const = default;
     } thrown{};
 
+    struct Fold {
+        Range share{0.1, 0.2};                  // share of the body's length held by each hand
+        Range angle{0.9, 1.5}, duration{4, 8};  // angle: radians, per hand
+        bool operator==(const Fold&) const = default;
+    } fold{};
+    struct Squash {
+        Range share{0.3, 0.6}, duration{3, 7};  // share: of the body's height that the plates take away
+        bool operator==(const Squash&) const = default;
+    } squash{};
+    struct Curl {
+        Range tips{2, 6}, radius{0.03, 0.06};   // tips: number of them
+        Range close{0.4, 0.8}, duration{4, 8};  // close: share of a tip's way to the middle
+        bool operator==(const Curl&) const = default;
+    } curl{};
+
     bool operator==(const RecipeRanges&) const = default;
 };
 
@@ -77,6 +99,6 @@ std::string to_json(const RecipeRanges& ranges);
 
 /// Share of each kind in the mix; the shares sum to 1. Throws std::invalid_argument if all weights are zero
 /// or the weights do not allow the contact share.
-std::array<double, 5> recipe_mix(const RecipeRanges& ranges);
+std::array<double, recipe_kinds> recipe_mix(const RecipeRanges& ranges);
 
 }  // namespace nbd

@@ -18,6 +18,8 @@ constexpr int max_halvings = 40;         // of a Newton step, until the potentia
 constexpr double rounding = 1e-12;       // relative, of a potential
 constexpr double least_progress = 1e-9;  // share of a Newton step that counts as motion
 
+bool moves(const PrescribedNodes& given) { return !given.v.isZero(0); }
+
 }  // namespace
 
 /// Made where it is first asked for.
@@ -76,7 +78,10 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
     barrier().begin_step(time_, dt);
     const Eigen::VectorXd predicted = start_velocities(given);
     v.setZero(first_unknown_.back());
-    double share = propose(dt, v, predicted, 0, report), progress = share, moved = share;
+    // How far grips and obstacles have come.
+    double progress = barrier().obstacles_move() || std::ranges::any_of(given, moves) ? 0 : 1;
+    double share = propose(dt, v, predicted, progress, report), moved = share;
+    progress = std::max(progress, share);
     std::vector<FrictionContact> friction;
     for (const BarrierContact& c : barrier().contacts(0))
         if (c.contact.friction > 0) friction.push_back({c.contact, -dt * c.slope});

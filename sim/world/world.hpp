@@ -72,7 +72,12 @@ enum class StepTrouble {
     contact_passes,  // the passes that settle which contacts press and slip ran out
 };
 
-/// Name in tables and recordings, for example "linear_solver"; empty for none.
+/// Whether a pose after such a step should not be trained on.
+constexpr bool spoils_pose(StepTrouble trouble) noexcept {
+    return trouble != StepTrouble::none && trouble != StepTrouble::contact_passes;
+}
+
+/// Name in tables, for example "linear_solver"; empty for none.
 const char* name(StepTrouble trouble) noexcept;
 
 /// What a step did. Counts and costs are sums over its parts, rejected ones included; `contacts` is of the

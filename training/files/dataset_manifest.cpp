@@ -49,8 +49,9 @@ void copy_trajectories(h5::Writer& view, const std::string& key, const std::file
         view.attribute(group, "failure", info.failure);
         view.write_text(group + "/recipe", info.recipe);
         view.write(group + "/times", source.times(i));
-        if (const auto contacts = source.contacts(i); !contacts.empty())
-            view.write(group + "/contacts", contacts);
+        for (const FrameFactName& fact : frame_facts)
+            if (const auto& list = source.facts(i).*fact.list; !list.empty())
+                view.write(fmt::format("{}/{}", group, fact.name), list);
         const auto frames = static_cast<std::size_t>(info.frames),
                    nodes = static_cast<std::size_t>(source.nodes(i));
         view.write_virtual(group + "/positions", h5::Type::float32, {frames, nodes, 3},

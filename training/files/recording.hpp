@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -21,6 +22,25 @@ struct TrajectoryInfo {
     int frames = 0;          // number of frames; set by the writer
 };
 
+/// Counts of each frame of a trajectory; a list is empty if they are unknown.
+struct FrameFacts {
+    std::vector<std::int32_t> contacts{};  // that press
+    std::vector<std::int32_t> troubled{};  // steps of the frame that were kept although they went wrong
+    std::vector<std::int32_t> self_intersections{};  // pairs of faces of the body's surface that intersect
+
+    bool operator==(const FrameFacts&) const = default;
+};
+
+/// Their names in files.
+struct FrameFactName {
+    const char* name;
+    std::vector<std::int32_t> FrameFacts::*list;
+};
+inline constexpr std::array<FrameFactName, 3> frame_facts{
+    {{"contacts", &FrameFacts::contacts},
+     {"troubled_steps", &FrameFacts::troubled},
+     {"self_intersections", &FrameFacts::self_intersections}}};
+
 /// Writes tet-node positions frame by frame; only the current chunk is held in memory. finish() gives the
 /// file its name. Until then only a temporary file exists in the same folder, and the destructor removes it.
 class RecordingWriter {
@@ -37,11 +57,9 @@ class RecordingWriter {
     /// Appends a frame. x: [nodes, 3] float32, metres, world space. time: seconds, later than the previous
     /// frame's. Throws std::invalid_argument on another shape, an earlier time or a non-finite number.
     void add_frame(int handle, double time, VerticesRef x);
-    /// Closes a trajectory. failure: empty if complete. contacts: number of pressing contacts in each frame;
-    /// empty if unknown. Throws std::invalid_argument if contacts is not empty and has not one number per
-    /// frame.
-    void end_trajectory(int handle, const std::string& failure = {},
-                        std::span<const std::int32_t> contacts = {});
+    /// Closes a trajectory. failure: empty if complete. Throws std::invalid_argument if a list of facts is
+    /// not empty and has not one number per frame.
+    void end_trajectory(int handle, const std::string& failure = {}, const FrameFacts& facts = {});
     /// Adds an attribute of the whole file. Call once per name.
     void label(const std::string& name, const std::string& value);
     /// Closes open trajectories, flushes the file and renames it.
@@ -75,8 +93,7 @@ class RecordingReader {
     /// How many frames all trajectories have together.
     std::int64_t frames() const noexcept;
     std::vector<double> times(int trajectory) const;
-    /// Number of pressing contacts in each frame; empty if not recorded.
-    std::vector<std::int32_t> contacts(int trajectory) const;
+    const FrameFacts& facts(int trajectory) const;
     /// The value that RecordingWriter::label() wrote; "" if there is none.
     std::string label(const std::string& name) const;
 

@@ -16,7 +16,7 @@ struct StoredTrajectory {
     TrajectoryInfo info;
     int nodes = 0;
     std::vector<double> times;
-    std::vector<std::int32_t> contacts;
+    FrameFacts facts;
     std::string shard;      // file with the positions; empty: the recording itself
     std::string positions;  // name of their dataset in that file
 };
@@ -42,7 +42,9 @@ StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& grou
     t.info.frames = static_cast<int>(shape[0]);
     t.nodes = static_cast<int>(shape[1]);
     t.times = file.read<double>(group + "/times", {shape[0]});
-    if (file.has(group + "/contacts")) t.contacts = file.read<std::int32_t>(group + "/contacts", {shape[0]});
+    for (const FrameFactName& fact : frame_facts)
+        if (const std::string name = fmt::format("{}/{}", group, fact.name); file.has(name))
+            t.facts.*fact.list = file.read<std::int32_t>(name, {shape[0]});
     double last = -INFINITY;
     for (std::size_t i = 0; i < t.times.size(); last = t.times[i++])
         if (!std::isfinite(t.times[i]) || t.times[i] <= last)
@@ -122,9 +124,7 @@ std::int64_t RecordingReader::frames() const noexcept {
     return count;
 }
 std::vector<double> RecordingReader::times(int trajectory) const { return impl_->at(trajectory).times; }
-std::vector<std::int32_t> RecordingReader::contacts(int trajectory) const {
-    return impl_->at(trajectory).contacts;
-}
+const FrameFacts& RecordingReader::facts(int trajectory) const { return impl_->at(trajectory).facts; }
 
 std::string RecordingReader::label(const std::string& name) const {
     return impl_->file.has_attribute("/", name) ? impl_->file.text_attribute("/", name) : "";

@@ -99,15 +99,18 @@ void RecordingWriter::add_frame(int handle, double time, VerticesRef x) {
     ++t.frames;
 }
 
-void RecordingWriter::end_trajectory(int handle, const std::string& failure,
-                                     std::span<const std::int32_t> contacts) {
+void RecordingWriter::end_trajectory(int handle, const std::string& failure, const FrameFacts& facts) {
     const OpenTrajectory& t = impl_->at(handle);
-    if (!contacts.empty() && contacts.size() != t.frames)
-        impl_->refuse(
-            fmt::format("{} contact counts for the {} frames of trajectory {}; allowed: one per frame",
-                        contacts.size(), t.frames, t.id));
-    if (!contacts.empty())
-        impl_->file.write(trajectory_group(t.id) + "/contacts", {contacts.size()}, contacts);
+    for (const FrameFactName& fact : frame_facts) {
+        const std::vector<std::int32_t>& list = facts.*fact.list;
+        if (list.empty()) continue;
+        if (list.size() != t.frames)
+            impl_->refuse(
+                fmt::format("{} numbers of {} for the {} frames of trajectory {}; allowed: one per frame",
+                            list.size(), fact.name, t.frames, t.id));
+        impl_->file.write(fmt::format("{}/{}", trajectory_group(t.id), fact.name), {list.size()},
+                          std::span<const std::int32_t>(list));
+    }
     impl_->file.end_growing(t.positions);
     impl_->file.end_growing(t.times);
     impl_->file.attribute(trajectory_group(t.id), "failure", failure);

@@ -19,6 +19,17 @@ void check_share(const char* what, double share) {
         throw std::invalid_argument(fmt::format("share of {} {}; allowed: [0, 1)", what, share));
 }
 
+/// The frames of a trajectory, by its index; with those of steps that went wrong only if they are wanted.
+std::vector<int> frames_of(const RecordingReader& recording, int trajectory, bool with_troubled) {
+    const std::vector<std::int32_t>& troubled = recording.facts(trajectory).troubled;
+    std::vector<int> frames;
+    for (int frame = 0; frame < recording.trajectories()[static_cast<std::size_t>(trajectory)].frames;
+         ++frame)
+        if (with_troubled || troubled.empty() || troubled[static_cast<std::size_t>(frame)] == 0)
+            frames.push_back(frame);
+    return frames;
+}
+
 }  // namespace
 
 bool is_random_test_frame(const TrainingSplit& split, int trajectory, int frame) noexcept {
@@ -81,7 +92,7 @@ std::vector<FrameId> frames_of(const RecordingReader& recording, const TrainingS
     for (std::size_t i = 0; i < infos.size(); ++i) {
         const int id = infos[i].id;
         if (std::ranges::find(trajectories, id) == trajectories.end()) continue;
-        for (int frame = 0; frame < infos[i].frames; ++frame)
+        for (const int frame : frames_of(recording, static_cast<int>(i), split.troubled_frames))
             if (whole || is_random_test_frame(split, id, frame) == (set == FrameSet::random_test))
                 frames.push_back({static_cast<int>(i), frame});
     }
@@ -92,9 +103,20 @@ std::vector<FrameId> complete_frames(const RecordingReader& recording) {
     std::vector<FrameId> frames;
     const auto& infos = recording.trajectories();
     for (std::size_t i = 0; i < infos.size(); ++i)
-        for (int frame = 0; infos[i].failure.empty() && frame < infos[i].frames; ++frame)
-            frames.push_back({static_cast<int>(i), frame});
+        if (infos[i].failure.empty())
+            for (const int frame : frames_of(recording, static_cast<int>(i), false))
+                frames.push_back({static_cast<int>(i), frame});
     return frames;
+}
+
+int troubled_frames(const RecordingReader& recording) {
+    std::ptrdiff_t count = 0;
+    for (int i = 0; const TrajectoryInfo& info : recording.trajectories()) {
+        const std::vector<std::int32_t>& troubled = recording.facts(i++).troubled;
+        if (info.failure.empty())
+            count += std::ranges::count_if(troubled, [](int steps) { return steps > 0; });
+    }
+    return static_cast<int>(count);
 }
 
 std::vector<FrameId> spread(std::span<const FrameId> frames, int count) {

@@ -39,14 +39,18 @@ struct FrameId {
     auto operator<=>(const FrameId&) const = default;
 };
 
-/// The four parts of a split recording. Disjoint; together they hold all frames of the split's trajectories.
+/// The four parts of a split recording. Disjoint; together they hold all frames of the split's trajectories,
+/// except those of steps that went wrong, unless the split wants them.
 enum class FrameSet { train, random_test, calibration, held_out };
 
 /// Frames of one part, ascending. Skips trajectories that the recording does not have.
 std::vector<FrameId> frames_of(const RecordingReader& recording, const TrainingSplit& split, FrameSet set);
 
-/// All frames of the complete trajectories, ascending.
+/// All frames of the complete trajectories, ascending, except those of steps that went wrong.
 std::vector<FrameId> complete_frames(const RecordingReader& recording);
+
+/// How many frames of the complete trajectories are of steps that went wrong.
+int troubled_frames(const RecordingReader& recording);
 
 /// At most `count` of the frames, evenly spread.
 std::vector<FrameId> spread(std::span<const FrameId> frames, int count);

@@ -202,6 +202,7 @@ void write_facts(h5::Writer& file, const TrainingFacts& facts) {
     file.attribute("facts", "z_error", facts.z_error);
     file.attribute("facts", "frame_seed", facts.split.frame_seed);
     file.attribute("facts", "random_frame_share", facts.split.random_frame_share);
+    file.attribute("facts", "troubled_frames", facts.split.troubled_frames ? 1 : 0);
     file.write_text("facts/config", facts.config);
     file.write("facts/train_trajectories", facts.split.train_trajectories);
     file.write("facts/calibration_trajectories", facts.split.calibration_trajectories);
@@ -222,6 +223,8 @@ TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
     facts.split.random_frame_share = static_cast<float>(file.number_attribute("facts", "random_frame_share"));
     if (!(facts.split.random_frame_share >= 0 && facts.split.random_frame_share <= 1))
         file.refuse(fmt::format("random_frame_share is {}", facts.split.random_frame_share), "0 to 1");
+    facts.split.troubled_frames =
+        file.has_attribute("facts", "troubled_frames") && file.int_attribute("facts", "troubled_frames") != 0;
     facts.config = file.read_text("facts/config");
     facts.split.train_trajectories = file.read<int>("facts/train_trajectories", {h5::any});
     facts.split.held_out_trajectories = file.read<int>("facts/held_out_trajectories", {h5::any});

@@ -19,6 +19,7 @@ struct TrainingSplit {
     std::vector<int> held_out_trajectories{};
     std::uint64_t frame_seed = 0;  // seed of is_random_test_frame()
     float random_frame_share = 0;  // share of the training trajectories' frames kept out of training
+    bool troubled_frames = false;  // whether frames of steps that went wrong belong to the parts
 };
 
 /// True if a frame of a training trajectory is kept out of training. Counter-based, so it depends on the

@@ -155,6 +155,7 @@ std::string to_json(const TrainConfig& c) {
          c.held_out_share ? nlohmann::ordered_json(*c.held_out_share) : nlohmann::ordered_json()},
         {"calibration_share", c.calibration_share},
         {"random_frame_share", c.random_frame_share},
+        {"troubled_frames", c.troubled_frames},
         {"hidden", c.mlp.hidden},
         {"batch", c.mlp.batch},
         {"arithmetic", name(c.mlp.arithmetic)},
@@ -205,6 +206,7 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
     facts.config = to_json(config);
     facts.split = make_split(recording, config.held_out_share, config.random_frame_share,
                              counter_random(config.seed, 0, 0), config.calibration_share);
+    facts.split.troubled_frames = config.troubled_frames;
     const std::vector<FrameId> frames = frames_of(recording, facts.split, FrameSet::train);
     facts.poses = static_cast<int>(frames.size());
     const int needed = trains(config, BoundKind::nbd) ? config.mlp.batch : 1;

@@ -36,6 +36,7 @@ struct TrainConfig {
     std::optional<double> held_out_share{};
     double calibration_share = 0.25;  // of the other trajectories, in [0, 1): kept for calibration
     double random_frame_share = 0.1;  // of the training trajectories' frames, in [0, 1): kept for evaluation
+    bool troubled_frames = false;     // whether to use frames of steps that went wrong
     MlpConfig mlp{};
     NetworkNumbers network_numbers = NetworkNumbers::bytes;
     LearnedConfig learned{};

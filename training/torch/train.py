@@ -39,6 +39,7 @@ class Tree:
             facts, modes = file["facts"], file["bd/modes"]
             self.train_trajectories = facts["train_trajectories"][:]
             self.frame_seed = int(facts.attrs["frame_seed"])
+            self.troubled_frames = bool(facts.attrs.get("troubled_frames", 0))
             self.random_share = float(np.float32(facts.attrs["random_frame_share"]))
             self.body = file.attrs["body_sha256"]
             rows, cols, values = (file["embedding"][k][:] for k in ("rows", "cols", "values"))
@@ -57,10 +58,14 @@ class Tree:
             trajectory = data[f"trajectories/{number:06d}"]
             if trajectory.attrs["body_sha256"] != self.body:
                 sys.exit(f"train.py: trajectory {number} was recorded from another body than the tree's")
+            count = trajectory["positions"].shape[0]
+            troubled = np.zeros(count, int)
+            if "troubled_steps" in trajectory and not self.troubled_frames:
+                troubled = trajectory["troubled_steps"][:]
             kept = [
                 f
-                for f in range(trajectory["positions"].shape[0])
-                if counter_uniform(self.frame_seed, int(number), f) >= self.random_share
+                for f in range(count)
+                if troubled[f] == 0 and counter_uniform(self.frame_seed, int(number), f) >= self.random_share
             ]
             yield trajectory["positions"][:][kept]
 

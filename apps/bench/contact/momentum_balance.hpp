@@ -16,8 +16,8 @@ class MomentumBalance {
     /// Call after every step of dt seconds.
     void add_step(const World& world, double dt);
 
-    /// Largest difference in a step, as a share of the largest momentum of that body's nodes so far.
-    double error() const noexcept { return error_; }
+    /// Largest difference in a step, as a share of the largest momentum that the body's nodes had.
+    double error() const;
     /// Whether there is a body to compare.
     bool applies() const noexcept { return !bodies_.empty(); }
 
@@ -26,10 +26,10 @@ class MomentumBalance {
         int number;
         Eigen::Vector3d momentum;  // at the end of the last step, kg m/s
         double largest;            // sum over the nodes of mass times speed, kg m/s
+        double difference;         // largest of a step, kg m/s
     };
     Eigen::Vector3d gravity_;
     std::vector<Body> bodies_;
-    double error_ = 0;
 };
 
 }  // namespace nbd

@@ -81,6 +81,58 @@ TEST(Excitation, EveryKindOfRecipeCompletesAndDeformsTheBody) {
     EXPECT_GE(visible, 8);
 }
 
+/// Only one kind of trajectories.
+ExcitationConfig only(RecipeKind kind) {
+    ExcitationConfig config = short_run();
+    config.frames = 30;
+    for (KindRanges& ranges : config.ranges.kinds) ranges.weight = 0;
+    config.ranges.kinds[static_cast<std::size_t>(kind)].weight = 1;
+    return config;
+}
+
+/// Longest side of the box around the nodes, relative to that at rest, at the end of a trajectory.
+double length_at_end(const Body& body, const ExcitationConfig& config) {
+    const Watched trajectory = run(Excitation(body, config), 0);
+    EXPECT_EQ(trajectory.result.failure, "");
+    const Nodes &X = body.tets.X, &x = trajectory.frames.back();
+    // Farthest pair of nodes: independent of the rotation.
+    const auto extent = [](const Nodes& nodes) {
+        double most = 0;
+        for (Eigen::Index i = 0; i < nodes.rows(); ++i)
+            most = std::max(most, (nodes.rowwise() - nodes.row(i)).rowwise().norm().maxCoeff());
+        return most;
+    };
+    return extent(x) / extent(X);
+}
+
+TEST(Excitation, FoldsAndCurlsBringTheEndsTogether) {
+    const Body rod = test::box_body({1, 0.08, 0.08}, {12, 1, 1});
+    EXPECT_LT(length_at_end(rod, only(RecipeKind::fold)), 0.7);
+    EXPECT_LT(length_at_end(rod, only(RecipeKind::curl)), 0.8);
+}
+
+TEST(Excitation, PlatesPressTheBodyFlat) {
+    const ExcitationConfig config = only(RecipeKind::squash);
+    const Recipe recipe = RecipeBook(std::make_shared<const Body>(bar()), config).draw(0);
+    ASSERT_EQ(recipe.plates.size(), 2u);
+    const auto apart = [&](double time) {
+        double height[2];
+        for (int p = 0; p < 2; ++p) {
+            const Plate& plate = recipe.plates[static_cast<std::size_t>(p)];
+            height[p] = plate.point.z() + plate.normal.z() * plate.speed * time;
+        }
+        return height[1] - height[0];
+    };
+    const double stop = recipe.plates[0].stop;
+    EXPECT_LT(apart(stop), 0.75 * apart(0));
+    const Watched trajectory = run(Excitation(bar(), config), 0);
+    ASSERT_EQ(trajectory.result.failure, "");
+    ASSERT_GT(trajectory.times.back(), stop);
+    const auto z = trajectory.frames.back().col(2);
+    EXPECT_LT(z.maxCoeff() - z.minCoeff(), 1.03 * apart(stop));
+    EXPECT_GT(z.maxCoeff() - z.minCoeff(), 0.9 * apart(stop));
+}
+
 TEST(Excitation, FramesAreBitIdenticalAloneAndInParallel) {
     const Excitation excitation(bar(), short_run());
     std::vector<Watched> alone, beside(5);

@@ -76,7 +76,8 @@ TEST(RecipeRanges, ExamplesRoundTrip) {
 
 TEST(RecipeRanges, MixFollowsWeightsAndContactShare) {
     const auto mix = [](const char* text) { return recipe_mix(parse_recipe_ranges(text)); };
-    for (const double share : mix("{}")) EXPECT_DOUBLE_EQ(share, 0.2);
+    for (std::size_t k = 0; k < 5; ++k) EXPECT_DOUBLE_EQ(mix("{}")[k], 0.2);
+    for (std::size_t k = 5; k < recipe_kinds; ++k) EXPECT_EQ(mix("{}")[k], 0);
     const auto weighted = mix(R"({"kinds": {"free": {"weight": 6}, "drop": {"weight": 0}}})");
     EXPECT_EQ(weighted[0], 0);
     EXPECT_DOUBLE_EQ(weighted[4], 6 / 9.);
@@ -101,7 +102,7 @@ TEST(RecipeRanges, ErrorsNameThePathAndTheAllowedRange) {
               "recipe.hands.twist: goes from 2 to 0.9, but must not decrease");
     EXPECT_EQ(error(R"({"contact_share": 1.5})"), "recipe.contact_share: is 1.5, but must be from 0 to 1");
     EXPECT_EQ(error(R"({"contact_share": 1, "kinds": {"drop": {"weight": 0}, "thrown": {"weight": 0}}})"),
-              "recipe.contact_share: is 1, but the weights of drop and thrown are 0");
+              "recipe.contact_share: is 1, but the weights of drop, thrown and squash are 0");
     EXPECT_EQ(error("[]").rfind("recipe: must be an object", 0), 0u);
     EXPECT_EQ(error("{").rfind("line 1, column 2", 0), 0u);
 }

@@ -27,7 +27,9 @@ void write_recording(const std::filesystem::path& path, int first, int end, cons
         const int handle = file.begin_trajectory({id, 7, std::string(64, 'b'), "{}", "", 0}, 5);
         for (int frame = 0; frame < frames; ++frame) file.add_frame(handle, frame, frame_of(id, frame));
         file.end_trajectory(handle, id == 3 || id == 4 ? "it burst" : "",
-                            std::vector<std::int32_t>(static_cast<std::size_t>(frames), id));
+                            {.contacts = std::vector<std::int32_t>(static_cast<std::size_t>(frames), id),
+                             .troubled = std::vector<std::int32_t>(static_cast<std::size_t>(frames), id % 2),
+                             .self_intersections = {}});
     }
     file.finish();
 }
@@ -60,7 +62,7 @@ TEST_F(DatasetView, ReadsLikeASingleRecording) {
         view.read(id, 2, 3, x);
         EXPECT_EQ(x.topRows(5), frame_of(id, 2));
         EXPECT_EQ(x.bottomRows(5), frame_of(id, 4));
-        EXPECT_EQ(view.contacts(id), one.contacts(id));
+        EXPECT_EQ(view.facts(id), one.facts(id));
         EXPECT_EQ(view.times(id), one.times(id));
     }
     EXPECT_EQ(view.trajectories()[3].failure, "it burst");

@@ -39,7 +39,7 @@ TEST_F(H5pyTest, ReadsBodyRecordingAndTree) {
     const int handle = recording.begin_trajectory({4, 9, body_hash(body), "{\"drop\": 1}", "", 0}, 4);
     for (int frame = 0; frame < 70; ++frame)
         recording.add_frame(handle, 0.5 * frame, body.tets.X.cast<float>() * static_cast<float>(frame));
-    recording.end_trajectory(handle, "exploded", std::vector<std::int32_t>(70, 5));
+    recording.end_trajectory(handle, "exploded", {.contacts = std::vector<std::int32_t>(70, 5)});
     recording.finish();
     write_dataset_view(folder / "data.h5", {.key = "the key",
                                             .plan = "{\"frames\": 70}",

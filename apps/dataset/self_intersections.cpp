@@ -1,0 +1,11 @@
+#include "apps/dataset/self_intersections.hpp"
+
+namespace nbd {
+
+std::int32_t SelfIntersections::count(const Embedding& W, const Nodes& nodes) {
+    const Vertices x = embedded(W, nodes).cast<float>();
+    posed_.begin_pose(x);
+    return static_cast<std::int32_t>(query_.intersecting(posed_).size());
+}
+
+}  // namespace nbd

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "collision/geometry/embedding.hpp"
+#include "collision/query/self_query.hpp"
+
+namespace nbd {
+
+/// Counts the faces of one surface that intersect each other, in one pose after another.
+class SelfIntersections {
+ public:
+    /// tree: of the surface, with exact bounds.
+    explicit SelfIntersections(std::shared_ptr<const CollisionTree> tree)
+        : posed_(std::move(tree), BoundKind::boxes) {}
+
+    /// Pairs of faces without a common vertex that have a point in common, by exact tests of positions
+    /// rounded to single precision. W: of the surface; nodes: [N, 3], metres.
+    std::int32_t count(const Embedding& W, const Nodes& nodes);
+
+ private:
+    PosedTree posed_;
+    SelfQuery query_;
+};
+
+}  // namespace nbd
