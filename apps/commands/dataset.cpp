@@ -228,6 +228,7 @@ void add_dataset(CLI::App& app, Output& out) {
     command->add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps per frame")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
+    command->add_flag("--self-contact", excitation.self_contact, "Let the body meet itself");
     command->add_flag("--intersection-free", excitation.intersection_free,
                       "Keep all surfaces apart, the body's own too, so that no pose intersects; costs more");
     command

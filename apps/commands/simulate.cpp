@@ -198,6 +198,11 @@ void run(const SimulateArguments& arguments, Output& out) {
     }
     make_trees(spec, bodies);
     World world = build_world(spec, bodies);
+    if (spec.resolve_start)
+        for (const auto& [body, by] : world.resolve_start())
+            out.warning(fmt::format(
+                "body {} '{}' intersects at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m", body,
+                spec.bodies[static_cast<std::size_t>(body)].name, by.x(), by.y(), by.z()));
     world.check_start();
     std::optional<Audit> audit;
     if (arguments.audit > 0) audit.emplace(spec, bodies);

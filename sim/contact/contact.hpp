@@ -49,8 +49,10 @@ struct ContactConfig {
     double slip_velocity =
         1e-3;           // below this speed, m/s, friction grows linearly with speed; above it is constant
     int per_group = 4;  // contacts kept of those that the same nodes carry, see ContactReduction; 0: all
-    bool intersection_free = false;  // steps by a barrier, which end without intersecting faces
-    int iterations = 8;       // maximum number of solves per step to settle which contacts press and slip
+    bool self_contact = false;  // bodies meet themselves, see SelfContactFinder
+    bool intersection_free =
+        false;           // steps by a barrier, which end without intersecting faces; includes self_contact
+    int iterations = 8;  // maximum number of solves per step to settle which contacts press and slip
     double tolerance = 1e-4;  // relative residual, contacts included, at which they count as settled
 };
 

@@ -75,12 +75,19 @@ Box common(const Box& s, const Box& t) { return {s.lo.max(t.lo), s.hi.min(t.hi)}
 ContactSides ContactDetection::sides() const {
     ContactSides sides;
     for (const auto& [pair, finder] : finders_) finder.save_sides(sides);
+    for (const auto& [body, finder] : self_finders_) finder.save_sides(sides);
     return sides;
 }
 
 void ContactDetection::restore(const ContactSides& sides) {
     finders_.clear();
+    for (auto& [body, finder] : self_finders_) finder.restore_sides(sides);
     for (const auto& [body, other, vertex] : sides.vertices) {
+        if (body == other) {
+            if (const auto [finder, is_new] = self_finders_.try_emplace(body, body); is_new)
+                finder->second.restore_sides(sides);
+            continue;
+        }
         const BodyIndices pair{std::min(body, other), std::max(body, other)};
         finders_.try_emplace(pair, pair.a, pair.b);
     }
@@ -103,6 +110,9 @@ void ContactDetection::find(std::span<const ContactParty> bodies, std::span<cons
     const std::span<const BodyIndices> pairs = sweep_.touching(boxes);
     std::erase_if(finders_, [&](const auto& f) { return !std::ranges::binary_search(pairs, f.first); });
     for (const BodyIndices pair : pairs) find_bodies(pair, bodies, config, thickness, dt_before, dt, report);
+    for (int b = 0; config.self_contact && b < static_cast<int>(bodies.size()); ++b)
+        if (bodies[static_cast<std::size_t>(b)].tree)
+            find_self(b, bodies, config, thickness, dt_before, dt, report);
     report.detect_us += watch.microseconds() - (report.collision_us - queries_before_us);
 }
 
@@ -200,14 +210,40 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
         dt_before > 0 ? dt_before * speed + a.moved + b.moved : std::numeric_limits<double>::infinity();
     finder.find(posed_a_, posed_b_, pairs, reach,
                 config.per_group > 0 ? ContactDetail::enough : ContactDetail::all, moved, contacts_);
+    finish_bodies(first, pair, bodies, config, thickness,
+                  config.stiffness_scale * layer_modulus(a, b) / thickness);
+}
+
+/// Reduces the contacts of a pair from `first` on and makes them press. stiffness: N/m3.
+void ContactDetection::finish_bodies(std::size_t first, BodyIndices pair,
+                                     std::span<const ContactParty> bodies, const ContactConfig& config,
+                                     double thickness, double stiffness) {
     for (std::size_t c = first; c < contacts_.size(); ++c) deepest_ = std::max(deepest_, -contacts_[c].gap);
     if (config.per_group > 0)
-        reduction_.reduce(contacts_, first, pair.a, a.surface, b.surface, thickness, config.per_group);
-    const double stiffness = config.stiffness_scale * layer_modulus(a, b) / thickness;
+        reduction_.reduce(contacts_, first, pair.a, bodies[static_cast<std::size_t>(pair.a)].surface,
+                          bodies[static_cast<std::size_t>(pair.b)].surface, thickness, config.per_group);
     for (std::size_t c = first; c < contacts_.size(); ++c) {
         contacts_[c].friction = config.friction;
         contacts_[c].stiffness = stiffness * contacts_[c].area;
     }
+}
+
+void ContactDetection::find_self(int body, std::span<const ContactParty> bodies, const ContactConfig& config,
+                                 double thickness, double dt_before, double dt, DetectionReport& report) {
+    const ContactParty& party = bodies[static_cast<std::size_t>(body)];
+    SelfContactFinder& finder = self_finders_.try_emplace(body, body).first->second;
+    const double own = self_thickness(*party.surface.shape(), thickness);
+    const double moved = dt_before > 0 ? 2 * dt_before * fastest(party, mean_velocity(party)) + party.moved
+                                       : std::numeric_limits<double>::infinity();
+    const std::size_t first = contacts_.size();
+    finder.find(party.surface, party.elastic.rest().X, *party.tree, party.state.v, dt + config.damping, own,
+                2 * std::sqrt(3.0) * tree_error(party), moved, contacts_);
+    report.face_pairs += finder.face_pairs();
+    report.nodes_bounded += finder.counters().nodes_bounded;
+    report.nodes_out_of_range += finder.counters().nodes_out_of_range;
+    finish_bodies(first, {body, body}, bodies, config, own, config.stiffness_scale * party.young / own);
+    // Its layer is thinner than that of other contacts, which press from `thickness` on.
+    for (std::size_t c = first; c < contacts_.size(); ++c) contacts_[c].gap += thickness - own;
 }
 
 }  // namespace nbd

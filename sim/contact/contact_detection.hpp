@@ -9,6 +9,7 @@
 #include "sim/contact/body_contact.hpp"
 #include "sim/contact/contact_reduction.hpp"
 #include "sim/contact/obstacle.hpp"
+#include "sim/contact/self_contact.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "sim/fem/step_system.hpp"
 
@@ -36,9 +37,8 @@ struct DetectionReport {
 };
 
 /// Finds all contacts of a step. Obstacles: by signed distance. Bodies: a sweep over their boxes, then their
-/// trees down to patches of the surfaces, then vertices with faces and edges with edges. Contact of a body
-/// with itself would need one more finder, for the pair (b, b), and a query of a tree with itself that skips
-/// faces with a common vertex.
+/// trees down to patches of the surfaces, then vertices with faces and edges with edges. A body with itself,
+/// if the config asks for it: a query of its tree with itself.
 class ContactDetection {
  public:
     /// Fills contacts(). time: time of the states, seconds. dt: length of the step that starts there.
@@ -64,7 +64,13 @@ class ContactDetection {
     void find_bodies(BodyIndices pair, std::span<const ContactParty> bodies, const ContactConfig& config,
                      double thickness, double dt_before, double dt, DetectionReport& report);
 
+    void find_self(int body, std::span<const ContactParty> bodies, const ContactConfig& config,
+                   double thickness, double dt_before, double dt, DetectionReport& report);
+    void finish_bodies(std::size_t first, BodyIndices pair, std::span<const ContactParty> bodies,
+                       const ContactConfig& config, double thickness, double stiffness);
+
     std::map<BodyIndices, BodyContactFinder> finders_;  // pairs whose boxes touched in the last find()
+    std::map<int, SelfContactFinder> self_finders_;
     Sweep sweep_;
     PairQuery query_;
     std::vector<ContactSurface::Ball> block_velocities_a_, block_velocities_b_;

@@ -78,34 +78,35 @@ ContactReach edge_reach(const ContactReach& reach, double longest) {
             .approach = reach.approach};
 }
 
-void find_contact(const BodyPatches& a, int edge_a, const BodyPatches& b, int edge_b,
-                  const ContactReach& surface_reach, std::vector<Contact>& contacts) {
-    const ContactSurface &in_a = a.patches.surface(), &in_b = b.patches.surface();
-    const Segment on_a = segment(in_a, edge_a), on_b = segment(in_b, edge_b);
+}  // namespace
+
+std::optional<Contact> edge_contact(const EdgeOfBody& a, const EdgeOfBody& b,
+                                    const ContactReach& surface_reach, double motion) {
+    const ContactSurface &in_a = a.surface, &in_b = b.surface;
+    const Segment on_a = segment(in_a, a.edge), on_b = segment(in_b, b.edge);
     const Eigen::Vector3d along_a = on_a.q - on_a.p, along_b = on_b.q - on_b.p;
     const ContactReach reach = edge_reach(surface_reach, std::max(along_a.norm(), along_b.norm()));
-    if (along_a.cross(along_b).norm() < parallel * along_a.norm() * along_b.norm()) return;
+    if (along_a.cross(along_b).norm() < parallel * along_a.norm() * along_b.norm()) return std::nullopt;
     const ClosestPoints closest = closest_edge_edge(on_a.p, on_a.q, on_b.p, on_b.q);
     const double s = closest.weights_a[1], t = closest.weights_b[1], length = closest.distance;
-    if (length > reach.most() || s <= 0 || s >= 1 || t <= 0 || t >= 1) return;
-    const double approach =
-        length > std::min(reach.apart, reach.inside)
-            ? std::min(reach.approach, double{relative_motion(a.patches, edge_a, b.patches, edge_b)})
-            : 0;
-    const double above_b = closest.gap.dot(in_b.edge_normal(edge_b));
-    const double below_a = -closest.gap.dot(in_a.edge_normal(edge_a));
+    if (length > reach.most() || s <= 0 || s >= 1 || t <= 0 || t >= 1) return std::nullopt;
+    const double approach = length > std::min(reach.apart, reach.inside) ? motion : 0;
+    const double above_b = closest.gap.dot(in_b.edge_normal(b.edge));
+    const double below_a = -closest.gap.dot(in_a.edge_normal(a.edge));
     const double least = clear * length;
     const bool outside = length <= reach.apart + approach && above_b > least && below_a > least;
     const bool overlapping = length <= reach.inside + approach && above_b < -least && below_a < -least &&
-                             (crosses_faces_at(in_b, edge_b, on_a) || crosses_faces_at(in_a, edge_a, on_b));
-    if (!outside && !overlapping) return;
+                             (crosses_faces_at(in_b, b.edge, on_a) || crosses_faces_at(in_a, a.edge, on_b));
+    if (!outside && !overlapping) return std::nullopt;
     const double sign = outside ? 1 : -1;
-    contacts.push_back({.a = edge_point(a.body, in_a, edge_a, s),
-                        .b = edge_point(b.body, in_b, edge_b, t),
-                        .normal = sign * closest.gap / length,
-                        .gap = sign * length,
-                        .area = std::min(edge_area(in_a, edge_a), edge_area(in_b, edge_b))});
+    return Contact{.a = edge_point(a.body, in_a, a.edge, s),
+                   .b = edge_point(b.body, in_b, b.edge, t),
+                   .normal = sign * closest.gap / length,
+                   .gap = sign * length,
+                   .area = std::min(edge_area(in_a, a.edge), edge_area(in_b, b.edge))};
 }
+
+namespace {
 
 /// An edge in single precision: from p, along d.
 struct FloatEdge {
@@ -218,7 +219,13 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
     std::vector<EdgePair> facing;
     for (const std::vector<EdgePair>& part : found) facing.insert(facing.end(), part.begin(), part.end());
     std::ranges::sort(facing);
-    for (const EdgePair& pair : facing) find_contact(a, pair.a, b, pair.b, reach, contacts);
+    for (const EdgePair& pair : facing) {
+        const double motion =
+            std::min(reach.approach, double{relative_motion(a.patches, pair.a, b.patches, pair.b)});
+        if (const std::optional<Contact> contact = edge_contact(
+                {a.body, a.patches.surface(), pair.a}, {b.body, b.patches.surface(), pair.b}, reach, motion))
+            contacts.push_back(*contact);
+    }
 }
 
 }  // namespace nbd

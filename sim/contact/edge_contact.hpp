@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,18 @@ struct BodyPatches {
     int body = 0;
     PosedPatches& patches;
 };
+
+/// An edge of a body's surface.
+struct EdgeOfBody {
+    int body;
+    const ContactSurface& surface;
+    int edge;
+};
+
+/// The contact of two edges, if their closest points are interior to both and they are in reach, as
+/// find_edge_contacts() says. motion: how far they may approach each other in the step, metres.
+std::optional<Contact> edge_contact(const EdgeOfBody& a, const EdgeOfBody& b,
+                                    const ContactReach& surface_reach, double motion);
 
 /// Appends contacts of edge pairs whose closest points are interior to both edges. Either they are apart,
 /// each edge on the outer side of the other, or they overlap: each is behind the other, and one crosses a

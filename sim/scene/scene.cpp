@@ -244,7 +244,7 @@ StepConfig read_solver(JsonObject from) {
     return step;
 }
 
-ContactConfig read_contact(JsonObject from) {
+ContactConfig read_contact(JsonObject from, bool& resolve_start) {
     ContactConfig contact;
     contact.stiffness_scale = from.number("stiffness_scale", contact.stiffness_scale, positive);
     contact.friction = from.number("friction", contact.friction, {0, 10, "between 0 and 10"});
@@ -252,7 +252,11 @@ ContactConfig read_contact(JsonObject from) {
     contact.damping = from.number("damping", contact.damping, not_negative);
     contact.per_group = static_cast<int>(
         from.integer("contacts_per_node_pair", contact.per_group, {0, 1000, "between 0 and 1000"}));
+    contact.slip_velocity =
+        from.number("slip_velocity", contact.slip_velocity, {1e-9, 1e3, "from 1e-9 to 1000"});
+    contact.self_contact = from.flag("self_contact", contact.self_contact);
     contact.intersection_free = from.flag("intersection_free", contact.intersection_free);
+    resolve_start = from.flag("resolve_start", resolve_start);
     from.finish();
     return contact;
 }
@@ -305,7 +309,7 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
         result.obstacle_is_good.push_back(reading.problems.size() == before);
     }
     spec.gravity = from.vector("gravity", spec.gravity);
-    spec.contact = read_contact(from.object("contact"));
+    spec.contact = read_contact(from.object("contact"), spec.resolve_start);
     spec.step = read_solver(from.object("solver"));
     spec.time = read_time(from.object("time"));
     spec.output = read_output(from.object("output"));

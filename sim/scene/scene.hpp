@@ -109,6 +109,7 @@ struct SceneSpec {
     std::vector<SceneObstacle> obstacles;
     Eigen::Vector3d gravity{0, 0, -9.81};
     ContactConfig contact;
+    bool resolve_start = false;  // whether bodies that intersect at the start are moved apart
     StepConfig step;
     SceneTime time;
     SceneOutput output;

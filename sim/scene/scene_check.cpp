@@ -95,7 +95,7 @@ class SceneCheck {
     }
 
     void check_pair(StartSurface& a, StartSurface& b) {
-        if (!a.box.intersects(b.box)) return;
+        if (!a.box.intersects(b.box) || reading_.spec.resolve_start) return;
         const std::size_t crossing = query_.intersecting(a.tree, b.tree).size();
         if (crossing > 0)
             problems_.push_back(
@@ -110,6 +110,7 @@ class SceneCheck {
         try {
             const Obstacle obstacle = make_obstacle(reading_.spec.obstacles[number]);
             nbd::check_obstacle(obstacle);
+            if (reading_.spec.resolve_start) return;
             for (const auto& surface : surfaces_) check_start(number, obstacle, *surface);
         } catch (const std::exception& error) {
             problems_.push_back(fmt::format("obstacles[{}]: {}", number, error.what()));

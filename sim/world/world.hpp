@@ -114,6 +114,12 @@ struct WorldReport {
     std::string failure{};  // empty, or one line: why the step failed; the world must not be stepped again
 };
 
+/// A body that was moved as a whole.
+struct StartMove {
+    int body = 0;
+    Eigen::Vector3d by = Eigen::Vector3d::Zero();  // metres
+};
+
 /// Deformable bodies and obstacles under gravity, in contact with each other. A step is backward Euler, or
 /// BDF2 for bodies far from contact, with implicit contact forces (see ContactSolver), linearised once or
 /// solved by Newton's iteration. A rejected
@@ -162,6 +168,11 @@ class World {
     /// Throws std::invalid_argument, naming the faces, where steps without intersections are asked for and
     /// surfaces intersect, touch, or touch themselves at rest. The first step does it if nobody did before.
     void check_start();
+
+    /// Moves bodies without grips apart, and out of obstacles, until nothing intersects. Returns the moves.
+    /// Throws std::invalid_argument, naming the faces, where that does not help: bodies that intersect
+    /// themselves, or that are held.
+    std::vector<StartMove> resolve_start();
 
     /// Starts the pose of a tree over a body's surface as the world does for its own trees: from the body's
     /// nodes for `affine` bounds, else from surface(), both in single precision, and with motion(). Call it
@@ -253,6 +264,9 @@ class World {
     Rejection solve(double dt, Eigen::VectorXd& v, WorldReport& report);
     void search_line(const Eigen::VectorXd& from, Eigen::VectorXd& to);
     double residual(const Eigen::VectorXd& v);
+
+    // resolve_start.cpp
+    Eigen::Vector3d way_out(const Body& body, const Obstacle& obstacle, double room) const;
 
     // barrier_iteration.cpp
     Barrier& barrier();

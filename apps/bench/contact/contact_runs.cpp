@@ -103,12 +103,18 @@ std::vector<ContactRun> run_contact_scene(const std::filesystem::path& scene, co
     for (const SceneBody& body : spec.bodies) bodies.push_back(files.load(body, out));
     make_trees(spec, bodies);
     std::vector<ContactRun> runs;
-    for (const bool free : {false, true})
+    struct Mode {
+        const char* name;
+        bool self_contact, intersection_free;
+    };
+    for (const Mode& mode :
+         {Mode{"default", false, false}, Mode{"self", true, false}, Mode{"free", true, true}})
         for (int seed = 0; seed < config.seeds; ++seed) {
             SceneSpec jittered = spec;
-            jittered.contact.intersection_free = free;
+            jittered.contact.self_contact = mode.self_contact;
+            jittered.contact.intersection_free = mode.intersection_free;
             if (seed > 0) jitter(jittered, seed, config.jitter);
-            ContactRun run{.scene = scene.stem().string(), .mode = free ? "free" : "default", .seed = seed};
+            ContactRun run{.scene = scene.stem().string(), .mode = mode.name, .seed = seed};
             runs.push_back(run_once(jittered, bodies, std::move(run), config, out));
         }
     return runs;

@@ -19,7 +19,7 @@ struct ContactRunConfig {
 
 /// A run of one scene in one mode. Counts are sums over its steps, times are means.
 struct ContactRun {
-    std::string scene, mode;  // mode: "default" or "free" of intersections
+    std::string scene, mode;  // mode: "default", "self" (with self-contact) or "free" of intersections
     int seed = 0, bodies = 0, faces = 0;
     int steps = 0, planned = 0;  // taken, and of the scene
     long intersecting = 0;  // pairs of faces at the ends of steps, obstacles and bodies themselves included
@@ -35,7 +35,7 @@ struct ContactRun {
     std::string failure{};  // empty: all steps were taken
 };
 
-/// Runs a scene in default mode and free of intersections. name: of the scene, for the table.
+/// Runs a scene in default mode, with self-contact, and free of intersections.
 std::vector<ContactRun> run_contact_scene(const std::filesystem::path& scene, const ContactRunConfig& config,
                                           Output& out);
 

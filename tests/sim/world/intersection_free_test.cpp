@@ -199,5 +199,36 @@ TEST(IntersectionFree, NeedsBackwardEuler) {
     EXPECT_NE(test::refusal([&] { World world(config); }).find("backward_euler"), std::string::npos);
 }
 
+TEST(IntersectionFree, AStartThatIntersectsIsMended) {
+    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
+    World world(intersection_free());
+    world.add_obstacle(floor_at(-0.15));
+    world.add_body(box.at({0, 0, 0}));
+    world.add_body(box.at({0.3, 0.1, 0.1}, turned(0.4)));
+    world.add_body(box.at({3, 0, 0.5}));
+    EXPECT_NE(test::refusal([&] { world.check_start(); }), "");
+    const std::vector<StartMove> moves = world.resolve_start();
+    ASSERT_EQ(moves.size(), 2u);
+    EXPECT_EQ(moves[0].body, 0);
+    EXPECT_GT(moves[0].by.z(), 0.05);  // out of the floor
+    EXPECT_EQ(moves[1].body, 1);
+    EXPECT_LT(moves[1].by.norm(), 0.5);
+    world.check_start();
+    EXPECT_TRUE(is_balanced(world.step(1e-3)));
+    EXPECT_TRUE(world.resolve_start().empty());
+}
+
+TEST(IntersectionFree, HeldBodiesAreNotMovedApart) {
+    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
+    World world(intersection_free());
+    for (const double x : {0.0, 0.3}) {
+        WorldBody body = box.at({x, 0, 0});
+        body.grips = {{.nodes = {0}}};
+        world.add_body(std::move(body));
+    }
+    EXPECT_NE(test::refusal([&] { world.resolve_start(); }).find("bodies cannot be moved apart"),
+              std::string::npos);
+}
+
 }  // namespace
 }  // namespace nbd
