@@ -8,7 +8,7 @@
 #include "sim/barrier/intersections.hpp"
 #include "sim/barrier/near_features.hpp"
 #include "sim/contact/contact.hpp"
-#include "sim/contact/obstacle.hpp"
+#include "sim/obstacles/obstacle.hpp"
 #include "sim/patches/contact_shape.hpp"
 
 namespace nbd {

@@ -8,10 +8,10 @@
 #include "collision/query/sweep.hpp"
 #include "sim/contact/body_contact.hpp"
 #include "sim/contact/contact_reduction.hpp"
-#include "sim/contact/obstacle.hpp"
 #include "sim/contact/self_contact.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "sim/fem/step_system.hpp"
+#include "sim/obstacles/obstacle.hpp"
 
 namespace nbd {
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "sim/contact/contact.hpp"
-#include "sim/contact/obstacle.hpp"
+#include "sim/obstacles/obstacle.hpp"
 #include "sim/patches/contact_surface.hpp"
 
 namespace nbd {

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
         nbd::add_bench_strengths(app, out);
         nbd::add_bench_contact(app, out);
         nbd::add_bench_impacts(app, out);
+        nbd::add_bench_self(app, out);
     };
     return nbd::run_program({.name = "nbdtree-bench",
                              .description = "Measures nbdtree beside other methods and libraries.",

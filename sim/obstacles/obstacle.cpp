@@ -1,4 +1,4 @@
-#include "sim/contact/obstacle.hpp"
+#include "sim/obstacles/obstacle.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "sim/contact/static_surface.hpp"
+#include "sim/obstacles/static_surface.hpp"
 
 #include <fmt/format.h>
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <variant>
 
-#include "sim/contact/static_surface.hpp"
+#include "sim/obstacles/static_surface.hpp"
 
 namespace nbd {
 
