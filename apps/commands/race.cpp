@@ -58,6 +58,10 @@ void run(const RaceArguments& arguments, Output& out) {
     finish_on_interrupt();
     hold_blas_to_one_thread();
     SceneSpec spec = load_scene(arguments.scene);
+    if (spec.contact.intersection_free)
+        throw std::invalid_argument(
+            fmt::format("{}: bounds play no part in steps without intersections; allowed: another scene",
+                        arguments.scene));
     if (arguments.frames) spec.time.frames = *arguments.frames;
     std::vector<std::filesystem::path> inputs = scene_inputs(spec);
     inputs.push_back(arguments.scene);

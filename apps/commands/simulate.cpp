@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -34,6 +35,11 @@ struct SimulateArguments {
 
 /// Applies the options that override the scene file.
 void override(SceneSpec& spec, const SimulateArguments& arguments) {
+    if (spec.contact.intersection_free && (arguments.compare || !arguments.bounds.empty()))
+        throw std::invalid_argument(
+            fmt::format("{}: steps without intersections have no bounds and no contacts to choose; "
+                        "allowed: without --bounds and --compare-contacts",
+                        arguments.scene));
     for (SceneBody& body : spec.bodies) {
         if (!arguments.bounds.empty()) body.bounds = bound_kind(arguments.bounds);
         if (arguments.margin) body.margin = arguments.margin;
@@ -117,6 +123,9 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
                     paths.recording.string(), counted(frames, "frame"), total.time,
                     counted(total.frames_in_contact, "frame"), total.deepest_penetration,
                     100 * total.deepest_penetration / size));
+    if (std::isfinite(total.least_distance))
+        out.text(fmt::format("least distance between surfaces at the end of a step: {:.3g} m",
+                             total.least_distance));
     out.text(fmt::format("broad phase per step: {:.1f} us update, {:.1f} us queries, {:.1f} nodes bounded",
                          total.update_us, total.collision_us, total.nodes_bounded));
     out.text(time_line(total, output_us));
@@ -133,31 +142,34 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
     if (total.nodes_out_of_range > 0)
         out.warning(fmt::format("{} nodes were out of their calibrated range and bounded exactly",
                                 total.nodes_out_of_range));
-    out.result({{"frames", frames},
-                {"steps", total.steps},
-                {"troubled_steps", total.troubled_steps},
-                {"time", total.time},
-                {"frames_in_contact", total.frames_in_contact},
-                {"deepest_penetration", total.deepest_penetration},
-                {"smallest_body", size},
-                {"update_us", total.update_us},
-                {"collision_us", total.collision_us},
-                {"detect_us", total.detect_us},
-                {"assemble_us", total.assemble_us},
-                {"solve_us", total.solve_us},
-                {"rest_us", total.rest_us},
-                {"output_us", output_us},
-                {"nodes_bounded", total.nodes_bounded},
-                {"nodes_out_of_range", total.nodes_out_of_range},
-                {"audited_frames", total.audited_frames},
-                {"intersecting_pairs", total.audit.intersecting},
-                {"intersecting_pairs_missed", total.audit.intersecting_missed},
-                {"near_pairs", total.audit.near},
-                {"near_pairs_missed", total.audit.near_missed},
-                {"audit_tests", total.audit.tests},
-                {"audit_exact_tests", total.audit.exact_tests},
-                {"audit_us", total.audit.us},
-                {"audit_exact_us", total.audit.exact_us}});
+    out.result(
+        {{"frames", frames},
+         {"steps", total.steps},
+         {"troubled_steps", total.troubled_steps},
+         {"time", total.time},
+         {"frames_in_contact", total.frames_in_contact},
+         {"deepest_penetration", total.deepest_penetration},
+         {"least_distance", std::isfinite(total.least_distance) ? nlohmann::ordered_json(total.least_distance)
+                                                                : nlohmann::ordered_json()},
+         {"smallest_body", size},
+         {"update_us", total.update_us},
+         {"collision_us", total.collision_us},
+         {"detect_us", total.detect_us},
+         {"assemble_us", total.assemble_us},
+         {"solve_us", total.solve_us},
+         {"rest_us", total.rest_us},
+         {"output_us", output_us},
+         {"nodes_bounded", total.nodes_bounded},
+         {"nodes_out_of_range", total.nodes_out_of_range},
+         {"audited_frames", total.audited_frames},
+         {"intersecting_pairs", total.audit.intersecting},
+         {"intersecting_pairs_missed", total.audit.intersecting_missed},
+         {"near_pairs", total.audit.near},
+         {"near_pairs_missed", total.audit.near_missed},
+         {"audit_tests", total.audit.tests},
+         {"audit_exact_tests", total.audit.exact_tests},
+         {"audit_us", total.audit.us},
+         {"audit_exact_us", total.audit.exact_us}});
 }
 
 /// Whether an earlier run has written all outputs, and no input has changed since.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <vector>
 
 #include "apps/simulate/audit.hpp"
@@ -20,6 +21,7 @@ struct StepRow {
            rest_us = 0;  // measured; all other values are the same in every run
     AuditCount audit{};
     StepTrouble trouble = StepTrouble::none;
+    double least_distance = 0;  // see WorldReport
 };
 
 StepRow step_row(int frame, const WorldReport& report);
@@ -33,6 +35,7 @@ struct StepTotals {
     double nodes_bounded = 0;
     long nodes_out_of_range = 0;
     int troubled_steps = 0;
+    double least_distance = std::numeric_limits<double>::infinity();
     int audited_frames = 0;
     AuditCount audit;
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <variant>
 
+#include "collision/base/stopwatch.hpp"
 #include "collision/continuous/impact.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 
@@ -169,7 +170,9 @@ void Barrier::place(std::span<const Nodes> begin, std::span<const Nodes> end, do
 }
 
 double Barrier::move(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
+    const Stopwatch watch;
     place(begin, end, progress);
+    update_us_ = watch.microseconds();
     near_ = search_.find(surfaces_, reach_);
     find_near_smooth();
     limits_.resize(feature_pairs());

@@ -7,7 +7,8 @@
 namespace nbd {
 namespace {
 
-constexpr double residual_share = 1e-3;  // of a linearisation's residual that its linear solve may leave
+constexpr double residual_share =
+    0.1;  // of a linearisation's residual that its linear solve may leave; Newton needs no less
 
 }  // namespace
 

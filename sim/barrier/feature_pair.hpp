@@ -16,4 +16,12 @@ struct FeaturePair {
     auto operator<=>(const FeaturePair&) const = default;
 };
 
+/// A pair of features that may come near during a motion, and the distance at which it begins to press,
+/// metres.
+struct NearFeatures {
+    FeaturePair pair;
+    double reach = 0;
+    auto operator<=>(const NearFeatures&) const = default;
+};
+
 }  // namespace nbd

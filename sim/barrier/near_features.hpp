@@ -6,16 +6,9 @@
 #include "collision/query/pair_query.hpp"
 #include "collision/query/self_query.hpp"
 #include "sim/barrier/moving_surface.hpp"
+#include "sim/barrier/neighbour_watch.hpp"
 
 namespace nbd {
-
-/// A pair of features that may come near during a motion, and the distance at which it begins to press: the
-/// reach of the search; for features of one surface at most half their distance at rest.
-struct NearFeatures {
-    FeaturePair pair;
-    double reach = 0;  // metres
-    auto operator<=>(const NearFeatures&) const = default;
-};
 
 /// Finds the features that may come near: between surfaces, and within each surface of a body. Obstacles are
 /// not compared with each other, nor with themselves.
@@ -31,6 +24,7 @@ class NearFeatureSearch {
 
     /// Pairs of faces looked at by the last find().
     long face_pairs() const noexcept { return face_pairs_; }
+    double query_us() const noexcept { return query_us_; }  // microseconds in the trees
 
  private:
     void add_faces(const std::vector<MovingSurface>& surfaces, int a, int b, FacePair faces);
@@ -38,10 +32,11 @@ class NearFeatureSearch {
 
     PairQuery pair_query_;
     SelfQuery self_query_;
-    std::vector<NearFeatures> neighbours_;  // within surfaces, that the queries leave out
+    std::vector<NeighbourWatch> neighbours_;  // of the bodies' surfaces
     std::vector<NearFeatures> found_, kept_;
     std::vector<char> keeps_;  // [found_]
     long face_pairs_ = 0;
+    double query_us_ = 0;
 };
 
 }  // namespace nbd

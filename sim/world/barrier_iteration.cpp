@@ -133,8 +133,11 @@ double World::propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd
     const Stopwatch watch;
     const double share = barrier().move(nodes_after(dt, v), nodes_after(dt, to), progress);
     report.face_pairs += barrier().face_pairs();
-    const double us = watch.microseconds();
-    report.detect_us += us;
+    const double us = watch.microseconds(), update_us = barrier().update_us(),
+                 query_us = barrier().query_us();
+    report.update_us += update_us;
+    report.collision_us += query_us;
+    report.detect_us += us - update_us - query_us;
     detecting_us_ += us;
     return share;
 }

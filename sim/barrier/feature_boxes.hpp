@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "sim/barrier/feature_pair.hpp"
+#include "sim/barrier/moving_surface.hpp"
+
+namespace nbd {
+
+/// By how much the boxes of the two features over the motion are apart along the axis on which they are most,
+/// metres; negative if they overlap on all. Features of one surface move relative to its mean motion.
+double boxes_apart(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces);
+
+/// Likewise before the motion.
+double boxes_apart_at_begin(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces);
+
+/// Distance of the two features of one surface at rest, metres.
+double rest_distance(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces);
+
+}  // namespace nbd

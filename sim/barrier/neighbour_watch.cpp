@@ -1,0 +1,72 @@
+#include "sim/barrier/neighbour_watch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "meshing/parallel/parallel_for.hpp"
+#include "sim/barrier/feature_boxes.hpp"
+#include "sim/barrier/neighbour_features.hpp"
+
+namespace nbd {
+namespace {
+
+/// The reference pose is renewed where the surface is farther from it than this multiple of its motion.
+constexpr double renewal = 4;
+constexpr double rounding = 1e-12;  // of differences of positions, relative to these
+
+Nodes about_mean(const Nodes& x) { return x.rowwise() - x.colwise().mean(); }
+
+}  // namespace
+
+NeighbourWatch::NeighbourWatch(const std::vector<MovingSurface>& surfaces, int surface)
+    : surface_(static_cast<std::size_t>(surface)) {
+    const MovingSurface& own = surfaces[surface_];
+    for (const FeaturePair& pair : neighbour_features(own.F(), own.topology(), surface)) {
+        const double distance = rest_distance(pair, surfaces);
+        const char* feature = pair.kind == FeatureKind::vertex_face ? "vertex" : "edge";
+        const char* other = pair.kind == FeatureKind::vertex_face ? "face" : "edge";
+        if (!(distance > 0))
+            throw std::invalid_argument(fmt::format("body {} touches itself at rest: {} {} and {} {}",
+                                                    own.body(), feature, pair.a, other, pair.b));
+        pairs_.push_back({pair, rest_share * distance});
+    }
+}
+
+void NeighbourWatch::refer_to_begin(const std::vector<MovingSurface>& surfaces) {
+    reference_ = about_mean(surfaces[surface_].begin());
+    apart_.resize(pairs_.size());
+    parallel_for(static_cast<int>(pairs_.size()), [&](int i) {
+        const auto p = static_cast<std::size_t>(i);
+        apart_[p] = boxes_apart_at_begin(pairs_[p].pair, surfaces);
+    });
+}
+
+void NeighbourWatch::find(const std::vector<MovingSurface>& surfaces, double reach,
+                          std::vector<NearFeatures>& near) {
+    const MovingSurface& own = surfaces[surface_];
+    const Nodes begin = about_mean(own.begin()), end = about_mean(own.end());
+    const double motion = (end - begin).cwiseAbs().maxCoeff();
+    const auto distance = [&] {
+        return std::max((begin - reference_).cwiseAbs().maxCoeff(), (end - reference_).cwiseAbs().maxCoeff());
+    };
+    if (reference_.rows() == 0 || distance() > renewal * motion) refer_to_begin(surfaces);
+    // Each of two features may have come nearer by `distance` along every axis.
+    const double most = 2 * distance() + rounding * (1 + own.begin().cwiseAbs().maxCoeff());
+    looked_at_.clear();
+    for (std::size_t i = 0; i < pairs_.size(); ++i)
+        if (apart_[i] <= std::min(pairs_[i].reach, reach) + most) looked_at_.push_back(static_cast<int>(i));
+    keeps_.assign(looked_at_.size(), 0);
+    parallel_for(static_cast<int>(looked_at_.size()), [&](int k) {
+        const NearFeatures& pair = pairs_[static_cast<std::size_t>(looked_at_[static_cast<std::size_t>(k)])];
+        keeps_[static_cast<std::size_t>(k)] = boxes_apart(pair.pair, surfaces) <= std::min(pair.reach, reach);
+    });
+    for (std::size_t k = 0; k < looked_at_.size(); ++k) {
+        if (!keeps_[k]) continue;
+        const NearFeatures& pair = pairs_[static_cast<std::size_t>(looked_at_[k])];
+        near.push_back({pair.pair, std::min(pair.reach, reach)});
+    }
+}
+
+}  // namespace nbd
