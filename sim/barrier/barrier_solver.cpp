@@ -7,8 +7,9 @@
 namespace nbd {
 namespace {
 
-constexpr double residual_share =
-    0.1;  // of a linearisation's residual that its linear solve may leave; Newton needs no less
+/// Share of a linearisation's residual that its linear solve may leave. Smaller ones cost more, and Newton
+/// takes as many iterations.
+constexpr double residual_share = 0.1;
 
 }  // namespace
 

@@ -1,0 +1,120 @@
+// Contact as users see it: what runs tell, what they refuse, and the benchmarks of contact.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/apps/small_files.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Ran;
+
+class ContactCommands : public test::BoxFolder {
+ protected:
+    /// A box that falls onto a floor, in a scene with further keys.
+    static void write_drop(const std::string& name, const std::string& more) {
+        write(name, R"({"bodies": [{"body": "box.h5", "name": "box", "transform": {"translate": [0, 0, 0.1]},
+                                    "velocity": [0, 0, -3]}],
+                        "obstacles": [{"plane": {}}], "time": {"dt": 0.005, "frames": 8, "steps_per_frame": 2})" +
+                        more + "}");
+    }
+    static Ran simulate(const std::string& scene, std::vector<std::string> more = {}) {
+        more.insert(more.begin(), {"simulate", scene, "-o", "run.h5", "--csv", "run.csv", "--json"});
+        return test::run(folder(), more);
+    }
+    static std::string table() {
+        std::ifstream file(folder() / "run.csv");
+        return {std::istreambuf_iterator<char>(file), {}};
+    }
+};
+
+TEST_F(ContactCommands, StepsThatWentWrongAreTold) {
+    write_drop("hard.json", R"(, "solver": {"newton_iterations": 8, "newton_tolerance": 1e-12})");
+    const Ran told = simulate("hard.json");
+    ASSERT_EQ(told.status, 0) << told.err;
+    EXPECT_GT(nlohmann::json::parse(told.out)["troubled_steps"], 0);
+    EXPECT_NE(told.err.find("of 16 steps were kept although something went wrong; the first: at "),
+              std::string::npos)
+        << told.err;
+    EXPECT_NE(table().find(",newton,"), std::string::npos);
+    const Ran strict = simulate("hard.json", {"--strict"});
+    EXPECT_EQ(strict.status, 1);
+    EXPECT_NE(strict.err.find("Newton's iteration ends"), std::string::npos) << strict.err;
+
+    write_drop("easy.json", "");
+    const Ran fine = simulate("easy.json", {"--strict"});
+    EXPECT_EQ(fine.status, 0) << fine.err;
+    EXPECT_EQ(nlohmann::json::parse(fine.out)["troubled_steps"], 0);
+    EXPECT_EQ(fine.err.find("went wrong"), std::string::npos) << fine.err;
+}
+
+TEST_F(ContactCommands, AStartThatIntersectsIsRefusedOrMended) {
+    const auto two = [](const std::string& contact) {
+        return fmt::format(R"({{"bodies": [{{"body": "box.h5", "name": "a"}},
+                                           {{"body": "box.h5", "name": "b", "transform": {{"translate": [0.1, 0, 0]}}}}],
+                               "gravity": [0, 0, 0], "time": {{"dt": 0.005, "frames": 1, "steps_per_frame": 1}},
+                               "contact": {{"intersection_free": true{}}}}})",
+                           contact);
+    };
+    write("overlap.json", two(""));
+    std::filesystem::remove(folder() / "run.h5");
+    const Ran refused = simulate("overlap.json");
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_NE(refused.err.find("the start must have none"), std::string::npos) << refused.err;
+    EXPECT_FALSE(test::listing(folder()).contains("run.h5"));
+    write("mended.json", two(R"(, "resolve_start": true)"));
+    const Ran mended = simulate("mended.json");
+    EXPECT_EQ(mended.status, 0) << mended.err;
+    EXPECT_NE(mended.err.find("'b' intersects at the start and was moved by"), std::string::npos)
+        << mended.err;
+}
+
+TEST_F(ContactCommands, BoundsPlayNoPartWithoutIntersections) {
+    write_drop("free.json", R"(, "contact": {"intersection_free": true})");
+    EXPECT_EQ(simulate("free.json").status, 0);
+    EXPECT_EQ(simulate("free.json", {"--bounds", "boxes"}).status, 1);
+    EXPECT_EQ(simulate("free.json", {"--compare-contacts"}).status, 1);
+    EXPECT_EQ(test::run(folder(), {"race", "free.json"}).status, 1);
+    write_drop("bdf2.json", R"(, "contact": {"intersection_free": true}, "solver": {"integrator": "bdf2"})");
+    EXPECT_NE(test::run(folder(), {"validate", "bdf2.json"}).out.find("solver.integrator"),
+              std::string::npos);
+}
+
+TEST_F(ContactCommands, DatasetsCountPosesThatIntersect) {
+    const Ran ran = test::run(folder(), {"dataset", "box.h5", "-o", "apart.h5", "--trajectories", "2",
+                                         "--frames", "4", "--intersection-free", "--json"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto variety = nlohmann::json::parse(ran.out)["variety"];
+    EXPECT_EQ(variety["frames_self_intersecting"], 0);
+    EXPECT_EQ(variety["frames"], 8);
+    EXPECT_EQ(variety["frames_troubled"], 0);
+}
+
+TEST_F(ContactCommands, BenchmarksRun) {
+    const Ran impacts = test::run_bench(folder(), {"impacts", "--random", "2000", "--json"});
+    ASSERT_EQ(impacts.status, 0) << impacts.err;
+    EXPECT_EQ(nlohmann::json::parse(impacts.out)["random_missed"], 0);
+    const Ran self =
+        test::run_bench(folder(), {"self", "box.h5", "--scenes", "6", "-o", "self.csv", "--json"});
+    ASSERT_EQ(self.status, 0) << self.err;
+    EXPECT_EQ(nlohmann::json::parse(self.out)["queries"], 18);
+    write_drop("drop.json", "");
+    const Ran contact = test::run_bench(
+        folder(), {"contact", "drop.json", "--seeds", "2", "-o", "contact.csv", "--pictures", "pictures"});
+    ASSERT_EQ(contact.status, 0) << contact.err;
+    std::ifstream file(folder() / "contact.csv");
+    const std::string rows{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_EQ(std::ranges::count(rows, '\n'), 2 + 3 * 2);
+    EXPECT_NE(rows.find("drop,free,1,1,108,16,16,0,0,"), std::string::npos) << rows;
+    EXPECT_EQ(test::listing(folder() / "pictures").size(), 3u);
+    EXPECT_EQ(test::run_bench(folder(), {"contact", "absent.json"}).status, 2);
+}
+
+}  // namespace
+}  // namespace nbd
