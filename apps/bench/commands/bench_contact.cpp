@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,14 +23,27 @@ struct ContactArguments {
     ContactRunConfig config;
 };
 
+/// A line of the table.
+template <class... Cells>
+std::string row(const Cells&... cells) {
+    return fmt::format(
+        "{:19} {:7} {:>4} {:>9} {:>8} {:>5} {:>8} {:>4} {:>7} {:>8} {:>8} {:>6} {:>7} {:>7} {:>7} {:>6}  {}",
+        cells...);
+}
+
+std::string percent(double part, double whole) {
+    return fmt::format("{:.1f}", 100 * part / std::max(whole, 1e-9));
+}
+
 void tell(const ContactRun& r, Output& out) {
-    out.text(fmt::format(
-        "{:19} {:7} {:4} {:3}/{:<3} {:6} {:6} {:9.2g} {:4} {:5} {:4} {:9} {:6.1f} {:9.1f} {:5.1f} {:5.1f} "
-        "{:5.1f}{}",
-        r.scene, r.mode, r.seed, r.steps, r.planned, r.intersecting, r.worst, r.least_distance, r.cut,
-        r.troubled, r.inverted, std::isnan(r.momentum_error) ? "-" : fmt::format("{:.1e}", r.momentum_error),
-        r.linearisations, r.ms, 100 * r.search_ms / r.ms, 100 * r.detect_ms / r.ms, 100 * r.solve_ms / r.ms,
-        r.failure.empty() ? "" : "  " + r.failure));
+    const auto number = [](double value) {
+        return std::isfinite(value) ? fmt::format("{:.2g}", value) : "-";
+    };
+    out.text(row(r.scene, r.mode, r.seed, fmt::format("{}/{}", r.steps, r.planned), r.intersecting, r.worst,
+                 number(r.least_distance), r.cut, r.troubled, r.inverted, number(r.momentum_error),
+                 fmt::format("{:.1f}", r.linearisations), fmt::format("{:.1f}", r.ms),
+                 percent(r.search_ms, r.ms), percent(r.detect_ms, r.ms), percent(r.solve_ms, r.ms),
+                 r.failure));
 }
 
 void run(const ContactArguments& arguments, Output& out) {
@@ -38,21 +53,20 @@ void run(const ContactArguments& arguments, Output& out) {
     config.pictures = arguments.pictures;
     if (!arguments.csv.empty()) check_output(arguments.csv, {});
     if (!arguments.pictures.empty()) make_folder(arguments.pictures);
-    out.text(
-        "                                 steps    intersecting     least            inver-  momentum linea- "
-        " "
-        "       ms   share in %\n"
-        "scene               mode    seed done      sum  worst  distance  cut troub. ted      error    ris.  "
-        " "
-        " a step search detect solve");
+    out.text(row("scene", "mode", "runs", "steps", "crossing", "worst", "distance", "cut", "trouble",
+                 "inverted", "momentum", "newton", "ms", "search%", "detect%", "solve%", ""));
     std::vector<ContactRun> runs;
     bool broken = false;
-    for (const std::string& scene : arguments.scenes)
-        for (ContactRun& run : run_contact_scene(scene, config, out)) {
-            tell(run, out);
-            broken = broken || (run.mode == "free" && run.intersecting > 0);
-            runs.push_back(std::move(run));
+    for (const std::string& scene : arguments.scenes) {
+        const std::vector<ContactRun> of_scene = run_contact_scene(scene, config, out);
+        const auto seeds = static_cast<std::size_t>(config.seeds);
+        for (std::size_t first = 0; first < of_scene.size(); first += seeds) {
+            const ContactRun all = together(std::span(of_scene).subspan(first, seeds));
+            tell(all, out);
+            broken = broken || (all.mode == "free" && all.intersecting > 0);
         }
+        runs.insert(runs.end(), of_scene.begin(), of_scene.end());
+    }
     if (!arguments.csv.empty()) write_contact_table(arguments.csv, runs);
     if (broken) throw std::runtime_error("a step without intersections ended with one");
 }
@@ -77,7 +91,12 @@ void add_bench_contact(CLI::App& app, Output& out) {
         ->capture_default_str();
     command->add_option("--pictures", arguments->pictures, "Folder for pictures of the first runs");
     command->add_option("-o,--output", arguments->csv, "Table to write, CSV");
-    command->footer("Exit status 1 if a step without intersections ended with one.");
+    command->footer(
+        "crossing, worst: pairs of faces that intersect at the ends of steps, in all and in one; distance: "
+        "the "
+        "least between near features, m; trouble: steps that went wrong; momentum: its largest error in a "
+        "step, relative; newton: linearisations a step. Exit status 1 if a step without intersections "
+        "ended with one.");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

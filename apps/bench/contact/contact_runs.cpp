@@ -20,6 +20,11 @@ namespace {
 
 constexpr int stills = 6;
 
+/// What is a mean over steps.
+constexpr double ContactRun::*means[]{
+    &ContactRun::linearisations, &ContactRun::contacts,  &ContactRun::face_pairs,  &ContactRun::ms,
+    &ContactRun::search_ms,      &ContactRun::detect_ms, &ContactRun::assemble_ms, &ContactRun::solve_ms};
+
 void jitter(SceneSpec& spec, int seed, double by) {
     for (std::size_t b = 0; b < spec.bodies.size(); ++b)
         for (int k = 0; k < 3; ++k)
@@ -87,9 +92,7 @@ ContactRun run_once(const SceneSpec& spec, std::span<const LoadedBody> bodies, C
     if (filmed) film.write(config.pictures / fmt::format("{}_{}.png", run.scene, run.mode));
     run.momentum_error = momentum.applies() ? momentum.error() : std::numeric_limits<double>::quiet_NaN();
     const double steps = std::max(run.steps, 1);
-    for (double* sum : {&run.linearisations, &run.contacts, &run.face_pairs, &run.ms, &run.search_ms,
-                        &run.detect_ms, &run.assemble_ms, &run.solve_ms})
-        *sum /= steps;
+    for (double ContactRun::*mean : means) run.*mean /= steps;
     return run;
 }
 
@@ -118,6 +121,29 @@ std::vector<ContactRun> run_contact_scene(const std::filesystem::path& scene, co
             runs.push_back(run_once(jittered, bodies, std::move(run), config, out));
         }
     return runs;
+}
+
+ContactRun together(std::span<const ContactRun> runs) {
+    ContactRun all = runs.front();
+    const auto count = static_cast<int>(runs.size());
+    for (const ContactRun& run : runs.subspan(1)) {
+        all.steps += run.steps;
+        all.planned += run.planned;
+        all.intersecting += run.intersecting;
+        all.worst = std::max(all.worst, run.worst);
+        all.least_distance = std::min(all.least_distance, run.least_distance);
+        all.cut += run.cut;
+        all.troubled += run.troubled;
+        all.inverted = std::max(all.inverted, run.inverted);
+        all.momentum_error = std::max(all.momentum_error, run.momentum_error);
+        for (double ContactRun::*mean : means) all.*mean += run.*mean;
+    }
+    for (double ContactRun::*mean : means) all.*mean /= count;
+    all.seed = count;
+    const auto failed =
+        std::ranges::count_if(runs, [](const ContactRun& run) { return !run.failure.empty(); });
+    all.failure = failed > 0 ? fmt::format("{} of {} ended early", failed, count) : "";
+    return all;
 }
 
 void write_contact_table(const std::filesystem::path& path, std::span<const ContactRun> runs) {

@@ -35,9 +35,14 @@ struct ContactRun {
     std::string failure{};  // empty: all steps were taken
 };
 
-/// Runs a scene in default mode, with self-contact, and free of intersections.
+/// Runs a scene in default mode, with self-contact, and free of intersections: all seeds of a mode, then
+/// those of the next.
 std::vector<ContactRun> run_contact_scene(const std::filesystem::path& scene, const ContactRunConfig& config,
                                           Output& out);
+
+/// The runs of one scene and mode as one: sums, extremes and means of theirs. `seed` is the number of runs,
+/// and `failure` says how many did not take all steps. runs: not empty.
+ContactRun together(std::span<const ContactRun> runs);
 
 /// Writes CSV, one line per run, with a comment that names the machine. Atomic.
 void write_contact_table(const std::filesystem::path& path, std::span<const ContactRun> runs);
