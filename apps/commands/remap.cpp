@@ -32,7 +32,9 @@ void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& t
         for (int i = 0; i < count; ++i)
             to.add_frame(handle, times[static_cast<std::size_t>(begin + i)], x.middleRows(nodes * i, nodes));
     }
-    to.end_trajectory(handle, info.failure, from.facts(trajectory));
+    FrameFacts facts = from.facts(trajectory);
+    facts.self_intersections.clear();  // of the other surface
+    to.end_trajectory(handle, info.failure, facts);
 }
 
 void run(const RemapArguments& arguments, Output& out) {

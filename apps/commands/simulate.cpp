@@ -35,7 +35,8 @@ struct SimulateArguments {
 
 /// Applies the options that override the scene file.
 void override(SceneSpec& spec, const SimulateArguments& arguments) {
-    if (spec.contact.intersection_free && (arguments.compare || !arguments.bounds.empty()))
+    if (spec.contact.intersection_free &&
+        (arguments.compare || !arguments.bounds.empty() || arguments.margin || arguments.per_group))
         throw std::invalid_argument(
             fmt::format("{}: steps without intersections have no bounds and no contacts to choose; "
                         "allowed: without --bounds and --compare-contacts",
@@ -209,12 +210,12 @@ void run(const SimulateArguments& arguments, Output& out) {
         hashes.push_back(body_hash(*bodies.back().body));
     }
     make_trees(spec, bodies);
-    World world = build_world(spec, bodies);
-    if (spec.resolve_start)
-        for (const auto& [body, by] : world.resolve_start())
-            out.warning(fmt::format(
-                "body {} '{}' intersects at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m", body,
-                spec.bodies[static_cast<std::size_t>(body)].name, by.x(), by.y(), by.z()));
+    std::vector<StartMove> moves;
+    World world = build_world(spec, bodies, &moves);
+    for (const auto& [body, by] : moves)
+        out.warning(
+            fmt::format("body {} '{}' intersects at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m",
+                        body, spec.bodies[static_cast<std::size_t>(body)].name, by.x(), by.y(), by.z()));
     world.check_start();
     std::optional<Audit> audit;
     if (arguments.audit > 0) audit.emplace(spec, bodies);
@@ -243,6 +244,8 @@ void run(const SimulateArguments& arguments, Output& out) {
         keep(0, {});
     }
     std::string failure, trouble;  // the first trouble of this run
+    if (arguments.strict && outputs.table().totals().troubled_steps > 0)
+        failure = fmt::format("a step up to frame {} went wrong", frame.number);
     out.progress("frames", frame.number, spec.time.frames);
     int factorised = 0;  // number of steps
     while (frame.number < spec.time.frames && failure.empty() && !interrupted()) {

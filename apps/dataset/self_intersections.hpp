@@ -16,7 +16,7 @@ class SelfIntersections {
         : posed_(std::move(tree), BoundKind::boxes) {}
 
     /// Pairs of faces without a common vertex that have a point in common, by exact tests of positions
-    /// rounded to single precision. W: of the surface; nodes: [N, 3], metres.
+    /// in single precision, from nodes as a recording has them. W: of the surface; nodes: [N, 3], metres.
     std::int32_t count(const Embedding& W, const Nodes& nodes);
 
  private:

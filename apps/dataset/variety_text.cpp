@@ -25,6 +25,7 @@ void write_frames(nlohmann::ordered_json& json, const KindVariety& kind) {
 
 /// Manifests of earlier versions have fewer counts.
 void read_frames(const nlohmann::json& json, KindVariety& kind) {
+    kind.frames = json.at("frames");
     for (const FrameCount& f : frame_counts) kind.*f.count = json.value(f.key, 0L);
 }
 

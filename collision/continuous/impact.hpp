@@ -26,8 +26,8 @@ struct Impact {
 /// Whether a vertex p meets the face abc, or the edge pq the edge uv, while all move straight. Touching
 /// counts, also at the ends of the step, and degenerate features count as the segments or points that they
 /// are. No collision is missed: rounding errors are bounded, and a search that runs out of iterations ends
-/// with "hits". Features that pass each other within a few units of rounding of the largest coordinate
-/// difference may be reported, too. A number that is not finite hits at time 0. Allocates nothing.
+/// with "hits". Features that pass each other within 3e-14 of the largest coordinate difference
+/// may be reported, too. A number that is not finite hits at time 0. Allocates nothing.
 ///
 /// A plane between the features separates them for a time that is known exactly, as the distances of corners
 /// from a fixed plane are linear in time. The search goes on from the end of that time with another plane:

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -136,6 +137,18 @@ void Barrier::begin() {
     search_.begin(surfaces_);
     intersection_search_.begin(surfaces_);
 }
+
+void Barrier::check_rest() {
+    for (MovingSurface& surface : surfaces_) surface.move(surface.rest(), surface.rest());
+    near_ = {};
+    near_smooth_.clear();
+    std::vector<Intersection> found = intersection_search_.find(surfaces_);
+    std::erase_if(found, [](const Intersection& i) { return i.surface_a != i.surface_b; });
+    if (!found.empty())
+        throw std::invalid_argument("a body touches itself at rest: " + intersection_text(found, surfaces_));
+}
+
+double Barrier::floor() const noexcept { return floor_share * reach_; }
 
 std::vector<Intersection> Barrier::intersections(std::span<const Nodes> nodes) {
     place(nodes, nodes, 1);

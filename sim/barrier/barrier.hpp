@@ -34,8 +34,12 @@ class Barrier {
     /// then the obstacles, then call begin().
     void add_body(std::shared_ptr<const ContactShape> shape, NodesRef rest, double young);
     void add_obstacle(const Obstacle& obstacle);
-    /// Throws std::invalid_argument for a body that touches itself at rest.
     void begin();
+    /// Throws std::invalid_argument, naming faces, for a body that touches itself at rest. Ends the motion
+    /// that was proposed.
+    void check_rest();
+    /// Distance at which the potential becomes infinite, metres.
+    double floor() const noexcept;
 
     /// Starts a step at `time`, of length dt, seconds: the obstacles move on.
     void begin_step(double time, double dt);

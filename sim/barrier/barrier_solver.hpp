@@ -29,7 +29,7 @@ class BarrierSolver {
     explicit BarrierSolver(const LinearSolveConfig& config, std::shared_ptr<RestHierarchies> hierarchies)
         : linear_(config, std::move(hierarchies)) {}
 
-    /// Friction contacts of the step. The arguments must outlive the step.
+    /// Friction contacts of the step. The arguments must stay valid while contacts are set.
     void begin_step(std::span<const ContactSurface* const> surfaces, std::span<const int> first_unknown,
                     double slip_velocity, double dt, std::vector<FrictionContact> friction);
 

@@ -40,8 +40,12 @@ bool neighbours_intersect(const MovingSurface& s, int a, int b) {
     const TriangleCorners corners_a = face_corners(s, a), corners_b = face_corners(s, b);
     const Eigen::Vector3d p = corners_a[static_cast<std::size_t>(3 - common_a[0] - common_a[1])],
                           q = corners_b[static_cast<std::size_t>(3 - common_b[0] - common_b[1])];
+    const Eigen::Vector3d &u = corners_a[static_cast<std::size_t>(common_a[0])],
+                          &v = corners_a[static_cast<std::size_t>(common_a[1])];
     return double_triangles_intersect({p, p, p}, corners_b) ||
-           double_triangles_intersect({q, q, q}, corners_a);
+           double_triangles_intersect({q, q, q}, corners_a) ||
+           double_triangles_intersect({u, p, p}, {v, q, q}) ||
+           double_triangles_intersect({v, p, p}, {u, q, q});
 }
 
 bool have_common_vertex(const Faces& F, int a, int b) {

@@ -9,7 +9,7 @@
 
 namespace nbd {
 
-/// Two faces that have a point in common besides their common vertices.
+/// Two faces that have a point in common besides their common vertices and edge.
 struct Intersection {
     int surface_a = 0, surface_b = 0;
     int a = 0, b = 0;  // faces

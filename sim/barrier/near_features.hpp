@@ -14,8 +14,8 @@ namespace nbd {
 /// not compared with each other, nor with themselves.
 class NearFeatureSearch {
  public:
-    /// Call once, when all surfaces are there. Throws std::invalid_argument, naming the features, if two that
-    /// have no vertex in common touch at rest.
+    /// Call once, when all surfaces are there. Pairs within a surface that touch at rest never press; see
+    /// Barrier::check_rest().
     void begin(const std::vector<MovingSurface>& surfaces);
 
     /// All pairs whose boxes over the whole motion come within their reach, sorted; among them all whose

@@ -1,9 +1,6 @@
 #include "sim/barrier/neighbour_watch.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <stdexcept>
 
 #include "meshing/parallel/parallel_for.hpp"
 #include "sim/barrier/feature_boxes.hpp"
@@ -24,13 +21,7 @@ NeighbourWatch::NeighbourWatch(const std::vector<MovingSurface>& surfaces, int s
     : surface_(static_cast<std::size_t>(surface)) {
     const MovingSurface& own = surfaces[surface_];
     for (const FeaturePair& pair : neighbour_features(own.F(), own.topology(), surface)) {
-        const double distance = rest_distance(pair, surfaces);
-        const char* feature = pair.kind == FeatureKind::vertex_face ? "vertex" : "edge";
-        const char* other = pair.kind == FeatureKind::vertex_face ? "face" : "edge";
-        if (!(distance > 0))
-            throw std::invalid_argument(fmt::format("body {} touches itself at rest: {} {} and {} {}",
-                                                    own.body(), feature, pair.a, other, pair.b));
-        pairs_.push_back({pair, rest_share * distance});
+        pairs_.push_back({pair, rest_share * rest_distance(pair, surfaces)});
     }
 }
 

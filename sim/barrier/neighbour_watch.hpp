@@ -15,8 +15,7 @@ inline constexpr double rest_share = 0.5;
 /// may have brought near.
 class NeighbourWatch {
  public:
-    /// surface: number of a body's surface. Throws std::invalid_argument, naming the features, if two touch
-    /// at rest.
+    /// surface: number of a body's surface.
     NeighbourWatch(const std::vector<MovingSurface>& surfaces, int surface);
 
     /// Appends all pairs whose boxes over the motion come within their reach: `reach`, or rest_share of the

@@ -44,8 +44,9 @@ enum class ContactDetail {
 struct ContactConfig {
     double stiffness_scale = 1;  // stiffness of a layer of `thickness`, relative to the body
     double friction = 0.5;       // Coulomb's coefficient between bodies; obstacles have their own
-    double thickness = 0;  // distance at which contact begins, metres; 0: 1 % of the smallest body's diagonal
-    double damping = 2e-3;  // damping coefficient over stiffness, seconds
+    double thickness = 0;        // distance at which contact begins, metres; 0: 1 % of the smallest body's
+                                 // diagonal, 0.1 % with intersection_free
+    double damping = 2e-3;       // damping coefficient over stiffness, seconds
     double slip_velocity =
         1e-3;           // below this speed, m/s, friction grows linearly with speed; above it is constant
     int per_group = 4;  // contacts kept of those that the same nodes carry, see ContactReduction; 0: all

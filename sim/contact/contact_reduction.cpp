@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 namespace nbd {
 namespace {
@@ -39,8 +40,9 @@ void ContactReduction::reduce(std::vector<Contact>& contacts, std::size_t first,
         const Contact& contact = contacts[c];
         const bool in_order = contact.a.body == body_a;
         const SurfacePoint &on_a = in_order ? contact.a : contact.b, &on_b = in_order ? contact.b : contact.a;
-        members_.push_back(
-            {heaviest_node(on_a, a), heaviest_node(on_b, b), static_cast<int>(c), place_of(on_a, a)});
+        Member member{heaviest_node(on_a, a), heaviest_node(on_b, b), static_cast<int>(c), place_of(on_a, a)};
+        if (on_a.body == on_b.body && member.node_a > member.node_b) std::swap(member.node_a, member.node_b);
+        members_.push_back(member);
     }
     std::ranges::sort(members_, {},
                       [](const Member& m) { return std::tuple(m.node_a, m.node_b, m.contact); });

@@ -15,9 +15,9 @@ namespace nbd {
 /// presses as hard as they would at the start of the step. So forces, momentum and torque hardly change.
 class ContactReduction {
  public:
-    /// Replaces the contacts from `first` on, all of them between body_a and another body. a, b: the surfaces
-    /// of the two bodies, in the pose of the contacts. thickness: metres. per_group: >= 1. The order of those
-    /// kept stays.
+    /// Replaces the contacts from `first` on, all of them between body_a and another body, or itself. a, b:
+    /// the surfaces of the two bodies, in the pose of the contacts. thickness: metres. per_group: >= 1. The
+    /// order of those kept stays.
     void reduce(std::vector<Contact>& contacts, std::size_t first, int body_a, const ContactSurface& a,
                 const ContactSurface& b, double thickness, int per_group);
 

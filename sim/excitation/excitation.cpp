@@ -111,6 +111,12 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_p
     const Recipe recipe = recipes_.draw(index);
     TrajectoryResult result{.recipe = recipe_json(recipe)};
     World world = make_world(recipe, recipes_.scales(), *body_, elastic_, tree_, config_, hierarchies_);
+    try {
+        world.check_start();
+    } catch (const std::invalid_argument& error) {
+        result.failure = error.what();
+        return result;
+    }
     std::vector<SpreadForce> forces;
     for (const PatchForce& patch : recipe.forces) forces.push_back(spread(patch, *elastic_));
     const double dt = recipe.frame_interval / steps_per_frame;

@@ -61,6 +61,7 @@ Eigen::Vector3d displacement_at(const Obstacle& obstacle, double time) noexcept 
 }
 
 Eigen::Vector3d mean_velocity(const Obstacle& obstacle, double time, double dt) noexcept {
+    if (dt == 0) return Eigen::Vector3d::Zero();
     return (displacement_at(obstacle, time + dt) - displacement_at(obstacle, time)) / dt;
 }
 

@@ -158,9 +158,11 @@ std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const Loa
 void make_trees(const SceneSpec& spec, std::span<LoadedBody> bodies);
 
 /// Builds the world of a scene. bodies: one per spec.bodies, in that order, as loaded from their files;
-/// materials and placements of the scene are applied here. Reads the meshes of obstacles. Throws a one-line
+/// materials and placements of the scene are applied here, and bodies that intersect are moved apart if the
+/// scene asks for it. moves: out, how; may be null. Reads the meshes of obstacles. Throws a one-line
 /// std::invalid_argument or std::runtime_error for inconsistent data: a wrong count, a tree of another
 /// surface, learned bounds with a scale or without a tree, a region without nodes, an unusable mesh.
-World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies);
+World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies,
+                  std::vector<StartMove>* moves = nullptr);
 
 }  // namespace nbd

@@ -34,7 +34,7 @@ void make_trees(const SceneSpec& spec, std::span<LoadedBody> bodies) {
     }
 }
 
-World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies) {
+World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies, std::vector<StartMove>* moves) {
     if (bodies.size() != spec.bodies.size())
         throw std::invalid_argument(
             fmt::format("scene: it has {} bodies, but {} were loaded", spec.bodies.size(), bodies.size()));
@@ -58,6 +58,10 @@ World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies) {
         } catch (const std::invalid_argument& error) {
             throw std::invalid_argument(fmt::format("obstacles[{}]: {}", o, error.what()));
         }
+    }
+    if (spec.resolve_start) {
+        std::vector<StartMove> made = world.resolve_start();
+        if (moves) *moves = std::move(made);
     }
     return world;
 }

@@ -46,16 +46,17 @@ std::vector<Intersection> World::intersecting_faces() {
 }
 
 void World::check_start() {
-    if (!config_.contact.intersection_free || std::exchange(start_is_checked_, true)) return;
-    start_is_checked_ = false;
+    if (!config_.contact.intersection_free || start_is_checked_) return;
+    barrier().check_rest();
     if (const auto found = intersecting_faces(); !found.empty())
         throw std::invalid_argument(fmt::format("without intersections, the start must have none, but {}",
                                                 intersection_text(found, barrier().surfaces())));
     barrier().move(nodes_now(), nodes_now(), 0);
     if (!std::isfinite(barrier().energy(0)))
-        throw std::invalid_argument(
-            fmt::format("without intersections, surfaces must start apart, but two come within {:.2g} m",
-                        barrier().least_distance()));
+        throw std::invalid_argument(fmt::format(
+            "without intersections, surfaces must start apart, but the nearest are {:.2g} m apart; "
+            "allowed: more than {:.2g} m",
+            barrier().least_distance(), barrier().floor()));
     start_is_checked_ = true;
 }
 
@@ -102,12 +103,13 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
         report.solve_us += solution.microseconds();
         if (!solved.fallback.empty())
             report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);
+        report.solver_converged = report.solver_converged && solved.converged;
         ++report.newton_iterations;
         report.solver_iterations += solved.iterations;
         report.contacts = barrier_solver_.contact_count();
         size = dt * (to - v).cwiseAbs().maxCoeff();
         goal = config_.step.newton_tolerance * std::max(thickness(), dt * to.cwiseAbs().maxCoeff());
-        if (progress == 1 && size <= goal) return {};
+        if (progress == 1 && size <= goal && solved.converged) return {};
         const double free = propose(dt, v, to, progress, report);
         share = progress < 1 ? free : search_apart(dt, v, to, free);
         v += share * (to - v);

@@ -78,7 +78,7 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
         report.contacts = solved.active;
         report.solver_iterations += solved.linear_iterations;
         report.solver_converged = report.solver_converged && solved.converged;
-        report.contacts_settled = report.contacts_settled && solved.settled;
+        report.contacts_settled = solved.settled;
         if (!solved.converged)
             return {.reason = "the linear system was not solved to its tolerance",
                     .trouble = StepTrouble::linear_solver};

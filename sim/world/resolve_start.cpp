@@ -5,7 +5,6 @@
 #include <map>
 #include <stdexcept>
 #include <utility>
-#include <variant>
 
 #include "sim/world/world.hpp"
 
@@ -17,11 +16,6 @@ constexpr int max_rounds = 64;
 Eigen::Vector3d middle(const Nodes& x) {
     return (x.colwise().minCoeff() + x.colwise().maxCoeff()).transpose() / 2;
 }
-
-/// The faces of two surfaces that intersect each other, as ranges along a direction.
-struct Overlap {
-    double least_a = std::numeric_limits<double>::infinity(), most_b = -least_a;
-};
 
 }  // namespace
 
@@ -36,32 +30,37 @@ std::vector<StartMove> World::resolve_start() {
     };
     const double room = 2 * thickness();
     std::vector<Intersection> found;
+    int stuck = -1;  // a body that is in an obstacle
     for (int round = 0; round < max_rounds; ++round) {
-        bool clear = true;
+        stuck = -1;
         for (int b = 0; b < body_count(); ++b)
             for (const Obstacle& obstacle : obstacles_)
-                if (const Eigen::Vector3d by = way_out(at(b), obstacle, room); by.norm() > 0 && can_move(b)) {
-                    move(b, by);
-                    clear = false;
+                if (const Eigen::Vector3d by = way_out(at(b), obstacle, room); !by.isZero(0)) {
+                    stuck = b;
+                    if (can_move(b)) move(b, by);
                 }
         found = intersecting_faces();
-        if (found.empty() && clear) break;
+        if (found.empty() && stuck < 0) break;
         const std::vector<MovingSurface>& surfaces = barrier().surfaces();
         std::map<std::pair<int, int>, std::vector<Intersection>> by_pair;
         for (const Intersection& i : found) by_pair[{i.surface_a, i.surface_b}].push_back(i);
         for (const auto& [pair, intersections] : by_pair) {
             const MovingSurface &a = surfaces[static_cast<std::size_t>(pair.first)],
                                 &b = surfaces[static_cast<std::size_t>(pair.second)];
-            if (pair.first == pair.second || !(can_move(a.body()) || can_move(b.body()))) continue;
+            if (pair.first == pair.second || a.is_obstacle() || b.is_obstacle() ||
+                !(can_move(a.body()) || can_move(b.body())))
+                continue;
             Eigen::Vector3d along = middle(a.begin()) - middle(b.begin());
             along = along.norm() > 0 ? along.normalized() : Eigen::Vector3d::UnitX();
-            Overlap overlap;
+            // The ends of the faces that intersect: of a the farthest behind, of b the farthest ahead.
+            double least_of_a = std::numeric_limits<double>::infinity();
+            double most_of_b = -std::numeric_limits<double>::infinity();
             for (const Intersection& i : intersections)
                 for (int k = 0; k < 3; ++k) {
-                    overlap.least_a = std::min(overlap.least_a, a.begin().row(a.F()(i.a, k)).dot(along));
-                    overlap.most_b = std::max(overlap.most_b, b.begin().row(b.F()(i.b, k)).dot(along));
+                    least_of_a = std::min(least_of_a, a.begin().row(a.F()(i.a, k)).dot(along));
+                    most_of_b = std::max(most_of_b, b.begin().row(b.F()(i.b, k)).dot(along));
                 }
-            const double push = std::max(overlap.most_b - overlap.least_a, 0.0) + room;
+            const double push = std::max(most_of_b - least_of_a, 0.0) + room;
             const double share = can_move(a.body()) && can_move(b.body()) ? 0.5 : 1;
             if (can_move(a.body())) move(a.body(), share * push * along);
             if (can_move(b.body())) move(b.body(), -share * push * along);
@@ -71,24 +70,24 @@ std::vector<StartMove> World::resolve_start() {
     if (!found.empty())
         throw std::invalid_argument(
             fmt::format("bodies cannot be moved apart: {}", intersection_text(found, barrier().surfaces())));
+    if (stuck >= 0)
+        throw std::invalid_argument(fmt::format("body {} cannot be moved out of obstacles", stuck));
     std::erase_if(moves, [](const StartMove& m) { return m.by.isZero(0); });
     return moves;
 }
 
-/// The way by which a body leaves a plane or a ball, `room` metres from it; zero where it is out, and for
-/// meshes.
-Eigen::Vector3d World::way_out(const Body& body, const Obstacle& obstacle, double room) const {
-    if (std::holds_alternative<std::shared_ptr<const StaticSurface>>(obstacle.shape))
-        return Eigen::Vector3d::Zero();
+/// The way by which a body leaves an obstacle, to `room` metres from it; zero if no vertex is in it, nor
+/// nearer than the least distance of steps without intersections.
+Eigen::Vector3d World::way_out(const Body& body, const Obstacle& obstacle, double room) {
+    const double least = config_.contact.intersection_free ? 2 * barrier().floor() : 0;
     SurfaceDistance deepest{std::numeric_limits<double>::infinity(), Eigen::Vector3d::Zero()};
     const Nodes x = embedded(body.surface.W(), body.state.x);
     for (Eigen::Index v = 0; v < x.rows(); ++v)
-        if (const auto at =
-                signed_distance(obstacle, x.row(v), time_, std::numeric_limits<double>::infinity());
+        if (const auto at = signed_distance(obstacle, x.row(v), time_, least);
             at && at->distance < deepest.distance)
             deepest = *at;
-    return deepest.distance < room / 2 ? Eigen::Vector3d((room - deepest.distance) * deepest.normal)
-                                       : Eigen::Vector3d::Zero();
+    return deepest.distance <= least ? Eigen::Vector3d((room - deepest.distance) * deepest.normal)
+                                     : Eigen::Vector3d::Zero();
 }
 
 }  // namespace nbd

@@ -114,14 +114,14 @@ int World::add_body(WorldBody body) {
                        .grip_start = std::move(grip_start),
                        .meter = std::move(meter)});
     first_unknown_.push_back(first_unknown_.back() + 3 * nodes);
-    forget_contacts();
+    forget_parts();
     return index;
 }
 
 void World::add_obstacle(Obstacle obstacle) {
     check_obstacle(obstacle);
     obstacles_.push_back(std::move(obstacle));
-    forget_contacts();
+    forget_parts();
 }
 
 double World::thickness() const noexcept {
@@ -139,6 +139,11 @@ double World::smallest_diagonal() const noexcept {
 void World::forget_contacts() {
     if (detected_dt_ > 0) detection_.restore(sides_before_);
     detected_dt_ = 0;
+}
+
+/// Discards what was made of the bodies and obstacles so far.
+void World::forget_parts() {
+    forget_contacts();
     barrier_.reset();
     start_is_checked_ = false;
 }
@@ -213,6 +218,7 @@ void World::restore(const WorldSnapshot& snapshot) {
             throw std::invalid_argument(
                 fmt::format("world: entry {} of the snapshot's contact sides does not fit the bodies", i));
     reset(snapshot);
+    start_is_checked_ = false;
     for (Body& body : bodies_) body.contact_forces.setZero();
 }
 

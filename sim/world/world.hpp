@@ -35,9 +35,12 @@ enum class TimeIntegrator {
 struct StepConfig {
     TimeIntegrator integrator = TimeIntegrator::backward_euler;
     Tangent tangent = Tangent::rotated;
-    int newton_iterations = 1;       // maximum number of linearisations; above 1 with line search
-    double newton_tolerance = 1e-3;  // Newton stops at this residual impulse, relative to the right-hand side
-    int max_substeps = 8;            // a power of two: a rejected step is cut into at most this many parts
+    // Maximum number of linearisations; above 1 with line search; 1 stands for 100 without intersections.
+    int newton_iterations = 1;
+    // Newton stops at this residual impulse, relative to the right-hand side; without intersections, where a
+    // linearisation moves nodes by this share of the largest motion in the step, or of the thickness.
+    double newton_tolerance = 1e-3;
+    int max_substeps = 8;  // a power of two: a rejected step is cut into at most this many parts
 };
 
 struct WorldConfig {
@@ -125,7 +128,8 @@ struct StartMove {
 /// solved by Newton's iteration. A rejected
 /// step is taken back and repeated in 2, 4, 8 ... equal parts. Reasons to reject: the linear system or
 /// Newton's iteration does not converge, bodies approach each other too fast for contact detection, contacts
-/// become too deep, or a failure. The same calls give the same bits on any number of threads.
+/// become too deep, or a failure. With ContactConfig::intersection_free, a barrier keeps surfaces apart
+/// instead, see Barrier. The same calls give the same bits on any number of threads.
 class World {
  public:
     /// Throws std::invalid_argument for a number out of range.
@@ -239,6 +243,7 @@ class World {
     std::span<const RegionMotion> motion(Body& body);
     void begin_pose(Body& body, PosedTree& tree);
     void forget_contacts();
+    void forget_parts();
     void reset(const WorldSnapshot& snapshot);
 
     // step_cutting.cpp
@@ -266,7 +271,7 @@ class World {
     double residual(const Eigen::VectorXd& v);
 
     // resolve_start.cpp
-    Eigen::Vector3d way_out(const Body& body, const Obstacle& obstacle, double room) const;
+    Eigen::Vector3d way_out(const Body& body, const Obstacle& obstacle, double room);
 
     // barrier_iteration.cpp
     Barrier& barrier();

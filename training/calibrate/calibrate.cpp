@@ -174,6 +174,7 @@ void calibrate(TreeFile& file, FrameSource& source, const CalibrateConfig& confi
     std::ranges::sort(used);
     if (source.hash(used) != file.facts.recording_hash) {
         TrainingSplit halves = make_split(recording, 0.5, 0, 0);
+        halves.troubled_frames = file.facts.split.troubled_frames;
         shape = frames_of(recording, halves, FrameSet::train);
         frames = frames_of(recording, halves, FrameSet::held_out);
     }

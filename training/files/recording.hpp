@@ -25,7 +25,7 @@ struct TrajectoryInfo {
 /// Counts of each frame of a trajectory; a list is empty if they are unknown.
 struct FrameFacts {
     std::vector<std::int32_t> contacts{};  // that press
-    std::vector<std::int32_t> troubled{};  // steps of the frame that were kept although they went wrong
+    std::vector<std::int32_t> troubled{};  // steps of the frame that went wrong so that the pose may be off
     std::vector<std::int32_t> self_intersections{};  // pairs of faces of the body's surface that intersect
 
     bool operator==(const FrameFacts&) const = default;

@@ -56,6 +56,7 @@ void run(const ContactArguments& arguments, Output& out) {
     out.text(row("scene", "mode", "runs", "steps", "crossing", "worst", "distance", "cut", "trouble",
                  "inverted", "momentum", "newton", "ms", "search%", "detect%", "solve%", ""));
     std::vector<ContactRun> runs;
+    nlohmann::ordered_json result = nlohmann::ordered_json::array();
     bool broken = false;
     for (const std::string& scene : arguments.scenes) {
         const std::vector<ContactRun> of_scene = run_contact_scene(scene, config, out);
@@ -63,11 +64,19 @@ void run(const ContactArguments& arguments, Output& out) {
         for (std::size_t first = 0; first < of_scene.size(); first += seeds) {
             const ContactRun all = together(std::span(of_scene).subspan(first, seeds));
             tell(all, out);
+            result.push_back({{"scene", all.scene},
+                              {"mode", all.mode},
+                              {"runs", all.seed},
+                              {"steps", all.steps},
+                              {"intersecting", all.intersecting},
+                              {"troubled", all.troubled},
+                              {"ms", all.ms}});
             broken = broken || (all.mode == "free" && all.intersecting > 0);
         }
         runs.insert(runs.end(), of_scene.begin(), of_scene.end());
     }
     if (!arguments.csv.empty()) write_contact_table(arguments.csv, runs);
+    out.result({{"scenes", result}});
     if (broken) throw std::runtime_error("a step without intersections ended with one");
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "apps/bench/contact/momentum_balance.hpp"
 #include "apps/bench/measure/machine.hpp"
@@ -118,7 +119,12 @@ std::vector<ContactRun> run_contact_scene(const std::filesystem::path& scene, co
             jittered.contact.intersection_free = mode.intersection_free;
             if (seed > 0) jitter(jittered, seed, config.jitter);
             ContactRun run{.scene = scene.stem().string(), .mode = mode.name, .seed = seed};
-            runs.push_back(run_once(jittered, bodies, std::move(run), config, out));
+            try {
+                runs.push_back(run_once(jittered, bodies, run, config, out));
+            } catch (const std::invalid_argument& error) {
+                run.failure = error.what();
+                runs.push_back(run);
+            }
         }
     return runs;
 }

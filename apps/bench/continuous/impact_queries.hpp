@@ -28,7 +28,7 @@ struct ImpactQueries {
 /// Reads queries in the format of [WangEtAl21]: FOLDER/SCENE/{edge-edge,vertex-face}/*.csv, eight rows a
 /// query, four corners at the begin and four at the end; numerator and denominator of x, y and z, and the
 /// answer. Scenes and files in order of their names. Throws std::runtime_error, with file and line, for a row
-/// of another form, a coordinate that is not a double, or a folder without queries.
+/// of another form or a folder without queries. Coordinates are rounded to double precision.
 std::vector<ImpactQueries> read_impact_queries(const std::filesystem::path& folder);
 
 }  // namespace nbd

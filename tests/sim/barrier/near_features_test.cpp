@@ -116,17 +116,5 @@ TEST(NearFeatures, HoldAllPairsThatComeWithinTheirReach) {
     EXPECT_LT(pairs.size(), all_pairs(surfaces).size() / 4);
 }
 
-TEST(NearFeatures, RefuseABodyThatTouchesItselfAtRest) {
-    const Body box = test::box_body({1, 1, 1}, {2, 2, 2});
-    Nodes x = box.surface.X;
-    // Two neighbours in one place.
-    x.row(box.surface.F(0, 1)) = x.row(box.surface.F(0, 0));
-    std::vector<MovingSurface> surfaces;
-    surfaces.emplace_back(box.surface.F, x, 0);
-    NearFeatureSearch search;
-    const std::string text = test::refusal([&] { search.begin(surfaces); });
-    EXPECT_NE(text.find("body 0 touches itself at rest"), std::string::npos) << text;
-}
-
 }  // namespace
 }  // namespace nbd

@@ -230,5 +230,63 @@ TEST(IntersectionFree, HeldBodiesAreNotMovedApart) {
               std::string::npos);
 }
 
+TEST(IntersectionFree, AStartInAnObstacleIsRefused) {
+    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
+    const auto refused = [&](const Obstacle& obstacle) {
+        World world(intersection_free());
+        world.add_obstacle(obstacle);
+        world.add_body(box.at({0, 0, 0}));
+        return test::refusal([&] { world.check_start(); });
+    };
+    EXPECT_NE(refused(floor_at(-0.19)).find("surfaces must start apart"), std::string::npos);
+    EXPECT_EQ(refused(floor_at(-0.21)), "");
+    EXPECT_NE(refused({.shape = BallShape{.centre = {0.3, 0.2, 0.2}, .radius = 0.15}}), "");
+    const TriMesh mesh{(0.5 * box.body.surface.X).rowwise() + Eigen::RowVector3d(0.25, 0, 0),
+                       box.body.surface.F};
+    EXPECT_NE(refused({.shape = std::make_shared<const StaticSurface>(mesh)}).find("obstacle mesh 0"),
+              std::string::npos);
+}
+
+TEST(IntersectionFree, BodiesLeaveMeshesByTheShortestWay) {
+    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
+    const Body ground = test::box_body({10, 10, 1}, {8, 8, 1});
+    World world(intersection_free());
+    world.add_obstacle(
+        {.shape = std::make_shared<const StaticSurface>(
+             TriMesh{ground.surface.X.rowwise() - ground.surface.X.colwise().mean(), ground.surface.F})});
+    world.add_body(box.at({3, 0, 0.65}, turned(0.3)));
+    const std::vector<StartMove> moves = world.resolve_start();
+    ASSERT_EQ(moves.size(), 1u);
+    EXPECT_LT(moves[0].by.head<2>().norm(), 1e-6);
+    EXPECT_LT(moves[0].by.z(), 0.3);
+    world.check_start();
+}
+
+TEST(IntersectionFree, ABodyThatIsStuckBetweenPlanesIsNotMended) {
+    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
+    World world(intersection_free());
+    world.add_obstacle(floor_at(-0.1));
+    world.add_obstacle({.shape = PlaneShape{.point = {0, 0, 0.1}, .normal = -Eigen::Vector3d::UnitZ()}});
+    world.add_body(box.at({0, 0, 0}));
+    EXPECT_NE(test::refusal([&] { world.resolve_start(); }).find("cannot be moved out of obstacles"),
+              std::string::npos);
+}
+
+TEST(IntersectionFree, ABodyThatTouchesItselfAtRestIsRefused) {
+    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
+    World world(intersection_free());
+    WorldBody body = box.at({0, 0, 0});
+    // Two neighbours in one place.
+    std::vector<Eigen::Triplet<double>> weights;
+    for (Eigen::Index v = 0; v < body.W.rows(); ++v)
+        for (Embedding::InnerIterator entry(body.W, v == body.F(0, 1) ? body.F(0, 0) : v); entry; ++entry)
+            weights.emplace_back(static_cast<int>(v), static_cast<int>(entry.col()), entry.value());
+    body.W.setFromTriplets(weights.begin(), weights.end());
+    body.tree = nullptr;
+    world.add_body(std::move(body));
+    EXPECT_NE(test::refusal([&] { world.check_start(); }).find("a body touches itself at rest"),
+              std::string::npos);
+}
+
 }  // namespace
 }  // namespace nbd
