@@ -207,6 +207,7 @@ def scenes(folder, models):
                 },
             ],
             steps=20,
+            thickness=2e-3,  # a shot needs a way to stop
         )
     turn = {"centre": [0, 0, 0], "duration": 1.0}
     beam = str(ASSETS / "beam.obj")
