@@ -57,7 +57,7 @@ void BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const P
 /// pairs: sorted; pair.a is a patch of `points`.
 void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int other_body,
                                       const PosedPatches& others, std::span<const PatchPair> pairs,
-                                      const ContactReach& reach, double moved, Sides& sides,
+                                      const ContactReach& reach, double moved, VertexSides& sides,
                                       std::vector<Contact>& contacts) {
     const ContactSurface &own = points.surface(), &surface = others.surface();
     const std::vector<std::span<const PatchPair>> groups = by_first(pairs);
@@ -77,7 +77,7 @@ void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int 
         NearestFace nearest = measure(surface, faces[i], own.x(vertex), reach.most());
         double inside = moved;
         if (nearest.distance < 0) {
-            const auto known = std::ranges::lower_bound(sides, vertex, {}, &Side::vertex);
+            const auto known = std::ranges::lower_bound(sides, vertex, {}, &VertexSide::vertex);
             if (known != sides.end() && known->vertex == vertex) {
                 inside += known->depth;
                 if (nearest.normal.dot(known->normal) <= 0)
@@ -106,34 +106,17 @@ void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int 
 }
 
 double BodyContactFinder::deepest() const noexcept {
-    double deepest = 0;
-    for (const Sides* sides : {&sides_a_, &sides_b_})
-        for (const Side& side : *sides) deepest = std::max(deepest, side.depth);
-    return deepest;
+    return std::max(nbd::deepest(sides_a_), nbd::deepest(sides_b_));
 }
 
 void BodyContactFinder::save_sides(ContactSides& sides) const {
-    const auto save = [&](const Sides& from, int body, int other) {
-        for (const Side& side : from) {
-            sides.vertices.push_back({body, other, side.vertex});
-            sides.normals.push_back(side.normal);
-            sides.depths.push_back(side.depth);
-        }
-    };
-    save(sides_a_, body_a_, body_b_);
-    save(sides_b_, body_b_, body_a_);
+    append(sides_a_, body_a_, body_b_, sides);
+    append(sides_b_, body_b_, body_a_, sides);
 }
 
 void BodyContactFinder::restore_sides(const ContactSides& sides) {
-    const auto restore = [&](int body, int other, Sides& to) {
-        to.clear();
-        for (std::size_t i = 0; i < sides.vertices.size(); ++i)
-            if (sides.vertices[i][0] == body && sides.vertices[i][1] == other)
-                to.push_back({sides.vertices[i][2], sides.normals[i], sides.depths[i]});
-        std::ranges::sort(to, {}, &Side::vertex);
-    };
-    restore(body_a_, body_b_, sides_a_);
-    restore(body_b_, body_a_, sides_b_);
+    sides_a_ = sides_of(sides, body_a_, body_b_);
+    sides_b_ = sides_of(sides, body_b_, body_a_);
 }
 
 }  // namespace nbd

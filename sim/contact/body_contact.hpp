@@ -41,22 +41,14 @@ class BodyContactFinder {
     void restore_sides(const ContactSides& sides);
 
  private:
-    /// The last contact of a vertex.
-    struct Side {
-        int vertex = 0;
-        Eigen::Vector3d normal;
-        double depth = 0;
-    };
-    using Sides = std::vector<Side>;  // sorted by vertex
-
     void find_vertices(int body, const PosedPatches& points, int other_body, const PosedPatches& others,
                        std::span<const PatchPair> pairs, const ContactReach& reach, double moved,
-                       Sides& sides, std::vector<Contact>& contacts);
+                       VertexSides& sides, std::vector<Contact>& contacts);
 
     int body_a_, body_b_;
     std::vector<PatchPair> near_, flipped_;
     CountingSort<PatchPair> counting_sort_;
-    Sides sides_a_, sides_b_;
+    VertexSides sides_a_, sides_b_;
 };
 
 }  // namespace nbd

@@ -14,4 +14,21 @@ struct ContactSides {
     std::vector<double> depths;                // metres behind the other body's surface, >= 0
 };
 
+/// The last contact of a vertex: the side by which it came, and how far it was behind the surface, metres.
+struct VertexSide {
+    int vertex = 0;
+    Eigen::Vector3d normal;
+    double depth = 0;
+};
+using VertexSides = std::vector<VertexSide>;  // of one body against one other, or itself, by ascending vertex
+
+/// The largest depth; 0 if there are none.
+double deepest(const VertexSides& sides) noexcept;
+
+/// Appends the sides of the vertices of `body` against `other`.
+void append(const VertexSides& sides, int body, int other, ContactSides& all);
+
+/// Those that append() added for these bodies.
+VertexSides sides_of(const ContactSides& all, int body, int other);
+
 }  // namespace nbd

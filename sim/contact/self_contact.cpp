@@ -61,10 +61,8 @@ void SelfContactFinder::find(const ContactSurface& surface, NodesRef rest, Posed
                                         static_cast<float>(2 * thickness)));
     const Eigen::RowVector3d frame = v.colwise().mean();
     const double fastest_node = (v.rowwise() - frame).rowwise().norm().maxCoeff();
-    double deepest = 0;
-    for (const Side& side : sides_) deepest = std::max(deepest, side.depth);
     const ContactReach reach{.apart = thickness,
-                             .inside = std::max(thickness, std::min(deepest, 2 * thickness)),
+                             .inside = std::max(thickness, std::min(deepest(sides_), 2 * thickness)),
                              .approach = std::min(2 * dt * fastest_node, thickness)};
     const auto pairs = query_.boxes_within(tree, static_cast<float>(reach.most() + error));
     face_pairs_ = static_cast<long>(pairs.size());
@@ -102,10 +100,10 @@ void SelfContactFinder::collect(const ContactSurface& surface, std::span<const F
 
 void SelfContactFinder::find_vertices(const ContactSurface& surface, const ContactReach& reach, double moved,
                                       std::vector<Contact>& contacts) {
-    const std::vector<Side> known = std::exchange(sides_, {});
+    const VertexSides known = std::exchange(sides_, {});
     for (std::size_t begin = 0, end = 0; begin < vertex_faces_.size(); begin = end) {
         const int vertex = vertex_faces_[begin].a;
-        const auto side = std::ranges::lower_bound(known, vertex, {}, &Side::vertex);
+        const auto side = std::ranges::lower_bound(known, vertex, {}, &VertexSide::vertex);
         const bool touched = side != known.end() && side->vertex == vertex;
         const Eigen::Vector3d p = surface.x(vertex);
         NearestFace nearest;
@@ -156,20 +154,8 @@ void SelfContactFinder::find_edges(const ContactSurface& surface, const ContactR
     }
 }
 
-void SelfContactFinder::save_sides(ContactSides& sides) const {
-    for (const Side& side : sides_) {
-        sides.vertices.push_back({body_, body_, side.vertex});
-        sides.normals.push_back(side.normal);
-        sides.depths.push_back(side.depth);
-    }
-}
+void SelfContactFinder::save_sides(ContactSides& sides) const { append(sides_, body_, body_, sides); }
 
-void SelfContactFinder::restore_sides(const ContactSides& sides) {
-    sides_.clear();
-    for (std::size_t i = 0; i < sides.vertices.size(); ++i)
-        if (sides.vertices[i][0] == body_ && sides.vertices[i][1] == body_)
-            sides_.push_back({sides.vertices[i][2], sides.normals[i], sides.depths[i]});
-    std::ranges::sort(sides_, {}, &Side::vertex);
-}
+void SelfContactFinder::restore_sides(const ContactSides& sides) { sides_ = sides_of(sides, body_, body_); }
 
 }  // namespace nbd

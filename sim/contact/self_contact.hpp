@@ -37,12 +37,6 @@ class SelfContactFinder {
     void restore_sides(const ContactSides& sides);
 
  private:
-    /// The last contact of a vertex.
-    struct Side {
-        int vertex = 0;
-        Eigen::Vector3d normal;
-        double depth = 0;
-    };
     /// A vertex and a face, or two edges, that may be near.
     struct Features {
         int a, b;
@@ -60,7 +54,7 @@ class SelfContactFinder {
     long face_pairs_ = 0;
     Nodes motions_;  // [n, 3] of the vertices in the step, metres
     std::vector<Features> vertex_faces_, edge_pairs_;
-    std::vector<Side> sides_;  // by ascending vertex
+    VertexSides sides_;
 };
 
 /// Distance at which contact of a body with itself begins: `thickness`, but no more than the mean length of
