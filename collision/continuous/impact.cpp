@@ -101,8 +101,7 @@ Impact search(const Motion& motion, const ImpactConfig& config, const ClosestGap
         // Rounding of this sum is within that of the rates.
         const double next = impact.time + best.time;
         if (next >= 1) return {.hits = false, .time = 1, .iterations = impact.iterations};
-        if (!(next > impact.time)) return impact;
-        if (!(best.gap > near)) return impact;
+        if (!(next > impact.time) || !(best.gap > near)) return impact;
         impact.time = next;
     }
     return impact;

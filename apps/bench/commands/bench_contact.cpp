@@ -101,11 +101,10 @@ void add_bench_contact(CLI::App& app, Output& out) {
     command->add_option("--pictures", arguments->pictures, "Folder for pictures of the first runs");
     command->add_option("-o,--output", arguments->csv, "Table to write, CSV");
     command->footer(
-        "crossing, worst: pairs of faces that intersect at the ends of steps, in all and in one; distance: "
-        "the "
-        "least between near features, m; trouble: steps that went wrong; momentum: its largest error in a "
-        "step, relative; newton: linearisations a step. Exit status 1 if a step without intersections "
-        "ended with one.");
+        "crossing, worst: pairs of faces that intersect at the ends of steps, in all and in one\n"
+        "distance: the least between near features, m; trouble: steps that went wrong\n"
+        "momentum: its largest error in a step, relative; newton: linearisations a step\n"
+        "Exit status 1 if a step without intersections ended with one.");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 
