@@ -1,6 +1,7 @@
 #include "tests/sim/world/box_model.hpp"
 
 #include <Eigen/Geometry>
+#include <utility>
 
 #include "tests/support/box_body.hpp"
 
@@ -22,6 +23,17 @@ WorldBody Model::at(const Eigen::Vector3d& centre, const Eigen::Matrix3d& R,
     entry.state.x = (body.tets.X * R.transpose()).rowwise() + centre.transpose();
     entry.state.v = Nodes::Zero(body.tets.X.rows(), 3).rowwise() + velocity.transpose();
     return entry;
+}
+
+void add_colliding_boxes(World& world) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    Material undamped = box.body.material;
+    undamped.rayleigh_mass = 0;
+    WorldBody left = box.at({0, 0, 0}, turned(0.2), {1.2, 0.1, 0});
+    WorldBody right = box.at({0.75, 0.1, 0.05}, turned(-0.5), {-0.8, 0, 0.1});
+    left.elastic = right.elastic = std::make_shared<const ElasticBody>(box.body.tets, undamped);
+    world.add_body(std::move(left));
+    world.add_body(std::move(right));
 }
 
 Obstacle floor_at(double height, double friction) {

@@ -19,6 +19,9 @@ struct Model {
                  const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero()) const;
 };
 
+/// Two boxes without damping by mass that fly at each other.
+void add_colliding_boxes(World& world);
+
 Obstacle floor_at(double height, double friction = 0.5);
 
 Eigen::Matrix3d turned(double angle);
