@@ -2,7 +2,9 @@
 
 #include <dlfcn.h>
 
+#include <array>
 #include <filesystem>
+#include <mutex>
 #include <system_error>
 
 namespace nbd {
@@ -12,6 +14,19 @@ template <class Function>
 Function loaded(const char* name) noexcept {
     return reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, name));
 }
+
+/// How each recognised BLAS tells and sets its number of threads; an int fits the register of any type used.
+struct ThreadCount {
+    const char *get, *set;
+};
+constexpr std::array<ThreadCount, 3> thread_counts{
+    {{"openblas_get_num_threads", "openblas_set_num_threads"},
+     {"MKL_Get_Max_Threads", "MKL_Set_Num_Threads"},
+     {"bli_thread_get_num_threads", "bli_thread_set_num_threads"}}};
+
+std::mutex restored;
+int restorers = 0;
+std::array<int, thread_counts.size()> threads_before{};  // 0: not loaded
 
 }  // namespace
 
@@ -34,10 +49,25 @@ BlasInfo blas_info() {
 }
 
 void hold_blas_to_one_thread() noexcept {
-    if (const auto set = loaded<void (*)(int)>("openblas_set_num_threads")) set(1);
-    if (const auto set = loaded<void (*)(int)>("MKL_Set_Num_Threads")) set(1);
-    if (const auto set = loaded<void (*)(int)>("bli_thread_set_num_threads"))
-        set(1);  // int: dim_t fits a register
+    for (const ThreadCount& threads : thread_counts)
+        if (const auto set = loaded<void (*)(int)>(threads.set)) set(1);
+}
+
+RestoredBlasThreads::RestoredBlasThreads() noexcept {
+    const std::scoped_lock lock(restored);
+    if (restorers++ > 0) return;
+    for (std::size_t i = 0; i < thread_counts.size(); ++i) {
+        const auto get = loaded<int (*)()>(thread_counts[i].get);
+        threads_before[i] = get ? get() : 0;
+    }
+}
+
+RestoredBlasThreads::~RestoredBlasThreads() {
+    const std::scoped_lock lock(restored);
+    if (--restorers > 0) return;
+    for (std::size_t i = 0; i < thread_counts.size(); ++i)
+        if (const auto set = loaded<void (*)(int)>(thread_counts[i].set); set && threads_before[i] > 0)
+            set(threads_before[i]);
 }
 
 SerialOpenMP::SerialOpenMP() noexcept {

@@ -18,6 +18,16 @@ BlasInfo blas_info();
 /// Does nothing for others. Cheap to repeat.
 void hold_blas_to_one_thread() noexcept;
 
+/// The last object of this class to be destroyed gives a recognised BLAS the number of threads that it had
+/// when the first was made: for programs that use it for other things, too. Any thread may make one.
+class RestoredBlasThreads {
+ public:
+    RestoredBlasThreads() noexcept;
+    ~RestoredBlasThreads();
+    RestoredBlasThreads(const RestoredBlasThreads&) = delete;
+    RestoredBlasThreads& operator=(const RestoredBlasThreads&) = delete;
+};
+
 /// While alive, OpenMP regions entered from the constructing thread run on that thread only. CHOLMOD opens
 /// one region per supernode, and its results must not depend on the number of threads. On one core the same
 /// work took 183 to 186 ms with CHOLMOD's OpenMP and 87 to 92 ms with this class; more cores were not

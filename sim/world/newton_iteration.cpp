@@ -10,19 +10,35 @@
 
 namespace nbd {
 
+/// Fixes from where and until when driven nodes move that were given targets since the last step.
+void World::start_driving(double dt) {
+    for (Body& body : bodies_) {
+        DrivenNodes& driven = body.driven;
+        if (driven.end > driven.start) continue;
+        driven.from = body.state.x(driven.nodes, Eigen::all);
+        driven.start = time_;
+        driven.end = time_ + dt;
+    }
+}
+
 PrescribedNodes World::prescribed(const Body& body, double dt) const {
     PrescribedNodes result;
     std::vector<Eigen::Vector3d> v;
+    const auto add = [&](int node, const Eigen::Vector3d& target) {
+        const Eigen::Vector3d x = start_of(body).x.row(node);
+        result.nodes.push_back(node);
+        v.push_back((target - x) / dt);
+    };
     for (std::size_t g = 0; g < body.grips.size(); ++g) {
         const Grip& grip = body.grips[g];
         if (time_ >= grip.release) continue;
         for (std::size_t k = 0; k < grip.nodes.size(); ++k) {
             const Eigen::Vector3d x0 = body.grip_start[g].row(static_cast<Eigen::Index>(k));
-            const Eigen::Vector3d x = start_of(body).x.row(grip.nodes[k]);
-            result.nodes.push_back(grip.nodes[k]);
-            v.push_back((grip_target(grip, x0, time_ + dt) - x) / dt);
+            add(grip.nodes[k], grip_target(grip, x0, time_ + dt));
         }
     }
+    for (std::size_t k = 0; k < body.driven.nodes.size(); ++k)
+        add(body.driven.nodes[k], body.driven.at(static_cast<Eigen::Index>(k), time_ + dt));
     result.v.resize(static_cast<Eigen::Index>(v.size()), 3);
     for (std::size_t i = 0; i < v.size(); ++i) result.v.row(static_cast<Eigen::Index>(i)) = v[i];
     return result;

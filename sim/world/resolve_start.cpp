@@ -22,7 +22,9 @@ Eigen::Vector3d middle(const Nodes& x) {
 std::vector<StartMove> World::resolve_start() {
     std::vector<StartMove> moves;
     for (int b = 0; b < body_count(); ++b) moves.push_back({b, Eigen::Vector3d::Zero()});
-    const auto can_move = [&](int body) { return body >= 0 && at(body).grips.empty(); };
+    const auto can_move = [&](int body) {
+        return body >= 0 && at(body).grips.empty() && at(body).driven.nodes.empty();
+    };
     const auto move = [&](int body, const Eigen::Vector3d& by) {
         at(body).state.x.rowwise() += by.transpose();
         at(body).measured = false;

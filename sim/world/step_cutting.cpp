@@ -48,6 +48,7 @@ WorldReport World::step(double dt) {
     WorldReport report;
     const double begin = time_;
     check_start();
+    start_driving(dt);
     for (Body& body : bodies_) body.contact_forces.setZero();
     report.substeps = 1;
     for (int done = 0; done < report.substeps;) {

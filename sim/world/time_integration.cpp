@@ -5,8 +5,8 @@
 
 namespace nbd {
 
-/// BDF2 for bodies without a contact in reach and without a grip that jumps, neither in this step nor in the
-/// one before it: BDF2 would extrapolate the impact.
+/// BDF2 for bodies without a contact in reach, without driven nodes and without a grip that jumps, neither in
+/// this step nor in the one before it: BDF2 would extrapolate the impact.
 void World::choose_steps(double dt) {
     const bool is_bdf2 = config_.step.integrator == TimeIntegrator::bdf2;
     std::vector<char> is_hit(bodies_.size(), 0);
@@ -19,7 +19,7 @@ void World::choose_steps(double dt) {
             const bool moves = !grip.translation.isZero(0) || !grip.rotation.isZero(0);
             return moves && grip.duration == 0 && grip.start > time_ - dt_before_ && grip.start <= time_ + dt;
         });
-        body.keeps_state = is_bdf2 && !is_hit[b] && !jumps;
+        body.keeps_state = is_bdf2 && !is_hit[b] && !jumps && body.driven.nodes.empty();
         if (!body.keeps_state) body.before.reset();
         body.start = {.state = {}, .step = dt};
         if (body.before && dt <= max_bdf2_growth * dt_before_)
@@ -43,12 +43,12 @@ Nodes World::first_iterate(const Body& body) const {
 /// v: the solution of the step.
 void World::advance(Body& body, const Nodes& v) {
     const auto [dt, factor] = body.start.step;
-    BodyState end{start_of(body).x + dt * v, factor * v};
     if (body.keeps_state)
-        body.before = std::move(body.state);
+        body.before = body.state;
     else
         body.before.reset();
-    body.state = std::move(end);
+    body.state.x = start_of(body).x + dt * v;
+    body.state.v = factor * v;
 }
 
 }  // namespace nbd

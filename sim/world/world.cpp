@@ -118,6 +118,18 @@ int World::add_body(WorldBody body) {
     return index;
 }
 
+void World::drive(int body, std::vector<int> nodes, Nodes targets) {
+    Body& driven = at(body);
+    Grip all{.nodes = nodes};
+    for (const Grip& grip : driven.grips)
+        if (time_ < grip.release) all.nodes.insert(all.nodes.end(), grip.nodes.begin(), grip.nodes.end());
+    check_grip(all, driven.elastic->node_count());
+    if (targets.rows() != static_cast<Eigen::Index>(nodes.size()) || !targets.allFinite())
+        throw std::invalid_argument(fmt::format("world: {} driven nodes need as many finite targets, not {}",
+                                                nodes.size(), targets.rows()));
+    driven.driven = {.nodes = std::move(nodes), .from = {}, .to = std::move(targets)};
+}
+
 void World::add_obstacle(Obstacle obstacle) {
     check_obstacle(obstacle);
     obstacles_.push_back(std::move(obstacle));

@@ -14,6 +14,7 @@
 #include "sim/contact/contact_detection.hpp"
 #include "sim/contact/contact_solver.hpp"
 #include "sim/fem/step_system.hpp"
+#include "sim/world/driven_nodes.hpp"
 #include "sim/world/grip.hpp"
 #include "sim/world/world_snapshot.hpp"
 
@@ -150,11 +151,18 @@ class World {
     double thickness() const noexcept;          // contact begins at this distance, metres
     double smallest_diagonal() const noexcept;  // of the boxes of the bodies' surfaces at rest, metres
     const ElasticBody& elastic(int body) const { return *at(body).elastic; }
+    /// The arrays keep their place in memory as long as the world lives.
     const BodyState& state(int body) const { return at(body).state; }
     const ContactSurface& surface(int body) const { return at(body).surface; }
 
     /// Outer forces on the tet nodes, [N, 3] newtons. They act until changed; initially zero.
     Nodes& forces(int body) { return at(body).forces; }
+
+    /// Moves nodes of a body in the next step, on straight lines to `targets`, [nodes, 3] metres, and holds
+    /// them there until the next call, which replaces them; no nodes: frees all. As little a part of
+    /// snapshots as outer forces. Throws std::invalid_argument for a node out of range, named twice or in a
+    /// grip, and for targets of another shape or not finite.
+    void drive(int body, std::vector<int> nodes, Nodes targets);
 
     /// Motions of the regions of the body's tree, the input of `certified` bounds; empty for other bounds.
     /// Valid until the body moves.
@@ -205,7 +213,8 @@ class World {
         double contact_young = 0;                   // of the layer that its surface lies in, Pa
         Nodes forces, contact_forces;
         std::vector<Grip> grips;
-        std::vector<Nodes> grip_start;         // per grip, positions at which it took its nodes
+        std::vector<Nodes> grip_start;  // per grip, positions at which it took its nodes
+        DrivenNodes driven{};
         double energy = 0;                     // elastic, joules, at the end of the last step
         std::unique_ptr<RegionMeter> meter{};  // null unless the tree has `certified` bounds
         bool measured = false;                 // the meter's result is of the current state
@@ -263,6 +272,7 @@ class World {
     void advance(Body& body, const Nodes& v);
 
     // newton_iteration.cpp
+    void start_driving(double dt);
     PrescribedNodes prescribed(const Body& body, double dt) const;
     Eigen::VectorXd start_velocities(const std::vector<PrescribedNodes>& given) const;
     void build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate);

@@ -7,6 +7,7 @@
 #include "sim/world/world.hpp"
 #include "tests/sim/support/momentum.hpp"
 #include "tests/sim/world/box_model.hpp"
+#include "tests/support/box_body.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/on_threads.hpp"
