@@ -1,14 +1,13 @@
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
-#include <fstream>
-#include <iterator>
 #include <memory>
 
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
+#include "apps/dataset/begin_dataset.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/producer.hpp"
 #include "apps/dataset/variety.hpp"
@@ -44,60 +43,11 @@ Shard parse_shard(const std::string& text) {
     return shard;
 }
 
-std::string read_text(const std::string& path) {
-    std::ifstream in;
-    if (std::filesystem::is_regular_file(path)) in.open(path, std::ios::binary);
-    if (!in.is_open())
-        throw std::runtime_error(fmt::format("{}: cannot be read; allowed: a JSON file", path));
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
 RecipeRanges load_ranges(const DatasetArguments& arguments) {
     RecipeRanges ranges;
-    if (!arguments.recipe.empty()) try {
-            ranges = parse_recipe_ranges(read_text(arguments.recipe));
-        } catch (const std::invalid_argument& error) {
-            throw std::runtime_error(fmt::format("{}: {}", arguments.recipe, error.what()));
-        }
+    if (!arguments.recipe.empty()) ranges = load_recipe_ranges(arguments.recipe);
     if (arguments.strength) ranges.strength = *arguments.strength;
     return ranges;
-}
-
-/// Starts a dataset. Refuses to continue one with other options or to replace another file.
-void begin(const ShardFolder& folder, const std::string& plan) {
-    const auto refuse_other = [&](const std::string& there) {
-        const std::string difference = plan_difference(there, plan);
-        if (!difference.empty())
-            throw std::runtime_error(
-                fmt::format("{}: was started with {}; allowed: the same options, or another name",
-                            folder.view().string(), difference));
-    };
-    if (folder.path() == folder.view())
-        throw std::runtime_error(
-            fmt::format("{}: this is the name of the folder for the frames; allowed: another extension",
-                        folder.view().string()));
-    if (std::filesystem::exists(folder.plan())) {
-        try {
-            refuse_other(read_text(folder.plan().string()));
-        } catch (const std::invalid_argument& error) {
-            throw std::runtime_error(fmt::format("{}: {}", folder.plan().string(), error.what()));
-        }
-        return;
-    }
-    if (is_dataset_view(folder.view()))
-        refuse_other(read_dataset_manifest(folder.view()).plan);
-    else if (std::filesystem::exists(folder.view()))
-        throw std::runtime_error(fmt::format(
-            "{}: already exists and is not a dataset that can be continued; allowed: another name",
-            folder.view().string()));
-    std::error_code error;
-    std::filesystem::create_directories(folder.path(), error);
-    if (error)
-        throw std::runtime_error(
-            fmt::format("{}: cannot create this folder: {}", folder.path().string(), error.message()));
-    h5::AtomicFile file(folder.plan());
-    file.out() << plan;
-    file.commit();
 }
 
 ProducerHooks hooks_for(const ShardFolder& folder, Output& out) {
@@ -167,7 +117,7 @@ void run(const DatasetArguments& arguments, Output& out) {
     if (shard.number >= plan.trajectories)
         throw std::invalid_argument(
             fmt::format("shard {} of {} trajectories is empty", arguments.shard, plan.trajectories));
-    begin(folder, plan_json(plan, body));
+    begin_dataset(folder, plan_json(plan, body));
     Producer producer(std::move(body), plan, folder, hooks_for(folder, out));
 
     const bool alone = shard.count == 1 && rank.count == 1;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <stdexcept>
@@ -117,6 +119,19 @@ RecipeRanges parse_recipe_ranges(std::string_view text) {
     top.finish();
     recipe_mix(ranges);
     return ranges;
+}
+
+RecipeRanges load_recipe_ranges(const std::filesystem::path& path) {
+    std::ifstream in;
+    if (std::filesystem::is_regular_file(path)) in.open(path, std::ios::binary);
+    if (!in.is_open())
+        throw std::runtime_error(fmt::format("{}: cannot be read; allowed: a JSON file", path.string()));
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    try {
+        return parse_recipe_ranges(text);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(fmt::format("{}: {}", path.string(), error.what()));
+    }
 }
 
 std::string to_json(const RecipeRanges& r) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -93,6 +94,9 @@ struct RecipeRanges {
 /// std::invalid_argument with the JSON path, its value and what was allowed; for an unknown key, the nearest
 /// known one.
 RecipeRanges parse_recipe_ranges(std::string_view text);
+
+/// parse_recipe_ranges() of the file at `path`. Throws std::runtime_error; the message starts with the path.
+RecipeRanges load_recipe_ranges(const std::filesystem::path& path);
 
 /// All ranges as JSON text of a recipe file.
 std::string to_json(const RecipeRanges& ranges);

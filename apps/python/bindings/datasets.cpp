@@ -1,0 +1,96 @@
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+#include <tbb/global_control.h>
+
+#include "apps/dataset/begin_dataset.hpp"
+#include "apps/dataset/plan.hpp"
+#include "apps/dataset/producer.hpp"
+#include "apps/python/bindings/bindings.hpp"
+#include "apps/python/bindings/long_call.hpp"
+#include "collision/base/notice.hpp"
+
+namespace nbd::python {
+namespace {
+
+using std::filesystem::path;
+
+/// A recipe as JSON text: of a dictionary, or of the file at a path.
+RecipeRanges ranges_from(const py::object& recipe, std::optional<double> strength) {
+    RecipeRanges ranges;
+    if (py::isinstance<py::dict>(recipe)) {
+        const py::object text = py::module_::import("json").attr("dumps")(recipe);
+        ranges = parse_recipe_ranges(text.cast<std::string>());
+    } else if (!recipe.is_none()) {
+        ranges = load_recipe_ranges(recipe.cast<path>());
+    }
+    if (strength) ranges.strength = *strength;
+    return ranges;
+}
+
+void produce(const Body& body, const DatasetPlan& plan, const path& file, Progress& progress) {
+    const ShardFolder folder(file, plan.trajectories, plan.per_shard);
+    const FileCall call;
+    begin_dataset(folder, plan_json(plan, body));
+    const auto stop_if_asked = [] {
+        if (LongCall::asked()) throw Stopped("make_dataset: was stopped");
+    };
+    Producer producer(
+        body, plan, folder,
+        {.warn = [](const std::string& line) { notice(line); },
+         .progress = [&](int there) { progress.tell("trajectories", there, plan.trajectories); },
+         .stop_if_asked = stop_if_asked});
+    const auto all = [](int) { return true; };
+    producer.verify(all);
+    const auto threads =
+        static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+    do producer.produce(all, threads, 0);
+    while (!producer.merge());
+}
+
+void make_dataset(const Body& body, const path& file, int trajectories, int frames, std::uint64_t seed,
+                  std::optional<double> strength, const py::object& recipe, double frame_interval,
+                  int steps_per_frame, bool self_contact, bool intersection_free, double held_out,
+                  int per_shard, const py::object& function) {
+    DatasetPlan plan;
+    plan.trajectories = trajectories;
+    plan.per_shard = per_shard;
+    plan.held_out_share = held_out;
+    plan.excitation.frames = frames;
+    plan.excitation.frame_interval = frame_interval;
+    plan.excitation.steps_per_frame = steps_per_frame;
+    plan.excitation.self_contact = self_contact;
+    plan.excitation.intersection_free = intersection_free;
+    plan.excitation.ranges = ranges_from(recipe, strength);
+    plan.excitation.seed = seed;
+    if (trajectories < 1) throw std::invalid_argument("trajectories: must be at least 1");
+    if (per_shard < 1) throw std::invalid_argument("per_shard: must be at least 1");
+    if (!(held_out >= 0 && held_out < 1)) throw std::invalid_argument("held_out: must be >= 0 and < 1");
+    Progress progress(function);
+    try {
+        produce(body, plan, file, progress);
+    } catch (const Stopped&) {
+        progress.check();
+        raise_stop("make_dataset: was stopped; the same call continues from " + file.string());
+    }
+    progress.check();
+}
+
+}  // namespace
+
+void bind_datasets(py::module_& m) {
+    const DatasetPlan defaults;
+    m.def(
+        "make_dataset", &make_dataset, py::arg("body"), py::arg("path"), py::kw_only(),
+        py::arg("trajectories") = defaults.trajectories, py::arg("frames") = defaults.excitation.frames,
+        py::arg("seed") = defaults.excitation.seed, py::arg("strength") = py::none(),
+        py::arg("recipe") = py::none(), py::arg("frame_interval") = defaults.excitation.frame_interval,
+        py::arg("steps_per_frame") = defaults.excitation.steps_per_frame, py::arg("self_contact") = false,
+        py::arg("intersection_free") = false, py::arg("held_out") = defaults.held_out_share,
+        py::arg("per_shard") = defaults.per_shard, py::arg("progress") = py::none(),
+        "Simulates trajectories to train on, as `nbdtree dataset` does, with the same bits. recipe: a recipe "
+        "file or a dictionary with its keys. progress: a function (what, done, total). Ctrl-C stops it; the "
+        "same call continues.");
+}
+
+}  // namespace nbd::python

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "sim/factor/blas.hpp"
+
+namespace nbd::python {
+
+namespace py = pybind11;
+
+/// Thrown by a long call that Ctrl-C stopped; Python sees KeyboardInterrupt.
+struct Stopped : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// While alive, other threads of Python run, Ctrl-C sets asked(), and BLAS has one thread, as in the program.
+/// Calls of several threads may overlap.
+class LongCall {
+ public:
+    LongCall();
+    ~LongCall();
+    LongCall(const LongCall&) = delete;
+    LongCall& operator=(const LongCall&) = delete;
+
+    /// Set by Ctrl-C since the call began, and by stop().
+    static const std::atomic<bool>& asked() noexcept;
+    static void stop() noexcept;
+
+ private:
+    struct Warnings {
+        ~Warnings();
+    } warnings_;  // when the GIL is held again
+    py::gil_scoped_release released_;
+    RestoredBlasThreads blas_;
+};
+
+/// A long call that reads or writes HDF5 files, whose library serves one thread at a time: such calls of
+/// several threads wait for each other.
+class FileCall : public LongCall {
+ public:
+    FileCall() : one_(file_calls()) {}
+
+ private:
+    static std::mutex& file_calls();
+    std::scoped_lock<std::mutex> one_;
+};
+
+/// Raises what the signal handlers of Python raise, KeyboardInterrupt for Ctrl-C. Call it after a LongCall
+/// that was stopped; throws Stopped where no handler raises.
+[[noreturn]] void raise_stop(const std::string& what_is_kept);
+
+/// A function of the caller that is told how far a long call is: function(what, done, total). What it raises
+/// stops the call and is raised by check().
+class Progress {
+ public:
+    explicit Progress(py::object function);
+
+    /// From any thread.
+    void tell(std::string_view what, double done, double total) noexcept;
+    /// Throws what the function raised. Needs the GIL.
+    void check() const;
+
+ private:
+    py::object function_;
+    std::exception_ptr raised_;
+};
+
+/// Notices of the library become warnings of Python at the end of each LongCall.
+void collect_notices() noexcept;
+
+/// An object of ours that only one thread at a time may use.
+class Lockable {
+ public:
+    Lockable() = default;
+    Lockable(Lockable&& other) noexcept : is_used_(other.is_used_.load()) {}
+
+ private:
+    friend class Use;
+    std::atomic<bool> is_used_ = false;
+};
+
+/// Marks an object as used while alive. Throws std::runtime_error, naming it, where another thread uses it.
+class Use {
+ public:
+    Use(Lockable& object, const char* name) : object_(object) {
+        if (object_.is_used_.exchange(true))
+            throw std::runtime_error(std::string(name) +
+                                     ": is in use by another thread; allowed: one at a "
+                                     "time, or an object for each thread");
+    }
+    ~Use() { object_.is_used_ = false; }
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+
+ private:
+    Lockable& object_;
+};
+
+}  // namespace nbd::python

@@ -1,0 +1,215 @@
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <optional>
+
+#include "apps/python/bindings/arrays.hpp"
+#include "apps/python/bindings/bindings.hpp"
+#include "apps/python/bindings/long_call.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/split.hpp"
+
+namespace nbd::python {
+namespace {
+
+using std::filesystem::path;
+
+struct ReaderObject {
+    std::unique_ptr<RecordingReader> reader;
+    Lockable lock;
+};
+
+struct WriterObject {
+    std::unique_ptr<RecordingWriter> writer;  // null once it is finished or given up
+    std::vector<std::pair<int, int>> open;    // handles and their numbers of nodes
+    Lockable lock;
+
+    RecordingWriter& get() const {
+        if (!writer) throw std::runtime_error("RecordingWriter: is closed");
+        return *writer;
+    }
+};
+
+std::unique_ptr<ReaderObject> open_recording(const path& file) {
+    const FileCall call;
+    auto object = std::make_unique<ReaderObject>();
+    object->reader = std::make_unique<RecordingReader>(file);
+    return object;
+}
+
+int checked(const ReaderObject& self, int trajectory) {
+    const auto count = static_cast<int>(self.reader->trajectories().size());
+    if (trajectory < 0 || trajectory >= count)
+        throw py::index_error(fmt::format("trajectory: is {}; allowed: 0..{}", trajectory, count - 1));
+    return trajectory;
+}
+
+/// [frames, nodes, 3]; numpy takes over what was read.
+py::array read_frames(ReaderObject& self, int trajectory, int begin, std::optional<int> count) {
+    const int frames =
+        self.reader->trajectories()[static_cast<std::size_t>(checked(self, trajectory))].frames;
+    const int wanted = count.value_or(frames - begin);
+    if (begin < 0 || wanted < 0 || begin > frames || wanted > frames - begin)
+        throw py::index_error(
+            fmt::format("frames: {} from {} on; the trajectory has {}", wanted, begin, frames));
+    const Use use(self.lock, "RecordingReader");
+    Vertices x;
+    {
+        const FileCall call;
+        self.reader->read(trajectory, begin, wanted, x);
+    }
+    return owned(std::move(x)).reshape({wanted, self.reader->nodes(trajectory), 3});
+}
+
+py::dict facts_of(const ReaderObject& self, int trajectory) {
+    const FrameFacts& facts = self.reader->facts(checked(self, trajectory));
+    py::dict all;
+    for (const FrameFactName& fact : frame_facts)
+        if (!(facts.*fact.list).empty()) all[fact.name] = owned(std::vector<std::int32_t>(facts.*fact.list));
+    return all;
+}
+
+void bind_reader(py::module_& m) {
+    py::class_<TrajectoryInfo>(m, "TrajectoryInfo", "Facts about one trajectory of a recording.")
+        .def_readonly("id", &TrajectoryInfo::id)
+        .def_readonly("seed", &TrajectoryInfo::seed)
+        .def_readonly("body_hash", &TrajectoryInfo::body_hash)
+        .def_readonly("recipe", &TrajectoryInfo::recipe, "JSON text: the scene or excitation behind it.")
+        .def_readonly("failure", &TrajectoryInfo::failure, "Empty, or why the run stopped early.")
+        .def_readonly("frames", &TrajectoryInfo::frames);
+    py::class_<ReaderObject>(m, "RecordingReader",
+                             "Reads frames of a recording or a dataset when they are asked for.")
+        .def(py::init(&open_recording), py::arg("path"))
+        .def_property_readonly("path", [](const ReaderObject& self) { return self.reader->path(); })
+        .def_property_readonly(
+            "trajectories", [](const ReaderObject& self) { return self.reader->trajectories(); },
+            "Their facts, sorted by id. Includes failed ones.")
+        .def_property_readonly(
+            "frames", [](const ReaderObject& self) { return self.reader->frames(); },
+            "How many frames all trajectories have together.")
+        .def(
+            "nodes", [](const ReaderObject& self, int i) { return self.reader->nodes(checked(self, i)); },
+            py::arg("trajectory"), "Number of tet nodes of a trajectory.")
+        .def("read", &read_frames, py::arg("trajectory"), py::arg("begin") = 0, py::arg("count") = py::none(),
+             "Positions of the tet nodes, float32 [frames, nodes, 3], metres: a new array. trajectory: its "
+             "place in `trajectories`.")
+        .def(
+            "times",
+            [](ReaderObject& self, int i) {
+                const Use use(self.lock, "RecordingReader");
+                std::vector<double> times;
+                {
+                    const FileCall call;
+                    times = self.reader->times(checked(self, i));
+                }
+                return owned(std::move(times));
+            },
+            py::arg("trajectory"), "Seconds, one for each frame: a new array.")
+        .def("facts", &facts_of, py::arg("trajectory"),
+             "Counts of each frame, as far as they are known: contacts, troubled_steps, self_intersections.")
+        .def(
+            "label",
+            [](const ReaderObject& self, const std::string& name) { return self.reader->label(name); },
+            py::arg("name"), "An attribute of the file; \"\" if it has none of this name.");
+}
+
+std::unique_ptr<WriterObject> create_recording(const path& file) {
+    const FileCall call;
+    auto object = std::make_unique<WriterObject>();
+    object->writer = std::make_unique<RecordingWriter>(file);
+    return object;
+}
+
+int begin_trajectory(WriterObject& self, int nodes, int id, const std::string& body_hash, std::uint64_t seed,
+                     const std::string& recipe) {
+    TrajectoryInfo info;
+    info.id = id;
+    info.seed = seed;
+    info.body_hash = body_hash;
+    info.recipe = recipe;
+    const Use use(self.lock, "RecordingWriter");
+    const FileCall call;
+    const int handle = self.get().begin_trajectory(info, nodes);
+    self.open.emplace_back(handle, nodes);
+    return handle;
+}
+
+void add_frame(WriterObject& self, int handle, double time, py::handle x) {
+    const VertexRows rows(x, "x", 3);
+    const Use use(self.lock, "RecordingWriter");
+    const auto open = std::ranges::find(self.open, handle, &std::pair<int, int>::first);
+    if (open == self.open.end())
+        throw std::invalid_argument(fmt::format("handle: {} is of no open trajectory", handle));
+    const FileCall call;
+    self.get().add_frame(handle, time, rows.as<Vertices>());
+}
+
+void end_trajectory(WriterObject& self, int handle, const std::string& failure, const py::dict& facts) {
+    FrameFacts lists;
+    for (const auto& [key, value] : facts) {
+        const auto name = key.cast<std::string>();
+        const auto fact = std::ranges::find(frame_facts, name, &FrameFactName::name);
+        if (fact == frame_facts.end())
+            throw std::invalid_argument(fmt::format(
+                "facts: \"{}\" is unknown; allowed: contacts, troubled_steps, self_intersections", name));
+        const std::vector<int> counts = index_list(value, name.c_str());
+        (lists.*fact->list).assign(counts.begin(), counts.end());
+    }
+    const Use use(self.lock, "RecordingWriter");
+    const auto open = std::ranges::find(self.open, handle, &std::pair<int, int>::first);
+    if (open == self.open.end())
+        throw std::invalid_argument(fmt::format("handle: {} is of no open trajectory", handle));
+    const FileCall call;
+    self.get().end_trajectory(handle, failure, lists);
+    self.open.erase(open);
+}
+
+void close(WriterObject& self, bool finish) {
+    const Use use(self.lock, "RecordingWriter");
+    const FileCall call;
+    if (finish) self.get().finish();
+    self.writer.reset();
+    self.open.clear();
+}
+
+void bind_writer(py::module_& m) {
+    py::class_<WriterObject>(m, "RecordingWriter",
+                             "Writes a recording frame by frame. It has its name only after finish(); as a "
+                             "context manager it finishes at the end, unless an exception passes.")
+        .def(py::init(&create_recording), py::arg("path"))
+        .def("begin_trajectory", &begin_trajectory, py::arg("nodes"), py::arg("id"),
+             py::arg("body_hash") = "", py::arg("seed") = 0, py::arg("recipe") = "",
+             "Opens a trajectory of so many tet nodes and returns its handle. Several may be open.")
+        .def("add_frame", &add_frame, py::arg("handle"), py::arg("time"), py::arg("x"),
+             "x: positions [nodes, 3], metres, stored as float32. time: seconds, later than before.")
+        .def("end_trajectory", &end_trajectory, py::arg("handle"), py::arg("failure") = "",
+             py::arg("facts") = py::dict(), "facts: lists of counts, one for each frame, by their names.")
+        .def(
+            "label",
+            [](WriterObject& self, const std::string& name, const std::string& value) {
+                const Use use(self.lock, "RecordingWriter");
+                const FileCall call;
+                self.get().label(name, value);
+            },
+            py::arg("name"), py::arg("value"), "Adds an attribute of the whole file.")
+        .def(
+            "finish", [](WriterObject& self) { close(self, true); },
+            "Ends open trajectories and gives the file its name.")
+        .def(
+            "abandon", [](WriterObject& self) { close(self, false); }, "Removes what was written.")
+        .def("__enter__", [](py::object self) { return self; })
+        .def("__exit__",
+             [](WriterObject& self, const py::object& type, const py::object&, const py::object&) {
+                 if (self.writer) close(self, type.is_none());
+             });
+}
+
+}  // namespace
+
+void bind_recordings(py::module_& m) {
+    bind_reader(m);
+    bind_writer(m);
+}
+
+}  // namespace nbd::python

@@ -1,0 +1,258 @@
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "apps/python/bindings/arrays.hpp"
+#include "apps/python/bindings/bindings.hpp"
+#include "apps/python/bindings/scene_argument.hpp"
+#include "apps/python/bindings/shared_tree.hpp"
+#include "sim/world/world.hpp"
+
+namespace nbd::python {
+namespace {
+
+/// A world, with the scene that it was built from.
+struct WorldObject {
+    WorldObject(SceneArgument argument, std::vector<LoadedBody> loaded)
+        : scene(std::move(argument.spec)), bodies(std::move(loaded)), world(build_world(scene, bodies)) {
+        world.check_start();
+    }
+
+    SceneSpec scene;
+    std::vector<LoadedBody> bodies;
+    World world;
+    Lockable lock;
+};
+
+std::unique_ptr<WorldObject> make_world(py::handle scene, const py::object& folder) {
+    SceneArgument argument(scene, folder);
+    const FileCall call;
+    std::vector<LoadedBody> bodies = argument.load();
+    return std::make_unique<WorldObject>(std::move(argument), std::move(bodies));
+}
+
+/// The body's number. Throws IndexError for one that the world has not.
+int checked(const WorldObject& self, int body) {
+    if (body < 0 || body >= self.world.body_count())
+        throw py::index_error(fmt::format("body: is {}; allowed: 0..{}", body, self.world.body_count() - 1));
+    return body;
+}
+
+WorldReport step(WorldObject& self, std::optional<double> dt) {
+    const Use use(self.lock, "World");
+    const LongCall call;
+    return self.world.step(dt.value_or(self.scene.time.dt));
+}
+
+/// A view of an array that the world keeps in place, and whose memory keeps the world alive.
+template <class Get>
+py::array world_view(py::object self, int body, bool writable, const Get& get) {
+    auto& object = self.cast<WorldObject&>();
+    return view(get(object.world, checked(object, body)), self, writable);
+}
+
+void bind_state(py::class_<WorldObject>& world) {
+    world
+        .def(
+            "positions",
+            [](py::object self, int body) {
+                return world_view(self, body, false,
+                                  [](World& w, int b) -> const Nodes& { return w.state(b).x; });
+            },
+            py::arg("body") = 0,
+            "Positions of the tet nodes [N, 3], metres: a read-only view, which shows every step and keeps "
+            "the "
+            "world alive.")
+        .def(
+            "velocities",
+            [](py::object self, int body) {
+                return world_view(self, body, false,
+                                  [](World& w, int b) -> const Nodes& { return w.state(b).v; });
+            },
+            py::arg("body") = 0, "Velocities of the tet nodes [N, 3], m/s: likewise a view.")
+        .def(
+            "forces",
+            [](py::object self, int body) {
+                return world_view(self, body, true,
+                                  [](World& w, int b) -> const Nodes& { return w.forces(b); });
+            },
+            py::arg("body") = 0,
+            "Outer forces on the tet nodes [N, 3], newtons: a view to write to. They act until changed.")
+        .def(
+            "contact_forces",
+            [](py::object self, int body) {
+                return world_view(self, body, false,
+                                  [](World& w, int b) -> const Nodes& { return w.contact_forces(b); });
+            },
+            py::arg("body") = 0,
+            "Mean contact forces on the tet nodes over the last step [N, 3], newtons: a view.")
+        .def(
+            "masses",
+            [](py::object self, int body) {
+                auto& object = self.cast<WorldObject&>();
+                return view(object.world.elastic(checked(object, body)).node_masses(), self);
+            },
+            py::arg("body") = 0, "Masses of the tet nodes [N], kg: a view.")
+        .def(
+            "surface_positions",
+            [](const WorldObject& self, int body) {
+                const World& w = self.world;
+                return owned(embedded(w.surface(checked(self, body)).W(), w.state(body).x));
+            },
+            py::arg("body") = 0, "Positions of the surface's vertices [n, 3], metres: a new array.")
+        .def(
+            "drive",
+            [](WorldObject& self, py::handle nodes, py::handle targets, int body) {
+                const NodeRows rows(targets, "targets", 3);
+                const Use use(self.lock, "World");
+                self.world.drive(checked(self, body), index_list(nodes, "nodes"), rows.as<Nodes>());
+            },
+            py::arg("nodes"), py::arg("targets"), py::arg("body") = 0,
+            "Moves nodes to targets [nodes, 3] in the next step and holds them there until the next call, "
+            "which replaces them. No nodes: frees all.");
+}
+
+void bind_queries_of_world(py::class_<WorldObject>& world) {
+    world
+        .def(
+            "intersecting",
+            [](WorldObject& self, int a, int b) {
+                checked(self, a);
+                checked(self, b);
+                std::vector<FacePair> pairs;
+                const Use use(self.lock, "World");
+                {
+                    const LongCall call;
+                    pairs = self.world.intersecting(a, b);
+                }
+                return pair_array(pairs);
+            },
+            py::arg("a"), py::arg("b"), "Intersecting face pairs of two bodies now, found with their bounds.")
+        .def(
+            "intersecting_faces",
+            [](WorldObject& self) {
+                std::vector<Intersection> found;
+                const Use use(self.lock, "World");
+                {
+                    const LongCall call;
+                    found = self.world.intersecting_faces();
+                }
+                std::vector<std::tuple<int, int, int, int>> all;
+                for (const Intersection& hit : found)
+                    all.emplace_back(hit.surface_a, hit.a, hit.surface_b, hit.b);
+                return all;
+            },
+            "All faces that intersect, also within a body and with meshes of obstacles, by exact tests: "
+            "(body or obstacle, face, body or obstacle, face).")
+        .def(
+            "begin_pose",
+            [](WorldObject& self, int body, PosedTreeObject& tree) {
+                const CollisionTree& asked = tree.tree.tree();
+                const ContactSurface& surface = self.world.surface(checked(self, body));
+                if (asked.vertex_count != surface.vertex_count() || asked.faces != surface.F())
+                    throw std::invalid_argument("PosedTree: is of another surface than the body's");
+                const Use use(self.lock, "World"), use_tree(tree.lock, "PosedTree");
+                {
+                    const LongCall call;
+                    self.world.begin_pose(body, tree.tree);
+                }
+                tree.refers_to = {py::cast(&self), py::none()};
+            },
+            py::arg("body"), py::arg("tree"),
+            "Starts the pose of a tree over a body's surface. Refers to the world; valid until its next "
+            "step.");
+}
+
+void bind_report(py::module_& m) {
+    py::class_<WorldReport>(m, "WorldReport", "What a step did; SI units, costs in microseconds.")
+        .def_readonly("time", &WorldReport::time)
+        .def_readonly("contacts", &WorldReport::contacts)
+        .def_readonly("face_pairs", &WorldReport::face_pairs)
+        .def_readonly("nodes_bounded", &WorldReport::nodes_bounded)
+        .def_readonly("nodes_out_of_range", &WorldReport::nodes_out_of_range)
+        .def_readonly("update_us", &WorldReport::update_us)
+        .def_readonly("collision_us", &WorldReport::collision_us)
+        .def_readonly("detect_us", &WorldReport::detect_us)
+        .def_readonly("substeps", &WorldReport::substeps)
+        .def_readonly("newton_iterations", &WorldReport::newton_iterations)
+        .def_readonly("assemble_us", &WorldReport::assemble_us)
+        .def_readonly("solve_us", &WorldReport::solve_us)
+        .def_readonly("rest_us", &WorldReport::rest_us)
+        .def_readonly("solver_iterations", &WorldReport::solver_iterations)
+        .def_readonly("solver_converged", &WorldReport::solver_converged)
+        .def_readonly("kinetic_energy", &WorldReport::kinetic_energy)
+        .def_readonly("elastic_energy", &WorldReport::elastic_energy)
+        .def_readonly("gravity_energy", &WorldReport::gravity_energy)
+        .def_readonly("deepest_penetration", &WorldReport::deepest_penetration)
+        .def_readonly("least_distance", &WorldReport::least_distance)
+        .def_readonly("inverted_elements", &WorldReport::inverted_elements)
+        .def_property_readonly("trouble",
+                               [](const WorldReport& report) { return std::string(name(report.trouble)); })
+        .def_readonly("trouble_reason", &WorldReport::trouble_reason)
+        .def_readonly("failure", &WorldReport::failure,
+                      "Empty, or why the step failed; the world must not be stepped again.")
+        .def("__repr__", [](const WorldReport& report) {
+            return fmt::format("<nbdtree.WorldReport: {:.6g} s, {} contacts{}{}>", report.time,
+                               report.contacts, report.failure.empty() ? "" : ", failed: ", report.failure);
+        });
+}
+
+}  // namespace
+
+void bind_worlds(py::module_& m) {
+    bind_report(m);
+    py::class_<WorldSnapshot>(m, "WorldSnapshot", "The state of a world, see World.restore().")
+        .def_readonly("time", &WorldSnapshot::time);
+    py::class_<WorldObject> world(m, "World", py::dynamic_attr(),
+                                  "Deformable bodies and obstacles that move and touch each other.");
+    world
+        .def(py::init(&make_world), py::arg("scene"), py::arg("folder") = py::none(),
+             "scene: the path of a scene file, or a dictionary with the same keys, whose bodies may name a "
+             "Body under \"body\" and a CollisionTree under \"tree\" instead of files. folder: what relative "
+             "paths of a dictionary start from; default: the current one.")
+        .def("step", &step, py::arg("dt") = py::none(),
+             "Advances by dt seconds, by default the scene's. Returns a report: look at `failure`.")
+        .def_property_readonly("time", [](const WorldObject& self) { return self.world.time(); })
+        .def_property_readonly("dt", [](const WorldObject& self) { return self.scene.time.dt; })
+        .def_property_readonly("frames", [](const WorldObject& self) { return self.scene.time.frames; })
+        .def_property_readonly("steps_per_frame",
+                               [](const WorldObject& self) { return self.scene.time.steps_per_frame; })
+        .def_property_readonly("seed", [](const WorldObject& self) { return self.scene.seed; })
+        .def_property_readonly(
+            "scene", [](const WorldObject& self) { return self.scene.text; }, "The scene as JSON text.")
+        .def_property_readonly(
+            "thickness", [](const WorldObject& self) { return self.world.thickness(); },
+            "Contact begins at this distance, metres.")
+        .def_property_readonly("bodies",
+                               [](const WorldObject& self) {
+                                   std::vector<std::shared_ptr<Body>> all;
+                                   for (const LoadedBody& body : self.bodies)
+                                       all.push_back(std::const_pointer_cast<Body>(body.body));
+                                   return all;
+                               })
+        .def_property_readonly("names",
+                               [](const WorldObject& self) {
+                                   std::vector<std::string> names;
+                                   for (const SceneBody& body : self.scene.bodies) names.push_back(body.name);
+                                   return names;
+                               })
+        .def(
+            "snapshot",
+            [](WorldObject& self) {
+                const Use use(self.lock, "World");
+                return self.world.snapshot();
+            },
+            "The state now, without outer forces and driven nodes.")
+        .def(
+            "restore",
+            [](WorldObject& self, const WorldSnapshot& snapshot) {
+                const Use use(self.lock, "World");
+                self.world.restore(snapshot);
+            },
+            py::arg("snapshot"), "Continues from a snapshot, with the same bits.")
+        .def("__len__", [](const WorldObject& self) { return self.world.body_count(); });
+    bind_state(world);
+    bind_queries_of_world(world);
+}
+
+}  // namespace nbd::python

@@ -1,0 +1,157 @@
+"""Long calls: Ctrl-C, other threads, what is copied and what is not."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import nbdtree as nbd
+
+
+def run_until_signal(code, tmp_path, after):
+    """Runs Python code that prints `ready`, sends Ctrl-C a moment later; returns its output and status."""
+    process = subprocess.Popen([sys.executable, "-c", textwrap.dedent(code)], cwd=tmp_path,
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                               env={**os.environ, "PYTHONPATH": str(pathlib.Path(nbd.__file__).parents[1])})
+    assert process.stdout.readline() == "ready\n"
+    time.sleep(after)
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    return output, process.returncode
+
+
+def test_ctrl_c_stops_a_dataset_which_then_continues(beam_file, tmp_path):
+    call = f"nbd.make_dataset(nbd.load_body({str(beam_file)!r}), 'd.h5', trajectories=300, frames=40)"
+    output, status = run_until_signal(
+        f"""
+        import nbdtree as nbd
+        print("ready", flush=True)
+        try:
+            {call}
+        except KeyboardInterrupt:
+            print("stopped")
+        """, tmp_path, 1.0)
+    assert (output, status) == ("stopped\n", 0)
+    kept = list((tmp_path / "d.shards").glob("*.h5"))
+    assert 0 < len(kept) < 300 and not (tmp_path / "d.h5").exists()
+
+
+def test_ctrl_c_stops_a_training(beam_file, poses, tmp_path):
+    output, status = run_until_signal(
+        f"""
+        import nbdtree as nbd
+        body = nbd.load_body({str(beam_file)!r})
+        body = body.with_modes(nbd.vibration_modes(body, 16))
+        def told(what, done, total):
+            if what == "networks" and done == 1: print("ready", flush=True)
+        try:
+            nbd.train(body, {str(poses)!r}, ["nbd"], modes=16, clusters=20, depth=7, epochs=1000000,
+                      checkpoint="c", progress=told)
+        except KeyboardInterrupt:
+            print("stopped")
+        """, tmp_path, 0.1)
+    assert (output, status) == ("stopped\n", 0)
+    assert (tmp_path / "c").exists()
+
+
+def test_a_program_without_a_handler_ends_by_ctrl_c(beam, tmp_path, beam_file):
+    output, status = run_until_signal(
+        f"""
+        import nbdtree as nbd
+        world = nbd.World({{"bodies": [{{"body": nbd.load_body({str(beam_file)!r})}}]}})
+        print("ready", flush=True)
+        while True: world.step()
+        """, tmp_path, 0.3)
+    assert "KeyboardInterrupt" in output and status != 0
+
+
+def test_other_threads_run_during_a_long_call(beam):
+    ticks, done = [], threading.Event()
+
+    def tick():
+        while not done.is_set():
+            ticks.append(time.monotonic())
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    start = time.monotonic()
+    nbd.vibration_modes(beam, 60)
+    end = time.monotonic()
+    done.set()
+    thread.join()
+    during = [t for t in ticks if start < t < end]
+    assert len(during) >= 3, f"{len(during)} ticks in {end - start:.3f} s"
+
+
+def test_threads_are_limited_and_do_not_change_results(beam):
+    count = nbd.thread_count()
+    ends = []
+    for threads in (1, 2, 4):
+        nbd.set_thread_count(threads)
+        assert nbd.thread_count() == threads
+        world = nbd.World({"bodies": [{"body": beam}]})
+        for _ in range(10):
+            world.step(0.01)
+        ends.append(world.positions().tobytes())
+    nbd.set_thread_count(count)
+    assert len(set(ends)) == 1
+    with pytest.raises(ValueError):
+        nbd.set_thread_count(0)
+
+
+def test_what_refers_and_what_copies(beam, tree_file, poses):
+    """The table of the page python.md."""
+    world = nbd.World({"bodies": [{"body": beam}]})
+    refers = {
+        "Body.X": lambda: beam.X, "Body.T": lambda: beam.T, "Body.surface_X": lambda: beam.surface_X,
+        "Body.F": lambda: beam.F, "Body.W": lambda: beam.W[0], "World.positions": world.positions,
+        "World.velocities": world.velocities, "World.forces": world.forces, "World.masses": world.masses,
+        "World.contact_forces": world.contact_forces, "CollisionTree.faces": lambda: tree_file.tree.faces,
+        "TreeFile.X": lambda: tree_file.X, "TreeFile.W": lambda: tree_file.W[1],
+    }
+    for name, get in refers.items():
+        assert np.shares_memory(get(), get()), name
+        assert not get().flags.owndata and get().base is not None, name
+        assert get().flags.writeable == (name == "World.forces"), name
+    reader = nbd.RecordingReader(poses)
+    copies = {
+        "World.surface_positions": world.surface_positions,
+        "Body.surface_positions": lambda: beam.surface_positions(beam.X),
+        "CollisionTree.rest_spheres": lambda: tree_file.tree.rest_spheres,
+        "RecordingReader.read": lambda: reader.read(0), "RecordingReader.times": lambda: reader.times(0),
+    }
+    for name, get in copies.items():
+        assert not np.shares_memory(get(), get()), name
+        assert get().flags.writeable, name
+
+
+def test_a_tree_of_a_file_keeps_the_file_alive(tree_file, tmp_path):
+    nbd.save_tree(tmp_path / "t.h5", tree_file)
+    tree = nbd.load_tree(tmp_path / "t.h5").tree
+    faces = tree.faces
+    del tree
+    assert np.array_equal(faces, tree_file.tree.faces)
+
+
+def test_blas_of_numpy_keeps_its_threads(beam_file):
+    code = """
+    import ctypes, sys, nbdtree as nbd
+    library = ctypes.CDLL("libopenblas.so.0")
+    library.openblas_set_num_threads(2)
+    body = nbd.load_body(sys.argv[1])
+    nbd.vibration_modes(body, 10)
+    print(library.openblas_get_num_threads())
+    """
+    run = subprocess.run([sys.executable, "-c", textwrap.dedent(code), beam_file], capture_output=True, text=True,
+                         env={**os.environ, "PYTHONPATH": str(pathlib.Path(nbd.__file__).parents[1])})
+    if "cannot open shared object" in run.stderr:
+        pytest.skip("BLAS is not OpenBLAS")
+    assert run.stdout == "2\n", run.stderr

@@ -1,0 +1,81 @@
+import numpy as np
+import pytest
+from conftest import one_line
+
+import nbdtree as nbd
+
+TETRAHEDRON = (
+    np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float),
+    np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
+)
+
+
+def test_a_surface_is_filled_and_keeps_its_vertices(assets):
+    surface = nbd.read_surface(assets / "gear.obj")
+    solid, about = nbd.make_solid_boundary(surface)
+    tets = nbd.tetrahedralize(solid)
+    assert "faces" in about
+    assert len(tets.T) > len(solid.F) / 2
+    assert np.array_equal(tets.X[: len(solid.X)], solid.X)
+    edges = tets.X[tets.T[:, 1:]] - tets.X[tets.T[:, :1]]
+    assert np.linalg.det(edges).min() > 0
+
+
+def test_written_surfaces_are_read_back(tmp_path):
+    mesh = nbd.TriMesh(*TETRAHEDRON)
+    nbd.write_surface(tmp_path / "t.obj", mesh)
+    again = nbd.read_surface(tmp_path / "t.obj")
+    # Vertices are numbered as the faces name them.
+    assert np.array_equal(again.X[again.F], mesh.X[mesh.F])
+
+
+def test_subdivision_makes_four_of_each_face():
+    fine = nbd.subdivide(nbd.TriMesh(*TETRAHEDRON), levels=2)
+    assert len(fine.F) == 16 * 4
+
+
+def test_a_body_of_cubes_has_the_right_weights(beam):
+    data, indices, indptr = beam.W
+    assert len(indptr) == len(beam.surface_X) + 1
+    x = beam.surface_positions(beam.X + [1, 2, 3])
+    assert np.allclose(x, beam.surface_X + [1, 2, 3], atol=1e-9)
+    assert np.allclose(np.add.reduceat(data, indptr[:-1]), 1)
+    assert indices.max() < len(beam.X)
+
+
+def test_modes_are_orthonormal_in_the_mass_matrix(beam):
+    modes = nbd.vibration_modes(beam, 10)
+    assert modes.U.shape == (3 * len(beam.X), 10)
+    assert np.all(np.diff(modes.frequencies) >= 0) and modes.frequencies[0] > 1
+    assert modes.max_residual < 1e-6
+    assert beam.modes is None
+    U, frequencies = beam.with_modes(modes).modes
+    assert np.array_equal(U, modes.U) and np.array_equal(frequencies, modes.frequencies)
+
+
+@pytest.mark.parametrize(
+    "make, text",
+    [
+        (lambda: nbd.TriMesh([[0, 0]], [[0, 0, 0]]), "X: is "),
+        (lambda: nbd.TriMesh("abc", [[0, 0, 0]]), "X: is "),
+        (lambda: nbd.TriMesh(TETRAHEDRON[0], [[0, 1, 4]]), "F: index 4 is not in 0..3"),
+        (lambda: nbd.TriMesh(TETRAHEDRON[0], [[0, 1, 2.5]]), "F: is float64"),
+        (lambda: nbd.TriMesh(TETRAHEDRON[0], [[0, 1, 2**40]]), "F: 1099511627776 is too large"),
+        (lambda: nbd.make_solid_boundary(nbd.TriMesh(TETRAHEDRON[0], TETRAHEDRON[1][:3])), "open"),
+        (lambda: nbd.subdivide(nbd.TriMesh(*TETRAHEDRON), scheme="butterfly"), 'scheme: is "butterfly"'),
+        (lambda: nbd.Material(young=-1), "Young's modulus is -1"),
+        (lambda: nbd.Material(law="steel"), 'law: is "steel"'),
+    ],
+)
+def test_bad_input_is_refused_with_one_line(make, text):
+    with pytest.raises(ValueError) as error:
+        make()
+    assert text in one_line(error)
+
+
+def test_files_that_are_not_there_are_named(tmp_path):
+    for read in (nbd.read_surface, nbd.read_tets, nbd.load_body, nbd.load_tree, nbd.load_flat_tree,
+                 nbd.RecordingReader, nbd.mesh_file):
+        with pytest.raises(RuntimeError) as error:
+            read(tmp_path / "none.obj")
+        assert "none.obj" in one_line(error)

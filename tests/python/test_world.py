@@ -1,0 +1,195 @@
+import gc
+import json
+import subprocess
+import threading
+
+import h5py
+import numpy as np
+import pytest
+from conftest import falling_beams, one_line
+
+import nbdtree as nbd
+
+
+def test_two_bodies_fall_and_touch(beam):
+    world = nbd.World(falling_beams(beam, 0.4))
+    assert world.names == ["lower", "upper"] and len(world) == 2
+    contacts = 0
+    for _ in range(120):
+        report = world.step()
+        assert report.failure == ""
+        contacts += report.contacts
+    assert contacts > 0
+    assert world.time == pytest.approx(0.6)
+    assert world.positions(0)[:, 2].min() > -0.02
+    assert np.abs(world.contact_forces(0)).max() > 0
+
+
+def test_a_free_body_falls_at_the_expected_rate(beam):
+    world = nbd.World({"bodies": [{"body": beam}]})
+    before = world.positions().mean(axis=0)
+    for _ in range(20):
+        world.step(0.01)
+    # Backward Euler: z = g dt^2 n (n + 1) / 2.
+    fallen = world.positions().mean(axis=0) - before
+    assert fallen[2] == pytest.approx(-9.81e-4 * 20 * 21 / 2, rel=0.02)
+
+
+def test_views_show_every_step_without_copies(beam):
+    world = nbd.World({"bodies": [{"body": beam}]})
+    x, v = world.positions(), world.velocities()
+    first, address = x.copy(), x.ctypes.data
+    for _ in range(5):
+        world.step(0.01)
+    assert world.positions().ctypes.data == address and x.ctypes.data == address
+    assert np.array_equal(x, world.positions()) and not np.array_equal(x, first)
+    assert np.all(v[:, 2] < 0)
+    assert not x.flags.writeable and not v.flags.writeable and not x.flags.owndata
+    with pytest.raises(ValueError):
+        x[0, 0] = 1
+
+
+def test_views_outlive_the_names_of_their_owners(assets):
+    body = nbd.mesh_file(assets / "beam.obj")
+    world = nbd.World({"bodies": [{"body": body}]})
+    world.step(0.01)
+    views = [world.positions(), world.forces(), world.masses(), body.F, body.X, body.W[0], body.surface_X]
+    kept = [view.copy() for view in views]
+    del world, body
+    gc.collect()
+    junk = [np.full(view.shape, -1.0) for view in views for _ in range(20)]
+    assert all(np.array_equal(view, copy) for view, copy in zip(views, kept)) and len(junk) == 140
+
+
+def test_forces_that_are_written_act(beam):
+    scene = {"bodies": [{"body": beam}], "gravity": [0, 0, 0]}
+    world = nbd.World(scene)
+    world.forces()[:] = world.masses()[:, None] * [2.0, 0, 0]
+    for _ in range(10):
+        world.step(0.01)
+    assert world.velocities().mean(axis=0) == pytest.approx([0.2, 0, 0], abs=0.005)
+
+
+def test_driven_nodes_carry_the_body(beam):
+    world = nbd.World({"bodies": [{"body": beam}], "gravity": [0, 0, 0]})
+    x = world.positions()
+    end = np.flatnonzero(x[:, 0] < x[:, 0].min() + 1e-6)
+    start = x[end].copy()
+    for step in range(50):
+        world.drive(end, start + [0, 0, 2e-3 * (step + 1)])
+        assert world.step(0.01).failure == ""
+        assert np.allclose(x[end], start + [0, 0, 2e-3 * (step + 1)], atol=1e-12)
+    assert x[:, 2].mean() > 0.02
+    world.drive([], np.empty((0, 3)))
+    world.step(0.01)
+
+
+def test_a_snapshot_continues_with_the_same_bits(beam):
+    world = nbd.World(falling_beams(beam))
+    for _ in range(30):
+        world.step()
+    snapshot = world.snapshot()
+    ends = []
+    for _ in range(2):
+        world.restore(snapshot)
+        for _ in range(20):
+            world.step()
+        ends.append(world.positions(1).tobytes())
+    assert snapshot.time == pytest.approx(0.15) and ends[0] == ends[1]
+
+
+def test_recordings_are_the_bits_of_the_command(program, assets, tmp_path):
+    scene = json.loads((assets / "scenes" / "rings.json").read_text())
+    scene["time"] = {"dt": 0.005, "frames": 8, "steps_per_frame": 2}
+    for body in scene["bodies"]:
+        body["surface"] = str(assets / "ring.obj")
+    path = tmp_path / "rings.json"
+    path.write_text(json.dumps(scene))
+    subprocess.run([program, "simulate", path, "-o", tmp_path / "command.h5", "--quiet"], check=True)
+    for given in (path, scene):
+        world = nbd.World(given)
+        with nbd.recording(world, tmp_path / "python.h5") as record:
+            record.add_frame()
+            for _ in range(world.frames):
+                for _ in range(world.steps_per_frame):
+                    world.step()
+                record.add_frame()
+        with h5py.File(tmp_path / "command.h5") as a, h5py.File(tmp_path / "python.h5") as b:
+            for body in ("000000", "000001"):
+                x, y = (f["trajectories"][body]["positions"][:] for f in (a, b))
+                assert x.shape[0] == 9 and x.tobytes() == y.tobytes()
+                assert a["trajectories"][body].attrs["body_sha256"] == b["trajectories"][body].attrs["body_sha256"]
+
+
+def test_an_exception_removes_the_recording(beam, tmp_path):
+    world = nbd.World({"bodies": [{"body": beam}]})
+    with pytest.raises(KeyError), nbd.recording(world, tmp_path / "run.h5") as record:
+        record.add_frame()
+        raise KeyError
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_threads_step_two_worlds(beam):
+    worlds = [nbd.World(falling_beams(beam)) for _ in range(3)]
+
+    def run(world):
+        for _ in range(20):
+            world.step()
+
+    threads = [threading.Thread(target=run, args=(world,)) for world in worlds[:2]]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    run(worlds[2])
+    assert len({world.positions(1).tobytes() for world in worlds}) == 1
+
+
+def test_one_world_in_two_threads_is_refused(beam):
+    world = nbd.World(falling_beams(beam))
+    refused = []
+
+    def run():
+        for _ in range(200):
+            try:
+                world.step()
+            except RuntimeError as error:
+                refused.append(str(error))
+                return
+
+    threads = [threading.Thread(target=run) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(refused) == 1 and refused[0].startswith("World: is in use by another thread")
+
+
+@pytest.mark.parametrize(
+    "scene, kind, text",
+    [
+        ({"bodies": []}, ValueError, "bodies"),
+        ({"bodies": [{"body": "none.h5"}]}, RuntimeError, "none.h5"),
+        ({"bodies": [{"body": "none.h5", "nme": "a"}]}, ValueError, 'unknown key "nme"'),
+        ({"bodies": [3]}, ValueError, "bodies[0]"),
+        ({"bodies": [{"body": "none.h5"}], "time": {"dt": -1}}, ValueError, "time.dt"),
+    ],
+)
+def test_a_bad_scene_is_refused_with_one_line(scene, kind, text):
+    with pytest.raises(kind) as error:
+        nbd.World(scene)
+    assert text in one_line(error)
+
+
+def test_bad_arguments_are_refused(beam):
+    world = nbd.World({"bodies": [{"body": beam}]})
+    for call, kind, text in [
+        (lambda: world.positions(1), IndexError, "body: is 1; allowed: 0..0"),
+        (lambda: world.step(-1), ValueError, "dt is -1"),
+        (lambda: world.drive([0, 0], np.zeros((2, 3))), ValueError, "named twice"),
+        (lambda: world.drive([0], np.zeros((2, 3))), ValueError, "targets"),
+        (lambda: world.drive([0.5], np.zeros((1, 3))), ValueError, "nodes: is float64"),
+    ]:
+        with pytest.raises(kind) as error:
+            call()
+        assert text in one_line(error)
