@@ -30,7 +30,7 @@ from pathlib import Path
 
 OURS = ("nbdtree", "nbdtree-bench")
 LAUNCHERS = ("mpirun", "sbatch", "srun")  # what they start stands behind their own options
-OTHERS = ("cmake", "ctest", "git", "mkdir", "apt-get", "ninja")  # not ours: checked by nobody but their makers
+OTHERS = ("cmake", "ctest", "git", "mkdir", "apt-get", "ninja", "export")  # not ours: checked by nobody but their makers
 OPERATORS = {"&&", "||", ";", "|", "(", ")", "&"}
 SECONDS_FOR_ONE_COMMAND = 120
 
@@ -302,7 +302,10 @@ def main():
             return 0
         if not (build / "apps" / "nbdtree").is_file():
             raise Failure(f"{build}/apps/nbdtree: no such program; build it first")
-        environment = {**os.environ, "PATH": f"{build / 'apps'}{os.pathsep}{os.environ['PATH']}"}
+        # As for a user who has installed the programs and the package: python3 is the interpreter that runs this.
+        path = [str(build / "apps"), str(Path(sys.executable).parent), os.environ["PATH"]]
+        environment = {**os.environ, "PATH": os.pathsep.join(path), "PYTHONPATH": str(build / "python")}
+        sys.path.insert(0, str(build / "python"))
         if not (build / "apps" / "nbdtree-bench").is_file():
             print("nbdtree-bench was not built: its commands are not checked")
         with tempfile.TemporaryDirectory(prefix="nbdtree_docs_") as name:
