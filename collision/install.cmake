@@ -33,15 +33,15 @@ foreach(room ${rooms} collision)
     list(APPEND targets nbd_${room})
 endforeach()
 target_include_directories(nbd_base INTERFACE $<INSTALL_INTERFACE:include>)
-install(TARGETS ${targets} EXPORT nbdtreeTargets ARCHIVE DESTINATION lib)
-install(EXPORT nbdtreeTargets NAMESPACE nbd:: DESTINATION ${NBD_PACKAGE_FOLDER})
+install(TARGETS ${targets} EXPORT nbdtreeTargets ARCHIVE DESTINATION lib COMPONENT development)
+install(EXPORT nbdtreeTargets NAMESPACE nbd:: DESTINATION ${NBD_PACKAGE_FOLDER} COMPONENT development)
 configure_package_config_file(nbdtreeConfig.cmake.in nbdtreeConfig.cmake INSTALL_DESTINATION ${NBD_PACKAGE_FOLDER})
 write_basic_package_version_file(nbdtreeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/nbdtreeConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/nbdtreeConfigVersion.cmake
-    DESTINATION ${NBD_PACKAGE_FOLDER})
+    DESTINATION ${NBD_PACKAGE_FOLDER} COMPONENT development)
 
 # Programs that embed the library include "collision/..." as <nbdtree/...>.
-install(CODE "set(source ${CMAKE_CURRENT_SOURCE_DIR})")
+install(CODE "set(source ${CMAKE_CURRENT_SOURCE_DIR})" COMPONENT development)
 install(CODE [[
     file(GLOB_RECURSE headers RELATIVE ${source} ${source}/*.hpp)
     foreach(header ${headers})
@@ -50,4 +50,4 @@ install(CODE [[
         set(installed "$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/include/nbdtree/${header}")
         file(WRITE "${installed}" "${text}")
         list(APPEND CMAKE_INSTALL_MANIFEST_FILES "${installed}")
-    endforeach()]])
+    endforeach()]] COMPONENT development)

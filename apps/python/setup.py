@@ -10,15 +10,13 @@ from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-BUILD = ROOT / "build" / "wheel"  # kept, so that a second wheel takes seconds
+BUILD = ROOT / "build" / "portable"  # kept, so that a second wheel takes seconds
 
 
 class BuildByCMake(build_ext):
     def build_extension(self, extension):
-        options = ["NBD_PYTHON=ON", "NBD_NATIVE=OFF", "NBD_TESTS=OFF", "NBD_BENCH=OFF", "CMAKE_BUILD_TYPE=Release",
-                   f"Python3_EXECUTABLE={sys.executable}"]
-        subprocess.run(["cmake", "-G", "Ninja", "-S", ROOT, "-B", BUILD, "-Wno-dev", *(f"-D{o}" for o in options)],
-                       check=True)
+        subprocess.run(["cmake", "--preset", "portable", "-Wno-dev", f"-DPython3_EXECUTABLE={sys.executable}"],
+                       cwd=ROOT, check=True)
         subprocess.run(["cmake", "--build", BUILD, "--target", "nbdtree_python"], check=True)
         [module] = (BUILD / "python" / "nbdtree").glob("_nbdtree*.so")
         target = pathlib.Path(self.get_ext_fullpath(extension.name))

@@ -9,6 +9,7 @@
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
 #include "collision/base/notice.hpp"
+#include "training/files/dataset_manifest.hpp"
 
 namespace nbd::python {
 namespace {
@@ -76,6 +77,21 @@ void make_dataset(const Body& body, const path& file, int trajectories, int fram
     progress.check();
 }
 
+py::dict manifest_of(const path& file) {
+    DatasetManifest manifest;
+    {
+        const FileCall call;
+        manifest = read_dataset_manifest(file);
+    }
+    const py::object read = py::module_::import("json").attr("loads");
+    py::dict all;
+    all["train_trajectories"] = manifest.train_trajectories;
+    all["held_out_trajectories"] = manifest.held_out_trajectories;
+    all["plan"] = read(manifest.plan);
+    all["variety"] = read(manifest.variety);
+    return all;
+}
+
 }  // namespace
 
 void bind_datasets(py::module_& m) {
@@ -91,6 +107,9 @@ void bind_datasets(py::module_& m) {
         "Simulates trajectories to train on, as `nbdtree dataset` does, with the same bits. recipe: a recipe "
         "file or a dictionary with its keys. progress: a function (what, done, total). Ctrl-C stops it; the "
         "same call continues.");
+    m.def("dataset_manifest", &manifest_of, py::arg("path"),
+          "What a dataset says of itself: train_trajectories and held_out_trajectories, by their ids; plan, "
+          "which determines its content; variety, how much its poses differ.");
 }
 
 }  // namespace nbd::python

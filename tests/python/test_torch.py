@@ -1,0 +1,110 @@
+"""Datasets for PyTorch, and the graph network of the worked example."""
+
+import pathlib
+import pickle
+import sys
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+import nbdtree as nbd
+import nbdtree.torch
+
+LEARNING = pathlib.Path(__file__).resolve().parents[2] / "apps" / "python" / "learning"
+
+
+def test_windows_are_the_frames_of_the_recording(beam, poses):
+    reader, manifest = nbd.RecordingReader(poses), nbd.dataset_manifest(poses)
+    sizes = {}
+    for part in ("train", "held_out", "all"):
+        data = nbdtree.torch.Dataset(poses, beam, window=4, part=part)
+        sizes[part] = len(data)
+        ids = {reader.trajectories[data[i]["trajectory"]].id for i in range(len(data))}
+        assert part == "all" or ids == set(manifest[f"{part}_trajectories"])
+        for i in (0, len(data) // 2, len(data) - 1):
+            item = data[i]
+            expected = reader.read(item["trajectory"], item["frame"], 4)
+            assert item["x"].dtype == torch.float32 and np.array_equal(item["x"].numpy(), expected)
+            assert np.array_equal(item["times"], reader.times(item["trajectory"])[item["frame"] :][:4])
+    complete = [t for t in reader.trajectories if not t.failure]
+    assert sizes["all"] == sum(t.frames - 3 for t in complete) == sizes["train"] + sizes["held_out"]
+    assert sizes["held_out"] > 0
+
+
+def test_edges_are_those_of_the_tetrahedra(beam, poses):
+    edges = nbdtree.torch.Dataset(poses, beam).edges
+    found = {tuple(edge) for edge in edges.T.tolist()}
+    assert found == {(int(t[i]), int(t[j])) for t in beam.T for i in range(4) for j in range(4) if i != j}
+
+
+def test_contacts_are_those_of_the_surface(assets, tmp_path):
+    """A beam that is folded until its halves touch, in the second of two frames."""
+    body = nbd.mesh_file(assets / "beam.obj")
+    x = body.X.copy()
+    middle = x[:, 0].mean()
+    folded = x.copy()
+    folded[x[:, 0] > middle, 0] = 2 * middle - x[x[:, 0] > middle, 0]
+    folded[:, 1] += 0.3 * x[:, 0]
+    with nbd.RecordingWriter(tmp_path / "fold.h5") as writer:
+        handle = writer.begin_trajectory(len(x), 0, body_hash=body.hash)
+        for time, frame in enumerate((x, folded)):
+            writer.add_frame(handle, time, frame)
+    data = nbdtree.torch.Dataset(tmp_path / "fold.h5", body, window=2, part="all", contact_distance=0.01)
+    none, some = data[0]["contacts"]
+    assert len(none) == 0 and len(some) > 0
+    surface = body.surface_positions(folded)
+    a, b = (surface[body.F[some[:, k]]].mean(axis=1) for k in (0, 1))
+    assert np.linalg.norm(a - b, axis=1).max() < 0.3
+
+
+def test_workers_read_the_same(beam, beam_file, poses):
+    data = nbdtree.torch.Dataset(poses, beam_file, window=3)
+    direct = [data[i]["x"].sum().item() for i in range(len(data))]
+    for context in ("fork", "spawn"):
+        loader = torch.utils.data.DataLoader(data, batch_size=None, num_workers=2, multiprocessing_context=context)
+        assert [item["x"].sum().item() for item in loader] == direct, context
+    with pytest.raises(TypeError) as error:
+        pickle.dumps(nbdtree.torch.Dataset(poses, beam))
+    assert "name the file of the body" in str(error.value)
+
+
+def test_statistics_are_of_the_part(beam, poses):
+    data = nbdtree.torch.Dataset(poses, beam, part="train")
+    found = data.statistics(windows=10**6)
+    x = torch.stack([data[i]["x"] for i in range(len(data))])
+    assert found["velocity_std"] == pytest.approx((x[:, 1:] - x[:, :-1]).std().item(), rel=1e-5)
+
+
+def test_bad_arguments_are_refused(assets, beam, poses):
+    other = nbd.mesh_file(assets / "gear.obj")
+    for call, text in [
+        (lambda: nbdtree.torch.Dataset(poses, beam, part="test"), 'part: is "test"'),
+        (lambda: nbdtree.torch.Dataset(poses, beam, window=0), "window: is 0"),
+        (lambda: nbdtree.torch.Dataset(poses, other), "is of another body"),
+    ]:
+        with pytest.raises(ValueError) as error:
+            call()
+        assert text in str(error.value)
+    data = nbdtree.torch.Dataset(poses, beam)
+    with pytest.raises(IndexError):
+        data[len(data)]
+
+
+def test_the_graph_network_turns_with_the_body(beam, poses):
+    sys.path.insert(0, str(LEARNING))
+    from graph_network import GraphNetwork
+
+    torch.manual_seed(1)
+    data = nbdtree.torch.Dataset(poses, beam, window=5)
+    network = GraphNetwork(data.edges, data.rest, hidden=8, rounds=2)
+    x = torch.stack([data[i]["x"] for i in (0, len(data) // 2)])[:, :4]
+    turn, _ = torch.linalg.qr(torch.randn(3, 3))
+    moved = network.predict(x @ turn.T + torch.tensor([1.0, 2.0, 3.0]))
+    expected = network.predict(x) @ turn.T + torch.tensor([1.0, 2.0, 3.0])
+    assert torch.allclose(moved, expected, atol=1e-4)
+    assert not torch.allclose(network.predict(x), x[:, 3], atol=1e-3)
+    loss = network.predict(x).square().mean()
+    loss.backward()
+    assert all(p.grad is not None and torch.isfinite(p.grad).all() for p in network.parameters())
