@@ -178,6 +178,20 @@ def check(text, help_of, folder):
             check_other(words, folder)
 
 
+def check_examples(help_of, folder):
+    """The examples in the --help of each command: two at least. Returns their number."""
+    examples = 0
+    for command in re.findall(r"^  (\w+) ", help_of.text("nbdtree").split("Subcommands:")[1], re.M):
+        text = help_of.text("nbdtree", command)
+        lines = re.findall(r"^  ((?:mpirun .*)?nbdtree .*)", text.split("Examples:")[-1], re.M)
+        if "Examples:" not in text or len(lines) < 2:
+            raise Failure(f"nbdtree {command} --help: shows {len(lines)} examples; wanted: 2")
+        for line in lines:
+            check(line, help_of, folder)
+        examples += len(lines)
+    return examples
+
+
 # --- commands that run ---------------------------------------------------------------------------------------
 
 def make_folder(folder, source, build):
@@ -312,6 +326,7 @@ def main():
             folder = Path(name)
             make_folder(folder, source, build)
             help_of = Help(dict(environment))
+            print(f"{check_examples(help_of, folder)} examples in --help are right")
             for page in pages_of(source):
                 print(f"{page}", flush=True)
                 run_page(page, source, folder, environment, help_of)

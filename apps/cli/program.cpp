@@ -18,6 +18,7 @@
 #include "collision/base/notice.hpp"
 #include "collision/kernels/kernels.hpp"
 #include "meshing/h5/version.hpp"
+#include "sim/json/nearest_name.hpp"
 
 namespace nbd {
 namespace {
@@ -28,15 +29,40 @@ int fail(std::string_view program, int status, std::string_view message) {
     return status;
 }
 
+std::vector<std::string> command_names(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : app.get_subcommands(nullptr)) names.push_back(command->get_name());
+    return names;
+}
+
 /// Message that names an unknown command or its absence, and lists the known commands.
 std::string unknown_command(const CLI::App& app) {
-    std::string names;
-    for (const CLI::App* command : app.get_subcommands(nullptr))
-        names += (names.empty() ? "" : ", ") + command->get_name();
-    const std::vector<std::string> rest = app.remaining();
-    return fmt::format(
-        "{}; known commands: {}",
-        rest.empty() ? "no command" : fmt::format("unknown command or option '{}'", rest.front()), names);
+    const std::vector<std::string> rest = app.remaining(), names = command_names(app);
+    return fmt::format("{}; known commands: {}",
+                       rest.empty()
+                           ? "no command"
+                           : fmt::format("unknown command or option '{}'; the nearest command is '{}'",
+                                         rest.front(), nearest_name(rest.front(), names)),
+                       fmt::join(names, ", "));
+}
+
+/// Message that names the first argument that a command did not expect.
+std::string unexpected_argument(const CLI::App& app) {
+    const CLI::App& command = *app.get_subcommands().front();
+    std::vector<std::string> rest = command.remaining(), names;
+    if (rest.empty()) rest = app.remaining();
+    for (const CLI::App* of : {&command, &app})
+        for (const CLI::Option* option : of->get_options())
+            for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    const auto option =
+        std::ranges::find_if(rest, [](const std::string& argument) { return argument.starts_with("--"); });
+    if (option == rest.end())
+        return fmt::format(
+            "{}: too many arguments, the first that was not expected is '{}'; see {} {} --help",
+            command.get_name(), rest.front(), app.get_name(), command.get_name());
+    const std::string word = option->substr(0, option->find('='));
+    return fmt::format("{}: unknown option '{}'; the nearest known one is '{}'", command.get_name(), word,
+                       nearest_name(word, names));
 }
 
 /// Quotes an argument for a shell.
@@ -134,6 +160,8 @@ int run_program(const Program& program, int argc, char** argv) {
 
     program.add_commands(app, out);
 
+    for (const auto& [name, lines] : program.examples)
+        app.get_subcommand(name)->footer("Examples:\n" + lines);
     for (CLI::App* command : app.get_subcommands(nullptr))
         for (CLI::Option* option : command->get_options())
             if (option->get_expected_max() > 0) option->check(not_empty);
@@ -148,12 +176,18 @@ int run_program(const Program& program, int argc, char** argv) {
         catch_interrupts(program.name);
     });
 
+    if (argc == 1 && !program.first_steps.empty()) {
+        fmt::print(stderr, "{}", program.first_steps);
+        return 2;
+    }
     try {
         app.parse(arguments_of(program, app, argc, argv));
     } catch (const CLI::Success& request) {
         return app.exit(request);
     } catch (const CLI::RequiredError& error) {
         return fail(program.name, 2, app.get_subcommands().empty() ? unknown_command(app) : error.what());
+    } catch (const CLI::ExtrasError& error) {
+        return fail(program.name, 2, app.get_subcommands().empty() ? error.what() : unexpected_argument(app));
     } catch (const CLI::ParseError& error) {
         return fail(program.name, 2, error.what());
     } catch (const Interrupted& stop) {

@@ -15,6 +15,8 @@ struct Program {
     std::function<void(CLI::App& app, Output& out)> add_commands;
     /// Commands and --options of the previous release, with their current names.
     std::map<std::string, std::string> old_names{};
+    std::string first_steps{};  // what the program prints if no command is named; empty: an error
+    std::map<std::string, std::string> examples{};  // ends the --help of each command, one command a line
 };
 
 /// Parses the command line, including the options common to all programs (--quiet, --json, --threads,

@@ -3,6 +3,7 @@
 
 #include "apps/cli/program.hpp"
 #include "apps/commands/commands.hpp"
+#include "apps/commands/examples.hpp"
 
 int main(int argc, char** argv) {
     if (argc > 1 && std::string_view(argv[1]) == "bench") return nbd::run_bench_program(argv + 1);
@@ -30,6 +31,8 @@ int main(int argc, char** argv) {
                              .old_names = {{"trust", "coverage"},
                                            {"carry", "remap"},
                                            {"--local-samples", "--samples"},
-                                           {"--local-network", "--radius-network"}}},
+                                           {"--local-network", "--radius-network"}},
+                             .first_steps = nbd::first_steps(),
+                             .examples = nbd::command_examples()},
                             argc, argv);
 }

@@ -5,31 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
-#include <utility>
 
 #include "collision/base/notice.hpp"
+#include "sim/json/nearest_name.hpp"
 
 namespace nbd {
 namespace {
 
 const nlohmann::json empty_object = nlohmann::json::object();
-
-/// Minimum number of single-letter insertions, deletions and replacements that turn a into b.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = std::exchange(row[0], i + 1);
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
-        }
-    }
-    return row.back();
-}
 
 /// A short one-line form of a value for messages.
 std::string shown(const nlohmann::json& value) {
@@ -228,10 +212,9 @@ std::vector<JsonObject> JsonObject::objects(const std::string& key) {
 void JsonObject::finish() {
     for (const auto& [key, value] : value_->items()) {
         if (std::ranges::find(known_, key) != known_.end()) continue;
-        const auto nearest = std::ranges::min_element(
-            known_, {}, [&](const std::string& known) { return edit_distance(key, known); });
         note(fmt::format("{}unknown key {}; the nearest known one is \"{}\"",
-                         path_.empty() ? "" : path_ + ": ", shown(nlohmann::json(key)), *nearest));
+                         path_.empty() ? "" : path_ + ": ", shown(nlohmann::json(key)),
+                         nearest_name(key, known_)));
     }
 }
 

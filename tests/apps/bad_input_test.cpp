@@ -84,10 +84,18 @@ TEST_F(BadInputTest, RejectsInvalidCommandLines) {
         "coverage, simulate, race, validate, collide, "
         "inspect";
     expect_refused({
-        {{}, 2, "no command" + known},
-        {{"frob"}, 2, "unknown command or option 'frob'" + known},
-        {{"--frob"}, 2, "unknown command or option '--frob'" + known},
-        {{"mesh", "box.obj", "-o", "x.h5", "--frob"}, 2, "The following argument was not expected: --frob"},
+        {{"--quiet"}, 2, "no command" + known},
+        {{"simulat"}, 2, "unknown command or option 'simulat'; the nearest command is 'simulate'" + known},
+        {{"--frob"}, 2, "unknown command or option '--frob'; the nearest command is '..."},
+        {{"mesh", "box.obj", "-o", "x.h5", "--nods", "5"},
+         2,
+         "mesh: unknown option '--nods'; the nearest known one is '--nodes'"},
+        {{"mesh", "box.obj", "-o", "x.h5", "--thread=5"},
+         2,
+         "mesh: unknown option '--thread'; the nearest known one is '--threads'"},
+        {{"mesh", "box.obj", "ball.obj", "-o", "x.h5"},
+         2,
+         "mesh: too many arguments, the first that was not expected is 'ball.obj'; see nbdtree mesh --help"},
         {{"mesh"}, 2, "SURFACE is required"},
         {{"mesh", "box.obj"}, 2, "--output is required"},
         {{"collide", "box.obj"}, 2, "B is required"},

@@ -64,16 +64,16 @@ class GraphNetwork(nn.Module):
 
         rest = self.lengths.expand_as(length)
         stretch = length / rest - 1
-        of_edges = self.encode(
-            torch.stack([rest, 10 * stretch, 10 * along(relative), 30 * along(change), 30 * along(before)], dim=2)
-        )
+        # Limited, so that frames unlike any of the training do not send predictions far off.
+        seen = [rest, 10 * stretch, 10 * along(relative), 30 * along(change), 30 * along(before)]
+        of_edges = self.encode(3 * torch.tanh(torch.stack(seen, dim=2) / 3))
         of_nodes = self.gather(of_edges)
         for message, update in zip(self.messages, self.updates):
             of_edges = of_edges + message(self.beside(of_edges, of_nodes))
             of_nodes = of_nodes + update(torch.cat([of_nodes, self.gather(of_edges)], dim=2))
-        weights = self.weigh(self.beside(of_edges, of_nodes))
+        weights = torch.tanh(self.weigh(self.beside(of_edges, of_nodes)))
         pulls = 0.1 * weights[:, :, :1] * direction + weights[:, :, 1:2] * relative + weights[:, :, 2:] * change
-        lasting = (0.9 + self.keep(of_nodes)) * (x[:, 3] - 2 * x[:, 2] + x[:, 1])
+        lasting = torch.sigmoid(2 + self.keep(of_nodes)) * (x[:, 3] - 2 * x[:, 2] + x[:, 1])
         return self.scale * (lasting + self.gather(pulls, sign=-1))
 
     def predict(self, x):
