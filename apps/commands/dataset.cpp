@@ -8,6 +8,7 @@
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/begin_dataset.hpp"
+#include "apps/dataset/card.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/producer.hpp"
 #include "apps/dataset/variety.hpp"
@@ -22,7 +23,7 @@ namespace nbd {
 namespace {
 
 struct DatasetArguments {
-    std::string body, output, recipe, csv, shard, solver = "iterative";
+    std::string body, output, recipe, csv, shard, licence, solver = "iterative";
     std::optional<double> strength;
     DatasetPlan plan;
 };
@@ -66,8 +67,11 @@ ProducerHooks hooks_for(const ShardFolder& folder, Output& out) {
             .stop_if_asked = stop_if_asked};
 }
 
-void report(const DatasetArguments& arguments, const ShardFolder& folder, int nodes, const Output& out) {
+void report(const DatasetArguments& arguments, const ShardFolder& folder, const Body& body,
+            const Output& out) {
     const DatasetManifest manifest = read_dataset_manifest(folder.view());
+    write_card(folder, body, std::filesystem::path(arguments.body).filename().string(), arguments.licence);
+    const auto nodes = body.tets.X.rows();
     const Variety variety = variety_from_json(manifest.variety);
     if (!arguments.csv.empty()) {
         h5::AtomicFile file(arguments.csv);
@@ -110,15 +114,14 @@ void run(const DatasetArguments& arguments, Output& out) {
         arguments.solver == "direct" ? LinearSolver::direct : LinearSolver::iterative;
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
-    Body body = load_body(arguments.body);
-    const int nodes = static_cast<int>(body.tets.X.rows());
+    const Body body = load_body(arguments.body);
 
     const ShardFolder folder(arguments.output, plan.trajectories, plan.per_shard);
     if (shard.number >= plan.trajectories)
         throw std::invalid_argument(
             fmt::format("shard {} of {} trajectories is empty", arguments.shard, plan.trajectories));
     begin_dataset(folder, plan_json(plan, body));
-    Producer producer(std::move(body), plan, folder, hooks_for(folder, out));
+    Producer producer(body, plan, folder, hooks_for(folder, out));
 
     const bool alone = shard.count == 1 && rank.count == 1;
     const int processes = shard.count * rank.count, process = shard.number * rank.count + rank.number;
@@ -131,7 +134,7 @@ void run(const DatasetArguments& arguments, Output& out) {
     while (arguments.shard.empty() && !producer.merge());
 
     if (arguments.shard.empty()) {
-        if (rank.number == 0) report(arguments, folder, nodes, out);
+        if (rank.number == 0) report(arguments, folder, body, out);
         return;
     }
     out.text(
@@ -203,6 +206,8 @@ void add_dataset(CLI::App& app, Output& out) {
     command->add_option(
         "--shard", arguments->shard,
         "i/N: only trajectories i, i + N, i + 2 N, ...; merge with the same command without it");
+    command->add_option("--licence", arguments->licence,
+                        "What the dataset's card, README.md beside the frames, says of its licence");
     command->add_option("--csv", arguments->csv,
                         "File for the spread of the modal coordinates, one line per mode (CSV)");
     command->final_callback([arguments, &out] { run(*arguments, out); });

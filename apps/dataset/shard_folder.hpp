@@ -15,6 +15,7 @@ class ShardFolder {
     const std::filesystem::path& view() const noexcept { return view_; }
     const std::filesystem::path& path() const noexcept { return folder_; }
     std::filesystem::path plan() const { return folder_ / "dataset.json"; }
+    std::filesystem::path card() const { return folder_ / "README.md"; }
     std::filesystem::path claims() const { return folder_ / ".claims"; }
 
     int trajectories() const noexcept { return trajectories_; }

@@ -37,8 +37,10 @@ PrescribedNodes World::prescribed(const Body& body, double dt) const {
             add(grip.nodes[k], grip_target(grip, x0, time_ + dt));
         }
     }
+    const std::vector<int> gripped = result.nodes;  // after a restore, some driven nodes may be gripped again
     for (std::size_t k = 0; k < body.driven.nodes.size(); ++k)
-        add(body.driven.nodes[k], body.driven.at(static_cast<Eigen::Index>(k), time_ + dt));
+        if (std::ranges::find(gripped, body.driven.nodes[k]) == gripped.end())
+            add(body.driven.nodes[k], body.driven.at(static_cast<Eigen::Index>(k), time_ + dt));
     result.v.resize(static_cast<Eigen::Index>(v.size()), 3);
     for (std::size_t i = 0; i < v.size(); ++i) result.v.row(static_cast<Eigen::Index>(i)) = v[i];
     return result;

@@ -120,14 +120,23 @@ int World::add_body(WorldBody body) {
 
 void World::drive(int body, std::vector<int> nodes, Nodes targets) {
     Body& driven = at(body);
-    Grip all{.nodes = nodes};
+    const int count = driven.elastic->node_count();
+    if (targets.rows() != static_cast<Eigen::Index>(nodes.size()))
+        throw std::invalid_argument(
+            fmt::format("world: {} driven nodes need as many targets, not {}", nodes.size(), targets.rows()));
+    if (!targets.allFinite()) throw std::invalid_argument("world: a target of driven nodes is not finite");
+    std::vector<char> is_taken(static_cast<std::size_t>(count), 0);
     for (const Grip& grip : driven.grips)
-        if (time_ < grip.release) all.nodes.insert(all.nodes.end(), grip.nodes.begin(), grip.nodes.end());
-    check_grip(all, driven.elastic->node_count());
-    if (targets.rows() != static_cast<Eigen::Index>(nodes.size()) || !targets.allFinite())
-        throw std::invalid_argument(fmt::format("world: {} driven nodes need as many finite targets, not {}",
-                                                nodes.size(), targets.rows()));
-    driven.driven = {.nodes = std::move(nodes), .from = {}, .to = std::move(targets)};
+        for (const int node : grip.nodes) is_taken[static_cast<std::size_t>(node)] = time_ < grip.release;
+    for (const int node : nodes) {
+        if (node < 0 || node >= count)
+            throw std::invalid_argument(
+                fmt::format("world: driven node {} is not in 0..{}", node, count - 1));
+        if (std::exchange(is_taken[static_cast<std::size_t>(node)], 1) != 0)
+            throw std::invalid_argument(
+                fmt::format("world: driven node {} is named twice, or held by a grip", node));
+    }
+    driven.driven = {.nodes = std::move(nodes), .from = {}, .to = std::move(targets), .start = 0, .end = 0};
 }
 
 void World::add_obstacle(Obstacle obstacle) {
@@ -231,7 +240,10 @@ void World::restore(const WorldSnapshot& snapshot) {
                 fmt::format("world: entry {} of the snapshot's contact sides does not fit the bodies", i));
     reset(snapshot);
     start_is_checked_ = false;
-    for (Body& body : bodies_) body.contact_forces.setZero();
+    for (Body& body : bodies_) {
+        body.contact_forces.setZero();
+        body.driven.start = body.driven.end = time_;  // moves from the restored places to its targets
+    }
 }
 
 void World::reset(const WorldSnapshot& snapshot) {

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "apps/dataset/card.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/shard_folder.hpp"
 #include "apps/dataset/variety.hpp"
@@ -21,6 +22,29 @@ namespace nbd {
 namespace {
 
 using DatasetParts = test::FileTest;
+
+TEST(DatasetCard, SaysWhatIsInTheDataset) {
+    const Body body = test::box_body({1, 1, 1}, {2, 2, 2});
+    DatasetPlan plan;
+    plan.excitation.seed = 77;
+    Variety variety;
+    variety.kinds["drop"] = {.trajectories = 9, .failed = 2, .frames = 321, .frames_in_contact = 45};
+    variety.all = variety.kinds["drop"];
+    variety.body_length = 1;
+    DatasetManifest manifest;
+    manifest.plan = plan_json(plan, body);
+    manifest.variety = to_json(variety);
+    manifest.train_trajectories = {0, 1, 2, 3, 4};
+    manifest.held_out_trajectories = {5, 6};
+    const std::string card =
+        dataset_card({.name = "poses.h5", .body = "box.h5", .nodes = 27, .licence = "CC0-1.0"}, manifest);
+    for (const std::string& text :
+         {std::string("# poses.h5\n"), std::string("`box.h5`, 27 nodes"), std::string("Licence: CC0-1.0"),
+          body_hash(body), std::string("| `drop` | 9 | 2 | 321 | 45 | 0 | 0 |"),
+          std::string("5 to train on, 2 held out"), std::string("the seed 77 ")})
+        EXPECT_NE(card.find(text), std::string::npos) << text << "\n" << card;
+    EXPECT_NE(dataset_card({}, manifest).find("Licence: not stated"), std::string::npos);
+}
 
 TEST_F(DatasetParts, AClaimBelongsToOneProcessUntilItEnds) {
     const Claims claims(folder / "claims"), others(folder / "claims");  // stand for two processes

@@ -57,7 +57,7 @@ class DatasetTest : public BoxFolder {
 
     static void expect_like_whole(const std::string& name) {
         const auto expected = files("whole"), found = files(name);
-        ASSERT_EQ(expected.size(), 5u);  // view, plan, three shards
+        ASSERT_EQ(expected.size(), 6u);  // view, plan, card, three shards
         for (const auto& [file, bytes] : expected)
             EXPECT_TRUE(found.contains(file) && found.at(file) == bytes) << file;
         for (const auto& [file, bytes] : found) EXPECT_TRUE(expected.contains(file)) << file;

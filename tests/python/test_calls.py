@@ -72,6 +72,21 @@ def test_a_program_without_a_handler_ends_by_ctrl_c(beam, tmp_path, beam_file):
     assert "KeyboardInterrupt" in output and status != 0
 
 
+def test_a_daemon_thread_does_not_disturb_the_end(beam_file, tmp_path):
+    code = f"""
+    import threading, time, nbdtree as nbd
+    world = nbd.World({{"bodies": [{{"body": nbd.load_body({str(beam_file)!r})}}]}})
+    def run():
+        while True: world.step()
+    threading.Thread(target=run, daemon=True).start()
+    time.sleep(0.3)
+    print("ends")
+    """
+    run = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, timeout=60,
+                         env={**os.environ, "PYTHONPATH": str(pathlib.Path(nbd.__file__).parents[1])})
+    assert (run.stdout, run.stderr, run.returncode) == ("ends\n", "", 0)
+
+
 def test_other_threads_run_during_a_long_call(beam):
     ticks, done = [], threading.Event()
 
@@ -143,11 +158,20 @@ def test_a_tree_of_a_file_keeps_the_file_alive(tree_file, tmp_path):
 
 def test_blas_of_numpy_keeps_its_threads(beam_file):
     code = """
-    import ctypes, sys, nbdtree as nbd
+    import ctypes, sys, threading, nbdtree as nbd
     library = ctypes.CDLL("libopenblas.so.0")
     library.openblas_set_num_threads(2)
     body = nbd.load_body(sys.argv[1])
     nbd.vibration_modes(body, 10)
+    seen, done = set(), threading.Event()
+    def look():
+        while not done.is_set(): seen.add(library.openblas_get_num_threads())
+    looking = threading.Thread(target=look)
+    looking.start()
+    nbd.vibration_modes(body, 40)
+    done.set()
+    looking.join()
+    assert 1 in seen, seen
     print(library.openblas_get_num_threads())
     """
     run = subprocess.run([sys.executable, "-c", textwrap.dedent(code), beam_file], capture_output=True, text=True,

@@ -117,7 +117,7 @@ def test_a_folded_surface_meets_itself(beam):
 def test_poses_refer_to_arrays_and_keep_them(two_gears):
     gear, xa, xb, pairs = two_gears
     tree = nbd.make_exact_tree(gear.X, gear.F)
-    a, b = nbd.PosedTree(tree, "learned_boxes" if "learned_boxes" in tree.bounds else "boxes"), nbd.PosedTree(tree)
+    a, b = nbd.PosedTree(tree), nbd.PosedTree(tree)
     a.begin_pose(xa.copy())  # nobody else keeps this copy
     b.begin_pose(xb.copy())
     gc.collect()
@@ -143,6 +143,12 @@ def test_arrays_that_would_need_a_copy_are_refused(two_gears, x, text):
     assert text in one_line(error)
 
 
+def test_none_is_no_tree(two_gears):
+    for call in (lambda: nbd.PosedTree(None), lambda: nbd.tree_of_body(None), lambda: nbd.load_flat_tree(None)):
+        with pytest.raises(TypeError):
+            call()
+
+
 def test_bad_arguments_are_refused(two_gears):
     gear, xa, _, _ = two_gears
     tree = nbd.make_exact_tree(gear.X, gear.F)
@@ -156,6 +162,7 @@ def test_bad_arguments_are_refused(two_gears):
         (lambda: nbd.PairQuery().intersecting(a, a), ValueError, "a and b are one PosedTree"),
         (lambda: a.sphere(tree.node_count), IndexError, "node: is"),
         (lambda: a.begin_pose_of_nodes(xa), ValueError, "need affine or auto bounds"),
+        (lambda: nbd.ManyBodyQuery().intersecting([a, None]), ValueError, "bodies[1]: is None"),
         (lambda: tree.on_nodes(3, xa), ValueError, "W: is"),
         (lambda: nbd.make_exact_tree(gear.X, gear.F, depth=99), ValueError, "depth"),
     ]:

@@ -73,6 +73,26 @@ def test_bad_input_is_refused_with_one_line(make, text):
     assert text in one_line(error)
 
 
+@pytest.mark.parametrize(
+    "options, text",
+    [
+        ({"cage": 200, "nodes": 5000}, "cage: excludes nodes and grading"),
+        ({"cage": -3}, "cage: is -3"),
+        ({"cage": 200, "inside": "x.h5"}, "cage: excludes inside"),
+        ({"inside": "x.h5", "material": nbd.Material(young=5)}, "a body that has a material: excludes material"),
+    ],
+)
+def test_options_of_meshing_that_contradict_are_refused(assets, options, text):
+    with pytest.raises(ValueError) as error:
+        nbd.mesh_file(assets / "beam.obj", **options)
+    assert text in one_line(error)
+
+
+def test_materials_are_compared():
+    assert nbd.Material(young=2e5) == nbd.Material(young=2e5) != nbd.Material()
+    assert nbd.Material() != 3 and nbd.Material() is not None
+
+
 def test_files_that_are_not_there_are_named(tmp_path):
     for read in (nbd.read_surface, nbd.read_tets, nbd.load_body, nbd.load_tree, nbd.load_flat_tree,
                  nbd.RecordingReader, nbd.mesh_file):

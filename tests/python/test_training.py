@@ -81,9 +81,13 @@ def test_learned_bounds_find_most_pairs(poses, tree_file):
     assert len(found["learned_spheres"]) >= 0.9 * len(found["boxes"])
 
 
-def test_a_new_calibration_holds_for_the_tree(beam, poses):
+def test_a_calibration_is_of_a_new_file(beam, poses):
     file = nbd.train(beam, poses, ["learned_spheres"], depth=4, calibration=0.4)
-    nbd.calibrate(file, poses, miss_rate=0.05)
+    tree, before = file.tree, file.tree.calibrations["learned_spheres"]["margins"]
+    file = nbd.calibrate(file, poses, miss_rate=0.05)
+    assert np.array_equal(tree.calibrations["learned_spheres"]["margins"], before)
+    with pytest.raises(ValueError):
+        nbd.calibrate(file, poses, confidence=0.9999)
     assert file.tree.calibrations["learned_spheres"]["miss_rate"] == 0.05
 
 
@@ -95,12 +99,19 @@ def test_progress_is_told_and_its_errors_are_raised(beam, poses, tmp_path):
     def refuse(what, done, total):
         raise LookupError(what)
 
+    def open_file(what, done, total):
+        nbd.dataset_manifest(poses)
+
+    with pytest.raises(RuntimeError) as error:
+        nbd.train(beam, poses, ["learned_spheres"], depth=4, progress=open_file)
+    assert one_line(error) == "progress: must not call functions that read or write files of nbdtree"
     with pytest.raises(LookupError):
         nbd.train(beam, poses, ["learned_spheres"], depth=4, progress=refuse)
     with pytest.raises(LookupError):
         nbd.make_dataset(beam, tmp_path / "q.h5", trajectories=3, frames=2, progress=refuse)
     nbd.make_dataset(beam, tmp_path / "q.h5", trajectories=3, frames=2)
     assert nbd.RecordingReader(tmp_path / "q.h5").frames == 6
+    assert "| all | 3 |" in (tmp_path / "q.shards" / "README.md").read_text()
 
 
 def test_recordings_are_written_frame_by_frame(tmp_path):
@@ -130,6 +141,8 @@ def test_bad_arguments_are_refused(beam, poses, tree_file, tmp_path):
         (lambda: nbd.make_dataset(beam, tmp_path / "x.h5", trajectories=0), "trajectories"),
         (lambda: nbd.make_dataset(beam, tmp_path / "x.h5", recipe={"strenth": 1}), "strenth"),
         (lambda: nbd.make_dataset(beam, tmp_path / "x.h5", held_out=2), "held_out"),
+        (lambda: nbd.make_dataset(beam, tmp_path / "x.h5", strength=1e9), "strength"),
+        (lambda: nbd.make_dataset(beam, tmp_path / "x.h5", recipe=5), "recipe: is"),
     ]:
         with pytest.raises(ValueError) as error:
             call()

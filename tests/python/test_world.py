@@ -183,11 +183,18 @@ def test_a_bad_scene_is_refused_with_one_line(scene, kind, text):
 
 def test_bad_arguments_are_refused(beam):
     world = nbd.World({"bodies": [{"body": beam}]})
+    world.drive([], [])
+    n = len(beam.surface_X)
+    other = nbd.make_exact_tree(beam.surface_X, beam.F).on_nodes(
+        (np.ones(n), np.full(n, 9999), np.arange(n + 1)), np.random.default_rng(1).random((10000, 3))
+    )
     for call, kind, text in [
         (lambda: world.positions(1), IndexError, "body: is 1; allowed: 0..0"),
         (lambda: world.step(-1), ValueError, "dt is -1"),
         (lambda: world.drive([0, 0], np.zeros((2, 3))), ValueError, "named twice"),
         (lambda: world.drive([0], np.zeros((2, 3))), ValueError, "targets"),
+        (lambda: nbd.World(5), ValueError, "scene: is <class 'int'>; allowed: a path"),
+        (lambda: world.begin_pose(0, nbd.PosedTree(other, "affine")), ValueError, "other weights"),
         (lambda: world.drive([0.5], np.zeros((1, 3))), ValueError, "nodes: is float64"),
     ]:
         with pytest.raises(kind) as error:

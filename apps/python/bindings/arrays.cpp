@@ -1,6 +1,7 @@
 #include "apps/python/bindings/arrays.hpp"
 
 #include <fmt/format.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
 #include <limits>
@@ -81,6 +82,11 @@ Rows<Scalar>::Rows(py::handle value, const char* name, int columns) {
     const std::string wanted = fmt::format("an array of {}, [n, {}]", number_name<Scalar>(),
                                            columns > 0 ? fmt::to_string(columns) : "m");
     const py::array array = array_from(value, name, wanted.c_str());
+    const bool is_empty_list = array.ndim() == 1 && array.size() == 0 && columns > 0;
+    if (is_empty_list) {
+        array_ = py::array_t<Scalar, py::array::c_style>(std::vector<py::ssize_t>{0, columns});
+        return;
+    }
     if (array.ndim() != 2 || (columns > 0 && array.shape(1) != columns) ||
         (array.size() > 0 && !converts<Scalar>(array)))
         throw std::invalid_argument(fmt::format("{}: is {}; allowed: {}", name, describe(array), wanted));
@@ -116,14 +122,19 @@ std::vector<int> index_list(py::handle value, const char* name) {
     return {array.data(), array.data() + array.size()};
 }
 
-Eigen::Vector3d vector3(py::handle value, const char* name) {
-    const auto array = flat<double>(value, name);
-    if (array.size() != 3)
-        throw std::invalid_argument(fmt::format("{}: has {} numbers; allowed: 3", name, array.size()));
-    return {array.at(0), array.at(1), array.at(2)};
+std::filesystem::path path_from(py::handle value, const char* name) {
+    try {
+        return value.cast<std::filesystem::path>();
+    } catch (const py::cast_error&) {
+        throw std::invalid_argument(
+            fmt::format("{}: is {}; allowed: a path", name, std::string(py::str(py::type::of(value)))));
+    }
 }
 
-Embedding embedding_from(py::handle value, const char* name, Eigen::Index node_count) {
+Embedding embedding_from(py::handle given, const char* name, Eigen::Index node_count) {
+    // Other sparse matrices than those in compressed rows have the same attributes with another meaning.
+    py::object value = py::reinterpret_borrow<py::object>(given);
+    if (py::hasattr(value, "tocsr")) value = value.attr("tocsr")();
     py::object parts[3];
     constexpr const char* names[] = {"data", "indices", "indptr"};
     for (int i = 0; i < 3; ++i) {

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -103,8 +104,8 @@ class ReferredVertices {
 /// A list or array of whole numbers.
 std::vector<int> index_list(py::handle value, const char* name);
 
-/// Three real numbers.
-Eigen::Vector3d vector3(py::handle value, const char* name);
+/// A path. Throws std::invalid_argument, one line, for anything but a text or an object with a path.
+std::filesystem::path path_from(py::handle value, const char* name);
 
 /// An embedding from (weights, columns, row ends), as numpy or scipy.sparse has it: a tuple (data, indices,
 /// indptr) or an object with these attributes. node_count: the number of columns.

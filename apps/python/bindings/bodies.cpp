@@ -44,14 +44,35 @@ SharedBody body_of(const std::string& name, const TetMesh& tets, const std::opti
                                           : make_body(name, tets, material, levels, subdivision));
 }
 
-SharedBody mesh_body(const path& file, int nodes, double grading, int cage, const std::optional<path>& inside,
-                     const Material& material, int levels, const std::string& scheme) {
-    const MeshFileConfig config{.tets = {.nodes = nodes, .grading = grading},
-                                .cage = cage,
-                                .inside = inside.value_or(path()).string(),
-                                .material = material,
-                                .levels = levels,
-                                .scheme = scheme_named(scheme)};
+/// Throws std::invalid_argument where two options are given of which a file takes one alone.
+void exclude(bool first, const char* name, bool second, const char* other) {
+    if (first && second) throw std::invalid_argument(fmt::format("{}: excludes {}", name, other));
+}
+
+SharedBody mesh_body(const path& file, std::optional<int> nodes, std::optional<double> grading,
+                     std::optional<int> cage, const std::optional<path>& inside,
+                     const std::optional<Material>& material, std::optional<int> levels,
+                     const std::optional<std::string>& scheme) {
+    const bool has_tets = holds_tets(file), has_material = file.extension() == ".h5" || inside;
+    exclude(cage.has_value(), "cage", inside.has_value(), "inside");
+    for (const auto& [option, name] :
+         {std::pair(cage.has_value(), "cage"), std::pair(inside.has_value(), "inside")}) {
+        exclude(option, name, has_tets, "files that hold tetrahedra");
+        exclude(option, name, nodes || grading, "nodes and grading");
+        exclude(option, name, levels || scheme, "levels and scheme");
+    }
+    exclude(has_tets, "a file that holds tetrahedra", nodes || grading, "nodes and grading");
+    exclude(has_material, "a body that has a material", material.has_value(), "material");
+    if (cage && *cage < 1)
+        throw std::invalid_argument(fmt::format("cage: is {}; allowed: at least 1", *cage));
+    MeshFileConfig config{.tets = {},
+                          .cage = cage.value_or(0),
+                          .inside = inside.value_or(path()).string(),
+                          .material = material.value_or(Material{}),
+                          .levels = levels.value_or(0),
+                          .scheme = scheme_named(scheme.value_or("midpoint"))};
+    if (nodes) config.tets.nodes = *nodes;
+    if (grading) config.tets.grading = *grading;
     Output silent;
     silent.quiet = true;
     const FileCall call;
@@ -95,7 +116,8 @@ void bind_material(py::module_& m) {
         .def_readonly("rayleigh_stiffness", &Material::rayleigh_stiffness)
         .def_property_readonly("law",
                                [](const Material& material) { return std::string(name(material.law)); })
-        .def("__eq__", [](const Material& a, const Material& b) { return a == b; });
+        .def(
+            "__eq__", [](const Material& a, const Material& b) { return a == b; }, py::is_operator());
 }
 
 void bind_modes(py::module_& m) {
@@ -171,9 +193,9 @@ void bind_bodies(py::module_& m) {
         py::arg("material") = Material{}, py::arg("levels") = 0, py::arg("scheme") = "midpoint",
         "A body of tetrahedra and a closed surface in or near them; without one, of their boundary. levels: "
         "how often the collision surface is subdivided.");
-    m.def("mesh_file", &mesh_body, py::arg("path"), py::arg("nodes") = 0, py::arg("grading") = 0.2,
-          py::arg("cage") = 0, py::arg("inside") = py::none(), py::arg("material") = Material{},
-          py::arg("levels") = 0, py::arg("scheme") = "midpoint",
+    m.def("mesh_file", &mesh_body, py::arg("path"), py::arg("nodes") = py::none(),
+          py::arg("grading") = py::none(), py::arg("cage") = py::none(), py::arg("inside") = py::none(),
+          py::arg("material") = py::none(), py::arg("levels") = py::none(), py::arg("scheme") = py::none(),
           "Makes a body from a file as `nbdtree mesh` does: a closed surface is checked and filled; with "
           "`cage`, a number of tet nodes, any triangle soup is embedded in a coarse cage.");
     m.def(

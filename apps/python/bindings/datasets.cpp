@@ -3,9 +3,13 @@
 #include <pybind11/stl/filesystem.h>
 #include <tbb/global_control.h>
 
+#include "apps/cli/output_paths.hpp"
 #include "apps/dataset/begin_dataset.hpp"
+#include "apps/dataset/card.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/producer.hpp"
+#include "apps/dataset/variety.hpp"
+#include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
 #include "collision/base/notice.hpp"
@@ -16,25 +20,31 @@ namespace {
 
 using std::filesystem::path;
 
-/// A recipe as JSON text: of a dictionary, or of the file at a path.
+void check_count(const char* name, int count, int most) {
+    if (count < 1 || count > most)
+        throw std::invalid_argument(fmt::format("{}: is {}; allowed: 1 to {}", name, count, most));
+}
+
+/// The ranges of a recipe: a dictionary, or the file at a path.
 RecipeRanges ranges_from(const py::object& recipe, std::optional<double> strength) {
     RecipeRanges ranges;
-    if (py::isinstance<py::dict>(recipe)) {
-        const py::object text = py::module_::import("json").attr("dumps")(recipe);
+    if (py::hasattr(recipe, "keys")) {
+        const py::object text = py::module_::import("json").attr("dumps")(py::dict(recipe));
         ranges = parse_recipe_ranges(text.cast<std::string>());
     } else if (!recipe.is_none()) {
-        ranges = load_recipe_ranges(recipe.cast<path>());
+        ranges = load_recipe_ranges(path_from(recipe, "recipe"));
     }
     if (strength) ranges.strength = *strength;
     return ranges;
 }
 
-void produce(const Body& body, const DatasetPlan& plan, const path& file, Progress& progress) {
+void produce(const Body& body, const DatasetPlan& plan, const path& file, const std::string& licence,
+             Stoppable& stoppable, Progress& progress) {
     const ShardFolder folder(file, plan.trajectories, plan.per_shard);
     const FileCall call;
     begin_dataset(folder, plan_json(plan, body));
-    const auto stop_if_asked = [] {
-        if (LongCall::asked()) throw Stopped("make_dataset: was stopped");
+    const auto stop_if_asked = [&] {
+        if (stoppable.asked()) throw Stopped("make_dataset: was stopped");
     };
     Producer producer(
         body, plan, folder,
@@ -47,12 +57,19 @@ void produce(const Body& body, const DatasetPlan& plan, const path& file, Progre
         static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
     do producer.produce(all, threads, 0);
     while (!producer.merge());
+    write_card(folder, body, body.name + ".h5", licence);
+    const Variety variety = variety_from_json(read_dataset_manifest(file).variety);
+    if (variety.all.frames == 0)
+        throw std::runtime_error(fmt::format(
+            "{}: every trajectory failed, so there is nothing to train on; weaker forces (strength) "
+            "may help",
+            file.string()));
 }
 
 void make_dataset(const Body& body, const path& file, int trajectories, int frames, std::uint64_t seed,
                   std::optional<double> strength, const py::object& recipe, double frame_interval,
                   int steps_per_frame, bool self_contact, bool intersection_free, double held_out,
-                  int per_shard, const py::object& function) {
+                  int per_shard, const std::string& licence, const py::object& function) {
     DatasetPlan plan;
     plan.trajectories = trajectories;
     plan.per_shard = per_shard;
@@ -64,12 +81,18 @@ void make_dataset(const Body& body, const path& file, int trajectories, int fram
     plan.excitation.intersection_free = intersection_free;
     plan.excitation.ranges = ranges_from(recipe, strength);
     plan.excitation.seed = seed;
-    if (trajectories < 1) throw std::invalid_argument("trajectories: must be at least 1");
-    if (per_shard < 1) throw std::invalid_argument("per_shard: must be at least 1");
-    if (!(held_out >= 0 && held_out < 1)) throw std::invalid_argument("held_out: must be >= 0 and < 1");
-    Progress progress(function);
+    check_count("trajectories", trajectories, 1'000'000);
+    check_count("frames", frames, 1'000'000);
+    check_count("per_shard", per_shard, 1'000'000);
+    if (!(held_out >= 0 && held_out < 1))
+        throw std::invalid_argument(fmt::format("held_out: is {}; allowed: >= 0 and < 1", held_out));
+    if (strength && !(*strength > 0 && *strength <= 1000))
+        throw std::invalid_argument(fmt::format("strength: is {}; allowed: > 0 and at most 1000", *strength));
+    check_output(file, {});
+    Stoppable stoppable;
+    Progress progress(function, stoppable);
     try {
-        produce(body, plan, file, progress);
+        produce(body, plan, file, licence, stoppable, progress);
     } catch (const Stopped&) {
         progress.check();
         raise_stop("make_dataset: was stopped; the same call continues from " + file.string());
@@ -103,10 +126,10 @@ void bind_datasets(py::module_& m) {
         py::arg("recipe") = py::none(), py::arg("frame_interval") = defaults.excitation.frame_interval,
         py::arg("steps_per_frame") = defaults.excitation.steps_per_frame, py::arg("self_contact") = false,
         py::arg("intersection_free") = false, py::arg("held_out") = defaults.held_out_share,
-        py::arg("per_shard") = defaults.per_shard, py::arg("progress") = py::none(),
+        py::arg("per_shard") = defaults.per_shard, py::arg("licence") = "", py::arg("progress") = py::none(),
         "Simulates trajectories to train on, as `nbdtree dataset` does, with the same bits. recipe: a recipe "
         "file or a dictionary with its keys. progress: a function (what, done, total). Ctrl-C stops it; the "
-        "same call continues.");
+        "same call continues. licence: what the dataset's card says of it.");
     m.def("dataset_manifest", &manifest_of, py::arg("path"),
           "What a dataset says of itself: train_trajectories and held_out_trajectories, by their ids; plan, "
           "which determines its content; variety, how much its poses differ.");

@@ -1,6 +1,10 @@
 #include "apps/python/bindings/long_call.hpp"
 
+#include <array>
+#include <chrono>
+#include <condition_variable>
 #include <csignal>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -9,20 +13,33 @@
 namespace nbd::python {
 namespace {
 
-std::atomic<bool> asked_to_stop = false;
-std::mutex calls;
+std::mutex collecting;
+std::vector<std::string> notices;
+
+std::mutex counting;
+std::condition_variable none_running;
 int running = 0;
-struct sigaction before;  // what handled Ctrl-C when the first of the running calls began
+bool is_ending = false;
+
+/// Never returns: this thread holds objects of C++ that the end of the interpreter would tear down.
+[[noreturn]] void sleep_forever() {
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+}
+
+// What a handler of signals may touch: the flags of the calls that can be stopped.
+std::array<std::atomic<std::atomic<bool>*>, 64> stoppable{};
+std::mutex handling;
+int handlers = 0;
+struct sigaction before;  // what handled Ctrl-C when the first of these calls began
 
 /// Also calls the handler of Python, which only notes the signal.
 void note_and_pass_on(int signal) {
-    asked_to_stop = true;
-    if (!(before.sa_flags & SA_SIGINFO) && before.sa_handler != SIG_DFL && before.sa_handler != SIG_IGN)
-        before.sa_handler(signal);
+    for (auto& flag : stoppable)
+        if (std::atomic<bool>* asked = flag.load()) *asked = true;
+    before.sa_handler(signal);
 }
 
-std::mutex collecting;
-std::vector<std::string> notices;
+thread_local bool is_in_progress = false;
 
 }  // namespace
 
@@ -39,35 +56,67 @@ LongCall::Warnings::~Warnings() {
         const std::scoped_lock lock(collecting);
         lines.swap(notices);
     }
-    py::error_scope kept;  // of an exception that is on its way
+    const py::error_scope kept;  // of an exception that is on its way
     for (const std::string& line : lines)
         if (PyErr_WarnEx(PyExc_UserWarning, line.c_str(), 1) != 0) PyErr_WriteUnraisable(nullptr);
 }
 
 LongCall::LongCall() {
+    {
+        std::unique_lock lock(counting);
+        if (is_ending) {
+            lock.unlock();
+            sleep_forever();
+        }
+        ++running;
+    }
     hold_blas_to_one_thread();
-    const std::scoped_lock lock(calls);
-    if (running++ > 0) return;
-    asked_to_stop = false;
-    struct sigaction ours {};
-    ours.sa_handler = note_and_pass_on;
-    sigemptyset(&ours.sa_mask);
-    ours.sa_flags = SA_RESTART;
-    sigaction(SIGINT, &ours, &before);
 }
 
 LongCall::~LongCall() {
-    const std::scoped_lock lock(calls);
-    if (--running > 0) return;
-    sigaction(SIGINT, &before, nullptr);
+    const std::scoped_lock lock(counting);
+    if (--running == 0) none_running.notify_all();
 }
 
-const std::atomic<bool>& LongCall::asked() noexcept { return asked_to_stop; }
-void LongCall::stop() noexcept { asked_to_stop = true; }
+void end_calls() {
+    const py::gil_scoped_release released;
+    std::unique_lock lock(counting);
+    is_ending = true;
+    none_running.wait(lock, [] { return running == 0; });
+}
 
-std::mutex& FileCall::file_calls() {
+std::mutex& FileCall::files() {
     static std::mutex one;
+    if (is_in_progress)
+        throw std::runtime_error("progress: must not call functions that read or write files of nbdtree");
     return one;
+}
+
+Stoppable::Stoppable() {
+    const std::scoped_lock lock(handling);
+    for (auto& flag : stoppable) {
+        std::atomic<bool>* free = nullptr;
+        if (flag.compare_exchange_strong(free, &asked_)) break;
+    }
+    if (handlers++ > 0) return;
+    sigaction(SIGINT, nullptr, &before);
+    if ((before.sa_flags & SA_SIGINFO) || before.sa_handler == SIG_DFL || before.sa_handler == SIG_IGN)
+        return;
+    struct sigaction ours = before;
+    ours.sa_handler = note_and_pass_on;
+    sigaction(SIGINT, &ours, nullptr);
+}
+
+Stoppable::~Stoppable() {
+    const std::scoped_lock lock(handling);
+    for (auto& flag : stoppable) {
+        std::atomic<bool>* ours = &asked_;
+        flag.compare_exchange_strong(ours, nullptr);
+    }
+    if (--handlers > 0) return;
+    struct sigaction now {};
+    sigaction(SIGINT, nullptr, &now);
+    if (now.sa_handler == note_and_pass_on) sigaction(SIGINT, &before, nullptr);
 }
 
 void raise_stop(const std::string& what_is_kept) {
@@ -75,7 +124,8 @@ void raise_stop(const std::string& what_is_kept) {
     throw Stopped(what_is_kept);
 }
 
-Progress::Progress(py::object function) : function_(std::move(function)) {
+Progress::Progress(py::object function, Stoppable& stoppable)
+    : function_(std::move(function)), stoppable_(stoppable) {
     if (!function_.is_none() && !PyCallable_Check(function_.ptr()))
         throw std::invalid_argument("progress: is not callable; allowed: a function(what, done, total)");
 }
@@ -84,12 +134,14 @@ void Progress::tell(std::string_view what, double done, double total) noexcept {
     if (function_.is_none()) return;
     const py::gil_scoped_acquire acquired;
     if (raised_) return;
+    is_in_progress = true;
     try {
         function_(what, done, total);
     } catch (...) {
         raised_ = std::current_exception();
-        LongCall::stop();
+        stoppable_.stop();
     }
+    is_in_progress = false;
 }
 
 void Progress::check() const {

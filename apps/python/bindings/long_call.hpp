@@ -20,18 +20,14 @@ struct Stopped : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// While alive, other threads of Python run, Ctrl-C sets asked(), and BLAS has one thread, as in the program.
-/// Calls of several threads may overlap.
+/// While alive, other threads of Python run, and BLAS has one thread, as in the program. Calls of several
+/// threads may overlap.
 class LongCall {
  public:
     LongCall();
     ~LongCall();
     LongCall(const LongCall&) = delete;
     LongCall& operator=(const LongCall&) = delete;
-
-    /// Set by Ctrl-C since the call began, and by stop().
-    static const std::atomic<bool>& asked() noexcept;
-    static void stop() noexcept;
 
  private:
     struct Warnings {
@@ -42,25 +38,42 @@ class LongCall {
 };
 
 /// A long call that reads or writes HDF5 files, whose library serves one thread at a time: such calls of
-/// several threads wait for each other.
+/// several threads wait for each other. Throws std::runtime_error inside a Progress, whose call holds the
+/// files.
 class FileCall : public LongCall {
  public:
-    FileCall() : one_(file_calls()) {}
+    FileCall() : one_(files()) {}
 
  private:
-    static std::mutex& file_calls();
+    static std::mutex& files();
     std::scoped_lock<std::mutex> one_;
 };
 
-/// Raises what the signal handlers of Python raise, KeyboardInterrupt for Ctrl-C. Call it after a LongCall
-/// that was stopped; throws Stopped where no handler raises.
+/// While alive, Ctrl-C sets asked(), beside what Python does. Make it with the GIL, before a FileCall.
+class Stoppable {
+ public:
+    Stoppable();
+    ~Stoppable();
+    Stoppable(const Stoppable&) = delete;
+    Stoppable& operator=(const Stoppable&) = delete;
+
+    const std::atomic<bool>& asked() const noexcept { return asked_; }
+    void stop() noexcept { asked_ = true; }
+
+ private:
+    std::atomic<bool> asked_ = false;
+};
+
+/// Raises what the signal handlers of Python raise, KeyboardInterrupt for Ctrl-C. Call it after a call that
+/// was stopped; throws Stopped where no handler raises.
 [[noreturn]] void raise_stop(const std::string& what_is_kept);
 
 /// A function of the caller that is told how far a long call is: function(what, done, total). What it raises
 /// stops the call and is raised by check().
 class Progress {
  public:
-    explicit Progress(py::object function);
+    /// stoppable: of the call; must outlive this object.
+    Progress(py::object function, Stoppable& stoppable);
 
     /// From any thread.
     void tell(std::string_view what, double done, double total) noexcept;
@@ -69,17 +82,21 @@ class Progress {
 
  private:
     py::object function_;
+    Stoppable& stoppable_;
     std::exception_ptr raised_;
 };
 
 /// Notices of the library become warnings of Python at the end of each LongCall.
 void collect_notices() noexcept;
 
+/// Waits until no thread is in a LongCall, and lets none return from a later one. For the end of the
+/// interpreter, which threads that hold objects of C++ must not see.
+void end_calls();
+
 /// An object of ours that only one thread at a time may use.
 class Lockable {
  public:
     Lockable() = default;
-    Lockable(Lockable&& other) noexcept : is_used_(other.is_used_.load()) {}
 
  private:
     friend class Use;

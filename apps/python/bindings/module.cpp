@@ -43,8 +43,10 @@ PYBIND11_MODULE(_nbdtree, module) {
     bind_recordings(module);
     bind_datasets(module);
     bind_training(module);
-    // Frees the limit while TBB is still there.
-    module.add_object("_cleanup", py::capsule([] { thread_limit.reset(); }));
+    py::module_::import("atexit").attr("register")(py::cpp_function([] {
+        end_calls();
+        thread_limit.reset();  // while TBB is still there
+    }));
 }
 
 }  // namespace nbd::python

@@ -60,7 +60,7 @@ using PairQueryObject = QueryObject<PairQuery>;
 using ClosestQueryObject = QueryObject<ClosestQuery>;
 
 void bind_pair_query(py::module_& m) {
-    py::class_<PairQueryObject>(m, "PairQuery",
+    py::class_<PairQueryObject>(m, "PairQuery", py::is_final(),
                                 "Queries between two posed trees. Owns scratch memory: keep one for all "
                                 "frames. Answers are new arrays [pairs, 2] of rows of the two face arrays.")
         .def(py::init<>())
@@ -137,7 +137,7 @@ void bind_self_query(py::module_& m) {
         });
     m.def("near_at_rest", &rest_pairs, py::arg("X"), py::arg("F"), py::arg("distance"),
           "The pairs of faces that are at most `distance` apart at rest, for SelfQuery to leave out.");
-    py::class_<SelfQueryObject>(m, "SelfQuery",
+    py::class_<SelfQueryObject>(m, "SelfQuery", py::is_final(),
                                 "Queries of a posed tree with itself. Leaves out faces that share a vertex.")
         .def(py::init<std::shared_ptr<FacePairSet>>(), py::arg("left_out") = py::none(),
              "left_out: further pairs to leave out.")
@@ -177,7 +177,7 @@ py::object closest(ClosestQueryObject& self, Posed& a, Posed& b, double most) {
 }
 
 void bind_closest_query(py::module_& m) {
-    py::class_<ClosestQueryObject>(m, "ClosestQuery", "Distances between two posed trees.")
+    py::class_<ClosestQueryObject>(m, "ClosestQuery", py::is_final(), "Distances between two posed trees.")
         .def(py::init<>())
         .def("closest", &closest, py::arg("a"), py::arg("b"),
              py::arg("most") = std::numeric_limits<double>::infinity(),
@@ -194,6 +194,9 @@ struct ManyBodyObject {
 /// [(a, b, pairs), ...] of all bodies that touch.
 template <class Ask>
 py::list touching(ManyBodyObject& self, const std::vector<Posed*>& bodies, const Ask& ask) {
+    if (const auto none = std::ranges::find(bodies, nullptr); none != bodies.end())
+        throw std::invalid_argument(
+            fmt::format("bodies[{}]: is None; allowed: a PosedTree", none - bodies.begin()));
     std::vector<Posed*> sorted = bodies;
     std::ranges::sort(sorted);
     if (std::ranges::adjacent_find(sorted) != sorted.end())
@@ -218,7 +221,7 @@ py::list touching(ManyBodyObject& self, const std::vector<Posed*>& bodies, const
 
 void bind_many_body_query(py::module_& m) {
     py::class_<ManyBodyObject>(
-        m, "ManyBodyQuery",
+        m, "ManyBodyQuery", py::is_final(),
         "Queries between all bodies of a list. Answers are lists of (a, b, pairs), a < "
         "b, of bodies that touch.")
         .def(py::init<>())

@@ -22,9 +22,15 @@ struct ReaderObject {
 
 struct WriterObject {
     std::unique_ptr<RecordingWriter> writer;  // null once it is finished or given up
-    std::vector<std::pair<int, int>> open;    // handles and their numbers of nodes
+    std::vector<int> open;                    // handles
     Lockable lock;
 
+    std::vector<int>::iterator find(int handle) {
+        const auto found = std::ranges::find(open, handle);
+        if (found == open.end())
+            throw std::invalid_argument(fmt::format("handle: {} is of no open trajectory", handle));
+        return found;
+    }
     RecordingWriter& get() const {
         if (!writer) throw std::runtime_error("RecordingWriter: is closed");
         return *writer;
@@ -78,7 +84,7 @@ void bind_reader(py::module_& m) {
         .def_readonly("recipe", &TrajectoryInfo::recipe, "JSON text: the scene or excitation behind it.")
         .def_readonly("failure", &TrajectoryInfo::failure, "Empty, or why the run stopped early.")
         .def_readonly("frames", &TrajectoryInfo::frames);
-    py::class_<ReaderObject>(m, "RecordingReader",
+    py::class_<ReaderObject>(m, "RecordingReader", py::is_final(),
                              "Reads frames of a recording or a dataset when they are asked for.")
         .def(py::init(&open_recording), py::arg("path"))
         .def_property_readonly("path", [](const ReaderObject& self) { return self.reader->path(); })
@@ -110,7 +116,11 @@ void bind_reader(py::module_& m) {
              "Counts of each frame, as far as they are known: contacts, troubled_steps, self_intersections.")
         .def(
             "label",
-            [](const ReaderObject& self, const std::string& name) { return self.reader->label(name); },
+            [](ReaderObject& self, const std::string& name) {
+                const Use use(self.lock, "RecordingReader");
+                const FileCall call;
+                return self.reader->label(name);
+            },
             py::arg("name"), "An attribute of the file; \"\" if it has none of this name.");
 }
 
@@ -131,16 +141,14 @@ int begin_trajectory(WriterObject& self, int nodes, int id, const std::string& b
     const Use use(self.lock, "RecordingWriter");
     const FileCall call;
     const int handle = self.get().begin_trajectory(info, nodes);
-    self.open.emplace_back(handle, nodes);
+    self.open.push_back(handle);
     return handle;
 }
 
 void add_frame(WriterObject& self, int handle, double time, py::handle x) {
     const VertexRows rows(x, "x", 3);
     const Use use(self.lock, "RecordingWriter");
-    const auto open = std::ranges::find(self.open, handle, &std::pair<int, int>::first);
-    if (open == self.open.end())
-        throw std::invalid_argument(fmt::format("handle: {} is of no open trajectory", handle));
+    self.find(handle);
     const FileCall call;
     self.get().add_frame(handle, time, rows.as<Vertices>());
 }
@@ -148,7 +156,7 @@ void add_frame(WriterObject& self, int handle, double time, py::handle x) {
 void end_trajectory(WriterObject& self, int handle, const std::string& failure, const py::dict& facts) {
     FrameFacts lists;
     for (const auto& [key, value] : facts) {
-        const auto name = key.cast<std::string>();
+        const auto name = py::str(key).cast<std::string>();
         const auto fact = std::ranges::find(frame_facts, name, &FrameFactName::name);
         if (fact == frame_facts.end())
             throw std::invalid_argument(fmt::format(
@@ -157,9 +165,7 @@ void end_trajectory(WriterObject& self, int handle, const std::string& failure, 
         (lists.*fact->list).assign(counts.begin(), counts.end());
     }
     const Use use(self.lock, "RecordingWriter");
-    const auto open = std::ranges::find(self.open, handle, &std::pair<int, int>::first);
-    if (open == self.open.end())
-        throw std::invalid_argument(fmt::format("handle: {} is of no open trajectory", handle));
+    const auto open = self.find(handle);
     const FileCall call;
     self.get().end_trajectory(handle, failure, lists);
     self.open.erase(open);
@@ -174,7 +180,7 @@ void close(WriterObject& self, bool finish) {
 }
 
 void bind_writer(py::module_& m) {
-    py::class_<WriterObject>(m, "RecordingWriter",
+    py::class_<WriterObject>(m, "RecordingWriter", py::is_final(),
                              "Writes a recording frame by frame. It has its name only after finish(); as a "
                              "context manager it finishes at the end, unless an exception passes.")
         .def(py::init(&create_recording), py::arg("path"))

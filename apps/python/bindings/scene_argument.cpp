@@ -37,13 +37,13 @@ void check_tree(const LoadedBody& body, std::size_t number) {
 }  // namespace
 
 SceneArgument::SceneArgument(py::handle scene, const py::object& folder) {
-    if (!py::isinstance<py::dict>(scene)) {
-        spec = load_scene(scene.cast<std::filesystem::path>());
+    if (!py::hasattr(scene, "keys")) {
+        spec = load_scene(path_from(scene, "scene"));
         given_.resize(spec.bodies.size());
         return;
     }
     const auto copy = py::module_::import("copy").attr("copy");
-    py::dict top = copy(scene);
+    py::dict top = py::dict(py::reinterpret_borrow<py::object>(scene));
     if (top.contains("bodies") && py::isinstance<py::sequence>(top["bodies"])) {
         py::list bodies;
         for (const py::handle body : top["bodies"]) {
@@ -61,8 +61,8 @@ SceneArgument::SceneArgument(py::handle scene, const py::object& folder) {
         top["bodies"] = bodies;
     }
     const std::string text = py::module_::import("json").attr("dumps")(top).cast<std::string>();
-    spec = parse_scene(
-        text, folder.is_none() ? std::filesystem::current_path() : folder.cast<std::filesystem::path>());
+    spec =
+        parse_scene(text, folder.is_none() ? std::filesystem::current_path() : path_from(folder, "folder"));
     given_.resize(spec.bodies.size());
 }
 

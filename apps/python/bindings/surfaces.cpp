@@ -96,7 +96,7 @@ void bind_surfaces(py::module_& m) {
             return read_surface(file);
         },
         py::arg("path"),
-        "Reads the triangles of a .obj, .ply, .stl, .off or .glb file; see check_surface().");
+        "Reads the triangles of a .obj, .ply, .stl, .off or .glb file; see make_solid_boundary().");
     m.def(
         "write_surface",
         [](const path& file, const TriMesh& mesh) {

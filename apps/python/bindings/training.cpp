@@ -5,6 +5,7 @@
 #include "apps/cli/load_body.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/shared_tree.hpp"
+#include "collision/base/notice.hpp"
 #include "training/calibrate/calibrate.hpp"
 #include "training/evaluate/evaluate.hpp"
 #include "training/learn/train_tree.hpp"
@@ -57,17 +58,18 @@ struct TrainOptions {
 /// Ends a training that was stopped by Ctrl-C or by an exception of the progress function.
 [[noreturn]] void stopped(const Progress& progress, const path& checkpoint) {
     progress.check();
-    raise_stop(checkpoint.empty()
-                   ? "the training was stopped"
+    raise_stop(checkpoint.empty() || !std::filesystem::exists(checkpoint)
+                   ? "the training was stopped, nothing of it is kept"
                    : "the training was stopped; the same call continues from " + checkpoint.string());
 }
 
 SharedFile train_body(const Body& body, const path& data, const TrainOptions& options,
-                      const CalibrateConfig& calibration, const path& checkpoint, Progress& progress) {
+                      const CalibrateConfig& calibration, const path& checkpoint, Stoppable& stoppable,
+                      Progress& progress) {
     TrainRun run;
     run.checkpoint = checkpoint;
     run.stage = [&](std::string_view stage) { progress.tell(stage, 0, 1); };
-    run.hooks.cancel = &LongCall::asked();
+    run.hooks.cancel = &stoppable.asked();
     run.hooks.progress = [&](const TrainingProgress& done) {
         progress.tell("networks", done.nodes_done, done.nodes);
     };
@@ -77,7 +79,9 @@ SharedFile train_body(const Body& body, const path& data, const TrainOptions& op
     SurfaceBody surface = surface_body(body);
     FrameSource source(surface.W, recording);
     auto file = std::make_shared<TreeFile>(train_tree(std::move(surface), source, config, run));
-    if (!file->facts.split.calibration_trajectories.empty()) {
+    if (file->facts.split.calibration_trajectories.empty()) {
+        notice("no trajectories were kept for calibration, so the bounds have no stated miss rate");
+    } else {
         progress.tell("calibration", 0, 1);
         calibrate(*file, source, calibration);
     }
@@ -90,24 +94,31 @@ SharedFile train(const Body& body, const path& data, const std::vector<std::stri
                  double miss_rate, std::optional<double> confidence, std::uint64_t seed,
                  const std::optional<path>& checkpoint_file, const py::object& function) {
     const path checkpoint = checkpoint_file.value_or(path());
-    Progress progress(function);
+    Stoppable stoppable;
+    Progress progress(function, stoppable);
     SharedFile file;
     try {
-        file = train_body(body, data,
-                          {bounds, depth, modes, clusters, epochs, samples, network, held_out, calibration,
-                           random_frames, seed},
-                          {.miss_rate = miss_rate, .confidence = confidence}, checkpoint, progress);
+        file =
+            train_body(body, data,
+                       {bounds, depth, modes, clusters, epochs, samples, network, held_out, calibration,
+                        random_frames, seed},
+                       {.miss_rate = miss_rate, .confidence = confidence}, checkpoint, stoppable, progress);
     } catch (const TrainingCancelled&) {
         stopped(progress, checkpoint);
     }
     progress.check();
+    if (!checkpoint.empty()) std::filesystem::remove(checkpoint);
     return file;
 }
 
-void calibrate_file(TreeFile& file, const path& data, double miss_rate, std::optional<double> confidence) {
+/// A copy, so that trees that are in use keep the calibration that they began with.
+SharedFile calibrated(const TreeFile& file, const path& data, double miss_rate,
+                      std::optional<double> confidence) {
     const FileCall call;
     const RecordingReader recording(data);
-    calibrate(file, recording, {.miss_rate = miss_rate, .confidence = confidence});
+    auto copy = std::make_shared<TreeFile>(file);
+    calibrate(*copy, recording, {.miss_rate = miss_rate, .confidence = confidence});
+    return copy;
 }
 
 std::vector<EvaluationRow> evaluate_file(const TreeFile& file, const path& data,
@@ -144,7 +155,7 @@ void bind_tree_file(py::module_& m) {
                                      "A trained tree with its surface and where it comes from.")
         .def_property_readonly(
             "tree", [](const SharedFile& file) { return SharedTree(file, &file->tree); },
-            "The tree. Refers to this object, so a later calibration holds for it, too.")
+            "The tree. Refers to this object.")
         .def_property_readonly(
             "X", [](py::object self) { return view(self.cast<const TreeFile&>().X, self); },
             "Rest positions of the surface [n, 3], float32. Refers to the object.")
@@ -215,9 +226,8 @@ void bind_training(py::module_& m) {
         "Trains and calibrates the bounds of a body's tree on a recording, as `nbdtree train` does, with the "
         "same bits. checkpoint: a file that an interrupted training continues from. progress: a function "
         "(what, done, total). Ctrl-C stops it.");
-    m.def("calibrate", &calibrate_file, py::arg("file"), py::arg("recording"), py::arg("miss_rate") = 1e-3,
-          py::arg("confidence") = py::none(),
-          "Computes the margins of a trained tree for a stated miss rate, in place.");
+    m.def("calibrate", &calibrated, py::arg("file"), py::arg("recording"), py::arg("miss_rate") = 1e-3,
+          py::arg("confidence") = py::none(), "The same file with margins for a stated miss rate.");
     bind_evaluation(m);
 }
 

@@ -14,7 +14,6 @@ namespace nbd::python {
 namespace {
 
 using std::filesystem::path;
-using SharedBody = std::shared_ptr<Body>;
 
 SharedTree exact_tree(py::handle X, py::handle F, int depth, int min_leaf_faces) {
     const VertexRows vertices(X, "X", 3);
@@ -24,9 +23,9 @@ SharedTree exact_tree(py::handle X, py::handle F, int depth, int min_leaf_faces)
         vertices.as<Vertices>(), faces.as<Faces>(), {.depth = depth, .min_leaf_faces = min_leaf_faces}));
 }
 
-SharedTree tree_of_body(const SharedBody& body, int depth) {
+SharedTree tree_of_body(const Body& body, int depth) {
     const LongCall call;
-    const SurfaceBody surface = surface_body(*body);
+    const SurfaceBody surface = surface_body(body);
     auto tree = std::make_shared<CollisionTree>(make_exact_tree(surface.X, surface.F, {.depth = depth}));
     hang_on_solid(*tree, surface);
     return tree;
@@ -148,8 +147,9 @@ py::object box_of(PosedTreeObject& self, int node) {
 
 void bind_posed_tree(py::module_& m) {
     py::class_<PosedTreeObject>(
-        m, "PosedTree", "A body's collision tree in its current pose. One thread at a time may use it.")
-        .def(py::init(&posed_tree), py::arg("tree"), py::arg("bounds") = "boxes",
+        m, "PosedTree", py::is_final(),
+        "A body's collision tree in its current pose. One thread at a time may use it.")
+        .def(py::init(&posed_tree), py::arg("tree").none(false), py::arg("bounds") = "boxes",
              py::arg("margin") = py::none(),
              "tree: shared, not copied. bounds: one of tree.bounds. margin: relative, >= 0, instead of the "
              "tree's calibration.")

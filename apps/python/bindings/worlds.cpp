@@ -31,7 +31,7 @@ std::unique_ptr<WorldObject> make_world(py::handle scene, const py::object& fold
     return std::make_unique<WorldObject>(std::move(argument), std::move(bodies));
 }
 
-/// The body's number. Throws IndexError for one that the world has not.
+/// The body's number. Throws IndexError if it is out of range.
 int checked(const WorldObject& self, int body) {
     if (body < 0 || body >= self.world.body_count())
         throw py::index_error(fmt::format("body: is {}; allowed: 0..{}", body, self.world.body_count() - 1));
@@ -95,7 +95,8 @@ void bind_state(py::class_<WorldObject>& world) {
             py::arg("body") = 0, "Masses of the tet nodes [N], kg: a view.")
         .def(
             "surface_positions",
-            [](const WorldObject& self, int body) {
+            [](WorldObject& self, int body) {
+                const Use use(self.lock, "World");
                 const World& w = self.world;
                 return owned(embedded(w.surface(checked(self, body)).W(), w.state(body).x));
             },
@@ -151,6 +152,10 @@ void bind_queries_of_world(py::class_<WorldObject>& world) {
                 const ContactSurface& surface = self.world.surface(checked(self, body));
                 if (asked.vertex_count != surface.vertex_count() || asked.faces != surface.F())
                     throw std::invalid_argument("PosedTree: is of another surface than the body's");
+                if (tree.tree.kind() == BoundKind::affine &&
+                    !asked.affine->hangs_by(surface.W().cast<float>()))
+                    throw std::invalid_argument(
+                        "PosedTree: its affine bounds have other weights than the body");
                 const Use use(self.lock, "World"), use_tree(tree.lock, "PosedTree");
                 {
                     const LongCall call;
@@ -203,7 +208,7 @@ void bind_worlds(py::module_& m) {
     bind_report(m);
     py::class_<WorldSnapshot>(m, "WorldSnapshot", "The state of a world, see World.restore().")
         .def_readonly("time", &WorldSnapshot::time);
-    py::class_<WorldObject> world(m, "World", py::dynamic_attr(),
+    py::class_<WorldObject> world(m, "World", py::is_final(),
                                   "Deformable bodies and obstacles that move and touch each other.");
     world
         .def(py::init(&make_world), py::arg("scene"), py::arg("folder") = py::none(),

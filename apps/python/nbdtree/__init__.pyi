@@ -127,13 +127,13 @@ def make_body(
 ) -> Body: ...
 def mesh_file(
     path: Path,
-    nodes: int = ...,
-    grading: float = ...,
-    cage: int = ...,
+    nodes: Optional[int] = ...,
+    grading: Optional[float] = ...,
+    cage: Optional[int] = ...,
     inside: Optional[Path] = ...,
-    material: Material = ...,
-    levels: int = ...,
-    scheme: str = ...,
+    material: Optional[Material] = ...,
+    levels: Optional[int] = ...,
+    scheme: Optional[str] = ...,
 ) -> Body: ...
 def save_body(path: Path, body: Body) -> None: ...
 def load_body(path: Path) -> Body: ...
@@ -361,6 +361,7 @@ def make_dataset(
     intersection_free: bool = ...,
     held_out: float = ...,
     per_shard: int = ...,
+    licence: str = ...,
     progress: Optional[Progress] = ...,
 ) -> None: ...
 
@@ -399,7 +400,7 @@ def train(
     checkpoint: Optional[Path] = ...,
     progress: Optional[Progress] = ...,
 ) -> TreeFile: ...
-def calibrate(file: TreeFile, recording: Path, miss_rate: float = ..., confidence: Optional[float] = ...) -> None: ...
+def calibrate(file: TreeFile, recording: Path, miss_rate: float = ..., confidence: Optional[float] = ...) -> TreeFile: ...
 
 class EvaluationRow:
     @property

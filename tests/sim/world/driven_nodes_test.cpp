@@ -70,22 +70,52 @@ TEST(DrivenNodes, CarryAGivenBodyAlongEveryStep) {
     EXPECT_NEAR(box.world.state(0).x.col(1).mean() - start, 0.1, 0.03);
 }
 
+TEST(DrivenNodes, MoveToTheirTargetsFromARestoredState) {
+    HeldBox box;
+    const WorldSnapshot start = box.world.snapshot();
+    const Nodes targets = box.places().rowwise() + Eigen::RowVector3d(0, 0, 0.01);
+    for (int step = 0; step < 4; ++step) {
+        box.world.drive(0, box.left, box.places().rowwise() + Eigen::RowVector3d(0, 0, 0.0025));
+        box.world.step(0.01);
+    }
+    box.world.restore(start);
+    box.world.step(0.01);
+    EXPECT_LT((box.places() - targets).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(DrivenNodes, GiveWayToGripsThatHoldThemAgain) {
+    const Model model({0.6, 0.2, 0.2}, {6, 2, 2});
+    WorldBody body = model.at({0, 0, 0});
+    body.grips.push_back({.nodes = {0, 1, 2}, .release = 0.015});
+    World world(WorldConfig{});
+    world.add_body(body);
+    const WorldSnapshot start = world.snapshot();
+    const Nodes held = world.state(0).x.topRows<3>();
+    world.step(0.01);
+    world.step(0.01);
+    world.drive(0, {0, 1, 2}, held.array() + 0.01);
+    world.step(0.01);
+    world.restore(start);
+    ASSERT_EQ(world.step(0.01).failure, "");
+    EXPECT_LT((world.state(0).x.topRows<3>() - held).cwiseAbs().maxCoeff(), 1e-12);
+}
+
 TEST(DrivenNodes, AreRefusedWithWhatIsWrong) {
     HeldBox box;
     EXPECT_EQ(test::error_of([&] {
                   box.world.drive(0, {3, 3}, Nodes::Zero(2, 3));
               }),
-              "grip: node 3 is named twice");
+              "world: driven node 3 is named twice, or held by a grip");
     EXPECT_EQ(test::error_of([&] { box.world.drive(0, {-1}, Nodes::Zero(1, 3)); }),
-              "grip: node -1 is not in 0..62");
+              "world: driven node -1 is not in 0..62");
     EXPECT_EQ(test::error_of([&] {
                   box.world.drive(0, {1, 2}, Nodes::Zero(1, 3));
               }),
-              "world: 2 driven nodes need as many finite targets, not 1");
+              "world: 2 driven nodes need as many targets, not 1");
     Nodes bad = Nodes::Zero(1, 3);
     bad(0, 1) = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(test::error_of([&] { box.world.drive(0, {1}, bad); }),
-              "world: 1 driven nodes need as many finite targets, not 1");
+              "world: a target of driven nodes is not finite");
 }
 
 TEST(World, KeepsItsStateInOnePlaceInMemory) {
