@@ -23,6 +23,7 @@ void add_race(CLI::App& app, Output& out);
 void add_validate(CLI::App& app, Output& out);
 void add_collide(CLI::App& app, Output& out);
 void add_inspect(CLI::App& app, Output& out);
+void add_view(CLI::App& app, Output& out);
 
 /// `nbdtree bench ARGUMENTS` of release 0.1: runs `nbdtree-bench ARGUMENTS` in place of this process, with a
 /// warning. argv: begins with "bench" and ends with a null pointer. Returns the exit status if the program

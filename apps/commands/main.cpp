@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
         nbd::add_validate(app, out);
         nbd::add_collide(app, out);
         nbd::add_inspect(app, out);
+        nbd::add_view(app, out);
     };
     return nbd::run_program({.name = "nbdtree",
                              .description = "Deformable solids with learned collision culling.",
