@@ -82,7 +82,7 @@ TEST_F(BadInputTest, RejectsInvalidCommandLines) {
         "; known commands: mesh, modes, dataset, remap, train, calibrate, evaluate, figures, transfer, "
         "export, "
         "coverage, simulate, race, validate, collide, "
-        "inspect";
+        "inspect, view";
     expect_refused({
         {{}, 2, "no command" + known},
         {{"frob"}, 2, "unknown command or option 'frob'" + known},

@@ -27,6 +27,13 @@ function prefixed(size, unit) {
     return {unit: prefix + unit, factor: 1 / power};
 }
 
+/** The next number up of which a quarter has few digits, as the end of a scale. */
+function roundEnd(number) {
+    if (!(number > 0)) return 0;
+    const power = 10 ** Math.floor(Math.log10(number));
+    return power * [1, 1.2, 1.6, 2, 2.4, 2.8, 3.2, 4, 4.8, 6, 8, 10].find((factor) => factor * power >= number * (1 - 1e-9));
+}
+
 /** A number with three digits that count. */
 function threeDigits(number) {
     if (number === 0) return "0";

@@ -19,10 +19,10 @@ class Legend {
         this.name.textContent = `${name}, ${shown}`;
         this.ticks.replaceChildren(...Array.from({length: ticks + 1}, (_, i) => {
             const tick = document.createElement("span");
-            tick.textContent = threeDigits(high * factor * i / ticks);
+            tick.textContent = String(Number((high * factor * i / ticks).toPrecision(3)));
             return tick;
         }));
         this.note.textContent = largest > 1.001 * high ? `largest: ${threeDigits(largest * factor)} ${shown}` : "";
-        this.element.setAttribute("aria-label", `${name}: colours from 0 to ${threeDigits(high * factor)} ${shown}`);
+        this.element.setAttribute("aria-label", `${name}: colours from 0 to ${Number((high * factor).toPrecision(3))} ${shown}`);
     }
 }

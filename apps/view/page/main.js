@@ -21,21 +21,21 @@ function paint(bodies, facts, panel, legend) {
         return;
     }
     const numbers = bodies.map((body) => body.scalar(scalar.name));
-    const {high, largest} = scaleOf(scalar, numbers, panel.scale);
+    const {high: needed, largest} = scaleOf(scalar, numbers, panel.scale), high = roundEnd(needed);
     bodies.forEach((body, i) => (numbers[i] ? body.showScalar(numbers[i], high) : body.showColour()));
-    legend.show(scalar.name[0].toUpperCase() + scalar.name.slice(1), scalar.unit, high, largest);
+    const from = scalar.name === "displacement" ? ` from ${facts.displacementFrom}` : "";
+    legend.show(scalar.name[0].toUpperCase() + scalar.name.slice(1) + from, scalar.unit, high, largest);
 }
 
 function describe(facts, bodies, cell, hasFloor) {
     const faces = bodies.reduce((sum, body) => sum + body.faces.length / 3, 0).toLocaleString("en");
     const {length} = facts.times, of = length < facts.recordedFrames && length > 1 ? ` of ${facts.recordedFrames}` : "";
-    const {unit, factor} = prefixed(cell, "m");
     document.title = facts.title;
     byId("title").querySelector("h1").textContent = facts.title;
     byId("summary").textContent = [
         bodies.length === 1 ? "1 body" : `${bodies.length} bodies`, `${faces} faces`,
         length === 1 ? "1 pose" : `${length}${of} frames`,
-        hasFloor ? `grid ${threeDigits(cell * factor).replace(/\.0+$/, "")} ${unit}` : ""].filter(Boolean).join(" · ");
+        hasFloor ? `grid ${Number(cell.toPrecision(1))} m` : ""].filter(Boolean).join(" · ");
     byId("program").textContent = facts.program;
 }
 

@@ -19,7 +19,7 @@ class Panel {
             byId(`mark-${kind}-row`).hidden = !facts.bodies.some((body) => body.marks[kind]);
         byId("marks-section").hidden = !facts.bodies.some(({marks}) => marks.near || marks.intersecting || marks.missed);
         byId("near-distance").textContent = facts.contactDistance > 0 ?
-            `within ${this.length(facts.contactDistance)}` : "";
+            `(${this.length(facts.contactDistance)})` : "";
         for (const element of byId("panel").querySelectorAll("input, select"))
             element.addEventListener("input", () => changed());
         byId("open-panel").addEventListener("click", () => this.open(byId("panel").hidden));
@@ -38,10 +38,7 @@ class Panel {
 
     fillColours() {
         const select = byId("colour");
-        for (const {name} of this.facts.scalars) {
-            const from = name === "displacement" ? ` from ${this.facts.displacementFrom}` : "";
-            select.add(new Option(name + from, name));
-        }
+        for (const {name} of this.facts.scalars) select.add(new Option(name));
     }
 
     fillBodies() {
