@@ -210,7 +210,7 @@ class PageTest(unittest.TestCase):
     def test_shows_poses_of_a_dataset_and_misses_of_a_tree(self):
         self.make("mesh", ASSETS / "beam.obj", "-o", "beam.h5", "-q")
         self.make("modes", "beam.h5", "-m", 8, "-q")
-        self.make("dataset", "beam.h5", "-o", "poses.h5", "--trajectories", 12, "--frames", 20, "--seed", 1, "-q")
+        self.make("dataset", "beam.h5", "-o", "poses.h5", "--trajectories", 20, "--frames", 30, "--seed", 1, "-q")
         self.make("train", "beam.h5", "poses.h5", "-o", "tree.h5", "--epochs", 50, "-q")
         self.make("view", "poses.h5:0", "--body", "beam.h5", "-o", "poses.html", "-q")
         self.open("poses.html")
@@ -221,15 +221,15 @@ class PageTest(unittest.TestCase):
         self.make("view", "tree.h5@poses.h5:0:3", "-o", "pose.html", "-q")
         self.browser.open(self.folder / "pose.html")
         self.assertEqual(self.browser.run("return nbdtree.facts.numbers"), [3])
-        # Without margins, learned spheres of two posed copies miss some of the pairs that exact bounds find.
+        # Far from the training and without margins, the paper's bounds miss some of the pairs that exact ones find.
         scene = {"bodies": [
             {"body": "beam.h5", "tree": "tree.h5", "bounds": "learned_spheres", "margin": 0, "velocity": [0, 0, 1]},
             {"body": "beam.h5", "tree": "tree.h5", "bounds": "learned_spheres", "margin": 0,
-             "transform": {"translate": [0, 0.05, 0.25], "rotate": {"axis": [0, 0, 1], "degrees": 40}}, "velocity": [0, 0, -2]}],
+             "transform": {"translate": [0, 0.05, 0.25], "rotate": {"axis": [0, 0, 1], "degrees": 40}}, "velocity": [0, 0, -6], "material": {"young": 8000}}],
             "gravity": [0, 0, 0], "time": {"dt": 0.004, "frames": 40}}
         (self.folder / "beams.json").write_text(json.dumps(scene))
         self.make("simulate", "beams.json", "-o", "beams.h5", "-q")
-        told = json.loads(self.make("view", "beams.h5", "-o", "beams.html", "--json", "-q"))
+        told = json.loads(self.make("view", "beams.h5", "-o", "beams.html", "--bounds", "nbd", "--margin", 0, "--json", "-q"))
         self.assertTrue(told["audited"])
         self.browser.open(self.folder / "beams.html")
         missed = self.browser.run("return nbdtree.facts.pairs.nearMissed.reduce((a, b) => a + b)")
@@ -238,7 +238,8 @@ class PageTest(unittest.TestCase):
         for frame in range(told["frames"]):
             self.browser.run("nbdtree.seek(arguments[0])", frame)
             marked += len(self.browser.run("return nbdtree.marked(0, 'missed')"))
-        self.assertEqual(marked > 0, missed + told["intersecting_pairs_missed"] > 0)
+        self.assertGreater(missed, 0)
+        self.assertGreater(marked, 0)
 
     def frames_of(self, path):
         with h5py.File(self.folder / path) as file:
