@@ -7,7 +7,7 @@
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/commands/view_argument.hpp"
+#include "apps/commands/pose_argument.hpp"
 #include "apps/view/page.hpp"
 #include "collision/query/pair_query.hpp"
 #include "meshing/h5/atomic_file.hpp"
@@ -39,10 +39,10 @@ std::string chosen(const PosedTree& a, const PosedTree& b) {
 }
 
 void write_view(const CollideArguments& arguments, PosedSurface a, PosedSurface b, BoundKind bounds) {
-    const ViewScene scene =
-        view_of_surfaces({{arguments.a, std::move(a), bounds}, {arguments.b, std::move(b), bounds}},
-                         fmt::format("{} and {}", arguments.a, arguments.b),
-                         std::max(arguments.distance, 0.f), arguments.margin);
+    const ViewScene scene = view_of_surfaces(
+        {shown_surface(arguments.a, std::move(a), bounds, arguments.margin),
+         shown_surface(arguments.b, std::move(b), bounds, arguments.margin)},
+        fmt::format("{} and {}", arguments.a, arguments.b), std::max(arguments.distance, 0.f));
     h5::AtomicFile file(arguments.page);
     write_page(file.out(), scene);
     file.commit();

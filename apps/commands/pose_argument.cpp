@@ -122,4 +122,15 @@ PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
             .rest = std::move(file.X)};
 }
 
+ShownSurface shown_surface(std::string name, PosedSurface posed, BoundKind bounds,
+                           std::optional<float> margin) {
+    const bool has_bounds = posed.from_tree || is_exact(bounds);
+    return {.name = std::move(name),
+            .tree = {.tree = std::move(posed.tree),
+                     .bounds = has_bounds ? bounds : BoundKind::boxes,
+                     .margin = margin},
+            .x = std::move(posed.x),
+            .rest = std::move(posed.rest)};
+}
+
 }  // namespace nbd

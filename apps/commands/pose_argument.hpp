@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/view/surface_view.hpp"
 #include "collision/tree/collision_tree.hpp"
 #include "training/files/recording.hpp"
 
@@ -41,5 +42,9 @@ int find_frames(const RecordingReader& recording, const RecordedFrames& frames, 
 /// `affine` needs a recorded pose. For these, and for `auto` where the pose has nodes, the tree gets its
 /// affine model. Throws std::runtime_error that names the wrong part.
 PosedSurface read_pose(const std::string& argument, BoundKind bounds);
+
+/// The surface as a page shows it. bounds, margin: of its tree, if it has one; otherwise exact ones.
+ShownSurface shown_surface(std::string name, PosedSurface posed, BoundKind bounds,
+                           std::optional<float> margin);
 
 }  // namespace nbd
