@@ -1,5 +1,7 @@
 #include "apps/view/base64.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <string_view>
 
 namespace nbd {
