@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -7,6 +8,7 @@
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/commands/pose_argument.hpp"
+#include "apps/view/page.hpp"
 #include "collision/query/pair_query.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
@@ -14,7 +16,7 @@ namespace nbd {
 namespace {
 
 struct CollideArguments {
-    std::string a, b, pairs, bounds = "auto";
+    std::string a, b, pairs, page, bounds = "auto";
     std::optional<float> margin;
     float distance = -1;
 };
@@ -36,10 +38,22 @@ std::string chosen(const PosedTree& a, const PosedTree& b) {
     return in_a == in_b ? std::string(in_a) : fmt::format("{} and {}", in_a, in_b);
 }
 
+void write_view(const CollideArguments& arguments, PosedSurface a, PosedSurface b, BoundKind bounds) {
+    const ViewScene scene = view_of_surfaces(
+        {shown_surface(arguments.a, std::move(a), bounds, arguments.margin),
+         shown_surface(arguments.b, std::move(b), bounds, arguments.margin)},
+        fmt::format("{} and {}", arguments.a, arguments.b), std::max(arguments.distance, 0.f));
+    h5::AtomicFile file(arguments.page);
+    write_page(file.out(), scene);
+    file.commit();
+}
+
 void run(const CollideArguments& arguments, Output& out) {
-    if (!arguments.pairs.empty()) check_output(arguments.pairs, {arguments.a, arguments.b});
+    check_distinct({{"pairs", arguments.pairs}, {"view", arguments.page}});
+    for (const std::string& output : {arguments.pairs, arguments.page})
+        if (!output.empty()) check_output(output, {arguments.a, arguments.b});
     const BoundKind bounds = bound_kind(arguments.bounds);
-    const PosedSurface a = read_pose(arguments.a, bounds), b = read_pose(arguments.b, bounds);
+    PosedSurface a = read_pose(arguments.a, bounds), b = read_pose(arguments.b, bounds);
     PosedTree tree_a = posed(a, bounds, arguments.margin), tree_b = posed(b, bounds, arguments.margin);
     PairQuery query;
     const std::span<const FacePair> pairs = arguments.distance < 0
@@ -66,6 +80,7 @@ void run(const CollideArguments& arguments, Output& out) {
                 {"leaf_pairs", count.leaf_pairs},
                 {"box_tests", count.box_tests},
                 {"triangle_tests", count.triangle_tests}});
+    if (!arguments.page.empty()) write_view(arguments, std::move(a), std::move(b), bounds);
 }
 
 }  // namespace
@@ -94,6 +109,8 @@ void add_collide(CLI::App& app, Output& out) {
         ->check(not_negative());
     command->add_option("--pairs", arguments->pairs,
                         "File for the pairs face_a,face_b (CSV): 0-based, in the files' face order, sorted");
+    command->add_option("--view", arguments->page,
+                        "Page (HTML) that shows both surfaces in a browser, with these faces marked");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -1,4 +1,4 @@
-#include "apps/commands/examples.hpp"
+#include "apps/commands/commands.hpp"
 
 namespace nbd {
 
@@ -7,6 +7,7 @@ std::string first_steps() {
            "\n"
            "  nbdtree validate assets/scenes/rings.json                     check a scene\n"
            "  nbdtree simulate assets/scenes/rings.json -o rings.h5         simulate it\n"
+           "  nbdtree view rings.h5 -o rings.html                           see it in a browser\n"
            "  nbdtree inspect rings.h5                                      see what a file holds\n"
            "  nbdtree mesh assets/beam.obj -o beam.h5                       make a body of a surface\n"
            "  nbdtree dataset beam.h5 -o poses.h5                           simulate poses to train on\n"
@@ -57,6 +58,9 @@ std::map<std::string, std::string> command_examples() {
         {"race",
          "  nbdtree race scene.json\n"
          "  nbdtree race scene.json --frames 20 --csv race.csv"},
+        {"view",
+         "  nbdtree view run.h5 -o run.html                   # opens in any browser, nothing is fetched\n"
+         "  nbdtree view poses.h5:3 --body beam.h5 -o pose.html"},
         {"validate",
          "  nbdtree validate scene.json\n"
          "  nbdtree validate scene.json --json"},

@@ -3,7 +3,6 @@
 
 #include "apps/cli/program.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/commands/examples.hpp"
 
 int main(int argc, char** argv) {
     if (argc > 1 && std::string_view(argv[1]) == "bench") return nbd::run_bench_program(argv + 1);
@@ -24,6 +23,7 @@ int main(int argc, char** argv) {
         nbd::add_validate(app, out);
         nbd::add_collide(app, out);
         nbd::add_inspect(app, out);
+        nbd::add_view(app, out);
     };
     return nbd::run_program({.name = "nbdtree",
                              .description = "Deformable solids with learned collision culling.",

@@ -15,12 +15,6 @@
 namespace nbd {
 namespace {
 
-/// A frame of a recording, as the command line names it.
-struct RecordedFrame {
-    std::string path;
-    int trajectory = 0, frame = 0;
-};
-
 /// Reads digits that a text ends with, after a colon, and cuts both off; empty if there are none or too many.
 std::optional<int> cut_number(std::string_view& text) {
     const std::size_t colon = text.rfind(':');
@@ -35,31 +29,12 @@ std::optional<int> cut_number(std::string_view& text) {
     return number;
 }
 
-/// RECORDING.h5:trajectory:frame; empty for any other text.
-std::optional<RecordedFrame> recorded_frame(std::string_view text) {
-    const std::optional<int> frame = cut_number(text);
-    if (!frame) return std::nullopt;
-    const std::optional<int> trajectory = cut_number(text);
-    if (!trajectory || text.empty()) return std::nullopt;
-    return RecordedFrame{std::string(text), *trajectory, *frame};
-}
-
 /// nodes: out, [N, 3] of the body.
-Vertices recorded_pose(const TreeFile& file, const std::string& path, int id, int frame, Vertices& nodes) {
-    const RecordingReader recording(path);
-    const auto& trajectories = recording.trajectories();
-    const auto found = std::ranges::find(trajectories, id, &TrajectoryInfo::id);
-    if (found == trajectories.end())
-        throw std::runtime_error(
-            fmt::format("{}: no trajectory {}, it has {}", path, id, trajectories.size()));
-    if (found->body_hash != file.facts.body_hash)
-        throw std::runtime_error(
-            fmt::format("{}: trajectory {} was recorded from another body than the tree's", path, id));
-    if (frame >= found->frames)
-        throw std::runtime_error(
-            fmt::format("{}: no frame {} in trajectory {}, it has {}", path, frame, id, found->frames));
+Vertices recorded_pose(const TreeFile& file, const RecordedFrames& frames, Vertices& nodes) {
+    const RecordingReader recording(frames.path);
+    const int trajectory = find_frames(recording, frames, file.facts.body_hash, "the tree's");
     Vertices x;
-    recording.read(static_cast<int>(found - trajectories.begin()), frame, 1, nodes);
+    recording.read(trajectory, *frames.frame, 1, nodes);
     apply_embedding(file.W, nodes, x);
     return x;
 }
@@ -89,23 +64,48 @@ void prepare_affine(TreeFile& file, const Vertices& nodes, const std::string& ar
 
 }  // namespace
 
+std::optional<RecordedFrames> recorded_frames(std::string_view text) {
+    const std::optional<int> last = cut_number(text);
+    if (!last || text.empty()) return std::nullopt;
+    const std::optional<int> first = cut_number(text);
+    if (text.empty()) return std::nullopt;
+    if (!first) return RecordedFrames{std::string(text), *last, std::nullopt};
+    return RecordedFrames{std::string(text), *first, *last};
+}
+
+int find_frames(const RecordingReader& recording, const RecordedFrames& frames, const std::string& body_hash,
+                std::string_view whose) {
+    const auto& trajectories = recording.trajectories();
+    const auto found = std::ranges::find(trajectories, frames.trajectory, &TrajectoryInfo::id);
+    if (found == trajectories.end())
+        throw std::runtime_error(fmt::format("{}: no trajectory {}, it has {}", frames.path,
+                                             frames.trajectory, trajectories.size()));
+    if (found->body_hash != body_hash)
+        throw std::runtime_error(fmt::format("{}: trajectory {} was recorded from another body than {}",
+                                             frames.path, frames.trajectory, whose));
+    if (frames.frame.value_or(0) >= found->frames)
+        throw std::runtime_error(fmt::format("{}: no frame {} in trajectory {}, it has {}", frames.path,
+                                             frames.frame.value_or(0), frames.trajectory, found->frames));
+    return static_cast<int>(found - trajectories.begin());
+}
+
 PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
     const std::size_t at = argument.find('@');
     if (at == std::string::npos) {
         const TriMesh mesh = read_surface(argument);
         Vertices x = mesh.X.cast<float>();
-        return {shared_exact_tree(x, mesh.F), x, false};
+        return {.tree = shared_exact_tree(x, mesh.F), .x = x};
     }
     if (at == 0 || at + 1 == argument.size())
         throw std::invalid_argument(
             fmt::format("'{}': a name is empty; allowed: SURFACE or TREE.h5@POSE", argument));
     TreeFile file = load_tree(argument.substr(0, at));
     const std::string pose = argument.substr(at + 1);
-    const std::optional<RecordedFrame> recorded = recorded_frame(pose);
+    const std::optional<RecordedFrames> recorded = recorded_frames(pose);
+    const bool is_recorded = recorded && recorded->frame;
     Vertices nodes;
     std::vector<RegionMotion> motion;
-    Vertices x = recorded ? recorded_pose(file, recorded->path, recorded->trajectory, recorded->frame, nodes)
-                          : surface_pose(file, pose);
+    Vertices x = is_recorded ? recorded_pose(file, *recorded, nodes) : surface_pose(file, pose);
     const bool has_nodes = nodes.rows() > 0 && file.solid.X.rows() == file.W.cols();
     if (bounds == BoundKind::affine || (bounds == BoundKind::automatic && has_nodes))
         prepare_affine(file, nodes, argument);
@@ -114,8 +114,23 @@ PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
         const std::span<const RegionMotion> measured = meter.measure(nodes);
         motion.assign(measured.begin(), measured.end());
     }
-    return {std::make_shared<const CollisionTree>(std::move(file.tree)), std::move(x), true, std::move(nodes),
-            std::move(motion)};
+    return {.tree = std::make_shared<const CollisionTree>(std::move(file.tree)),
+            .x = std::move(x),
+            .from_tree = true,
+            .nodes = std::move(nodes),
+            .motion = std::move(motion),
+            .rest = std::move(file.X)};
+}
+
+ShownSurface shown_surface(std::string name, PosedSurface posed, BoundKind bounds,
+                           std::optional<float> margin) {
+    const bool has_bounds = posed.from_tree || is_exact(bounds);
+    return {.name = std::move(name),
+            .tree = {.tree = std::move(posed.tree),
+                     .bounds = has_bounds ? bounds : BoundKind::boxes,
+                     .margin = margin},
+            .x = std::move(posed.x),
+            .rest = std::move(posed.rest)};
 }
 
 }  // namespace nbd

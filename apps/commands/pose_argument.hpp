@@ -1,10 +1,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "apps/view/surface_view.hpp"
 #include "collision/tree/collision_tree.hpp"
+#include "training/files/recording.hpp"
 
 namespace nbd {
 
@@ -15,12 +19,32 @@ struct PosedSurface {
     bool from_tree = false;              // with the bounds of a tree file
     Vertices nodes{};                    // [N, 3] that carry the surface; empty if the pose has none
     std::vector<RegionMotion> motion{};  // for `certified` bounds; empty if the pose has no nodes
+    Vertices rest{};                     // [n, 3] of the tree's body at rest; empty without a tree
 };
+
+/// Frames of a recording, as the command line names them.
+struct RecordedFrames {
+    std::string path;
+    int trajectory = 0;
+    std::optional<int> frame{};  // empty: all
+};
+
+/// RECORDING.h5:trajectory or RECORDING.h5:trajectory:frame; empty for any other text.
+std::optional<RecordedFrames> recorded_frames(std::string_view text);
+
+/// Index of the trajectory in the recording, which is open. Throws std::runtime_error if it has no such
+/// frames, or they are of another body. whose: the body, for the message.
+int find_frames(const RecordingReader& recording, const RecordedFrames& frames, const std::string& body_hash,
+                std::string_view whose);
 
 /// Reads `SURFACE` (a surface file, with exact bounds) or `TREE.h5@POSE`, where POSE is a surface file with
 /// the tree's faces or `RECORDING.h5:trajectory:frame`. bounds: those that a tree is to be used with;
 /// `affine` needs a recorded pose. For these, and for `auto` where the pose has nodes, the tree gets its
 /// affine model. Throws std::runtime_error that names the wrong part.
 PosedSurface read_pose(const std::string& argument, BoundKind bounds);
+
+/// The surface as a page shows it. bounds, margin: of its tree, if it has one; otherwise exact ones.
+ShownSurface shown_surface(std::string name, PosedSurface posed, BoundKind bounds,
+                           std::optional<float> margin);
 
 }  // namespace nbd

@@ -20,11 +20,27 @@ std::string file_name(std::size_t body, std::string name) {
     return fmt::format("{}_{}", body, name.substr(0, 100));
 }
 
+/// Path of a file as seen from the folder of another one.
+std::string relative_to(const std::filesystem::path& from, const std::filesystem::path& file) {
+    const std::filesystem::path folder = std::filesystem::absolute(from).parent_path();
+    return std::filesystem::absolute(file)
+        .lexically_normal()
+        .lexically_relative(folder.lexically_normal())
+        .generic_string();
+}
+
 }  // namespace
 
 SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& spec, const World& world,
-                                     const std::vector<std::string>& body_hashes)
-    : paths_(paths), world_(world), recording_(paths.recording), film_(spec, 6) {
+                                     const std::vector<std::string>& body_hashes,
+                                     const RecordingExtras& extras)
+    : paths_(paths),
+      world_(world),
+      recording_(paths.recording),
+      records_forces_(extras.contact_forces),
+      film_(spec, 6) {
+    if (!extras.scene_file.empty())
+        recording_.label(scene_file_label, relative_to(paths.recording, extras.scene_file));
     for (int b = 0; b < world.body_count(); ++b) {
         const auto i = static_cast<std::size_t>(b);
         TrajectoryInfo info;
@@ -32,7 +48,7 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
         info.seed = spec.seed;
         info.body_hash = body_hashes[i];
         info.recipe = spec.text;
-        handles_.push_back(recording_.begin_trajectory(info, world.elastic(b).node_count()));
+        handles_.push_back(recording_.begin_trajectory(info, world.elastic(b).node_count(), records_forces_));
         start_.push_back(world.state(b).x);
         names_.push_back(file_name(i, spec.bodies[i].name));
     }
@@ -56,7 +72,8 @@ void SimulationOutputs::add_frame(const SimulationFrame& frame) {
 
 void SimulationOutputs::add_to_recording(const SimulationFrame& frame) {
     for (std::size_t b = 0; b < handles_.size(); ++b)
-        recording_.add_frame(handles_[b], frame.world.time, frame.world.bodies[b].x.cast<float>());
+        recording_.add_frame(handles_[b], frame.world.time, frame.world.bodies[b].x.cast<float>(),
+                             records_forces_ ? Vertices(frame.contact_forces[b].cast<float>()) : Vertices());
     troubled_.push_back(static_cast<std::int32_t>(
         std::ranges::count_if(frame.steps, [](const StepRow& step) { return spoils_pose(step.trouble); })));
 }

@@ -13,6 +13,16 @@
 
 namespace nbd {
 
+/// What a recording holds besides the bodies' motion.
+struct RecordingExtras {
+    std::filesystem::path
+        scene_file{};  // where the scene was read; stored relative to the recording; may be empty
+    bool contact_forces = false;
+};
+
+/// Name of the recording's label with the path of the scene file, relative to the recording's folder.
+inline constexpr const char* scene_file_label = "scene_file";
+
 /// Everything that a run writes except its journal. Made from frames alone, so that the same frames give the
 /// same files, whether they were just simulated or read from a journal.
 class SimulationOutputs {
@@ -21,7 +31,7 @@ class SimulationOutputs {
     /// outlive this object. body_hashes: one per body. Removes temporary files that killed runs left at these
     /// paths.
     SimulationOutputs(const SceneOutput& paths, const SceneSpec& spec, const World& world,
-                      const std::vector<std::string>& body_hashes);
+                      const std::vector<std::string>& body_hashes, const RecordingExtras& extras = {});
 
     /// Adds a frame. Call in order, starting with frame 0.
     void add_frame(const SimulationFrame& frame);
@@ -41,7 +51,8 @@ class SimulationOutputs {
     const World& world_;
     std::vector<std::string> names_;  // [bodies] stems of .obj files
     RecordingWriter recording_;
-    std::vector<int> handles_;            // [bodies]
+    std::vector<int> handles_;  // [bodies]
+    bool records_forces_;
     std::vector<std::int32_t> troubled_;  // [frames] see FrameFacts
     std::vector<Nodes> start_;            // [bodies]
     std::optional<VtuSeries> vtu_;

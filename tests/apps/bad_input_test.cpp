@@ -77,12 +77,49 @@ class BadInputTest : public SmallFiles {
 
 const std::string ours = "allowed: a file written by nbdtree";
 
+TEST_F(BadInputTest, RejectsWhatAPageCannotShow) {
+    expect_refused({
+        {{"view", "box.obj"}, 2, "--output is required"},
+        {{"view", "box.obj", "-o", "x.html", "--frames", "0"},
+         2,
+         "--frames: Value 0 not in range 1 to 100000"},
+        {{"view", "none.h5", "-o", "x.html"}, 1, "none.h5: No such file or directory..."},
+        {{"view", "text.h5", "-o", "x.html"}, 1, "text.h5: ..."},
+        {{"view", "half_data.h5", "-o", "x.html"}, 1, "half_data.h5: ..."},
+        {{"view", "data.h5", "-o", "x.html"},
+         1,
+         "data.h5: is not the recording of a scene; allowed: data.h5:0 with --body, or TREE.h5@data.h5:0"},
+        {{"view", "data.h5:0", "-o", "x.html"},
+         1,
+         "data.h5:0: a trajectory alone does not have a surface; allowed: with --body, or TREE.h5@data.h5:0"},
+        {{"view", "data.h5:9", "--body", "box.h5", "-o", "x.html"}, 1, "data.h5: no trajectory 9, it has 3"},
+        {{"view", "data.h5:0:99", "--body", "box.h5", "-o", "x.html"},
+         1,
+         "data.h5: no frame 99 in trajectory 0..."},
+        {{"view", "data.h5:0", "--body", "other.h5", "-o", "x.html"},
+         1,
+         "data.h5: trajectory 0 was recorded from another body than other.h5"},
+        {{"view", "box.obj", "--body", "box.h5", "-o", "x.html"},
+         1,
+         "--body: is for RECORDING.h5:trajectory, but box.obj names none"},
+        {{"view", "box.obj", "-o", "box.obj"},
+         1,
+         "box.obj: cannot be written: the command also reads this file"},
+        {{"view", "box.obj", "-o", "none/x.html"},
+         1,
+         "none/x.html: cannot be written: there is no folder..."},
+        {{"collide", "box.obj", "box.obj", "--view", "x", "--pairs", "x"},
+         1,
+         "x: cannot be written: pairs and view are the same file"},
+    });
+}
+
 TEST_F(BadInputTest, RejectsInvalidCommandLines) {
     const std::string known =
         "; known commands: mesh, modes, dataset, remap, train, calibrate, evaluate, figures, transfer, "
         "export, "
         "coverage, simulate, race, validate, collide, "
-        "inspect";
+        "inspect, view";
     expect_refused({
         {{"--quiet"}, 2, "no command" + known},
         {{"simulat"}, 2, "unknown command or option 'simulat'; the nearest command is 'simulate'" + known},

@@ -53,10 +53,12 @@ class RecordingWriter {
     /// Opens a trajectory with `nodes` nodes. Several may be open at once (the bodies of a scene). Returns a
     /// handle for add_frame() and end_trajectory(). Throws std::invalid_argument on a negative or repeated
     /// id, or no nodes.
-    int begin_trajectory(const TrajectoryInfo& info, int nodes);
+    /// with_forces: whether its frames have contact forces.
+    int begin_trajectory(const TrajectoryInfo& info, int nodes, bool with_forces = false);
     /// Appends a frame. x: [nodes, 3] float32, metres, world space. time: seconds, later than the previous
-    /// frame's. Throws std::invalid_argument on another shape, an earlier time or a non-finite number.
-    void add_frame(int handle, double time, VerticesRef x);
+    /// frame's. contact_forces: on the nodes, [nodes, 3], newtons, in a trajectory with forces; else empty.
+    /// Throws std::invalid_argument on another shape, an earlier time or a non-finite number.
+    void add_frame(int handle, double time, VerticesRef x, VerticesRef contact_forces = Vertices());
     /// Closes a trajectory. failure: empty if complete. Throws std::invalid_argument if a list of facts is
     /// not empty and has not one number per frame.
     void end_trajectory(int handle, const std::string& failure = {}, const FrameFacts& facts = {});
@@ -88,6 +90,11 @@ class RecordingReader {
     /// Throws std::out_of_range on a range outside the trajectory, std::runtime_error on damaged data or
     /// non-finite positions.
     void read(int trajectory, int begin, int count, Vertices& x) const;
+    /// Whether the frames of a trajectory have contact forces.
+    bool has_contact_forces(int trajectory) const;
+    /// Reads contact forces on the nodes, newtons, as read() reads positions. Throws std::runtime_error if
+    /// the trajectory has none.
+    void read_contact_forces(int trajectory, int begin, int count, Vertices& forces) const;
     /// How many frames read() has read so far, each as often as it was read.
     std::int64_t frames_read() const noexcept;
     /// How many frames all trajectories have together.

@@ -12,6 +12,7 @@ namespace nbd {
 inline const h5::Format recording_format{"nbdtree recording", 1};
 inline const h5::Format view_format{"nbdtree recording", 2};
 inline constexpr const char* dataset_label = "dataset";
+inline constexpr const char* contact_forces_name = "contact_forces";  // in the group of a trajectory
 
 inline std::string trajectory_group(int id) { return fmt::format("trajectories/{:06}", id); }
 

@@ -19,6 +19,7 @@ struct StoredTrajectory {
     FrameFacts facts;
     std::string shard;      // file with the positions; empty: the recording itself
     std::string positions;  // name of their dataset in that file
+    std::string forces;     // name of the contact forces in the recording itself; empty: none
 };
 
 StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& group) {
@@ -41,6 +42,10 @@ StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& grou
     }
     t.info.frames = static_cast<int>(shape[0]);
     t.nodes = static_cast<int>(shape[1]);
+    if (const std::string forces = fmt::format("{}/{}", group, contact_forces_name); file.has(forces)) {
+        file.check(forces, h5::Type::float32, {shape[0], shape[1], 3});
+        t.forces = forces;
+    }
     t.times = file.read<double>(group + "/times", {shape[0]});
     for (const FrameFactName& fact : frame_facts)
         if (const std::string name = fmt::format("{}/{}", group, fact.name); file.has(name))
@@ -103,6 +108,24 @@ struct RecordingReader::Impl {
         return *shard;
     }
 
+    /// Reads frames of a dataset with three finite numbers for each node.
+    void read_frames(const h5::Reader& source, const StoredTrajectory& t, const std::string& dataset,
+                     int begin, int count, Vertices& rows) const {
+        if (begin < 0 || count < 0 || count > t.info.frames - begin)
+            throw std::out_of_range(
+                fmt::format("{}: {} frames from {} of trajectory {}; allowed: within its {} frames",
+                            file.path().string(), count, begin, t.info.id, t.info.frames));
+        rows.resize(Eigen::Index{count} * t.nodes, 3);
+        source.read_rows(dataset, static_cast<std::size_t>(begin), static_cast<std::size_t>(count),
+                         rows.data());
+        if (rows.allFinite()) return;
+        for (Eigen::Index i = 0; i < rows.rows(); ++i)
+            if (!rows.row(i).allFinite())
+                source.refuse(fmt::format("node {} in frame {} of trajectory {} is not finite", i % t.nodes,
+                                          begin + i / t.nodes, t.info.id),
+                              dataset == t.forces ? "finite forces" : "finite positions");
+    }
+
     void check_shard(const StoredTrajectory& t) {
         if (t.shard.empty()) return;
         source(t).check(t.positions, h5::Type::float32,
@@ -132,20 +155,20 @@ std::string RecordingReader::label(const std::string& name) const {
 
 void RecordingReader::read(int trajectory, int begin, int count, Vertices& x) const {
     const StoredTrajectory& t = impl_->at(trajectory);
-    if (begin < 0 || count < 0 || count > t.info.frames - begin)
-        throw std::out_of_range(
-            fmt::format("{}: {} frames from {} of trajectory {}; allowed: within its {} frames",
-                        path().string(), count, begin, t.info.id, t.info.frames));
-    x.resize(Eigen::Index{count} * t.nodes, 3);
-    const h5::Reader& file = impl_->source(t);
-    file.read_rows(t.positions, static_cast<std::size_t>(begin), static_cast<std::size_t>(count), x.data());
+    impl_->read_frames(impl_->source(t), t, t.positions, begin, count, x);
     impl_->frames_read += count;
-    if (x.allFinite()) return;
-    for (Eigen::Index i = 0; i < x.rows(); ++i)
-        if (!x.row(i).allFinite())
-            file.refuse(fmt::format("node {} in frame {} of trajectory {} is not finite", i % t.nodes,
-                                    begin + i / t.nodes, t.info.id),
-                        "finite positions");
+}
+
+bool RecordingReader::has_contact_forces(int trajectory) const {
+    return !impl_->at(trajectory).forces.empty();
+}
+
+void RecordingReader::read_contact_forces(int trajectory, int begin, int count, Vertices& forces) const {
+    const StoredTrajectory& t = impl_->at(trajectory);
+    if (t.forces.empty())
+        throw std::runtime_error(
+            fmt::format("{}: trajectory {} has no contact forces", path().string(), t.info.id));
+    impl_->read_frames(impl_->file, t, t.forces, begin, count, forces);
 }
 
 }  // namespace nbd

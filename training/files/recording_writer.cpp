@@ -22,6 +22,7 @@ std::size_t frames_per_chunk(int nodes) {
 struct OpenTrajectory {
     int id, nodes;
     int positions, times;  // handles of the growing datasets
+    int forces;            // likewise; -1: none
     double last_time;
     std::size_t frames = 0;
 };
@@ -35,6 +36,17 @@ struct RecordingWriter::Impl {
     std::set<std::string> bodies;
 
     explicit Impl(const std::filesystem::path& path) : file(path, recording_format) {}
+
+    /// Appends the rows of a frame to a growing dataset.
+    void append(int dataset, VerticesRef rows) {
+        const auto count = static_cast<std::size_t>(rows.size());
+        if (rows.outerStride() == 3) {
+            file.append<float>(dataset, std::span(rows.data(), count));
+        } else {
+            const Vertices dense = rows;
+            file.append<float>(dataset, std::span(dense.data(), count));
+        }
+    }
 
     [[noreturn]] void refuse(const std::string& what) const {
         throw std::invalid_argument(file.path().string() + ": " + what);
@@ -54,7 +66,7 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& path) : impl_(std:
 RecordingWriter::~RecordingWriter() = default;
 RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
 
-int RecordingWriter::begin_trajectory(const TrajectoryInfo& info, int nodes) {
+int RecordingWriter::begin_trajectory(const TrajectoryInfo& info, int nodes, bool with_forces) {
     if (info.id < 0 || impl_->ids.contains(info.id))
         impl_->refuse(fmt::format("trajectory id {}; allowed: at least 0, each once", info.id));
     if (nodes < 1)
@@ -70,13 +82,16 @@ int RecordingWriter::begin_trajectory(const TrajectoryInfo& info, int nodes) {
     const int positions =
         file.begin_growing(group + "/positions", h5::Type::float32, {n, 3}, frames_per_chunk(nodes));
     const int times = file.begin_growing(group + "/times", h5::Type::float64, {}, 256);
+    const int forces = with_forces ? file.begin_growing(group + '/' + contact_forces_name, h5::Type::float32,
+                                                        {n, 3}, frames_per_chunk(nodes))
+                                   : -1;
     impl_->ids.insert(info.id);
     impl_->bodies.insert(info.body_hash);
-    impl_->open.emplace(positions, OpenTrajectory{info.id, nodes, positions, times, -INFINITY});
+    impl_->open.emplace(positions, OpenTrajectory{info.id, nodes, positions, times, forces, -INFINITY});
     return positions;
 }
 
-void RecordingWriter::add_frame(int handle, double time, VerticesRef x) {
+void RecordingWriter::add_frame(int handle, double time, VerticesRef x, VerticesRef contact_forces) {
     OpenTrajectory& t = impl_->at(handle);
     if (x.rows() != t.nodes)
         impl_->refuse(
@@ -87,13 +102,14 @@ void RecordingWriter::add_frame(int handle, double time, VerticesRef x) {
     if (!x.allFinite())
         impl_->refuse(fmt::format(
             "a position at {} s of trajectory {} is not finite; allowed: finite numbers", time, t.id));
-    const auto count = static_cast<std::size_t>(x.size());
-    if (x.outerStride() == 3) {
-        impl_->file.append<float>(t.positions, std::span(x.data(), count));
-    } else {
-        const Vertices dense = x;
-        impl_->file.append<float>(t.positions, std::span(dense.data(), count));
-    }
+    if (const int wanted = t.forces < 0 ? 0 : t.nodes; contact_forces.rows() != wanted)
+        impl_->refuse(fmt::format("a frame of trajectory {} has contact forces on {} nodes; allowed: {}",
+                                  t.id, contact_forces.rows(), wanted));
+    if (!contact_forces.allFinite())
+        impl_->refuse(fmt::format(
+            "a contact force at {} s of trajectory {} is not finite; allowed: finite numbers", time, t.id));
+    impl_->append(t.positions, x);
+    if (t.forces >= 0) impl_->append(t.forces, contact_forces);
     impl_->file.append<double>(t.times, std::span(&time, 1));
     t.last_time = time;
     ++t.frames;
@@ -113,6 +129,7 @@ void RecordingWriter::end_trajectory(int handle, const std::string& failure, con
     }
     impl_->file.end_growing(t.positions);
     impl_->file.end_growing(t.times);
+    if (t.forces >= 0) impl_->file.end_growing(t.forces);
     impl_->file.attribute(trajectory_group(t.id), "failure", failure);
     impl_->open.erase(handle);
 }

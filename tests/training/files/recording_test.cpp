@@ -46,6 +46,34 @@ void write_recording(const std::filesystem::path& path, int count) {
     file.finish();
 }
 
+TEST_F(RecordingFile, RoundTripsContactForcesOfTrajectoriesThatHaveThem) {
+    const auto path = folder / "forces.h5";
+    {
+        RecordingWriter file(path);
+        const int with = file.begin_trajectory(info_of(0), 7, true),
+                  without = file.begin_trajectory(info_of(1), 7);
+        for (int frame = 0; frame < 5; ++frame) {
+            file.add_frame(with, frame, frame_of(0, frame, 7), frame_of(9, frame, 7));
+            file.add_frame(without, frame, frame_of(1, frame, 7));
+        }
+        EXPECT_EQ(error_of([&] { file.add_frame(with, 9, frame_of(0, 9, 7)); }),
+                  (folder / "forces.h5").string() +
+                      ": a frame of trajectory 0 has contact forces on 0 nodes; allowed: 7");
+        file.finish();
+    }
+    const RecordingReader file(path);
+    ASSERT_TRUE(file.has_contact_forces(0));
+    EXPECT_FALSE(file.has_contact_forces(1));
+    Vertices x;
+    file.read_contact_forces(0, 3, 2, x);
+    EXPECT_EQ(x.topRows(7), frame_of(9, 3, 7));
+    EXPECT_EQ(x.bottomRows(7), frame_of(9, 4, 7));
+    file.read(0, 3, 1, x);
+    EXPECT_EQ(x, frame_of(0, 3, 7));
+    EXPECT_EQ(error_of([&] { file.read_contact_forces(1, 0, 1, x); }),
+              path.string() + ": trajectory 1 has no contact forces");
+}
+
 TEST_F(RecordingFile, RoundTripsEveryFrameBitForBit) {
     const auto path = folder / "data.h5";
     write_recording(path, 3);

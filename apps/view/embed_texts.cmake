@@ -1,0 +1,21 @@
+# Writes a C++ source with texts as string literals:
+#   cmake -D OUTPUT=FILE.cpp -D "TEXTS=NAME=FILE;..." -D "SCRIPTS=NAME;..." -P embed_texts.cmake
+# Each text becomes a function of page_texts.hpp; SCRIPTS are those that scripts() lists, in order.
+set(source "#include \"apps/view/page_texts.hpp\"\n\nnamespace nbd::page_texts {\n\n")
+foreach(pair IN LISTS TEXTS)
+    string(REGEX MATCH "^([^=]+)=(.*)$" unused "${pair}")
+    set(name ${CMAKE_MATCH_1})
+    file(READ "${CMAKE_MATCH_2}" text)
+    string(FIND "${text}" ")nbd_text\"" ends)
+    if(NOT ends EQUAL -1)
+        message(FATAL_ERROR "${CMAKE_MATCH_2}: has the end of a literal in it, )nbd_text\"")
+    endif()
+    string(APPEND source "std::string_view ${name}() {\n    return R\"nbd_text(${text})nbd_text\";\n}\n\n")
+endforeach()
+string(APPEND source "std::span<const Script> scripts() {\n    static const Script all[] = {\n")
+foreach(name IN LISTS SCRIPTS)
+    string(REGEX REPLACE "_js$" ".js" file ${name})
+    string(APPEND source "        {\"${file}\", ${name}()},\n")
+endforeach()
+string(APPEND source "    };\n    return all;\n}\n\n}  // namespace nbd::page_texts\n")
+file(WRITE "${OUTPUT}" "${source}")

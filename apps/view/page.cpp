@@ -1,0 +1,245 @@
+#include "apps/view/page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "apps/view/packed.hpp"
+#include "apps/view/page_texts.hpp"
+#include "apps/view/quantise.hpp"
+#include "meshing/h5/version.hpp"
+
+namespace nbd {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Whole steps of scalars: more than a colour can show, and fewer random bits than 65535.
+constexpr int scalar_steps = 4095;
+
+Json as_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// The data of a page: packed numbers in elements of their own, and what refers to them.
+class PageData {
+ public:
+    Json add(Packed packed) {
+        Json entry{{"id", fmt::format("d{}", texts_.size())},
+                   {"type", packed.type},
+                   {"count", packed.count},
+                   {"row", packed.row},
+                   {"stride", packed.stride},
+                   {"time", packed.time},
+                   {"space", packed.space}};
+        texts_.push_back(std::move(packed.text));
+        return entry;
+    }
+
+    Json add(std::span<const std::uint32_t> numbers) {
+        return add(pack(numbers, std::max<std::size_t>(numbers.size(), 1), 1));
+    }
+
+    /// Numbers of several frames, `columns` for each thing.
+    Json add_quantised(std::span<const float> numbers, std::size_t frames, int columns, int steps) {
+        const Quantised q = quantise(numbers, columns, steps);
+        const std::size_t row = std::max<std::size_t>(numbers.size() / std::max<std::size_t>(frames, 1), 1);
+        return {{"low", q.low}, {"step", q.step}, {"data", add(pack(q.values, row, columns))}};
+    }
+
+    Json add_faces(const Faces& F) {
+        const std::vector<std::uint32_t> corners(F.data(), F.data() + F.size());
+        return add(pack(corners, 3, 3));
+    }
+
+    Json add_positions(const Vertices& x) {
+        return add(pack(std::span(x.data(), static_cast<std::size_t>(x.size()))));
+    }
+
+    const std::vector<std::string>& texts() const noexcept { return texts_; }
+
+ private:
+    std::vector<std::string> texts_;
+};
+
+Json embedding_json(const SurfaceEmbedding& W, PageData& data) {
+    if (W.rows() == 0) return nullptr;
+    std::vector<std::uint32_t> counts, columns;
+    std::vector<float> weights;
+    for (Eigen::Index v = 0; v < W.rows(); ++v) {
+        std::uint32_t count = 0;
+        for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry, ++count) {
+            columns.push_back(static_cast<std::uint32_t>(entry.col()));
+            weights.push_back(entry.value());
+        }
+        counts.push_back(count);
+    }
+    return {
+        {"counts", data.add(counts)}, {"columns", data.add(columns)}, {"weights", data.add(pack(weights))}};
+}
+
+Json marks_json(const FaceMarks& marks, PageData& data) {
+    if (marks.faces.empty()) return nullptr;
+    return {{"counts", data.add(marks.counts)}, {"faces", data.add(marks.faces)}};
+}
+
+Json body_json(const ViewBody& body, std::size_t frames, PageData& data) {
+    const auto numbers = [](const Vertices& x) {
+        return std::span(x.data(), static_cast<std::size_t>(x.size()));
+    };
+    Json scalars = Json::array();
+    for (const NodeScalar& scalar : body.scalars) {
+        Json entry = data.add_quantised(scalar.values, frames, 1, scalar_steps);
+        entry["name"] = scalar.name;
+        scalars.push_back(std::move(entry));
+    }
+    Json json{{"name", body.name},
+              {"nodeCount", body.nodes.rows() / static_cast<Eigen::Index>(std::max<std::size_t>(frames, 1))},
+              {"faces", data.add_faces(body.F)},
+              {"embedding", embedding_json(body.W, data)},
+              {"start", body.start.rows() > 0 ? data.add_positions(body.start) : Json()},
+              {"nodes", data.add_quantised(numbers(body.nodes), frames, 3, 65535)},
+              {"scalars", std::move(scalars)}};
+    json["marks"] = {{"near", marks_json(body.near, data)},
+                     {"intersecting", marks_json(body.intersecting, data)},
+                     {"missed", marks_json(body.missed, data)}};
+    if (!body.bounds) return json;
+    Json bounds = data.add_quantised(body.bounds->values, frames, body.bounds->are_boxes ? 6 : 4, 65535);
+    bounds["kind"] = body.bounds->kind;
+    bounds["boxes"] = body.bounds->are_boxes;
+    bounds["firstNode"] = body.bounds->first_node;
+    json["bounds"] = std::move(bounds);
+    return json;
+}
+
+Json obstacle_json(const ViewObstacle& obstacle, PageData& data) {
+    Json json;
+    if (const auto* plane = std::get_if<ViewPlane>(&obstacle.shape))
+        json = {{"shape", "plane"}, {"point", as_json(plane->point)}, {"normal", as_json(plane->normal)}};
+    else if (const auto* ball = std::get_if<ViewBall>(&obstacle.shape))
+        json = {{"shape", "ball"}, {"centre", as_json(ball->centre)}, {"radius", ball->radius}};
+    else {
+        const ViewMesh& mesh = std::get<ViewMesh>(obstacle.shape);
+        json = {
+            {"shape", "mesh"}, {"positions", data.add_positions(mesh.X)}, {"faces", data.add_faces(mesh.F)}};
+    }
+    json["shifts"] = Json::array();
+    for (const Eigen::Vector3d& shift : obstacle.shifts) json["shifts"].push_back(as_json(shift));
+    return json;
+}
+
+/// The largest number, and the one that one positive number in 200 exceeds, as the end of a scale that few
+/// outliers shall not stretch.
+Json range_json(std::vector<float> numbers) {
+    std::erase_if(numbers, [](float number) { return number <= 0; });
+    if (numbers.empty()) return {{"max", 0}, {"usual", 0}};
+    const auto usual =
+        numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() - 1 - numbers.size() / 200);
+    std::ranges::nth_element(numbers, usual);
+    return {{"max", *std::max_element(usual, numbers.end())}, {"usual", *usual}};
+}
+
+std::vector<float> displacements(const ViewBody& body) {
+    std::vector<float> result;
+    const Eigen::Index count = body.start.rows();
+    for (Eigen::Index i = 0; count > 0 && i < body.nodes.rows(); ++i)
+        result.push_back((body.nodes.row(i) - body.start.row(i % count)).norm());
+    return result;
+}
+
+/// The scalars that colours can show, each with the range that all bodies have.
+Json scalars_json(const ViewScene& scene) {
+    struct Scalar {
+        std::string name, unit;
+        std::vector<float> values{};
+    };
+    std::vector<Scalar> found;
+    const auto add = [&](const std::string& name, const std::string& unit, const std::vector<float>& values) {
+        auto entry = std::ranges::find(found, name, &Scalar::name);
+        if (entry == found.end()) entry = found.insert(found.end(), Scalar{name, unit});
+        entry->values.insert(entry->values.end(), values.begin(), values.end());
+    };
+    for (const ViewBody& body : scene.bodies) {
+        if (body.start.rows() > 0) add("displacement", "m", displacements(body));
+        for (const NodeScalar& scalar : body.scalars) add(scalar.name, scalar.unit, scalar.values);
+    }
+    Json json = Json::array();
+    for (Scalar& scalar : found) {
+        Json entry = range_json(std::move(scalar.values));
+        entry["name"] = scalar.name;
+        entry["unit"] = scalar.unit;
+        json.push_back(std::move(entry));
+    }
+    return json;
+}
+
+Json pairs_json(const std::vector<PairCounts>& pairs) {
+    const auto list = [&](std::uint32_t PairCounts::*count) {
+        Json numbers = Json::array();
+        for (const PairCounts& frame : pairs) numbers.push_back(frame.*count);
+        return numbers;
+    };
+    return {{"intersecting", list(&PairCounts::intersecting)},
+            {"near", list(&PairCounts::near)},
+            {"intersectingMissed", list(&PairCounts::intersecting_missed)},
+            {"nearMissed", list(&PairCounts::near_missed)}};
+}
+
+Json facts_json(const ViewScene& scene, PageData& data) {
+    Json json{{"title", scene.title},
+              {"program", fmt::format("nbdtree {}", version())},
+              {"displacementFrom", scene.displacement_from},
+              {"up", as_json(scene.up)},
+              {"times", scene.times},
+              {"numbers", scene.numbers},
+              {"recordedFrames", scene.recorded_frames},
+              {"contactDistance", scene.contact_distance},
+              {"audited", scene.is_audited},
+              {"scalars", scalars_json(scene)},
+              {"pairs", pairs_json(scene.pairs)},
+              {"bodies", Json::array()},
+              {"obstacles", Json::array()}};
+    for (const ViewBody& body : scene.bodies) json["bodies"].push_back(body_json(body, scene.frames(), data));
+    for (const ViewObstacle& obstacle : scene.obstacles)
+        json["obstacles"].push_back(obstacle_json(obstacle, data));
+    return json;
+}
+
+/// JSON text that may stand inside a script element: names may hold "</script>".
+std::string inside_script(const Json& json) {
+    std::string text;
+    for (const char c : json.dump(-1, ' ', true))
+        text += c == '<' ? std::string("\\u003c") : std::string(1, c);
+    return text;
+}
+
+/// Writes `text` up to the marker, and cuts both off.
+void write_until(std::ostream& out, std::string_view& text, std::string_view marker) {
+    const std::size_t at = text.find(marker);
+    out << text.substr(0, at);
+    text.remove_prefix(at + marker.size());
+}
+
+}  // namespace
+
+void write_page(std::ostream& out, const ViewScene& scene) {
+    PageData data;
+    const Json facts = facts_json(scene, data);
+    std::string_view html = page_texts::page_html();
+    write_until(out, html, "{{style}}");
+    out << "<style>\n" << page_texts::page_css() << "</style>\n";
+    write_until(out, html, "{{data}}");
+    out << "<script type=\"application/json\" id=\"facts\">" << inside_script(facts) << "</script>\n";
+    for (std::size_t i = 0; i < data.texts().size(); ++i)
+        out << "<script type=\"text/plain\" id=\"d" << i << "\">" << data.texts()[i] << "</script>\n";
+    write_until(out, html, "{{scripts}}");
+    out << "<!--\n" << page_texts::three_licence() << "-->\n";
+    for (const std::string_view library : {page_texts::three_js(), page_texts::orbit_controls_js()})
+        out << "<script>\n" << library << "</script>\n";
+    for (const auto& [name, text] : page_texts::scripts())
+        out << "<script>\n// " << name << '\n' << text << "</script>\n";
+    out << html;
+}
+
+}  // namespace nbd

@@ -1,0 +1,43 @@
+// Rigid obstacles: planes, balls and meshes, which may move.
+"use strict";
+
+async function makeObstacle(facts, box, cell) {
+    const group = new THREE.Group();
+    if (facts.shape === "plane") {
+        group.add(makeFloor(facts, box, cell));
+        return group;
+    }
+    const material = new THREE.MeshPhongMaterial({color: obstacleColour, specular: 0x111111});
+    let geometry;
+    if (facts.shape === "ball") {
+        geometry = new THREE.SphereBufferGeometry(facts.radius, 64, 40);
+        geometry.translate(...facts.centre);
+    } else {
+        const faces = await unpack(facts.faces), x = await unpack(facts.positions);
+        geometry = new THREE.BufferGeometry();
+        geometry.setIndex(new THREE.BufferAttribute(faces, 1));
+        geometry.setAttribute("position", new THREE.BufferAttribute(x, 3));
+        geometry = geometry.toNonIndexed();
+        geometry.computeVertexNormals();
+    }
+    const mesh = new THREE.Mesh(geometry, material);
+    mesh.castShadow = mesh.receiveShadow = true;
+    group.add(mesh);
+    return group;
+}
+
+class Obstacles {
+    static async of(facts, box, cell) {
+        const groups = [];
+        for (const obstacle of facts) groups.push(await makeObstacle(obstacle, box, cell));
+        return new Obstacles(facts, groups);
+    }
+
+    constructor(facts, groups) { Object.assign(this, {facts, groups}); }
+
+    move(frame) {
+        this.facts.forEach(({shifts}, i) => {
+            if (shifts.length) this.groups[i].position.set(...shifts[frame]);
+        });
+    }
+}

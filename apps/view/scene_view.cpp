@@ -1,0 +1,84 @@
+#include "apps/view/scene_view.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "apps/view/make_view.hpp"
+#include "sim/scene/scene_parts.hpp"
+
+namespace nbd {
+namespace {
+
+[[noreturn]] void refuse(const RecordingReader& recording, const std::string& what) {
+    throw std::runtime_error(fmt::format("{}: {}", recording.path().string(), what));
+}
+
+void check_bodies(const RecordingReader& recording, const SceneSpec& spec,
+                  std::span<const LoadedBody> bodies) {
+    const auto& trajectories = recording.trajectories();
+    if (trajectories.size() != bodies.size())
+        refuse(recording, fmt::format("has {} trajectories, but its scene has {} bodies", trajectories.size(),
+                                      bodies.size()));
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        if (trajectories[b].body_hash != body_hash(*bodies[b].body))
+            refuse(recording, fmt::format("body {} '{}' was recorded from another body than {}", b,
+                                          spec.bodies[b].name, spec.bodies[b].file.string()));
+}
+
+/// How many frames all bodies have, and that is at least one.
+int common_frames(const RecordingReader& recording) {
+    const auto& trajectories = recording.trajectories();
+    const int frames = std::ranges::min(trajectories, {}, &TrajectoryInfo::frames).frames;
+    if (frames == 0) refuse(recording, "has no frames");
+    return frames;
+}
+
+}  // namespace
+
+ViewScene view_of_scene(const RecordingReader& recording, SceneSpec spec, std::span<const LoadedBody> bodies,
+                        int frames, const std::function<void(int, int)>& progress) {
+    check_bodies(recording, spec, bodies);
+    spec.resolve_start = false;
+    const World world = build_world(spec, bodies);
+
+    ViewScene scene;
+    scene.title = recording.path().filename().string();
+    scene.displacement_from = "the start";
+    if (spec.gravity.norm() > 0) scene.up = -spec.gravity.normalized();
+    scene.recorded_frames = common_frames(recording);
+    scene.numbers = even_frames(scene.recorded_frames, frames);
+    const std::vector<double> times = recording.times(0);
+    for (const int number : scene.numbers) scene.times.push_back(times[static_cast<std::size_t>(number)]);
+
+    ViewSources sources;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const int body = static_cast<int>(b);
+        const SceneBody& of_scene = spec.bodies[b];
+        ViewSource& source = sources.bodies.emplace_back();
+        source.name = of_scene.name;
+        source.tree = {
+            .tree = bodies[b].tree,
+            .W = bodies[b].body->W.cast<float>(),
+            .solid = bodies[b].body->tets,
+            .bounds = of_scene.bounds,
+            .margin = of_scene.margin ? std::optional(static_cast<float>(*of_scene.margin)) : std::nullopt};
+        recording.read(body, 0, 1, source.start);
+        source.rest = world.surface(body).W().cast<float>() * world.elastic(body).rest().X.cast<float>();
+        source.elastic = std::shared_ptr<const ElasticBody>(std::shared_ptr<void>(), &world.elastic(body));
+        source.has_forces = recording.has_contact_forces(body);
+    }
+    for (const SceneObstacle& obstacle : spec.obstacles) sources.obstacles.push_back(make_obstacle(obstacle));
+    sources.contact_distance = world.thickness();
+    sources.self_contact = spec.contact.self_contact || spec.contact.intersection_free;
+    sources.read_nodes = [&](int body, int frame, Vertices& x) { recording.read(body, frame, 1, x); };
+    sources.read_forces = [&](int body, int frame, Vertices& x) {
+        recording.read_contact_forces(body, frame, 1, x);
+    };
+    sources.progress = progress;
+    make_view(sources, scene);
+    return scene;
+}
+
+}  // namespace nbd

@@ -1,0 +1,137 @@
+#include "apps/view/page.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <sstream>
+
+#include "apps/view/make_view.hpp"
+#include "apps/view/packed.hpp"
+#include "apps/view/quantise.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+using test::error_of;
+
+/// Numbers in columns of very different ranges; the last column is constant.
+std::vector<float> random_numbers(int rows) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> share(0, 1);
+    std::vector<float> numbers;
+    for (int row = 0; row < rows; ++row)
+        for (const float size : {1e-3f, 1.f, 1e6f, 0.f}) numbers.push_back(5 - size * share(random));
+    return numbers;
+}
+
+TEST(Quantise, EveryNumberIsWithinHalfAStepOfItsColumn) {
+    const std::vector<float> numbers = random_numbers(1000);
+    const Quantised q = quantise(numbers, 4);
+    ASSERT_EQ(q.values.size(), numbers.size());
+    double worst = 0;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const double step = q.step[i % 4], error = std::abs(q.low[i % 4] + step * q.values[i] - numbers[i]);
+        EXPECT_LE(error, 0.500001 * step) << i;
+        if (step > 0) worst = std::max(worst, error / step);
+    }
+    EXPECT_GT(worst, 0.4);  // numbers were rounded
+    EXPECT_EQ(q.step[3], 0);
+    EXPECT_EQ(*std::max_element(q.values.begin(), q.values.end()), 65535);
+}
+
+TEST(Quantise, TakesAsManyStepsAsAsked) {
+    const Quantised q = quantise(random_numbers(100), 4, 255);
+    EXPECT_EQ(*std::max_element(q.values.begin(), q.values.end()), 255);
+}
+
+TEST(Quantise, RefusesNumbersThatAreNotFinite) {
+    std::vector<float> numbers(6, 1.f);
+    numbers[4] = NAN;
+    EXPECT_EQ(error_of([&] { quantise(numbers, 3); }),
+              "number 4 to be shown is nan; allowed: finite numbers");
+}
+
+TEST(Packed, TakesThePredictionThatLeavesTheLeast) {
+    std::vector<std::uint16_t> falling, still, random;
+    std::mt19937 draw(1);
+    for (int frame = 0; frame < 50; ++frame)
+        for (int i = 0; i < 300; ++i) {
+            falling.push_back(static_cast<std::uint16_t>(1000 + (i * i) % 977 * 50 + (i * i) % 89 * frame));
+            still.push_back(static_cast<std::uint16_t>((i * i * 7919) % 65521));
+            random.push_back(static_cast<std::uint16_t>(draw()));
+        }
+    EXPECT_EQ(pack(falling, 300, 3).time, 2);
+    EXPECT_GE(pack(still, 300, 3).time, 1);
+    EXPECT_LT(pack(falling, 300, 3).text.size(), 4000u);
+    EXPECT_LT(pack(still, 300, 3).text.size(), 4000u);
+    EXPECT_GT(pack(random, 300, 3).text.size(), 2 * 50u * 300);  // cannot be predicted
+}
+
+TEST(EvenFrames, HasTheFirstAndTheLast) {
+    EXPECT_EQ(even_frames(5, 10), (std::vector{0, 1, 2, 3, 4}));
+    EXPECT_EQ(even_frames(9, 3), (std::vector{0, 4, 8}));
+    EXPECT_EQ(even_frames(101, 2), (std::vector{0, 100}));
+    EXPECT_EQ(even_frames(7, 1), (std::vector{0}));
+    const std::vector<int> many = even_frames(1000, 300);
+    EXPECT_EQ(many.size(), 300u);
+    EXPECT_EQ(std::ranges::adjacent_find(many, std::greater_equal()), many.end());  // none twice
+}
+
+/// One triangle that moves.
+ViewScene triangle_scene() {
+    ViewScene scene;
+    scene.title = "a </script> b";
+    scene.times = {0, 0.5};
+    scene.numbers = {0, 1};
+    scene.recorded_frames = 2;
+    scene.pairs.resize(2);
+    ViewBody body;
+    body.name = "triangle";
+    body.F.resize(1, 3);
+    body.F << 0, 1, 2;
+    body.nodes.resize(6, 3);
+    body.nodes << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1;
+    for (FaceMarks* marks : {&body.near, &body.intersecting, &body.missed})
+        for (int frame = 0; frame < 2; ++frame) marks->add_frame({});
+    scene.bodies.push_back(std::move(body));
+    return scene;
+}
+
+std::string page_of(const ViewScene& scene) {
+    std::ostringstream out;
+    write_page(out, scene);
+    return out.str();
+}
+
+TEST(Page, TheSameSceneGivesTheSameBytes) { EXPECT_EQ(page_of(triangle_scene()), page_of(triangle_scene())); }
+
+TEST(Page, FetchesNothingAndKeepsNamesInsideTheirElement) {
+    const std::string page = page_of(triangle_scene());
+    for (const std::string reference : {" src=", " href=", "@import", "url("})
+        EXPECT_EQ(page.find(reference, 0), std::string::npos) << reference;
+    EXPECT_EQ(page.find("a </script>"), std::string::npos);
+    EXPECT_NE(page.find("a \\u003c/script> b"), std::string::npos);
+    EXPECT_NE(page.find("The MIT License"), std::string::npos);
+    EXPECT_NE(page.find("Permission is hereby granted"), std::string::npos);
+}
+
+TEST(Page, RefusesPositionsThatAreNotFinite) {
+    ViewScene scene = triangle_scene();
+    scene.bodies[0].nodes(2, 1) = INFINITY;
+    EXPECT_EQ(error_of([&] { page_of(scene); }), "number 7 to be shown is inf; allowed: finite numbers");
+}
+
+TEST(FaceMarks, AreAscendingWithoutRepeats) {
+    FaceMarks marks;
+    marks.add_frame({5, 2, 5, 9, 2});
+    marks.add_frame({});
+    marks.add_frame({1});
+    EXPECT_EQ(marks.counts, (std::vector<std::uint32_t>{3, 0, 1}));
+    EXPECT_EQ(marks.faces, (std::vector<std::uint32_t>{2, 5, 9, 1}));
+}
+
+}  // namespace
+}  // namespace nbd
