@@ -108,17 +108,28 @@ def test_recordings_are_the_bits_of_the_command(program, assets, tmp_path):
     subprocess.run([program, "simulate", path, "-o", tmp_path / "command.h5", "--quiet"], check=True)
     for given in (path, scene):
         world = nbd.World(given)
-        with nbd.recording(world, tmp_path / "python.h5") as record:
+        with nbd.recording(world, tmp_path / "python.h5", scene_file=path) as record:
             record.add_frame()
             for _ in range(world.frames):
                 for _ in range(world.steps_per_frame):
                     world.step()
                 record.add_frame()
         with h5py.File(tmp_path / "command.h5") as a, h5py.File(tmp_path / "python.h5") as b:
+            assert a.attrs["scene_file"] == b.attrs["scene_file"]
             for body in ("000000", "000001"):
                 x, y = (f["trajectories"][body]["positions"][:] for f in (a, b))
                 assert x.shape[0] == 9 and x.tobytes() == y.tobytes()
                 assert a["trajectories"][body].attrs["body_sha256"] == b["trajectories"][body].attrs["body_sha256"]
+
+
+def test_a_recording_opens_in_the_viewer(program, assets, tmp_path):
+    world = nbd.World(assets / "scenes" / "rings.json")
+    with nbd.recording(world, tmp_path / "run.h5", scene_file=assets / "scenes" / "rings.json") as record:
+        for _ in range(3):
+            record.add_frame()
+            world.step()
+    subprocess.run([program, "view", tmp_path / "run.h5", "-o", tmp_path / "run.html", "--quiet"], check=True)
+    assert (tmp_path / "run.html").stat().st_size > 500_000
 
 
 def test_an_exception_removes_the_recording(beam, tmp_path):

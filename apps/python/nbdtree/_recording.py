@@ -1,5 +1,6 @@
 """Records a world while it is stepped."""
 
+import os
 from contextlib import contextmanager
 
 from nbdtree._nbdtree import RecordingWriter
@@ -29,11 +30,14 @@ class WorldRecording:
 
 
 @contextmanager
-def recording(world, path):
+def recording(world, path, scene_file=None):
     """Records a world: call add_frame() of what this gives for every frame.
 
     The file is the one that `nbdtree simulate` writes: a trajectory for each body, of float32 positions. It
-    has its name only when the block ends; an exception removes it.
+    has its name only when the block ends; an exception removes it. scene_file: where the world's scene was
+    read, so that `nbdtree view` finds the bodies.
     """
     with RecordingWriter(path) as writer:
+        if scene_file is not None:
+            writer.label("scene_file", os.path.relpath(scene_file, os.path.dirname(os.path.abspath(path))))
         yield WorldRecording(world, writer)
