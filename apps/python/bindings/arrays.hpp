@@ -21,6 +21,11 @@ namespace nbd::python {
 
 namespace py = pybind11;
 
+/// Makes an array read-only.
+inline void protect(py::array& array) {
+    py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+}
+
 /// An array on the memory of a dense matrix. owner: what keeps that memory alive.
 template <class Derived>
 py::array view(const Eigen::PlainObjectBase<Derived>& matrix, py::handle owner, bool writable = false) {
@@ -37,7 +42,7 @@ py::array view(const Eigen::PlainObjectBase<Derived>& matrix, py::handle owner, 
         shape = {columns};
     }
     py::array array(py::dtype::of<Scalar>(), shape, strides, matrix.data(), owner);
-    if (!writable) py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+    if (!writable) protect(array);
     return array;
 }
 
@@ -45,7 +50,7 @@ template <class Scalar>
 py::array view(const std::vector<Scalar>& values, py::handle owner, bool writable = false) {
     py::array array(py::dtype::of<Scalar>(), {static_cast<py::ssize_t>(values.size())}, {sizeof(Scalar)},
                     values.data(), owner);
-    if (!writable) py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+    if (!writable) protect(array);
     return array;
 }
 
@@ -118,7 +123,7 @@ py::tuple embedding_views(const EmbeddingOf<Scalar>& W, py::handle owner) {
         using Number = std::remove_cv_t<std::remove_pointer_t<decltype(values)>>;
         py::array array(py::dtype::of<Number>(), {static_cast<py::ssize_t>(count)}, {sizeof(Number)}, values,
                         owner);
-        py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+        protect(array);
         return array;
     };
     return py::make_tuple(vector(W.valuePtr(), W.nonZeros()), vector(W.innerIndexPtr(), W.nonZeros()),

@@ -2,8 +2,8 @@
 
 #include <pybind11/pybind11.h>
 
-// Each function adds the classes and functions of one subject to the module, in an order in which a signature
-// names only what is there.
+// Each function adds the classes and functions of one subject to the module. The order matters: signatures
+// name classes that were added before.
 namespace nbd::python {
 
 void bind_surfaces(pybind11::module_& module);    // surfaces, tetrahedra, files of these

@@ -6,6 +6,7 @@
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
+#include "apps/python/bindings/scheme.hpp"
 #include "meshing/body/body.hpp"
 #include "meshing/body/body_check.hpp"
 #include "meshing/body/make_body.hpp"
@@ -28,12 +29,6 @@ Material make_material(double young, double poisson, double density, double rayl
     const Material material{young, poisson, density, rayleigh_mass, rayleigh_stiffness, law_named(law)};
     check_material(material);
     return material;
-}
-
-SubdivisionScheme scheme_named(const std::string& text) {
-    if (text != "midpoint" && text != "loop")
-        throw std::invalid_argument(fmt::format("scheme: is \"{}\"; allowed: midpoint, loop", text));
-    return text == "loop" ? SubdivisionScheme::loop : SubdivisionScheme::midpoint;
 }
 
 SharedBody body_of(const std::string& name, const TetMesh& tets, const std::optional<TriMesh>& surface,

@@ -5,6 +5,7 @@
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
+#include "apps/python/bindings/scheme.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"
 #include "meshing/formats/write_surface.hpp"
@@ -53,13 +54,10 @@ py::tuple solid_boundary(const TriMesh& surface, bool components, bool self_inte
     return py::make_tuple(std::move(solid.mesh), describe(solid.report));
 }
 
-TriMesh subdivided(const TriMesh& surface, int levels, const std::string& scheme) {
-    if (scheme != "midpoint" && scheme != "loop")
-        throw std::invalid_argument(fmt::format("scheme: is \"{}\"; allowed: midpoint, loop", scheme));
+TriMesh subdivided(const TriMesh& surface, int levels, const std::string& name) {
+    const SubdivisionScheme scheme = scheme_named(name);
     const LongCall call;
-    return subdivide(surface, scheme == "loop" ? SubdivisionScheme::loop : SubdivisionScheme::midpoint,
-                     levels)
-        .mesh;
+    return subdivide(surface, scheme, levels).mesh;
 }
 
 }  // namespace
