@@ -112,10 +112,10 @@ def linear_centres(Z, spheres):
     Z = Z - Z.mean(0)
     moments = Z.t() @ Z
     moments.diagonal().add_(1e-4 * moments.trace() / len(moments) + 1e-30)
-    found = torch.linalg.solve(moments, Z.t() @ spheres[..., :3].double().flatten(1)).float()
+    found = torch.linalg.solve(moments, Z.t() @ spheres[..., :3].double().flatten(1))
     rest = spheres.clone()
-    rest[..., :3] -= (Z @ found).view(*spheres.shape[:2], 3)
-    return found, rest
+    rest[..., :3] -= (Z @ found).float().view(*spheres.shape[:2], 3)
+    return found.float(), rest
 
 
 class Networks(torch.nn.Module):
