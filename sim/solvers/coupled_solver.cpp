@@ -163,6 +163,9 @@ void CoupledSolver::factorize_contacts(const CoupledSystem& system) {
 LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen::VectorXd& b, double goal,
                                        Eigen::VectorXd& v) {
     if (!b.allFinite()) throw std::runtime_error("solve: the right-hand side holds a NaN or an infinity");
+    // Residuals are measured against its norm; an infinite one would let any velocities pass.
+    if (!std::isfinite(b.squaredNorm()))
+        throw std::runtime_error("solve: the right-hand side is too large, its squared norm overflows");
     LinearSolveReport report;
     for (std::size_t k = 0; k < system.systems.size(); ++k)
         for (int i = 0; i < system.systems[k].body().node_count(); ++i)

@@ -70,6 +70,14 @@ def test_forces_that_are_written_act(beam):
     assert world.velocities().mean(axis=0) == pytest.approx([0.2, 0, 0], abs=0.005)
 
 
+def test_forces_too_large_to_square_fail_the_step(beam):
+    world = nbd.World({"bodies": [{"body": beam}]})
+    world.forces()[0, 0] = 1e160
+    before = world.positions().copy()
+    assert "too large" in world.step(0.01).failure
+    assert np.array_equal(world.positions(), before)
+
+
 def test_driven_nodes_carry_the_body(beam):
     world = nbd.World({"bodies": [{"body": beam}], "gravity": [0, 0, 0]})
     x = world.positions()
