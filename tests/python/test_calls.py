@@ -28,16 +28,17 @@ def run_until_signal(code, tmp_path, after):
 
 
 def test_ctrl_c_stops_a_dataset_which_then_continues(beam_file, tmp_path):
-    call = f"nbd.make_dataset(nbd.load_body({str(beam_file)!r}), 'd.h5', trajectories=300, frames=40)"
+    call = f"nbd.make_dataset(nbd.load_body({str(beam_file)!r}), 'd.h5', trajectories=300, frames=40, progress=told)"
     output, status = run_until_signal(
         f"""
         import nbdtree as nbd
-        print("ready", flush=True)
+        def told(what, done, total):
+            if done == 2: print("ready", flush=True)
         try:
             {call}
         except KeyboardInterrupt:
             print("stopped")
-        """, tmp_path, 1.0)
+        """, tmp_path, 0.1)
     assert (output, status) == ("stopped\n", 0)
     kept = list((tmp_path / "d.shards").glob("*.h5"))
     assert 0 < len(kept) < 300 and not (tmp_path / "d.h5").exists()

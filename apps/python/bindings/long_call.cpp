@@ -50,7 +50,7 @@ void collect_notices() noexcept {
     });
 }
 
-LongCall::Warnings::~Warnings() {
+LongCall::End::~End() {
     std::vector<std::string> lines;
     {
         const std::scoped_lock lock(collecting);
@@ -59,6 +59,8 @@ LongCall::Warnings::~Warnings() {
     const py::error_scope kept;  // of an exception that is on its way
     for (const std::string& line : lines)
         if (PyErr_WarnEx(PyExc_UserWarning, line.c_str(), 1) != 0) PyErr_WriteUnraisable(nullptr);
+    const std::scoped_lock lock(counting);
+    if (--running == 0) none_running.notify_all();
 }
 
 LongCall::LongCall() {
@@ -71,11 +73,6 @@ LongCall::LongCall() {
         ++running;
     }
     hold_blas_to_one_thread();
-}
-
-LongCall::~LongCall() {
-    const std::scoped_lock lock(counting);
-    if (--running == 0) none_running.notify_all();
 }
 
 void end_calls() {

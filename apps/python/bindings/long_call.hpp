@@ -25,14 +25,14 @@ struct Stopped : std::runtime_error {
 class LongCall {
  public:
     LongCall();
-    ~LongCall();
+    ~LongCall() = default;
     LongCall(const LongCall&) = delete;
     LongCall& operator=(const LongCall&) = delete;
 
  private:
-    struct Warnings {
-        ~Warnings();
-    } warnings_;  // when the GIL is held again
+    struct End {
+        ~End();
+    } end_;  // destroyed last, when the GIL is held again
     py::gil_scoped_release released_;
     RestoredBlasThreads blas_;
 };
