@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "meshing/h5/temporary_files.hpp"
+
 namespace nbd {
 namespace {
 
@@ -22,6 +24,7 @@ void check_output(const std::filesystem::path& path, const std::vector<std::file
     const fs::path folder = fs::absolute(path).parent_path();
     if (!fs::is_directory(folder)) fail("there is no folder " + folder.string());
     if (access(folder.c_str(), W_OK) != 0) fail("no permission in " + folder.string());
+    h5::remove_abandoned(path);
     std::error_code none_there;
     if (!fs::exists(path, none_there)) return;
     if (fs::is_directory(path)) fail("it is a folder");

@@ -9,7 +9,8 @@ namespace nbd {
 
 /// Throws std::runtime_error unless a file can be written at `path`: its folder must exist and be writable;
 /// an existing file must be an ordinary one and none of the command's inputs. Lets a long command fail before
-/// its work. inputs: missing files and empty paths are ignored.
+/// its work. Removes what killed runs left under temporary names for this output. inputs: missing files and
+/// empty paths are ignored.
 void check_output(const std::filesystem::path& path, const std::vector<std::filesystem::path>& inputs);
 
 /// As check_output(), for a folder that is created if it is missing.

@@ -134,9 +134,7 @@ void say_once(std::string_view line) {
     if (said.emplace(line).second) fmt::print(stderr, "{}: warning: {}\n", running_program, line);
 }
 
-}  // namespace
-
-int run_program(const Program& program, int argc, char** argv) {
+int run(const Program& program, Output& out, int argc, char** argv) {
     CLI::App app(program.description, program.name);
     app.set_version_flag("--version", fmt::format("{} {}", program.name, build_version()));
     app.require_subcommand(1);
@@ -144,7 +142,6 @@ int run_program(const Program& program, int argc, char** argv) {
 
     running_program = program.name;
     set_notice_handler(say_once);
-    Output out;
     out.program = program.name;
     for (int i = 0; i < argc; ++i) out.command_line += (i == 0 ? "" : " ") + quoted(argv[i]);
     int threads = 0;
@@ -193,13 +190,28 @@ int run_program(const Program& program, int argc, char** argv) {
     } catch (const Interrupted& stop) {
         out.end_progress();
         return fail(program.name, 130, fmt::format("interrupted: {}", stop.what()));
-    } catch (const std::bad_alloc&) {
-        return fail(program.name, 1, "out of memory");
-    } catch (const std::exception& error) {
-        out.end_progress();
-        return fail(program.name, 1, error.what());
     }
     return flush_output(program.name);
+}
+
+/// Name of the running file, for errors before a program has described itself.
+std::string_view file_name(const char* path) {
+    const std::string_view whole = path ? path : "";
+    return whole.substr(whole.rfind('/') + 1);  // npos + 1 is 0
+}
+
+}  // namespace
+
+int run_program(Program (*describe)(), int argc, char** argv) {
+    Output out;
+    try {
+        return run(describe(), out, argc, argv);
+    } catch (const std::bad_alloc&) {
+        return fail(file_name(argv[0]), 1, "out of memory");
+    } catch (const std::exception& error) {
+        out.end_progress();
+        return fail(file_name(argv[0]), 1, error.what());
+    }
 }
 
 }  // namespace nbd

@@ -21,7 +21,7 @@ struct Program {
 
 /// Parses the command line, including the options common to all programs (--quiet, --json, --threads,
 /// --instructions, --version), and runs the named command. Returns the exit status: 0 done, 1 failed, 2 wrong
-/// usage, 130 interrupted. An error is one line on stderr.
-int run_program(const Program& program, int argc, char** argv);
+/// usage, 130 interrupted. An error is one line on stderr, also where `describe` runs out of memory.
+int run_program(Program (*describe)(), int argc, char** argv);
 
 }  // namespace nbd

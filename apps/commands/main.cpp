@@ -4,8 +4,9 @@
 #include "apps/cli/program.hpp"
 #include "apps/commands/commands.hpp"
 
-int main(int argc, char** argv) {
-    if (argc > 1 && std::string_view(argv[1]) == "bench") return nbd::run_bench_program(argv + 1);
+namespace {
+
+nbd::Program describe() {
     const auto add_commands = [](CLI::App& app, nbd::Output& out) {
         nbd::add_mesh(app, out);
         nbd::add_modes(app, out);
@@ -25,14 +26,20 @@ int main(int argc, char** argv) {
         nbd::add_inspect(app, out);
         nbd::add_view(app, out);
     };
-    return nbd::run_program({.name = "nbdtree",
-                             .description = "Deformable solids with learned collision culling.",
-                             .add_commands = add_commands,
-                             .old_names = {{"trust", "coverage"},
-                                           {"carry", "remap"},
-                                           {"--local-samples", "--samples"},
-                                           {"--local-network", "--radius-network"}},
-                             .first_steps = nbd::first_steps(),
-                             .examples = nbd::command_examples()},
-                            argc, argv);
+    return {.name = "nbdtree",
+            .description = "Deformable solids with learned collision culling.",
+            .add_commands = add_commands,
+            .old_names = {{"trust", "coverage"},
+                          {"carry", "remap"},
+                          {"--local-samples", "--samples"},
+                          {"--local-network", "--radius-network"}},
+            .first_steps = nbd::first_steps(),
+            .examples = nbd::command_examples()};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc > 1 && std::string_view(argv[1]) == "bench") return nbd::run_bench_program(argv + 1);
+    return nbd::run_program(describe, argc, argv);
 }

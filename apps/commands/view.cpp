@@ -18,7 +18,6 @@
 #include "apps/view/scene_view.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "meshing/h5/temporary_files.hpp"
 #include "meshing/surface/counted.hpp"
 
 namespace nbd {
@@ -243,7 +242,6 @@ void run(const ViewArguments& arguments, Output& out) {
     const Stopwatch watch;
     const std::vector<std::string> inputs = files_of(arguments.shown);
     check_output(arguments.output, {inputs.begin(), inputs.end()});
-    h5::remove_abandoned(arguments.output);
     const ViewScene scene = read_view(arguments.shown, out);
     h5::AtomicFile file(arguments.output);
     write_page(file.out(), scene);

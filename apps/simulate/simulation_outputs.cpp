@@ -52,7 +52,6 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
         start_.push_back(world.state(b).x);
         names_.push_back(file_name(i, spec.bodies[i].name));
     }
-    for (const auto& path : {paths.recording, paths.csv, paths.picture}) h5::remove_abandoned(path);
     if (!paths.vtu.empty()) {
         h5::remove_abandoned(paths.vtu / "scene");
         vtu_.emplace(paths.vtu, "scene");

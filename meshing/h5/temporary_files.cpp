@@ -51,10 +51,36 @@ void withdraw(int slot) noexcept {
 
 constexpr std::size_t longest_name = 200;  // a file name may have 255 bytes
 
+constexpr std::size_t longest_host = 20;
+
+/// Name of this machine, cut off.
+std::string host_name() {
+    std::array<char, 256> name{};
+    if (gethostname(name.data(), name.size() - 1) != 0) return "unknown";
+    return std::string(name.data()).substr(0, longest_host);
+}
+
+/// Beginning of the names of temporary files for `path` and for all whose file names begin like its.
+std::string beginning(const std::filesystem::path& path) {
+    return fmt::format(".{}", path.filename().string().substr(0, longest_name));
+}
+
 std::filesystem::path temporary_name(const std::filesystem::path& path) {
     static std::atomic<unsigned> counter = 0;
-    return path.parent_path() / fmt::format(".{}.{}-{}.tmp", path.filename().string().substr(0, longest_name),
-                                            getpid(), counter++);
+    return path.parent_path() /
+           fmt::format("{}.{}.{}-{}.tmp", beginning(path), host_name(), getpid(), counter++);
+}
+
+/// Process of this machine that made a temporary file; 0 if another machine did, or the name is of another
+/// kind.
+int process_of(std::string_view name) {
+    constexpr std::string_view ending = ".tmp";
+    const std::size_t number =
+        name.size() < ending.size() ? 0 : name.rfind('.', name.size() - ending.size() - 1);
+    if (!name.ends_with(ending) || number == std::string_view::npos) return 0;
+    int process = 0;
+    if (std::sscanf(name.data() + number, ".%d-", &process) != 1) return 0;
+    return name.substr(0, number).ends_with("." + host_name()) ? process : 0;
 }
 
 /// Best effort: some file systems cannot synchronise a folder, and the rename has already succeeded.
@@ -104,19 +130,15 @@ void TemporaryFile::commit() {
     synchronise_folder(temporary_.parent_path());
 }
 
-void remove_abandoned(const std::filesystem::path& path) noexcept {
+void remove_abandoned(const std::filesystem::path& path) {
     if (path.empty()) return;
     std::error_code error;
-    const std::string start = fmt::format(".{}", path.filename().string().substr(0, longest_name));
-    std::filesystem::directory_iterator entry(std::filesystem::absolute(path, error).parent_path(), error),
-        end;
+    const std::string start = beginning(path);
+    std::filesystem::directory_iterator entry(std::filesystem::absolute(path).parent_path(), error), end;
     for (; !error && entry != end; entry.increment(error)) {
         const std::string name = entry->path().filename().string();
-        if (!name.starts_with(start) || !name.ends_with(".tmp")) continue;
-        int process = 0;
-        const std::size_t number = name.rfind('.', name.size() - 5);
-        if (number == std::string::npos || std::sscanf(name.c_str() + number, ".%d-", &process) != 1)
-            continue;
+        if (!name.starts_with(start)) continue;
+        const int process = process_of(name);
         if (process > 0 && kill(process, 0) != 0 && errno == ESRCH) unlink(entry->path().c_str());
     }
 }

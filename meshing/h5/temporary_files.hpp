@@ -32,8 +32,8 @@ class TemporaryFile {
 };
 
 /// Removes temporary files that killed processes of this machine left in the folder of `path` for names that
-/// begin with its file name. No other machine may be writing such files.
-void remove_abandoned(const std::filesystem::path& path) noexcept;
+/// begin with its file name. A folder that cannot be read is left as it is.
+void remove_abandoned(const std::filesystem::path& path);
 
 /// Removes the temporary files of all live TemporaryFile objects. Async-signal-safe, for a handler that then
 /// ends the process.

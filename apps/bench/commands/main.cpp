@@ -2,7 +2,9 @@
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/cli/program.hpp"
 
-int main(int argc, char** argv) {
+namespace {
+
+nbd::Program describe() {
     const auto add_commands = [](CLI::App& app, nbd::Output& out) {
         nbd::add_bench_simulate(app, out);
         nbd::add_bench_laws(app, out);
@@ -19,9 +21,12 @@ int main(int argc, char** argv) {
         nbd::add_bench_impacts(app, out);
         nbd::add_bench_self(app, out);
     };
-    return nbd::run_program({.name = "nbdtree-bench",
-                             .description = "Measures nbdtree beside other methods and libraries.",
-                             .add_commands = add_commands,
-                             .old_names = {{"local", "learned"}}},
-                            argc, argv);
+    return {.name = "nbdtree-bench",
+            .description = "Measures nbdtree beside other methods and libraries.",
+            .add_commands = add_commands,
+            .old_names = {{"local", "learned"}}};
 }
+
+}  // namespace
+
+int main(int argc, char** argv) { return nbd::run_program(describe, argc, argv); }
