@@ -10,6 +10,7 @@ spread, where there are more. After every fault
   - the command has exit status 1 and one line of error, or status 0 and the results of an undisturbed run;
   - a file that stood under the output's name before is as it was, or is the whole result;
   - no temporary file is left by a command that ended by itself, and nothing but what the next run continues from;
+    (where memory runs out in a destructor of nlohmann-json, C++ ends the program by SIGABRT: counted as aborted)
   - the same command (simulate: with --resume) makes the results of an undisturbed run, bit for bit.
 --kills ends that many runs of each command at a random time instead. Exit status 1 if anything else happened.
 """
@@ -20,6 +21,7 @@ import hashlib
 import os
 import random
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -109,7 +111,8 @@ class Attack:
                 return None
             if killed and done.returncode == 0:
                 return 0  # it ended before
-            if not killed and done.returncode not in (0, 1):
+            aborted = what.startswith("allocate") and done.returncode == -signal.SIGABRT
+            if not killed and not aborted and done.returncode not in (0, 1):
                 self.report(command, what, f"exit status {done.returncode}; {done.stderr[-300:]!r}")
             if not killed and done.returncode == 1 and len(errors(done.stderr)) != 1:
                 self.report(command, what, f"{len(errors(done.stderr))} lines of error: {done.stderr[-300:]!r}")
@@ -119,7 +122,7 @@ class Attack:
             if done.returncode != 0 and found not in (reference, old):
                 self.report(command, what, "the file under the output's name is neither the old one nor the result")
             left = {name for name in listing(folder) - before - {command.result} if not kept(name, command)}
-            if left and not killed:
+            if left and not killed and not aborted:
                 self.report(command, what, f"left {sorted(left)}; {done.stderr[-200:]!r}")
             if done.returncode != 0:
                 self.check_next_run(command, what, folder, reference)
@@ -196,7 +199,8 @@ class Attack:
     def add_row(self, command, fault, calls, statuses, failures_before):
         failed = len(self.failures) - failures_before
         row = {"command": command.name, "fault": fault, "calls": calls, "faults": len(statuses),
-               "ended_with_1": statuses.count(1), "ended_with_0": statuses.count(0), "wrong": failed}
+               "ended_with_1": statuses.count(1), "ended_with_0": statuses.count(0),
+               "aborted": statuses.count(-signal.SIGABRT), "wrong": failed}
         self.rows.append(row)
         print("  ".join(f"{k} {v}" for k, v in row.items()), flush=True)
 
