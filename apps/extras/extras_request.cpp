@@ -1,0 +1,37 @@
+#include "apps/extras/extras_request.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "sim/fem/stress.hpp"
+
+namespace nbd {
+
+bool ExtrasRequest::any() const noexcept {
+    return contact_edges || std::ranges::find(fields.values, true) != fields.values.end();
+}
+
+void add_extras_options(CLI::App& command, ExtrasRequest& request) {
+    using enum FrameField;
+    command.add_flag("--contact-forces", request.fields[contact_forces],
+                     "Also record the contact forces on the nodes, which `view` can show");
+    command.add_flag("--stress", request.fields[first_piola_stress],
+                     "Also record the first Piola-Kirchhoff stress of every tetrahedron, Pa");
+    command.add_flag("--deformation-gradients", request.fields[deformation_gradients],
+                     "Also record the deformation gradient of every tetrahedron");
+    command.add_flag("--contact-edges", request.contact_edges,
+                     "Also record which faces touch: other bodies, obstacles and the body itself");
+}
+
+void add_fields(const ExtrasRequest& request, const ElasticBody& body, NodesRef x,
+                const Nodes& contact_forces, FrameExtras& extras) {
+    using enum FrameField;
+    if (request.fields[FrameField::contact_forces])
+        extras.fields[FrameField::contact_forces] = contact_forces.cast<float>();
+    if (!request.fields[first_piola_stress] && !request.fields[deformation_gradients]) return;
+    ElementStress stress = element_stress(body, x);
+    if (request.fields[first_piola_stress]) extras.fields[first_piola_stress] = std::move(stress.P);
+    if (request.fields[deformation_gradients]) extras.fields[deformation_gradients] = std::move(stress.F);
+}
+
+}  // namespace nbd
