@@ -20,9 +20,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-class Check {
+class DatasetCheck {
  public:
-    explicit Check(const RecordingReader& view) : view_(view), manifest_(read_dataset_manifest(view.path())) {
+    explicit DatasetCheck(const RecordingReader& view)
+        : view_(view), manifest_(read_dataset_manifest(view.path())) {
         for (const TrajectoryInfo& info : view.trajectories())
             if (info.failure.empty() && info.frames > 0) complete_[info.id] = info.recipe;
     }
@@ -164,6 +165,6 @@ class Check {
 
 }  // namespace
 
-void check_dataset(const RecordingReader& view) { Check(view).run(); }
+void check_dataset(const RecordingReader& view) { DatasetCheck(view).run(); }
 
 }  // namespace nbd

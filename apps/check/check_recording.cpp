@@ -13,9 +13,10 @@
 namespace nbd {
 namespace {
 
-class Check {
+class RecordingCheck {
  public:
-    Check(const RecordingReader& recording, const CheckedBody* body) : recording_(recording), body_(body) {
+    RecordingCheck(const RecordingReader& recording, const CheckedBody* body)
+        : recording_(recording), body_(body) {
         for (const TrajectoryInfo& info : recording.trajectories()) ids_.insert(info.id);
     }
 
@@ -100,7 +101,7 @@ class Check {
 }  // namespace
 
 void check_recording(const RecordingReader& recording, const CheckedBody* body) {
-    Check(recording, body).run();
+    RecordingCheck(recording, body).run();
 }
 
 }  // namespace nbd

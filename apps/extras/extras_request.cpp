@@ -25,13 +25,13 @@ void add_extras_options(CLI::App& command, ExtrasRequest& request) {
 
 void add_fields(const ExtrasRequest& request, const ElasticBody& body, NodesRef x,
                 const Nodes& contact_forces, FrameExtras& extras) {
-    using enum FrameField;
+    constexpr auto stresses = FrameField::first_piola_stress, gradients = FrameField::deformation_gradients;
     if (request.fields[FrameField::contact_forces])
         extras.fields[FrameField::contact_forces] = contact_forces.cast<float>();
-    if (!request.fields[first_piola_stress] && !request.fields[deformation_gradients]) return;
+    if (!request.fields[stresses] && !request.fields[gradients]) return;
     ElementStress stress = element_stress(body, x);
-    if (request.fields[first_piola_stress]) extras.fields[first_piola_stress] = std::move(stress.P);
-    if (request.fields[deformation_gradients]) extras.fields[deformation_gradients] = std::move(stress.F);
+    if (request.fields[stresses]) extras.fields[stresses] = std::move(stress.P);
+    if (request.fields[gradients]) extras.fields[gradients] = std::move(stress.F);
 }
 
 }  // namespace nbd
