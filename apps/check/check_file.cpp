@@ -28,16 +28,17 @@ void refuse_body(const std::filesystem::path& path, const std::string& hash, con
                                              hash, body.hash, body.file));
 }
 
+/// "recording: " or "dataset: ", and what was checked.
 std::string check_recording_file(const std::filesystem::path& path, const CheckedBody* body) {
     const RecordingReader recording(path);
     check_recording(recording, body);
     std::string checked = fmt::format("{} of {}", counted_trajectories(recording.trajectories().size()),
                                       counted(recording.frames(), "frame"));
-    if (h5::Reader(path).format().version < view_format.version) return checked;
+    if (h5::Reader(path).format().version < view_format.version) return "recording: " + checked;
     check_dataset(recording);
     const DatasetManifest manifest = read_dataset_manifest(path);
-    return checked + fmt::format(", {}, {}", counted(manifest.shards.size(), "shard"),
-                                 counted(1 + manifest.splits.size(), "split"));
+    return fmt::format("dataset: {}, {}, {}", checked, counted(manifest.shards.size(), "shard"),
+                       counted(1 + manifest.splits.size(), "split"));
 }
 
 std::string check_container(const std::filesystem::path& path, const CheckedBody* body) {
@@ -46,21 +47,21 @@ std::string check_container(const std::filesystem::path& path, const CheckedBody
     if (format == "nbdtree body") {
         const Body own = load_body(path);
         if (body) refuse_body(path, body_hash(own), *body);
-        checked = fmt::format("{} of {}", counted(own.tets.T.rows(), "tetrahedron", "tetrahedra"),
+        checked = fmt::format("body: {} of {}", counted(own.tets.T.rows(), "tetrahedron", "tetrahedra"),
                               counted(own.tets.X.rows(), "node"));
     } else if (format == "nbdtree recording") {
         checked = check_recording_file(path, body);
     } else if (format == "nbdtree tree") {
         const TreeFile tree = load_tree(path);
         if (body) refuse_body(path, tree.facts.body_hash, *body);
-        checked = counted(tree.tree.spheres.nodes.size(), "node");
+        checked = "tree: " + counted(tree.tree.spheres.nodes.size(), "node");
     } else {
         throw std::runtime_error(fmt::format(
             "{}: is a file of format '{}'; allowed: nbdtree body, nbdtree recording, nbdtree tree",
             path.string(), format));
     }
     h5::inspect(path);  // every checksum, also of what is not read above
-    return fmt::format("{}: no defect found in this {}: {}", path.string(), format.substr(8), checked);
+    return fmt::format("{}: no defect found in this {}", path.string(), checked);
 }
 
 }  // namespace

@@ -203,9 +203,10 @@ void add_dataset(CLI::App& app, Output& out) {
         ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double x) { return x >= 0 && x < 1; }));
     command
-        ->add_option("--hold-out", plan.hold_out,
-                     "Also store a split by a parameter of the recipes: kind=thrown,drop holds out these "
-                     "kinds, velocity=2..3 a range, velocity=top:0.2 those with the largest values")
+        ->add_option(
+            "--hold-out", plan.hold_out,
+            "Also store a split by a parameter of the recipes: kind=thrown,drop holds out these "
+            "kinds, velocity=0.5..2 a range, velocity_gradient=top:0.2 those with the largest values")
         ->check(CLI::Validator(
             [](const std::string& rule) {
                 try {

@@ -76,7 +76,7 @@ void add_inspect(CLI::App& app, Output& out) {
         if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file) &&
             !std::filesystem::is_directory(file))
             throw std::runtime_error(file + ": is a special file; allowed: a regular file");
-        const std::string report = deep                        ? check_file(file, body) + '\n'
+        const std::string report = deep                        ? check_file(file, body)
                                    : begins_as_flat_tree(file) ? inspect_flat_tree(file)
                                                                : inspect_container(file);
         out.text(report);

@@ -91,7 +91,7 @@ TEST(HoldOut, IsCheckedBeforeTheWorkBegins) {
     const Body body = test::box_body({1, 0.3, 0.25}, {4, 1, 1});
     DatasetPlan plan;
     EXPECT_EQ(test::refusal([&] { check_hold_out(plan, body); }), "");
-    plan.hold_out = "velocity=top:0.25";
+    plan.hold_out = "velocity_gradient=top:0.25";
     EXPECT_EQ(test::refusal([&] { check_hold_out(plan, body); }), "");
     plan.hold_out = "kind=curl";
     EXPECT_NE(test::refusal([&] { check_hold_out(plan, body); }).find("holds out 0 of 40 trajectories"),
@@ -104,8 +104,8 @@ TEST(HoldOut, LeaksNothing) {
     const RecipeBook book(std::make_shared<const Body>(body), ExcitationConfig{});
     std::map<int, std::string> drawn;
     for (int i = 0; i < 60; ++i) drawn[i] = recipe_json(book.draw(i));
-    for (const char* text : {"velocity=top:0.2", "velocity_gradient=bottom:0.3", "forces.force=top:0.1",
-                             "kind=thrown,drop", "grips.duration=top:0.5"}) {
+    for (const char* text : {"velocity_gradient=top:0.2", "velocity_gradient=bottom:0.3",
+                             "forces.force=top:0.1", "kind=thrown,drop", "grips.duration=top:0.5"}) {
         const HoldOutRule rule = parse_hold_out(text);
         const DatasetSplit split = split_by_parameter(rule, drawn);
         std::vector<int> both;

@@ -220,7 +220,7 @@ def test_a_defect_is_one_clear_line(whole, check, tmp_path, file, what, seed, te
 
 
 def test_whole_files_pass(whole, check, poses):
-    for name, text in [("beam.h5", "this body: "), ("data.h5", "this recording: 10 trajectories of 60 frames, 2 shards, 2 splits"),
+    for name, text in [("beam.h5", "this body: "), ("data.h5", "this dataset: 10 trajectories of 60 frames, 2 shards, 2 splits"),
                        (SHARD, "this recording: 5 trajectories"), ("tree.h5", "this tree: ")]:
         ran = check(whole / name, "--body", whole / "beam.h5")
         assert ran.returncode == 0, ran.stderr

@@ -102,20 +102,20 @@ def test_statistics_are_of_the_training_part_alone(beam, tmp_path):
 
 def test_parts_of_a_split_by_a_parameter_share_nothing(beam, tmp_path):
     path = tmp_path / "data.h5"
-    nbd.make_dataset(beam, path, trajectories=20, frames=4, seed=5, hold_out="velocity=top:0.25")
+    nbd.make_dataset(beam, path, trajectories=20, frames=4, seed=5, hold_out="velocity_gradient=top:0.25")
     reader = nbd.RecordingReader(path)
-    speeds = {t.id: np.linalg.norm(json.loads(t.recipe)["velocity"]) for t in reader.trajectories}
+    strains = {t.id: np.linalg.norm(json.loads(t.recipe)["velocity_gradient"]) for t in reader.trajectories}
     ids = {}
     for part in ("train", "held_out"):
         data = nbdtree.torch.Dataset(path, beam, part=part, split="parameter")
         ids[part] = {reader.trajectories[data[i]["trajectory"]].id for i in range(len(data))}
     assert ids["train"] and ids["held_out"] and not ids["train"] & ids["held_out"]
-    slowest = min(speeds[i] for i in ids["held_out"])
-    assert max(speeds[i] for i in ids["train"]) < slowest
+    weakest = min(strains[i] for i in ids["held_out"])
+    assert max(strains[i] for i in ids["train"]) < weakest
     rule = nbd.dataset_manifest(path)["splits"]["parameter"]["rule"]
-    assert rule["parameter"] == "velocity" and rule["to"] is None and rule["from"] == pytest.approx(slowest)
+    assert rule["parameter"] == "velocity_gradient" and rule["to"] is None and rule["from"] == pytest.approx(weakest)
     card = (tmp_path / "data.shards" / "README.md").read_text()
-    assert f"{len(ids['held_out'])} are held out, whose `velocity` is at least" in card
+    assert f"{len(ids['held_out'])} are held out, whose `velocity_gradient` is at least" in card
     tree = nbd.train(beam, path, ["learned_spheres"], depth=3, split="parameter", calibration=0)
     assert set(tree.facts["held_out_trajectories"]) == ids["held_out"]
     with pytest.raises(RuntimeError) as error:

@@ -151,7 +151,8 @@ void bind_datasets(py::module_& m) {
         "Simulates trajectories to train on, as `nbdtree dataset` does, with the same bits. recipe: a recipe "
         "file or a dictionary with its keys. progress: a function (what, done, total). Ctrl-C stops it; the "
         "same call continues. licence: what the dataset's card says of it. hold_out: a second split by a "
-        "parameter of the recipes, as \"kind=thrown,drop\", \"velocity=2..3\" or \"velocity=top:0.2\". "
+        "parameter of the recipes, as \"kind=thrown,drop\", \"velocity=0.5..2\" or "
+        "\"velocity_gradient=top:0.2\". "
         "contact_forces, stress, deformation_gradients, contact_edges: what frames hold besides positions.");
     m.def(
         "dataset_manifest", &manifest_of, py::arg("path"),
