@@ -120,7 +120,7 @@ def test_edges_name_what_touches(data, beam):
 def test_runs_of_scenes_have_them_too(program, assets, tmp_path):
     scene = {
         "bodies": [
-            {"mesh": str(assets / "beam.obj"), "transform": {"translate": [0, 0, z]}} for z in (0.05, 0.3)
+            {"surface": str(assets / "beam.obj"), "transform": {"translate": [0, 0, z]}} for z in (0.05, 0.3)
         ],
         "obstacles": [{"plane": {"normal": [0, 0, 1]}}],
         "time": {"dt": 0.01, "frames": 25, "steps_per_frame": 1},
