@@ -283,7 +283,7 @@ bool Producer::merge() {
     const auto split = draw_held_out(complete, plan_.held_out_share, plan_.excitation.seed);
     manifest.train_trajectories = split.train;
     manifest.held_out_trajectories = split.held_out;
-    if (!plan_.hold_out.empty())
+    if (!plan_.hold_out.empty() && !recipes.empty())
         manifest.splits.push_back(split_by_parameter(parse_hold_out(plan_.hold_out), recipes));
     write_dataset_view(folder_.view(), manifest);
     return true;

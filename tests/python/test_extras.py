@@ -1,7 +1,6 @@
 """What frames of datasets and runs hold on request: stress, deformation gradients, contact forces and edges."""
 
 import json
-import pathlib
 import subprocess
 
 import numpy as np
@@ -115,6 +114,20 @@ def test_edges_name_what_touches(data, beam):
             assert np.array_equal(found[sure], (z <= distance)[sure])
             floors += found.sum()
     assert kinds == {"drop", "thrown"} and {-1, -2} <= partners and floors > 0
+
+
+def test_another_surface_keeps_all_but_the_edges(data, beam, assets, program):
+    """Stress and forces belong to the tetrahedra, edges to the faces of the surface."""
+    def run(*arguments):
+        subprocess.run([program, *map(str, arguments), "-q"], cwd=data.parent, check=True)
+
+    run("mesh", assets / "beam.obj", "-o", "finer.h5", "--subdivide", 1)
+    run("remap", "data.h5", "--from", "beam.h5", "--to", "finer.h5", "-o", "remapped.h5")
+    before, after = nbd.RecordingReader(data), nbd.RecordingReader(data.parent / "remapped.h5")
+    for place in range(len(before.trajectories)):
+        assert after.extras(place) == list(FIELDS)
+        for field in FIELDS:
+            assert np.array_equal(after.read_field(place, field), before.read_field(place, field))
 
 
 def test_runs_of_scenes_have_them_too(program, assets, tmp_path):
