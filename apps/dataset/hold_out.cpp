@@ -143,16 +143,20 @@ DatasetSplit split_by_parameter(const HoldOutRule& rule, const std::map<int, std
         if (values[id] && std::holds_alternative<double>(*values[id]))
             numbers.push_back(std::get<double>(*values[id]));
     }
-    HoldOutRule limited = rule;
-    if ((rule.top || rule.bottom) && !numbers.empty()) set_limit(limited, numbers);
-    const bool unlimited = (rule.top || rule.bottom) && numbers.empty();
-    DatasetSplit split{.name = parameter_split, .train = {}, .held_out = {}, .rule = described(limited)};
-    for (const auto& [id, value] : values)
-        (!unlimited && holds_out(limited, value) ? split.held_out : split.train).push_back(id);
-    if (split.train.empty() || split.held_out.empty())
+    const auto refuse_parts = [&](std::size_t held_out) {
         throw std::invalid_argument(
             fmt::format("hold-out rule \"{}\" holds out {} of {}; allowed: some, but not all", rule.text,
-                        split.held_out.size(), counted_trajectories(recipes.size())));
+                        held_out, counted_trajectories(recipes.size())));
+    };
+    HoldOutRule limited = rule;
+    if (rule.top || rule.bottom) {
+        if (numbers.empty()) refuse_parts(0);
+        set_limit(limited, std::move(numbers));
+    }
+    DatasetSplit split{.name = parameter_split, .train = {}, .held_out = {}, .rule = described(limited)};
+    for (const auto& [id, value] : values)
+        (holds_out(limited, value) ? split.held_out : split.train).push_back(id);
+    if (split.train.empty() || split.held_out.empty()) refuse_parts(split.held_out.size());
     return split;
 }
 

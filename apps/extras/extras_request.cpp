@@ -1,15 +1,10 @@
 #include "apps/extras/extras_request.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "sim/fem/stress.hpp"
 
 namespace nbd {
-
-bool ExtrasRequest::any() const noexcept {
-    return contact_edges || std::ranges::find(fields.values, true) != fields.values.end();
-}
 
 void add_extras_options(CLI::App& command, ExtrasRequest& request) {
     using enum FrameField;

@@ -11,8 +11,6 @@ namespace nbd {
 struct ExtrasRequest {
     PerField<bool> fields{};
     bool contact_edges = false;
-
-    bool any() const noexcept;
 };
 
 /// The options with which a command asks for extras.
