@@ -147,8 +147,7 @@ class World {
     WorldReport step(double dt);
 
     int body_count() const noexcept { return static_cast<int>(bodies_.size()); }
-    /// In the order in which they were added.
-    std::span<const Obstacle> obstacles() const noexcept { return obstacles_; }
+    std::span<const Obstacle> obstacles() const noexcept { return obstacles_; }  // as they were added
     double time() const noexcept { return time_; }
     double thickness() const noexcept;          // contact begins at this distance, metres
     double smallest_diagonal() const noexcept;  // of the boxes of the bodies' surfaces at rest, metres
