@@ -9,6 +9,7 @@
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/begin_dataset.hpp"
 #include "apps/dataset/card.hpp"
+#include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/producer.hpp"
 #include "apps/dataset/variety.hpp"
@@ -120,6 +121,7 @@ void run(const DatasetArguments& arguments, Output& out) {
     if (shard.number >= plan.trajectories)
         throw std::invalid_argument(
             fmt::format("shard {} of {} trajectories is empty", arguments.shard, plan.trajectories));
+    check_hold_out(plan, body);
     begin_dataset(folder, plan_json(plan, body));
     Producer producer(body, plan, folder, hooks_for(folder, out));
 
@@ -200,6 +202,22 @@ void add_dataset(CLI::App& app, Output& out) {
                      "Share of the trajectories that training must not see")
         ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double x) { return x >= 0 && x < 1; }));
+    command
+        ->add_option(
+            "--hold-out", plan.hold_out,
+            "Also store a split by a parameter of the recipes: kind=thrown,drop holds out these "
+            "kinds, velocity=0.5..2 a range, velocity_gradient=top:0.2 those with the largest values")
+        ->check(CLI::Validator(
+            [](const std::string& rule) {
+                try {
+                    parse_hold_out(rule);
+                } catch (const std::invalid_argument& error) {
+                    return std::string(error.what());
+                }
+                return std::string();
+            },
+            "RULE"));
+    add_extras_options(*command, plan.extras);
     command->add_option("--per-shard", plan.per_shard, "Trajectories per file")
         ->capture_default_str()
         ->check(CLI::Range(1, 1'000'000));

@@ -69,7 +69,7 @@ std::map<std::string, std::string> command_examples() {
          "  nbdtree collide tree.h5@poses.h5:0:3 tree.h5@poses.h5:1:3 --bounds boxes"},
         {"inspect",
          "  nbdtree inspect tree.h5\n"
-         "  nbdtree inspect poses.h5 --json"},
+         "  nbdtree inspect --check poses.h5 --body beam.h5"},
     };
 }
 

@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <stdexcept>
 
+#include "apps/check/check_file.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/shard.hpp"
 #include "apps/dataset/variety.hpp"
@@ -38,13 +37,6 @@ std::string inspect_dataset(const std::filesystem::path& path) {
     return text + to_text(variety_from_json(manifest.variety)) + '\n';
 }
 
-/// True if the file begins like a flat tree; reads only its beginning.
-bool begins_as_flat_tree(const std::filesystem::path& path) {
-    std::array<char, FlatHeader::known_magic.size()> beginning{};
-    std::ifstream(path, std::ios::binary).read(beginning.data(), beginning.size());
-    return is_flat_file(std::as_bytes(std::span(beginning)));
-}
-
 /// Summary of a flat tree, after loading it with all checks.
 std::string inspect_flat_tree(const std::filesystem::path& path) {
     const CollisionTree tree = load_flat_tree(path);
@@ -66,18 +58,29 @@ std::string inspect_container(const std::filesystem::path& path) {
 }  // namespace
 
 void add_inspect(CLI::App& app, Output& out) {
-    auto path = std::make_shared<std::string>();
+    struct Arguments {
+        std::string file, body;
+        bool check = false;
+    };
+    auto arguments = std::make_shared<Arguments>();
     CLI::App* command =
         app.add_subcommand("inspect", "Prints what a file of nbdtree holds and checks that it is intact");
-    command->add_option("FILE", *path, "Body, recording, dataset, tree or flat tree file")->required();
-    command->final_callback([path, &out] {
-        if (std::filesystem::exists(*path) && !std::filesystem::is_regular_file(*path) &&
-            !std::filesystem::is_directory(*path))
-            throw std::runtime_error(*path + ": is a special file; allowed: a regular file");
-        const std::string report =
-            begins_as_flat_tree(*path) ? inspect_flat_tree(*path) : inspect_container(*path);
+    command->add_option("FILE", arguments->file, "Body, recording, dataset, tree or flat tree file")
+        ->required();
+    CLI::Option* check = command->add_flag(
+        "--check", arguments->check,
+        "Check the content too, and print one line: numbers, indices, times, ids, shards, splits, edges");
+    command->add_option("--body", arguments->body, "Body file that the file must belong to")->needs(check);
+    command->final_callback([arguments, &out] {
+        const auto& [file, body, deep] = *arguments;
+        if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file) &&
+            !std::filesystem::is_directory(file))
+            throw std::runtime_error(file + ": is a special file; allowed: a regular file");
+        const std::string report = deep                        ? check_file(file, body)
+                                   : begins_as_flat_tree(file) ? inspect_flat_tree(file)
+                                                               : inspect_container(file);
         out.text(report);
-        out.result({{"file", *path}, {"whole", true}, {"report", report}});
+        out.result({{"file", file}, {"whole", true}, {"report", report}});
     });
 }
 

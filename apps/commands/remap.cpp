@@ -24,13 +24,20 @@ void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& t
                  const TrajectoryInfo& info) {
     constexpr int frames_at_once = 32;
     const std::vector<double> times = from.times(trajectory);
-    const int nodes = from.nodes(trajectory), handle = to.begin_trajectory(info, nodes);
+    FrameContents contents = from.contents(trajectory);
+    contents.contact_edges.reset();  // of the other surface
+    const int nodes = from.nodes(trajectory), handle = to.begin_trajectory(info, nodes, contents);
     Vertices x;
     for (int begin = 0; begin < info.frames; begin += frames_at_once) {
         const int count = std::min(frames_at_once, info.frames - begin);
         from.read(trajectory, begin, count, x);
-        for (int i = 0; i < count; ++i)
-            to.add_frame(handle, times[static_cast<std::size_t>(begin + i)], x.middleRows(nodes * i, nodes));
+        std::vector<FrameExtras> extras = from.read_extras(trajectory, begin, count);
+        for (int i = 0; i < count; ++i) {
+            FrameExtras& more = extras[static_cast<std::size_t>(i)];
+            more.contact_edges.clear();
+            to.add_frame(handle, times[static_cast<std::size_t>(begin + i)], x.middleRows(nodes * i, nodes),
+                         more);
+        }
     }
     FrameFacts facts = from.facts(trajectory);
     facts.self_intersections.clear();  // of the other surface

@@ -30,7 +30,8 @@ struct SimulateArguments {
     std::optional<int> frames;
     std::optional<int> per_group;
     int audit = 0;
-    bool resume = false, compare = false, strict = false, contact_forces = false;
+    bool resume = false, compare = false, strict = false;
+    ExtrasRequest extras;
 };
 
 /// Applies the options that override the scene file.
@@ -224,7 +225,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     bodies.clear();  // the world has its own copies of what it needs
     files = {};
     SimulationOutputs outputs(paths, spec, world, hashes,
-                              {.scene_file = arguments.scene, .contact_forces = arguments.contact_forces});
+                              {.scene_file = arguments.scene, .of_frames = arguments.extras});
 
     SimulationFrame frame;
     double output_us = 0;  // of the frames that this run made
@@ -329,8 +330,7 @@ void add_simulate(CLI::App& app, Output& out) {
     command->add_option("--vtu", output.vtu, "Folder for frames that ParaView opens (scene.pvd)");
     command->add_option("--obj", output.obj, "Folder for the bodies' surfaces, one file per frame and body");
     command->add_option("--picture", output.picture, "PNG file with six frames");
-    command->add_flag("--contact-forces", arguments->contact_forces,
-                      "Also record the contact forces on the nodes, which `view` can show");
+    add_extras_options(*command, arguments->extras);
     command->add_flag(
         "--strict", arguments->strict,
         "Stop at the first step that goes wrong: unbalanced, too fast or too deep, although it was "

@@ -212,10 +212,15 @@ void add_train(CLI::App& app, Output& out) {
                      "Share of the learning rate by which weights shrink per step; default: 0.1, paper "
                      "networks: 0")
         ->check(between(0, 1));
+    CLI::Option* held_out =
+        command
+            ->add_option("--held-out", config.held_out_share,
+                         "Share of the trajectories that training never sees; default: as in the dataset")
+            ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
     command
-        ->add_option("--held-out", config.held_out_share,
-                     "Share of the trajectories that training never sees; default: as in the dataset")
-        ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
+        ->add_option("--split", config.split,
+                     "Split of the dataset: trajectories, or parameter, which `dataset --hold-out` makes")
+        ->excludes(held_out);
     command
         ->add_option("--calibration", config.calibration_share,
                      "Share of the other trajectories to calibrate margins on; 0: no stated miss rate")

@@ -141,11 +141,11 @@ ViewScene view_of_frames(const ViewArgument& argument, const std::string& tree, 
     const std::vector<double> times = recording.times(trajectory);
     for (const int number : scene.numbers) scene.times.push_back(times[static_cast<std::size_t>(number)]);
     ViewSources sources;
-    subject.source.has_forces = recording.has_contact_forces(trajectory);
+    subject.source.has_forces = recording.has(trajectory, FrameField::contact_forces);
     sources.bodies.push_back(std::move(subject.source));
     sources.read_nodes = [&](int, int frame, Vertices& x) { recording.read(trajectory, frame, 1, x); };
     sources.read_forces = [&](int, int frame, Vertices& x) {
-        recording.read_contact_forces(trajectory, frame, 1, x);
+        recording.read_field(trajectory, FrameField::contact_forces, frame, 1, x);
     };
     sources.progress = [&](int done, int total) { out.progress("frames", done, total); };
     make_view(sources, scene);

@@ -39,6 +39,44 @@ std::string stretches(const Variety& variety) {
     return text;
 }
 
+/// What the file holds of each frame besides positions; empty if nothing.
+std::string extras_text(const nlohmann::ordered_json& plan) {
+    std::string text;
+    if (!plan.contains("extras")) return text;
+    for (const auto& extra : plan["extras"])
+        text += fmt::format("{}`{}`", text.empty() ? "" : ", ", extra.get<std::string>());
+    return fmt::format("Frames also have {}.\n\n", text);
+}
+
+/// A further split, by a parameter of the recipes.
+std::string split_text(const DatasetSplit& split) {
+    const nlohmann::ordered_json rule = nlohmann::ordered_json::parse(split.rule);
+    const std::string parameter = rule.at("parameter").get<std::string>();
+    std::string limits;
+    if (rule.contains("names")) {
+        limits = fmt::format("is one of {}", rule["names"].dump());
+    } else {
+        if (!rule.at("from").is_null()) limits = fmt::format("is at least {}", rule["from"].dump());
+        if (!rule.at("to").is_null())
+            limits += fmt::format("{} at most {}", limits.empty() ? "is" : " and", rule["to"].dump());
+    }
+    return fmt::format(
+        "By a parameter of the recipes (`{}`, `dataset/splits/{}` in the file): {} are held out, whose "
+        "`{}` {}; {} to train on have none of these.\n\n",
+        rule.at("rule").get<std::string>(), split.name, split.held_out.size(), parameter, limits,
+        split.train.size());
+}
+
+std::string splits_text(const DatasetManifest& manifest) {
+    std::string text = fmt::format(
+        "## Split\n\nBy whole trajectories, drawn from the seed: {} to train on, {} held out "
+        "(`dataset/split` in the file).\n"
+        "Frames of one trajectory are alike; a split by frames would leak.\n\n",
+        manifest.train_trajectories.size(), manifest.held_out_trajectories.size());
+    for (const DatasetSplit& split : manifest.splits) text += split_text(split);
+    return text;
+}
+
 }  // namespace
 
 std::string dataset_card(const CardFacts& facts, const DatasetManifest& manifest) {
@@ -63,11 +101,8 @@ std::string dataset_card(const CardFacts& facts, const DatasetManifest& manifest
         "Root mean square displacement without rigid motion: {:.3g} m, {:.1f} % of the body.\n\n",
         stretches(variety), variety.least_stretch, variety.largest_stretch, variety.displacement,
         100 * variety.displacement / variety.body_length);
-    text += fmt::format(
-        "## Split\n\nBy whole trajectories, drawn from the seed: {} to train on, {} held out "
-        "(`dataset/split` in the file).\n"
-        "Frames of one trajectory are alike; a split by frames would leak.\n\n",
-        manifest.train_trajectories.size(), manifest.held_out_trajectories.size());
+    text += extras_text(plan);
+    text += splits_text(manifest);
     text += fmt::format(
         "## How it was made\n\nTrajectory i depends on the seed {} and on i alone. The whole plan, "
         "`dataset/plan` in the "

@@ -7,6 +7,7 @@
 #include "meshing/h5/sha256.hpp"
 #include "meshing/h5/version.hpp"
 #include "sim/json/json_object.hpp"
+#include "training/files/recording_format.hpp"
 
 namespace nbd {
 namespace {
@@ -52,6 +53,11 @@ std::string plan_json(const DatasetPlan& plan, const Body& body) {
     json["attempts"] = plan.attempts;
     json["held_out"] = plan.held_out_share;
     json["per_shard"] = plan.per_shard;
+    // Only where they are asked for: a dataset without them keeps the plan, and so the key, of older ones.
+    if (!plan.hold_out.empty()) json["hold_out"] = plan.hold_out;
+    for (const FrameFieldName& field : frame_fields)
+        if (plan.extras.fields[field.field]) json["extras"].push_back(field.name);
+    if (plan.extras.contact_edges) json["extras"].push_back(contact_edges_name);
     json["recipe"] = nlohmann::ordered_json::parse(to_json(excitation.ranges));
     return json.dump(2) + "\n";
 }

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "apps/extras/extras_request.hpp"
 #include "meshing/body/body.hpp"
 #include "sim/excitation/recipe.hpp"
 
@@ -12,6 +13,8 @@ struct DatasetPlan {
     int trajectories = 40, per_shard = 16;
     int attempts = 3;  // maximum per trajectory; each one after a failure halves the time step
     double held_out_share = 0.2;
+    std::string hold_out{};  // the rule of a second split, see HoldOutRule; empty: none
+    ExtrasRequest extras{};
     ExcitationConfig excitation;
 };
 

@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/self_intersections.hpp"
 #include "apps/dataset/shard.hpp"
 #include "apps/dataset/variety.hpp"
+#include "sim/contact/self_contact.hpp"
 #include "training/files/dataset_manifest.hpp"
 #include "training/files/recording_format.hpp"
 #include "training/files/split.hpp"
@@ -81,7 +84,40 @@ Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, Produ
       tree_(shared_exact_tree(body_.surface.X.cast<float>(), body_.surface.F)),
       folder_(std::move(folder)),
       claims_(folder_.claims()),
-      hooks_(std::move(hooks)) {}
+      hooks_(std::move(hooks)) {
+    if (!plan_.extras.contact_edges) return;
+    const World world = excitation_.start(0);
+    const double distance = world.thickness();
+    contact_surface_ = std::make_shared<const ContactEdgeSurface>(
+        tree_, body_.W.cast<float>(), body_.surface.X.cast<float>(),
+        ContactDistances{distance, self_thickness(*world.surface(0).shape(), distance)});
+}
+
+FrameContents Producer::contents() const {
+    FrameContents contents{.tets = static_cast<int>(body_.tets.T.rows()), .fields = plan_.extras.fields};
+    if (contact_surface_) contents.contact_edges = contact_surface_->distances;
+    return contents;
+}
+
+/// x: positions as recorded. finder: of this attempt, made for its first frame.
+FrameExtras Producer::extras_of(const ExcitedFrame& frame, const Vertices& x, int index,
+                                std::optional<ContactEdgeFinder>& finder) const {
+    FrameExtras extras;
+    add_fields(plan_.extras, frame.world.elastic(0), frame.x, frame.world.contact_forces(0), extras);
+    if (!contact_surface_) return extras;
+    const auto bodies = static_cast<std::size_t>(frame.world.body_count());
+    if (!finder) {
+        std::vector<int> ids(bodies, unrecorded_partner);
+        ids[0] = index;
+        finder.emplace(std::vector(bodies, contact_surface_), std::move(ids),
+                       std::vector(frame.world.obstacles().begin(), frame.world.obstacles().end()));
+    }
+    std::vector<Vertices> nodes{x};
+    for (std::size_t b = 1; b < bodies; ++b)
+        nodes.push_back(frame.world.state(static_cast<int>(b)).x.cast<float>());
+    extras.contact_edges = std::move(finder->find(nodes, frame.time).front());
+    return extras;
+}
 
 void Producer::warn(const std::string& line) {
     const std::scoped_lock lock(speaking_);
@@ -133,12 +169,14 @@ void Producer::simulate(int index) {
                                   .recipe = with_attempts(excitation_.recipe(index), steps, failed),
                                   .failure = {},
                                   .frames = 0};
-        const int handle = writer.begin_trajectory(info, nodes);
+        const int handle = writer.begin_trajectory(info, nodes, contents());
         FrameFacts facts;
         SelfIntersections self(tree_);
+        std::optional<ContactEdgeFinder> contact_edges;
         const auto on_frame = [&](const ExcitedFrame& frame) {
             hooks_.stop_if_asked();
-            writer.add_frame(handle, frame.time, frame.x.cast<float>());
+            const Vertices x = frame.x.cast<float>();
+            writer.add_frame(handle, frame.time, x, extras_of(frame, x, index, contact_edges));
             facts.contacts.push_back(frame.contacts);
             facts.troubled.push_back(frame.troubled);
             facts.self_intersections.push_back(self.count(body_.W, frame.x));
@@ -230,17 +268,23 @@ bool Producer::merge() {
 
     VarietyMeter meter(body_, static_cast<long>(plan_.trajectories) * plan_.excitation.frames);
     std::vector<int> complete;
+    std::map<int, std::string> recipes;  // of complete trajectories
     for (int g = 0; g < folder_.shards(); ++g) {
         hooks_.stop_if_asked();
         const RecordingReader recording(folder_.shard(g));
         meter.add(recording);
         for (const TrajectoryInfo& info : recording.trajectories())
-            if (info.failure.empty() && info.frames > 0) complete.push_back(info.id);
+            if (info.failure.empty() && info.frames > 0) {
+                complete.push_back(info.id);
+                recipes[info.id] = info.recipe;
+            }
     }
     manifest.variety = to_json(meter.report());
     const auto split = draw_held_out(complete, plan_.held_out_share, plan_.excitation.seed);
     manifest.train_trajectories = split.train;
     manifest.held_out_trajectories = split.held_out;
+    if (!plan_.hold_out.empty() && !recipes.empty())
+        manifest.splits.push_back(split_by_parameter(parse_hold_out(plan_.hold_out), recipes));
     write_dataset_view(folder_.view(), manifest);
     return true;
 }

@@ -3,11 +3,13 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/shard_folder.hpp"
+#include "apps/extras/contact_edges.hpp"
 #include "apps/sharing/claims.hpp"
 #include "sim/excitation/excitation.hpp"
 
@@ -42,6 +44,9 @@ class Producer {
 
  private:
     void warn(const std::string& line);
+    FrameContents contents() const;
+    FrameExtras extras_of(const ExcitedFrame& frame, const Vertices& x, int index,
+                          std::optional<ContactEdgeFinder>& finder) const;
     void simulate(int index);
     void make(int index, bool wait);
     void finish_shard(int shard);
@@ -54,7 +59,8 @@ class Producer {
     std::string plan_text_, key_, body_hash_;
     Body body_;
     Excitation excitation_;
-    std::shared_ptr<const CollisionTree> tree_;  // of the surface
+    std::shared_ptr<const CollisionTree> tree_;                  // of the surface
+    std::shared_ptr<const ContactEdgeSurface> contact_surface_;  // null unless contact edges are asked for
     ShardFolder folder_;
     Claims claims_;
     ProducerHooks hooks_;

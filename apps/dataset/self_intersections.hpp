@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "collision/geometry/embedding.hpp"
+#include "collision/geometry/tet_mesh.hpp"
 #include "collision/query/self_query.hpp"
 
 namespace nbd {

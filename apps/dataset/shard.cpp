@@ -19,18 +19,29 @@
 namespace nbd {
 namespace {
 
+constexpr int frames_at_once = 16;
+
+/// Reads what frames have besides positions, which verifies its checksums.
+void read_all_extras(const RecordingReader& recording) {
+    for (int i = 0; const TrajectoryInfo& info : recording.trajectories()) {
+        for (int begin = 0; begin < info.frames; begin += frames_at_once)
+            recording.read_extras(i, begin, std::min(frames_at_once, info.frames - begin));
+        ++i;
+    }
+}
+
 void copy_trajectory(const RecordingReader& from, RecordingWriter& to) {
-    constexpr int frames_at_once = 16;
     const TrajectoryInfo& info = from.trajectories().at(0);
-    const int nodes = from.nodes(0), handle = to.begin_trajectory(info, nodes);
+    const int nodes = from.nodes(0), handle = to.begin_trajectory(info, nodes, from.contents(0));
     const std::vector<double> times = from.times(0);
     Vertices x;
     for (int begin = 0; begin < info.frames; begin += frames_at_once) {
         const int count = std::min(frames_at_once, info.frames - begin);
         from.read(0, begin, count, x);
+        const std::vector<FrameExtras> extras = from.read_extras(0, begin, count);
         for (int i = 0; i < count; ++i)
             to.add_frame(handle, times[static_cast<std::size_t>(begin + i)],
-                         x.middleRows(Eigen::Index{i} * nodes, nodes));
+                         x.middleRows(Eigen::Index{i} * nodes, nodes), extras[static_cast<std::size_t>(i)]);
     }
     to.end_trajectory(handle, info.failure, from.facts(0));
 }
@@ -48,6 +59,7 @@ std::string shard_defect(const std::filesystem::path& path, const std::string& k
             return fmt::format("{}: does not hold exactly trajectories {} to {}", path.string(), first,
                                end - 1);
         recording_hash(recording);
+        read_all_extras(recording);
     } catch (const std::runtime_error& error) {
         return error.what();
     }

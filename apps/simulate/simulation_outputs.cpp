@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
+#include <memory>
+#include <utility>
 
 #include "apps/cli/output_paths.hpp"
 #include "meshing/formats/write_surface.hpp"
 #include "meshing/h5/temporary_files.hpp"
+#include "sim/contact/self_contact.hpp"
 #include "sim/fem/stress.hpp"
 
 namespace nbd {
@@ -29,18 +33,35 @@ std::string relative_to(const std::filesystem::path& from, const std::filesystem
         .generic_string();
 }
 
+/// Of all bodies of a world, each with a trajectory of its number. Copies of a body share a surface.
+ContactEdgeFinder contact_edge_finder(const World& world) {
+    std::map<const ContactShape*, std::shared_ptr<const ContactEdgeSurface>> made;
+    std::vector<std::shared_ptr<const ContactEdgeSurface>> surfaces;
+    std::vector<int> ids;
+    for (int b = 0; b < world.body_count(); ++b) {
+        const ContactSurface& surface = world.surface(b);
+        auto& shared = made[surface.shape().get()];
+        if (!shared) {
+            const Vertices rest = embedded(surface.W(), world.elastic(b).rest().X).cast<float>();
+            shared = std::make_shared<const ContactEdgeSurface>(
+                shared_exact_tree(rest, surface.F()), surface.W().cast<float>(), rest,
+                ContactDistances{world.thickness(), self_thickness(*surface.shape(), world.thickness())});
+        }
+        surfaces.push_back(shared);
+        ids.push_back(b);
+    }
+    return {std::move(surfaces), std::move(ids), {world.obstacles().begin(), world.obstacles().end()}};
+}
+
 }  // namespace
 
 SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& spec, const World& world,
                                      const std::vector<std::string>& body_hashes,
                                      const RecordingExtras& extras)
-    : paths_(paths),
-      world_(world),
-      recording_(paths.recording),
-      records_forces_(extras.contact_forces),
-      film_(spec, 6) {
+    : paths_(paths), world_(world), recording_(paths.recording), extras_(extras.of_frames), film_(spec, 6) {
     if (!extras.scene_file.empty())
         recording_.label(scene_file_label, relative_to(paths.recording, extras.scene_file));
+    if (extras_.contact_edges) contact_edges_.emplace(contact_edge_finder(world));
     for (int b = 0; b < world.body_count(); ++b) {
         const auto i = static_cast<std::size_t>(b);
         TrajectoryInfo info;
@@ -48,7 +69,9 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
         info.seed = spec.seed;
         info.body_hash = body_hashes[i];
         info.recipe = spec.text;
-        handles_.push_back(recording_.begin_trajectory(info, world.elastic(b).node_count(), records_forces_));
+        FrameContents contents{.tets = world.elastic(b).element_count(), .fields = extras_.fields};
+        if (contact_edges_) contents.contact_edges = contact_edges_->distances(i);
+        handles_.push_back(recording_.begin_trajectory(info, world.elastic(b).node_count(), contents));
         start_.push_back(world.state(b).x);
         names_.push_back(file_name(i, spec.bodies[i].name));
     }
@@ -70,9 +93,17 @@ void SimulationOutputs::add_frame(const SimulationFrame& frame) {
 }
 
 void SimulationOutputs::add_to_recording(const SimulationFrame& frame) {
-    for (std::size_t b = 0; b < handles_.size(); ++b)
-        recording_.add_frame(handles_[b], frame.world.time, frame.world.bodies[b].x.cast<float>(),
-                             records_forces_ ? Vertices(frame.contact_forces[b].cast<float>()) : Vertices());
+    std::vector<Vertices> nodes;
+    for (const BodyState& body : frame.world.bodies) nodes.push_back(body.x.cast<float>());
+    std::vector<std::vector<ContactEdge>> edges(handles_.size());
+    if (contact_edges_) edges = contact_edges_->find(nodes, frame.world.time);
+    for (std::size_t b = 0; b < handles_.size(); ++b) {
+        FrameExtras extras;
+        add_fields(extras_, world_.elastic(static_cast<int>(b)), frame.world.bodies[b].x,
+                   frame.contact_forces[b], extras);
+        extras.contact_edges = std::move(edges[b]);
+        recording_.add_frame(handles_[b], frame.world.time, nodes[b], extras);
+    }
     troubled_.push_back(static_cast<std::int32_t>(
         std::ranges::count_if(frame.steps, [](const StepRow& step) { return spoils_pose(step.trouble); })));
 }

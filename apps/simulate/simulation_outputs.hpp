@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/extras/contact_edges.hpp"
+#include "apps/extras/extras_request.hpp"
 #include "apps/simulate/film.hpp"
 #include "apps/simulate/simulation_frame.hpp"
 #include "meshing/formats/vtu.hpp"
@@ -17,7 +19,7 @@ namespace nbd {
 struct RecordingExtras {
     std::filesystem::path
         scene_file{};  // where the scene was read; stored relative to the recording; may be empty
-    bool contact_forces = false;
+    ExtrasRequest of_frames{};
 };
 
 /// Name of the recording's label with the path of the scene file, relative to the recording's folder.
@@ -52,9 +54,10 @@ class SimulationOutputs {
     std::vector<std::string> names_;  // [bodies] stems of .obj files
     RecordingWriter recording_;
     std::vector<int> handles_;  // [bodies]
-    bool records_forces_;
-    std::vector<std::int32_t> troubled_;  // [frames] see FrameFacts
-    std::vector<Nodes> start_;            // [bodies]
+    ExtrasRequest extras_;
+    std::optional<ContactEdgeFinder> contact_edges_;  // if they are asked for
+    std::vector<std::int32_t> troubled_;              // [frames] see FrameFacts
+    std::vector<Nodes> start_;                        // [bodies]
     std::optional<VtuSeries> vtu_;
     Film film_;
     StepTable table_;

@@ -67,14 +67,14 @@ ViewScene view_of_scene(const RecordingReader& recording, SceneSpec spec, std::s
         recording.read(body, 0, 1, source.start);
         source.rest = world.surface(body).W().cast<float>() * world.elastic(body).rest().X.cast<float>();
         source.elastic = std::shared_ptr<const ElasticBody>(std::shared_ptr<void>(), &world.elastic(body));
-        source.has_forces = recording.has_contact_forces(body);
+        source.has_forces = recording.has(body, FrameField::contact_forces);
     }
     for (const SceneObstacle& obstacle : spec.obstacles) sources.obstacles.push_back(make_obstacle(obstacle));
     sources.contact_distance = world.thickness();
     sources.self_contact = spec.contact.self_contact || spec.contact.intersection_free;
     sources.read_nodes = [&](int body, int frame, Vertices& x) { recording.read(body, frame, 1, x); };
     sources.read_forces = [&](int body, int frame, Vertices& x) {
-        recording.read_contact_forces(body, frame, 1, x);
+        recording.read_field(body, FrameField::contact_forces, frame, 1, x);
     };
     sources.progress = progress;
     make_view(sources, scene);

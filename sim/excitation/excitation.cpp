@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "sim/world/body_tree.hpp"
-#include "sim/world/world.hpp"
 
 namespace nbd {
 namespace {
@@ -103,6 +102,11 @@ Excitation::Excitation(Body body, const ExcitationConfig& config)
 
 double Excitation::frame_interval() const noexcept { return recipes_.frame_interval(); }
 
+World Excitation::start(int index) const {
+    return make_world(recipes_.draw(index), recipes_.scales(), *body_, elastic_, tree_, config_,
+                      hierarchies_);
+}
+
 TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_per_frame) const {
     if (steps_per_frame == 0) steps_per_frame = config_.steps_per_frame;
     if (steps_per_frame < 0)
@@ -132,7 +136,7 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_p
         }
         troubled += spoils_pose(report.trouble);
         if (step < warm_up || (step - warm_up) % steps_per_frame != 0) continue;
-        on_frame({world.time(), world.state(0).x, report.contacts, std::exchange(troubled, 0)});
+        on_frame({world.time(), world.state(0).x, report.contacts, std::exchange(troubled, 0), world});
         ++result.frames;
     }
     return result;

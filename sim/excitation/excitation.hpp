@@ -8,6 +8,7 @@
 #include "sim/excitation/recipe.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "sim/multilevel/rest_hierarchy.hpp"
+#include "sim/world/world.hpp"
 
 namespace nbd {
 
@@ -20,10 +21,11 @@ struct TrajectoryResult {
 
 /// One frame of a trajectory.
 struct ExcitedFrame {
-    double time;     // seconds since the start of the trajectory
-    const Nodes& x;  // tet nodes [N, 3], metres
-    int contacts;    // pressing contacts of all bodies in the last step
-    int troubled;    // steps since the last frame, or the start, whose trouble spoils the pose
+    double time;         // seconds since the start of the trajectory
+    const Nodes& x;      // tet nodes [N, 3], metres
+    int contacts;        // pressing contacts of all bodies in the last step
+    int troubled;        // steps since the last frame, or the start, whose trouble spoils the pose
+    const World& world;  // body 0 is the trajectory's, body 1 the copy that is thrown at it, if there is one
 };
 using OnFrame = std::function<void(const ExcitedFrame&)>;
 
@@ -38,6 +40,9 @@ class Excitation {
     /// failed trajectory. Exceptions of on_frame pass through; simulation failures are returned in the
     /// result.
     TrajectoryResult run(int index, const OnFrame& on_frame, int steps_per_frame = 0) const;
+
+    /// The world in which trajectory `index` starts.
+    World start(int index) const;
 
     /// Recipe of a trajectory as JSON text, as in its result.
     std::string recipe(int index) const { return recipe_json(recipes_.draw(index)); }

@@ -105,6 +105,8 @@ class ElasticBody {
     int tets_of(int batch) const noexcept { return std::min(lanes, element_count() - batch * lanes); }
     LaneModuli lane_moduli(int batch) const;
     PrincipalLanes principal_stretches_of(NodesRef x, int batch) const;
+    /// Deformation gradients and first Piola-Kirchhoff stresses P = dpsi/dF, Pa, for the positions x, [N, 3].
+    void stress_of(NodesRef x, int batch, LaneMatrix3& F, LaneMatrix3& P) const;
 
     /// The deformation gradient of a tetrahedron for the positions x, [N, 3].
     Eigen::Matrix3d deformation_gradient(NodesRef x, int tet) const;

@@ -3,6 +3,20 @@
 #include "sim/fem/elastic_body.hpp"
 
 namespace nbd {
+namespace {
+
+/// U diag(stress) V^T.
+LaneMatrix3 turned_back(const PrincipalStretches& stretches, const PrincipalLanes& stress) noexcept {
+    const auto& [U, V, sigma] = stretches;
+    LaneMatrix3 P;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            P(i, j) =
+                stress[0] * U(i, 0) * V(j, 0) + stress[1] * U(i, 1) * V(j, 1) + stress[2] * U(i, 2) * V(j, 2);
+    return P;
+}
+
+}  // namespace
 
 LaneModuli ElasticBody::lane_moduli(int batch) const {
     LaneModuli result;
@@ -22,6 +36,14 @@ PrincipalLanes ElasticBody::principal_stretches_of(NodesRef x, int batch) const 
     return principal_stretches(F, R).sigma;
 }
 
+void ElasticBody::stress_of(NodesRef x, int batch, LaneMatrix3& F, LaneMatrix3& P) const {
+    LaneMatrix3 R;
+    gradients(x, batch, F);
+    rotations_of(F, R);
+    const PrincipalStretches stretches = principal_stretches(F, R);
+    P = turned_back(stretches, respond(lane_moduli(batch), stretches.sigma).stress);
+}
+
 void ElasticBody::principal_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces,
                                   Tangent tangent) const {
     const Lanes volume = volumes(batch);
@@ -31,13 +53,9 @@ void ElasticBody::principal_batch(NodesRef x, int batch, ElementPose& pose, Elem
     LaneMatrix3& R = pose.R[static_cast<std::size_t>(batch)];
     rotations_of(F, R);
     const PrincipalStretches stretches = principal_stretches(F, R);
-    const auto& [U, V, sigma] = stretches;
-    PrincipalResponse response = respond(moduli, sigma);
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-            P(i, j) =
-                -volume * (response.stress[0] * U(i, 0) * V(j, 0) + response.stress[1] * U(i, 1) * V(j, 1) +
-                           response.stress[2] * U(i, 2) * V(j, 2));
+    PrincipalResponse response = respond(moduli, stretches.sigma);
+    P = turned_back(stretches, response.stress);
+    for (Lanes& entry : P.entries) entry *= -volume;
     store_forces(batch, P, forces);
     response.project();
     if (tangent == Tangent::rotated)

@@ -26,4 +26,18 @@ Eigen::VectorXd von_mises_stress(const ElasticBody& body, NodesRef x) {
     return stress;
 }
 
+ElementStress element_stress(const ElasticBody& body, NodesRef x) {
+    ElementStress result{Vertices(3 * body.element_count(), 3), Vertices(3 * body.element_count(), 3)};
+    parallel_for(body.batch_count(), [&](int batch) {
+        LaneMatrix3 F, P;
+        body.stress_of(x, batch, F, P);
+        for (int l = 0; l < body.tets_of(batch); ++l) {
+            const Eigen::Index row = 3 * (body.first_tet(batch) + l);
+            result.F.middleRows<3>(row) = F.lane(l).cast<float>();
+            result.P.middleRows<3>(row) = P.lane(l).cast<float>();
+        }
+    });
+    return result;
+}
+
 }  // namespace nbd

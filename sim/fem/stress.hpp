@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "collision/geometry/geometry.hpp"
 #include "sim/fem/elastic_body.hpp"
 
 namespace nbd {
@@ -11,5 +12,15 @@ namespace nbd {
 /// body's rotation and damping have no effect. x: [N, 3] metres. Returns [T]; non-finite where the pose is
 /// non-finite or a tetrahedron flat.
 Eigen::VectorXd von_mises_stress(const ElasticBody& body, NodesRef x);
+
+/// What the law of each tetrahedron makes of a pose, for a file.
+struct ElementStress {
+    Vertices F;  // [3 T, 3] deformation gradients dx/dX, three rows a tetrahedron
+    Vertices P;  // [3 T, 3] first Piola-Kirchhoff stresses dpsi/dF, likewise, Pa
+};
+
+/// The gradients and elastic stresses that the forces of a pose are made of; damping is left out. x: [N, 3]
+/// metres. Non-finite where the pose is.
+ElementStress element_stress(const ElasticBody& body, NodesRef x);
 
 }  // namespace nbd

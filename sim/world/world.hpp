@@ -147,6 +147,7 @@ class World {
     WorldReport step(double dt);
 
     int body_count() const noexcept { return static_cast<int>(bodies_.size()); }
+    std::span<const Obstacle> obstacles() const noexcept { return obstacles_; }  // as they were added
     double time() const noexcept { return time_; }
     double thickness() const noexcept;          // contact begins at this distance, metres
     double smallest_diagonal() const noexcept;  // of the boxes of the bodies' surfaces at rest, metres

@@ -44,7 +44,7 @@ void read_recording(const fs::path& file) {
         recording.times(t);
         recording.facts(t);
         if (frames > 0) recording.read(t, frames - 1, 1, x);
-        if (frames > 0 && recording.has_contact_forces(t)) recording.read_contact_forces(t, 0, 1, x);
+        if (frames > 0) recording.read_extras(t, 0, 1);
     }
 }
 

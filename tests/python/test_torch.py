@@ -1,5 +1,6 @@
 """Datasets for PyTorch, and the graph network of the worked example."""
 
+import json
 import pathlib
 import pickle
 import sys
@@ -70,11 +71,81 @@ def test_workers_read_the_same(beam, beam_file, poses):
     assert "name the file of the body" in str(error.value)
 
 
-def test_statistics_are_of_the_part(beam, poses):
-    data = nbdtree.torch.Dataset(poses, beam, part="train")
-    found = data.statistics(windows=10**6)
-    x = torch.stack([data[i]["x"] for i in range(len(data))])
-    assert found["velocity_std"] == pytest.approx((x[:, 1:] - x[:, :-1]).std().item(), rel=1e-5)
+def test_statistics_are_of_the_training_part_alone(beam, tmp_path):
+    """What is held out may change: the statistics do not, whatever part asks for them."""
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "data.h5"
+    nbd.make_dataset(beam, path, trajectories=8, frames=5, seed=4, hold_out="kind=drop,thrown")
+    for split in ("trajectories", "parameter"):
+        manifest = nbd.dataset_manifest(path)["splits"][split]
+
+        def found(part):
+            return nbdtree.torch.Dataset(path, beam, part=part, split=split).statistics(windows=10**6)
+
+        data = nbdtree.torch.Dataset(path, beam, part="train", split=split)
+        x = torch.stack([data[i]["x"] for i in range(len(data))])
+        before = found("train")
+        assert before["velocity_std"] == pytest.approx((x[:, 1:] - x[:, :-1]).std().item(), rel=1e-5)
+        assert before == found("held_out") == found("all")
+
+        def disturb(ids):
+            for shard in (tmp_path / "data.shards").glob("*.h5"):
+                with h5py.File(shard, "r+") as file:
+                    for id in ids:
+                        file[f"trajectories/{id:06}/positions"][1::2] += 1
+
+        disturb(manifest["held_out"])
+        assert found("train") == before == found("held_out")
+        disturb(manifest["train"][:1])
+        assert found("train") != before
+
+
+def test_parts_of_a_split_by_a_parameter_share_nothing(beam, tmp_path):
+    path = tmp_path / "data.h5"
+    nbd.make_dataset(beam, path, trajectories=20, frames=4, seed=5, hold_out="velocity_gradient=top:0.25")
+    reader = nbd.RecordingReader(path)
+    strains = {t.id: np.linalg.norm(json.loads(t.recipe)["velocity_gradient"]) for t in reader.trajectories}
+    ids = {}
+    for part in ("train", "held_out"):
+        data = nbdtree.torch.Dataset(path, beam, part=part, split="parameter")
+        ids[part] = {reader.trajectories[data[i]["trajectory"]].id for i in range(len(data))}
+    assert ids["train"] and ids["held_out"] and not ids["train"] & ids["held_out"]
+    weakest = min(strains[i] for i in ids["held_out"])
+    assert max(strains[i] for i in ids["train"]) < weakest
+    rule = nbd.dataset_manifest(path)["splits"]["parameter"]["rule"]
+    assert rule["parameter"] == "velocity_gradient" and rule["to"] is None and rule["from"] == pytest.approx(weakest)
+    card = (tmp_path / "data.shards" / "README.md").read_text()
+    assert f"{len(ids['held_out'])} are held out, whose `velocity_gradient` is at least" in card
+    tree = nbd.train(beam, path, ["learned_spheres"], depth=3, split="parameter", calibration=0)
+    assert set(tree.facts["held_out_trajectories"]) == ids["held_out"]
+    with pytest.raises(RuntimeError) as error:
+        nbd.train(beam, path, ["learned_spheres"], depth=3, split="kinds")
+    assert 'has no split "kinds"; allowed: trajectories, parameter' in str(error.value)
+
+
+def test_items_have_the_fields_and_contact_edges_of_the_file(beam, tmp_path):
+    path = tmp_path / "data.h5"
+    recipe = {"kinds": {"forces": {"weight": 0}, "grips": {"weight": 0}, "free": {"weight": 0}}}
+    names = ("contact_forces", "first_piola_stress", "deformation_gradients")
+    nbd.make_dataset(beam, path, trajectories=4, frames=20, seed=1, recipe=recipe, contact_forces=True, stress=True,
+                     deformation_gradients=True, contact_edges=True)
+    data = nbdtree.torch.Dataset(path, beam, window=3, part="all", fields=names)
+    reader, touching = nbd.RecordingReader(path), 0
+    for i in range(len(data)):
+        item = data[i]
+        for name in names:
+            expected = reader.read_field(item["trajectory"], name, item["frame"], 3)
+            assert item[name].dtype == torch.float32 and np.array_equal(item[name].numpy(), expected)
+        assert item["first_piola_stress"].shape == (3, len(beam.T), 3, 3)
+        edges = reader.contact_edges(item["trajectory"], item["frame"], 3)
+        assert len(item["contact_edges"]) == 3
+        for found, expected in zip(item["contact_edges"], edges):
+            assert found.dtype == torch.int64 and np.array_equal(found.numpy(), expected)
+            touching += len(found)
+    assert touching > 100
+    with pytest.raises(ValueError) as error:
+        nbdtree.torch.Dataset(path, beam, fields=["stress"])
+    assert "has no stress" in str(error.value)
 
 
 def test_bad_arguments_are_refused(assets, beam, poses):
@@ -83,6 +154,7 @@ def test_bad_arguments_are_refused(assets, beam, poses):
         (lambda: nbdtree.torch.Dataset(poses, beam, part="test"), 'part: is "test"'),
         (lambda: nbdtree.torch.Dataset(poses, beam, window=0), "window: is 0"),
         (lambda: nbdtree.torch.Dataset(poses, other), "is of another body"),
+        (lambda: nbdtree.torch.Dataset(poses, beam, split="kinds"), 'split: is "kinds"; allowed: trajectories'),
     ]:
         with pytest.raises(ValueError) as error:
             call()

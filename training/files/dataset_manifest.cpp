@@ -15,6 +15,7 @@ namespace nbd {
 namespace {
 
 constexpr std::size_t hash_length = 64;
+constexpr const char* splits_group = "dataset/splits/";
 
 /// One line per shard, in the format of sha256sum.
 std::string checksum_list(const std::vector<DatasetShard>& shards) {
@@ -35,6 +36,31 @@ std::vector<DatasetShard> parse_checksum_list(const h5::Reader& file, const std:
     return shards;
 }
 
+/// Writes what a trajectory has for each frame as virtual datasets that refer to a shard.
+void refer_to_arrays(h5::Writer& view, const std::string& group, const RecordingReader& source, int i,
+                     const std::string& shard) {
+    const auto frames = static_cast<std::size_t>(source.trajectories()[static_cast<std::size_t>(i)].frames),
+               nodes = static_cast<std::size_t>(source.nodes(i));
+    const FrameContents& contents = source.contents(i);
+    const auto tets = static_cast<std::size_t>(contents.tets);
+    const auto refer = [&](const std::string& name, h5::Type type, const h5::Shape& shape) {
+        const std::string dataset = fmt::format("{}/{}", group, name);
+        view.write_virtual(dataset, type, shape, {shard, "/" + dataset});
+    };
+    refer("positions", h5::Type::float32, {frames, nodes, 3});
+    for (const FrameFieldName& field : frame_fields)
+        if (contents.fields[field.field])
+            refer(field.name, h5::Type::float32,
+                  field.of_tets ? h5::Shape{frames, tets, 3, 3} : h5::Shape{frames, nodes, 3});
+    if (!contents.contact_edges) return;
+    const std::vector<std::int64_t>& offsets = source.contact_edge_offsets(i);
+    const std::string edges = fmt::format("{}/{}", group, contact_edges_name);
+    refer(contact_edges_name, h5::Type::int32, {static_cast<std::size_t>(offsets.back()), 3});
+    view.attribute(edges, contact_distance_name, contents.contact_edges->bodies);
+    view.attribute(edges, self_contact_distance_name, contents.contact_edges->self);
+    view.write(fmt::format("{}/{}", group, contact_edge_offsets_name), offsets);
+}
+
 void copy_trajectories(h5::Writer& view, const std::string& key, const std::filesystem::path& folder,
                        const DatasetShard& shard) {
     const RecordingReader source(folder / shard.file);
@@ -52,10 +78,7 @@ void copy_trajectories(h5::Writer& view, const std::string& key, const std::file
         for (const FrameFactName& fact : frame_facts)
             if (const auto& list = source.facts(i).*fact.list; !list.empty())
                 view.write(fmt::format("{}/{}", group, fact.name), list);
-        const auto frames = static_cast<std::size_t>(info.frames),
-                   nodes = static_cast<std::size_t>(source.nodes(i));
-        view.write_virtual(group + "/positions", h5::Type::float32, {frames, nodes, 3},
-                           {shard.file, "/" + group + "/positions"});
+        refer_to_arrays(view, group, source, i, shard.file);
         ++i;
     }
 }
@@ -73,7 +96,24 @@ void write_dataset_view(const std::filesystem::path& path, const DatasetManifest
     view.write_text("dataset/variety", manifest.variety);
     view.write("dataset/split/train", manifest.train_trajectories);
     view.write("dataset/split/held_out", manifest.held_out_trajectories);
+    for (const DatasetSplit& split : manifest.splits) {
+        const std::string group = splits_group + split.name;
+        view.write(group + "/train", split.train);
+        view.write(group + "/held_out", split.held_out);
+        view.write_text(group + "/rule", split.rule);
+    }
     view.commit();
+}
+
+DatasetSplit DatasetManifest::split(std::string_view name) const {
+    if (name == trajectory_split)
+        return {.name = trajectory_split, .train = train_trajectories, .held_out = held_out_trajectories};
+    std::string known = trajectory_split;
+    for (const DatasetSplit& split : splits) {
+        if (split.name == name) return split;
+        known += ", " + split.name;
+    }
+    throw std::invalid_argument(fmt::format("the dataset has no split \"{}\"; allowed: {}", name, known));
 }
 
 bool is_dataset_view(const std::filesystem::path& path) {
@@ -84,6 +124,23 @@ bool is_dataset_view(const std::filesystem::path& path) {
     }
 }
 
+namespace {
+
+std::vector<DatasetSplit> read_splits(const h5::Reader& file) {
+    std::vector<DatasetSplit> splits;
+    if (!file.has("dataset/splits")) return splits;
+    for (const std::string& name : file.children("dataset/splits")) {
+        const std::string group = splits_group + name;
+        splits.push_back({.name = name,
+                          .train = file.read<int>(group + "/train", {h5::any}),
+                          .held_out = file.read<int>(group + "/held_out", {h5::any}),
+                          .rule = file.read_text(group + "/rule")});
+    }
+    return splits;
+}
+
+}  // namespace
+
 DatasetManifest read_dataset_manifest(const std::filesystem::path& path) {
     const h5::Reader file(path, view_format);
     return {.key = file.text_attribute("/", dataset_label),
@@ -91,7 +148,8 @@ DatasetManifest read_dataset_manifest(const std::filesystem::path& path) {
             .shards = parse_checksum_list(file, file.read_text("dataset/shards")),
             .train_trajectories = file.read<int>("dataset/split/train", {h5::any}),
             .held_out_trajectories = file.read<int>("dataset/split/held_out", {h5::any}),
-            .variety = file.read_text("dataset/variety")};
+            .variety = file.read_text("dataset/variety"),
+            .splits = read_splits(file)};
 }
 
 }  // namespace nbd

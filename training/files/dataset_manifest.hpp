@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "training/files/recording.hpp"
@@ -14,6 +15,17 @@ struct DatasetShard {
     std::string sha256;
 };
 
+/// A division of a dataset's complete trajectories, by their ids, ascending.
+struct DatasetSplit {
+    std::string name;
+    std::vector<int> train, held_out;
+    std::string rule{};  // JSON text: by which parameter of the recipes it divides them, and where
+};
+
+/// Name of the split that every dataset has, drawn at random.
+inline constexpr const char* trajectory_split = "trajectories";
+inline constexpr const char* parameter_split = "parameter";
+
 /// Facts that a dataset's merged view stores beside the trajectories. The view is a recording with virtual
 /// positions: they are stored in the shards, recordings of some trajectories each, in the same folder.
 struct DatasetManifest {
@@ -22,6 +34,10 @@ struct DatasetManifest {
     std::vector<DatasetShard> shards;
     std::vector<int> train_trajectories, held_out_trajectories;  // ids: the split that training uses
     std::string variety;                                         // JSON text: how much the poses differ
+    std::vector<DatasetSplit> splits{};                          // further ones, sorted by their names
+
+    /// The split of this name. Throws std::invalid_argument, naming those there are.
+    DatasetSplit split(std::string_view name) const;
 };
 
 /// Writes the view. Reads everything but the positions from the shards; trajectory ids must not repeat.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "collision/geometry/geometry.hpp"
+#include "training/files/frame_extras.hpp"
 
 namespace nbd {
 
@@ -52,13 +53,12 @@ class RecordingWriter {
 
     /// Opens a trajectory with `nodes` nodes. Several may be open at once (the bodies of a scene). Returns a
     /// handle for add_frame() and end_trajectory(). Throws std::invalid_argument on a negative or repeated
-    /// id, or no nodes.
-    /// with_forces: whether its frames have contact forces.
-    int begin_trajectory(const TrajectoryInfo& info, int nodes, bool with_forces = false);
+    /// id, no nodes, or fields of tetrahedra without any.
+    int begin_trajectory(const TrajectoryInfo& info, int nodes, const FrameContents& contents = {});
     /// Appends a frame. x: [nodes, 3] float32, metres, world space. time: seconds, later than the previous
-    /// frame's. contact_forces: on the nodes, [nodes, 3], newtons, in a trajectory with forces; else empty.
-    /// Throws std::invalid_argument on another shape, an earlier time or a non-finite number.
-    void add_frame(int handle, double time, VerticesRef x, VerticesRef contact_forces = Vertices());
+    /// frame's. Throws std::invalid_argument on another shape, extras that the trajectory has not announced
+    /// or that are missing, an earlier time, a non-finite number, or edges that are out of order.
+    void add_frame(int handle, double time, VerticesRef x, const FrameExtras& extras = {});
     /// Closes a trajectory. failure: empty if complete. Throws std::invalid_argument if a list of facts is
     /// not empty and has not one number per frame.
     void end_trajectory(int handle, const std::string& failure = {}, const FrameFacts& facts = {});
@@ -90,11 +90,19 @@ class RecordingReader {
     /// Throws std::out_of_range on a range outside the trajectory, std::runtime_error on damaged data or
     /// non-finite positions.
     void read(int trajectory, int begin, int count, Vertices& x) const;
-    /// Whether the frames of a trajectory have contact forces.
-    bool has_contact_forces(int trajectory) const;
-    /// Reads contact forces on the nodes, newtons, as read() reads positions. Throws std::runtime_error if
-    /// the trajectory has none.
-    void read_contact_forces(int trajectory, int begin, int count, Vertices& forces) const;
+    /// What the frames of a trajectory have besides positions.
+    const FrameContents& contents(int trajectory) const;
+    bool has(int trajectory, FrameField field) const { return contents(trajectory).fields[field]; }
+    /// Reads a field as read() reads positions: [count * nodes, 3], or [count * 3 tets, 3]. Throws
+    /// std::runtime_error if the trajectory does not have it.
+    void read_field(int trajectory, FrameField field, int begin, int count, Vertices& rows) const;
+    /// Reads the contact edges of frames [begin, begin + count), a list for each. Throws as read_field(), and
+    /// std::runtime_error on edges that FrameExtras does not allow.
+    std::vector<std::vector<ContactEdge>> read_contact_edges(int trajectory, int begin, int count) const;
+    /// Where the contact edges of each frame begin, and their number: [frames + 1]; empty if it has none.
+    const std::vector<std::int64_t>& contact_edge_offsets(int trajectory) const;
+    /// Reads everything that frames [begin, begin + count) have besides positions.
+    std::vector<FrameExtras> read_extras(int trajectory, int begin, int count) const;
     /// How many frames read() has read so far, each as often as it was read.
     std::int64_t frames_read() const noexcept;
     /// How many frames all trajectories have together.

@@ -12,7 +12,12 @@ namespace nbd {
 inline const h5::Format recording_format{"nbdtree recording", 1};
 inline const h5::Format view_format{"nbdtree recording", 2};
 inline constexpr const char* dataset_label = "dataset";
-inline constexpr const char* contact_forces_name = "contact_forces";  // in the group of a trajectory
+
+/// In the group of a trajectory: edges of all frames, [edges, 3], and where those of each frame begin.
+inline constexpr const char* contact_edges_name = "contact_edges";
+inline constexpr const char* contact_edge_offsets_name = "contact_edge_offsets";
+inline constexpr const char* contact_distance_name = "distance";  // their attributes
+inline constexpr const char* self_contact_distance_name = "self_distance";
 
 inline std::string trajectory_group(int id) { return fmt::format("trajectories/{:06}", id); }
 

@@ -2,6 +2,8 @@
 #include <climits>
 #include <cmath>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 #include "meshing/h5/reader.hpp"
 #include "training/files/recording.hpp"
@@ -11,16 +13,72 @@ namespace nbd {
 
 namespace {
 
+/// Where an array of a trajectory is stored.
+struct StoredArray {
+    std::string shard;    // file; empty: the recording itself
+    std::string dataset;  // in that file
+    h5::Type type = h5::Type::float32;
+    h5::Shape shape;
+};
+
 struct StoredTrajectory {
     std::string group;
     TrajectoryInfo info;
     int nodes = 0;
     std::vector<double> times;
     FrameFacts facts;
-    std::string shard;      // file with the positions; empty: the recording itself
-    std::string positions;  // name of their dataset in that file
-    std::string forces;     // name of the contact forces in the recording itself; empty: none
+    StoredArray positions;
+    FrameContents contents;
+    PerField<StoredArray> fields;  // those that it has
+    StoredArray edges;             // if it has contact edges
+    std::vector<std::int64_t> edge_offsets;
 };
+
+StoredArray find_array(const h5::Reader& file, const std::string& name, h5::Type type,
+                       const h5::Shape& expected) {
+    StoredArray array{.shard = {}, .dataset = name, .type = type, .shape = file.check(name, type, expected)};
+    if (const auto source = file.virtual_source(name)) {
+        array.shard = source->file;
+        array.dataset = source->dataset;
+    }
+    return array;
+}
+
+double distance_attribute(const h5::Reader& file, const std::string& dataset, const char* name) {
+    const double distance = file.number_attribute(dataset, name);
+    if (!(distance >= 0 && std::isfinite(distance)))
+        file.refuse(fmt::format("'{}' has {} {} m", dataset, name, distance), "finite, at least 0");
+    return distance;
+}
+
+void find_contact_edges(const h5::Reader& file, StoredTrajectory& t) {
+    const std::string edges = fmt::format("{}/{}", t.group, contact_edges_name),
+                      offsets = fmt::format("{}/{}", t.group, contact_edge_offsets_name);
+    if (!file.has(edges)) return;
+    t.edges = find_array(file, edges, h5::Type::int32, {h5::any, 3});
+    t.contents.contact_edges = {.bodies = distance_attribute(file, edges, contact_distance_name),
+                                .self = distance_attribute(file, edges, self_contact_distance_name)};
+    t.edge_offsets = file.read<std::int64_t>(offsets, {static_cast<std::size_t>(t.info.frames) + 1});
+    const auto count = static_cast<std::int64_t>(t.edges.shape[0]);
+    if (t.edge_offsets.front() != 0 || t.edge_offsets.back() != count ||
+        !std::ranges::is_sorted(t.edge_offsets))
+        file.refuse(fmt::format("'{}' does not ascend from 0 to {}", offsets, count),
+                    "the ascending places at which frames begin, and the number of edges");
+}
+
+void find_fields(const h5::Reader& file, StoredTrajectory& t) {
+    const auto frames = static_cast<std::size_t>(t.info.frames), nodes = static_cast<std::size_t>(t.nodes);
+    for (const FrameFieldName& field : frame_fields) {
+        const std::string name = fmt::format("{}/{}", t.group, field.name);
+        if (!file.has(name)) continue;
+        const std::size_t tets = t.contents.tets > 0 ? static_cast<std::size_t>(t.contents.tets) : h5::any;
+        t.fields[field.field] =
+            find_array(file, name, h5::Type::float32,
+                       field.of_tets ? h5::Shape{frames, tets, 3, 3} : h5::Shape{frames, nodes, 3});
+        t.contents.fields[field.field] = true;
+        if (field.of_tets) t.contents.tets = static_cast<int>(t.fields[field.field].shape[1]);
+    }
+}
 
 StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& group) {
     StoredTrajectory t;
@@ -33,19 +91,13 @@ StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& grou
     t.info.body_hash = file.text_attribute(group, "body_sha256");
     t.info.failure = file.text_attribute(group, "failure");
     t.info.recipe = file.read_text(group + "/recipe");
-    t.positions = group + "/positions";
-    const h5::Shape shape = file.check(t.positions, h5::Type::float32, {h5::any, h5::any, 3});
-    if (shape[1] == 0) file.refuse(fmt::format("'{}' has no nodes", t.positions), "at least 1");
-    if (const auto source = file.virtual_source(t.positions)) {
-        t.shard = source->file;
-        t.positions = source->dataset;
-    }
+    t.positions = find_array(file, group + "/positions", h5::Type::float32, {h5::any, h5::any, 3});
+    const h5::Shape& shape = t.positions.shape;
+    if (shape[1] == 0) file.refuse(fmt::format("'{}/positions' has no nodes", group), "at least 1");
     t.info.frames = static_cast<int>(shape[0]);
     t.nodes = static_cast<int>(shape[1]);
-    if (const std::string forces = fmt::format("{}/{}", group, contact_forces_name); file.has(forces)) {
-        file.check(forces, h5::Type::float32, {shape[0], shape[1], 3});
-        t.forces = forces;
-    }
+    find_fields(file, t);
+    find_contact_edges(file, t);
     t.times = file.read<double>(group + "/times", {shape[0]});
     for (const FrameFactName& fact : frame_facts)
         if (const std::string name = fmt::format("{}/{}", group, fact.name); file.has(name))
@@ -90,13 +142,13 @@ struct RecordingReader::Impl {
         return stored[static_cast<std::size_t>(trajectory)];
     }
 
-    /// The file with a trajectory's positions.
-    const h5::Reader& source(const StoredTrajectory& t) {
-        if (t.shard.empty()) return file;
-        if (shard_name == t.shard) return *shard;
+    /// The file with an array's numbers.
+    const h5::Reader& source(const StoredArray& array) {
+        if (array.shard.empty()) return file;
+        if (shard_name == array.shard) return *shard;
         shard_name.clear();
         try {
-            shard = std::make_unique<h5::Reader>(file.path().parent_path() / t.shard, recording_format);
+            shard = std::make_unique<h5::Reader>(file.path().parent_path() / array.shard, recording_format);
         } catch (const std::runtime_error& error) {
             throw std::runtime_error(
                 fmt::format("{}: cannot read a shard: {}", file.path().string(), error.what()));
@@ -104,32 +156,46 @@ struct RecordingReader::Impl {
         if (shard->text_attribute("/", dataset_label) != file.text_attribute("/", dataset_label))
             shard->refuse("belongs to another dataset",
                           fmt::format("the dataset of {}", file.path().string()));
-        shard_name = t.shard;
+        shard_name = array.shard;
         return *shard;
     }
 
-    /// Reads frames of a dataset with three finite numbers for each node.
-    void read_frames(const h5::Reader& source, const StoredTrajectory& t, const std::string& dataset,
-                     int begin, int count, Vertices& rows) const {
+    void check_frames(const StoredTrajectory& t, int begin, int count) const {
         if (begin < 0 || count < 0 || count > t.info.frames - begin)
             throw std::out_of_range(
                 fmt::format("{}: {} frames from {} of trajectory {}; allowed: within its {} frames",
                             file.path().string(), count, begin, t.info.id, t.info.frames));
-        rows.resize(Eigen::Index{count} * t.nodes, 3);
-        source.read_rows(dataset, static_cast<std::size_t>(begin), static_cast<std::size_t>(count),
-                         rows.data());
-        if (rows.allFinite()) return;
-        for (Eigen::Index i = 0; i < rows.rows(); ++i)
-            if (!rows.row(i).allFinite())
-                source.refuse(fmt::format("node {} in frame {} of trajectory {} is not finite", i % t.nodes,
-                                          begin + i / t.nodes, t.info.id),
-                              dataset == t.forces ? "finite forces" : "finite positions");
     }
 
+    /// Reads frames of an array of finite numbers. what: an item of a frame, for example "node". allowed: for
+    /// errors.
+    void read_frames(const StoredTrajectory& t, const StoredArray& array, std::string_view what,
+                     const char* allowed, int begin, int count, Vertices& rows) {
+        check_frames(t, begin, count);
+        const Eigen::Index per_frame =
+            static_cast<Eigen::Index>(h5::element_count(array.shape)) / std::max(t.info.frames, 1) / 3;
+        const h5::Reader& from = source(array);
+        rows.resize(count * per_frame, 3);
+        from.read_rows(array.dataset, static_cast<std::size_t>(begin), static_cast<std::size_t>(count),
+                       rows.data());
+        if (rows.allFinite()) return;
+        const Eigen::Index per_item = per_frame / static_cast<Eigen::Index>(array.shape[1]);
+        for (Eigen::Index i = 0; i < rows.rows(); ++i)
+            if (!rows.row(i).allFinite())
+                from.refuse(fmt::format("{} {} in frame {} of trajectory {} is not finite", what,
+                                        i % per_frame / per_item, begin + i / per_frame, t.info.id),
+                            allowed);
+    }
+
+    /// Throws unless the files with a trajectory's arrays have them.
     void check_shard(const StoredTrajectory& t) {
-        if (t.shard.empty()) return;
-        source(t).check(t.positions, h5::Type::float32,
-                        {static_cast<std::size_t>(t.info.frames), static_cast<std::size_t>(t.nodes), 3});
+        const auto check = [&](const StoredArray& array) {
+            if (!array.shard.empty()) source(array).check(array.dataset, array.type, array.shape);
+        };
+        check(t.positions);
+        for (const FrameFieldName& field : frame_fields)
+            if (t.contents.fields[field.field]) check(t.fields[field.field]);
+        if (t.contents.contact_edges) check(t.edges);
     }
 };
 
@@ -155,20 +221,72 @@ std::string RecordingReader::label(const std::string& name) const {
 
 void RecordingReader::read(int trajectory, int begin, int count, Vertices& x) const {
     const StoredTrajectory& t = impl_->at(trajectory);
-    impl_->read_frames(impl_->source(t), t, t.positions, begin, count, x);
+    impl_->read_frames(t, t.positions, "node", "finite positions", begin, count, x);
     impl_->frames_read += count;
 }
 
-bool RecordingReader::has_contact_forces(int trajectory) const {
-    return !impl_->at(trajectory).forces.empty();
+const FrameContents& RecordingReader::contents(int trajectory) const {
+    return impl_->at(trajectory).contents;
 }
 
-void RecordingReader::read_contact_forces(int trajectory, int begin, int count, Vertices& forces) const {
+void RecordingReader::read_field(int trajectory, FrameField field, int begin, int count,
+                                 Vertices& rows) const {
     const StoredTrajectory& t = impl_->at(trajectory);
-    if (t.forces.empty())
+    const FrameFieldName& name = frame_fields[static_cast<std::size_t>(field)];
+    if (!t.contents.fields[field])
         throw std::runtime_error(
-            fmt::format("{}: trajectory {} has no contact forces", path().string(), t.info.id));
-    impl_->read_frames(impl_->file, t, t.forces, begin, count, forces);
+            fmt::format("{}: trajectory {} has no {}", path().string(), t.info.id, name.name));
+    impl_->read_frames(t, t.fields[field],
+                       fmt::format("{} of {}", name.name, name.of_tets ? "tetrahedron" : "node"),
+                       "finite numbers", begin, count, rows);
+}
+
+std::vector<std::vector<ContactEdge>> RecordingReader::read_contact_edges(int trajectory, int begin,
+                                                                          int count) const {
+    const StoredTrajectory& t = impl_->at(trajectory);
+    if (!t.contents.contact_edges)
+        throw std::runtime_error(
+            fmt::format("{}: trajectory {} has no contact edges", path().string(), t.info.id));
+    impl_->check_frames(t, begin, count);
+    const auto offset = [&](int frame) { return t.edge_offsets[static_cast<std::size_t>(frame)]; };
+    const auto first = static_cast<std::size_t>(offset(begin));
+    const auto all = static_cast<std::size_t>(offset(begin + count)) - first;
+    std::vector<std::int32_t> rows(3 * all);
+    const h5::Reader& from = impl_->source(t.edges);
+    from.read_rows(t.edges.dataset, first, all, rows.data());
+    std::vector<std::vector<ContactEdge>> result(static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i) {
+        auto& edges = result[static_cast<std::size_t>(i)];
+        for (auto e = static_cast<std::size_t>(offset(begin + i)) - first;
+             e < static_cast<std::size_t>(offset(begin + i + 1)) - first; ++e)
+            edges.push_back({rows[3 * e], rows[3 * e + 1], rows[3 * e + 2]});
+        if (const std::string defect = edge_defect(edges, t.info.id); !defect.empty())
+            throw std::runtime_error(fmt::format("{}: frame {} of trajectory {} has the {}",
+                                                 from.path().string(), begin + i, t.info.id, defect));
+    }
+    return result;
+}
+
+const std::vector<std::int64_t>& RecordingReader::contact_edge_offsets(int trajectory) const {
+    return impl_->at(trajectory).edge_offsets;
+}
+
+std::vector<FrameExtras> RecordingReader::read_extras(int trajectory, int begin, int count) const {
+    const FrameContents& contents = this->contents(trajectory);
+    std::vector<FrameExtras> extras(static_cast<std::size_t>(count));
+    Vertices rows;
+    for (const FrameFieldName& field : frame_fields) {
+        if (!contents.fields[field.field]) continue;
+        read_field(trajectory, field.field, begin, count, rows);
+        const Eigen::Index per_frame = rows.rows() / std::max(count, 1);
+        for (int i = 0; i < count; ++i)
+            extras[static_cast<std::size_t>(i)].fields[field.field] =
+                rows.middleRows(i * per_frame, per_frame);
+    }
+    if (!contents.contact_edges) return extras;
+    auto edges = read_contact_edges(trajectory, begin, count);
+    for (std::size_t i = 0; i < extras.size(); ++i) extras[i].contact_edges = std::move(edges[i]);
+    return extras;
 }
 
 }  // namespace nbd

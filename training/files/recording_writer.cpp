@@ -13,18 +13,20 @@ namespace nbd {
 namespace {
 
 /// Frames per chunk of about 1 MiB, so that reading a single frame decodes little more than it needs.
-std::size_t frames_per_chunk(int nodes) {
+std::size_t frames_per_chunk(std::size_t numbers_of_a_frame) {
     constexpr std::size_t chunk_bytes = 1 << 20, most = 64;
-    return std::clamp<std::size_t>(chunk_bytes / (static_cast<std::size_t>(nodes) * 3 * sizeof(float)), 1,
-                                   most);
+    return std::clamp<std::size_t>(chunk_bytes / (numbers_of_a_frame * sizeof(float)), 1, most);
 }
 
 struct OpenTrajectory {
-    int id, nodes;
-    int positions, times;  // handles of the growing datasets
-    int forces;            // likewise; -1: none
-    double last_time;
+    int id = 0, nodes = 0;
+    FrameContents contents{};
+    int positions = -1, times = -1;  // handles of the growing datasets
+    PerField<int> fields{};          // likewise, of those that it has
+    int edges = -1, offsets = -1;    // likewise, if it has contact edges
+    double last_time = -INFINITY;
     std::size_t frames = 0;
+    std::int64_t edge_count = 0;
 };
 
 }  // namespace
@@ -48,6 +50,33 @@ struct RecordingWriter::Impl {
         }
     }
 
+    void append_edges(OpenTrajectory& t, const std::vector<ContactEdge>& edges) {
+        std::vector<std::int32_t> rows;
+        for (const auto& [face, partner, other] : edges) rows.insert(rows.end(), {face, partner, other});
+        if (!rows.empty()) file.append<std::int32_t>(t.edges, rows);
+        t.edge_count += static_cast<std::int64_t>(edges.size());
+        file.append<std::int64_t>(t.offsets, std::span(&t.edge_count, 1));
+    }
+
+    void check_extras(const OpenTrajectory& t, double time, const FrameExtras& extras) const {
+        for (const FrameFieldName& field : frame_fields) {
+            const Vertices& rows = extras.fields[field.field];
+            const int whole = field.of_tets ? 3 * t.contents.tets : t.nodes;
+            if (const int wanted = t.contents.fields[field.field] ? whole : 0; rows.rows() != wanted)
+                refuse(fmt::format("a frame of trajectory {} has {} rows of {}; allowed: {}", t.id,
+                                   rows.rows(), field.name, wanted));
+            if (!rows.allFinite())
+                refuse(
+                    fmt::format("a number of {} at {} s of trajectory {} is not finite; allowed: finite "
+                                "numbers",
+                                field.name, time, t.id));
+        }
+        if (!t.contents.contact_edges && !extras.contact_edges.empty())
+            refuse(fmt::format("a frame of trajectory {} has contact edges; allowed: none", t.id));
+        if (const std::string defect = edge_defect(extras.contact_edges, t.id); !defect.empty())
+            refuse(fmt::format("a frame of trajectory {} has the {}", t.id, defect));
+    }
+
     [[noreturn]] void refuse(const std::string& what) const {
         throw std::invalid_argument(file.path().string() + ": " + what);
     }
@@ -66,7 +95,7 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& path) : impl_(std:
 RecordingWriter::~RecordingWriter() = default;
 RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
 
-int RecordingWriter::begin_trajectory(const TrajectoryInfo& info, int nodes, bool with_forces) {
+int RecordingWriter::begin_trajectory(const TrajectoryInfo& info, int nodes, const FrameContents& contents) {
     if (info.id < 0 || impl_->ids.contains(info.id))
         impl_->refuse(fmt::format("trajectory id {}; allowed: at least 0, each once", info.id));
     if (nodes < 1)
@@ -78,20 +107,36 @@ int RecordingWriter::begin_trajectory(const TrajectoryInfo& info, int nodes, boo
     file.attribute(group, "seed", info.seed);
     file.attribute(group, "body_sha256", info.body_hash);
     file.write_text(group + "/recipe", info.recipe);
-    const auto n = static_cast<std::size_t>(nodes);
-    const int positions =
-        file.begin_growing(group + "/positions", h5::Type::float32, {n, 3}, frames_per_chunk(nodes));
-    const int times = file.begin_growing(group + "/times", h5::Type::float64, {}, 256);
-    const int forces = with_forces ? file.begin_growing(group + '/' + contact_forces_name, h5::Type::float32,
-                                                        {n, 3}, frames_per_chunk(nodes))
-                                   : -1;
+    const auto n = static_cast<std::size_t>(nodes), tets = static_cast<std::size_t>(contents.tets);
+    OpenTrajectory t{.id = info.id, .nodes = nodes, .contents = contents};
+    t.positions =
+        file.begin_growing(group + "/positions", h5::Type::float32, {n, 3}, frames_per_chunk(3 * n));
+    t.times = file.begin_growing(group + "/times", h5::Type::float64, {}, 256);
+    for (const FrameFieldName& field : frame_fields) {
+        if (!contents.fields[field.field]) continue;
+        if (field.of_tets && contents.tets < 1)
+            impl_->refuse(fmt::format("trajectory {} has {} of {} tetrahedra; allowed: at least 1", info.id,
+                                      field.name, contents.tets));
+        const h5::Shape row = field.of_tets ? h5::Shape{tets, 3, 3} : h5::Shape{n, 3};
+        t.fields[field.field] = file.begin_growing(fmt::format("{}/{}", group, field.name), h5::Type::float32,
+                                                   row, frames_per_chunk(h5::element_count(row)));
+    }
+    if (contents.contact_edges) {
+        const std::string edges = fmt::format("{}/{}", group, contact_edges_name);
+        t.edges = file.begin_growing(edges, h5::Type::int32, {3}, 4096);
+        file.attribute(edges, contact_distance_name, contents.contact_edges->bodies);
+        file.attribute(edges, self_contact_distance_name, contents.contact_edges->self);
+        t.offsets = file.begin_growing(fmt::format("{}/{}", group, contact_edge_offsets_name),
+                                       h5::Type::int64, {}, 256);
+        file.append<std::int64_t>(t.offsets, std::span(&t.edge_count, 1));
+    }
     impl_->ids.insert(info.id);
     impl_->bodies.insert(info.body_hash);
-    impl_->open.emplace(positions, OpenTrajectory{info.id, nodes, positions, times, forces, -INFINITY});
-    return positions;
+    impl_->open.emplace(t.positions, t);
+    return t.positions;
 }
 
-void RecordingWriter::add_frame(int handle, double time, VerticesRef x, VerticesRef contact_forces) {
+void RecordingWriter::add_frame(int handle, double time, VerticesRef x, const FrameExtras& extras) {
     OpenTrajectory& t = impl_->at(handle);
     if (x.rows() != t.nodes)
         impl_->refuse(
@@ -102,14 +147,11 @@ void RecordingWriter::add_frame(int handle, double time, VerticesRef x, Vertices
     if (!x.allFinite())
         impl_->refuse(fmt::format(
             "a position at {} s of trajectory {} is not finite; allowed: finite numbers", time, t.id));
-    if (const int wanted = t.forces < 0 ? 0 : t.nodes; contact_forces.rows() != wanted)
-        impl_->refuse(fmt::format("a frame of trajectory {} has contact forces on {} nodes; allowed: {}",
-                                  t.id, contact_forces.rows(), wanted));
-    if (!contact_forces.allFinite())
-        impl_->refuse(fmt::format(
-            "a contact force at {} s of trajectory {} is not finite; allowed: finite numbers", time, t.id));
+    impl_->check_extras(t, time, extras);
     impl_->append(t.positions, x);
-    if (t.forces >= 0) impl_->append(t.forces, contact_forces);
+    for (const FrameFieldName& field : frame_fields)
+        if (t.contents.fields[field.field]) impl_->append(t.fields[field.field], extras.fields[field.field]);
+    if (t.contents.contact_edges) impl_->append_edges(t, extras.contact_edges);
     impl_->file.append<double>(t.times, std::span(&time, 1));
     t.last_time = time;
     ++t.frames;
@@ -129,7 +171,10 @@ void RecordingWriter::end_trajectory(int handle, const std::string& failure, con
     }
     impl_->file.end_growing(t.positions);
     impl_->file.end_growing(t.times);
-    if (t.forces >= 0) impl_->file.end_growing(t.forces);
+    for (const FrameFieldName& field : frame_fields)
+        if (t.contents.fields[field.field]) impl_->file.end_growing(t.fields[field.field]);
+    if (t.contents.contact_edges)
+        for (const int dataset : {t.edges, t.offsets}) impl_->file.end_growing(dataset);
     impl_->file.attribute(trajectory_group(t.id), "failure", failure);
     impl_->open.erase(handle);
 }

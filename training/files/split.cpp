@@ -30,6 +30,18 @@ std::vector<int> frames_of(const RecordingReader& recording, int trajectory, boo
     return frames;
 }
 
+HeldOut stored_split(const std::filesystem::path& recording, const std::string& name) {
+    if (!is_dataset_view(recording))
+        throw std::runtime_error(
+            fmt::format("{}: is not a dataset, so it has no split \"{}\"", recording.string(), name));
+    try {
+        DatasetSplit split = read_dataset_manifest(recording).split(name);
+        return {std::move(split.train), std::move(split.held_out)};
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(fmt::format("{}: {}", recording.string(), error.what()));
+    }
+}
+
 }  // namespace
 
 bool is_random_test_frame(const TrainingSplit& split, int trajectory, int frame) noexcept {
@@ -54,14 +66,16 @@ HeldOut draw_held_out(std::vector<int> ids, double share, std::uint64_t seed) {
 }
 
 TrainingSplit make_split(const RecordingReader& recording, std::optional<double> held_out_share,
-                         double random_frame_share, std::uint64_t seed, double calibration_share) {
+                         double random_frame_share, std::uint64_t seed, double calibration_share,
+                         const std::string& split_name) {
     check_share("calibration trajectories", calibration_share);
     check_share("random test frames", random_frame_share);
     const double share = held_out_share.value_or(0.2);
     HeldOut split;
-    if (!held_out_share && is_dataset_view(recording.path())) {
-        DatasetManifest manifest = read_dataset_manifest(recording.path());
-        split = {std::move(manifest.train_trajectories), std::move(manifest.held_out_trajectories)};
+    if (!split_name.empty()) {
+        split = stored_split(recording.path(), split_name);
+    } else if (!held_out_share && is_dataset_view(recording.path())) {
+        split = stored_split(recording.path(), trajectory_split);
     } else {
         std::vector<int> ids;
         for (const TrajectoryInfo& t : recording.trajectories())

@@ -25,12 +25,13 @@ HeldOut draw_held_out(std::vector<int> ids, double share, std::uint64_t seed);
 /// held_out_share: of the complete trajectories, as in draw_held_out(); if not given, the manifest of a
 /// dataset names them, and without a manifest it is a fifth. calibration_share: of the others, in [0, 1);
 /// ignored if there is only one. It does not change which trajectories are held out. random_frame_share: of
-/// the remaining frames, in [0, 1). The result depends on the trajectories' ids, the shares, the seed and the
-/// manifest alone.
-/// Throws std::invalid_argument on a share out of range, std::runtime_error if no complete trajectory is left
-/// for training.
+/// the remaining frames, in [0, 1). split: name of a dataset's split to take instead of a share; may be
+/// empty. The result depends on the trajectories' ids, the shares, the seed and the manifest alone. Throws
+/// std::invalid_argument on a share out of range, std::runtime_error if no complete trajectory is left for
+/// training, or without a split of this name.
 TrainingSplit make_split(const RecordingReader& recording, std::optional<double> held_out_share,
-                         double random_frame_share, std::uint64_t seed, double calibration_share = 0);
+                         double random_frame_share, std::uint64_t seed, double calibration_share = 0,
+                         const std::string& split = {});
 
 /// A frame of a recording.
 struct FrameId {

@@ -140,7 +140,7 @@ void use_paper_networks(TrainConfig& config) {
 std::string to_json(const TrainConfig& c) {
     nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
     for (const BoundKind kind : c.bounds) bounds.push_back(name(kind));
-    const nlohmann::ordered_json json = {
+    nlohmann::ordered_json json = {
         {"bounds", bounds},
         {"depth", c.tree.depth},
         {"min_leaf_faces", c.tree.min_leaf_faces},
@@ -187,6 +187,7 @@ std::string to_json(const TrainConfig& c) {
         {"certified_splits", c.certified.regions.splits},
         {"certified_samples", c.certified.regions.samples},
         {"seed", c.seed}};
+    if (!c.split.empty()) json["split"] = c.split;
     return json.dump();
 }
 
@@ -205,7 +206,7 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
     facts.body_hash = body.hash;
     facts.config = to_json(config);
     facts.split = make_split(recording, config.held_out_share, config.random_frame_share,
-                             counter_random(config.seed, 0, 0), config.calibration_share);
+                             counter_random(config.seed, 0, 0), config.calibration_share, config.split);
     facts.split.troubled_frames = config.troubled_frames;
     const std::vector<FrameId> frames = frames_of(recording, facts.split, FrameSet::train);
     facts.poses = static_cast<int>(frames.size());

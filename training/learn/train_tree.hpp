@@ -34,6 +34,7 @@ struct TrainConfig {
     bool linear_centre = true;  // fit NbdModel::centre_map; if false, labels are scaled element-wise
     /// Share of the trajectories that training never sees, in [0, 1); if empty, see make_split().
     std::optional<double> held_out_share{};
+    std::string split{};              // of the dataset, by its name, instead of a share; may be empty
     double calibration_share = 0.25;  // of the other trajectories, in [0, 1): kept for calibration
     double random_frame_share = 0.1;  // of the training trajectories' frames, in [0, 1): kept for evaluation
     bool troubled_frames = false;     // whether to use frames of steps that went wrong

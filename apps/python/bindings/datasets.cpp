@@ -3,9 +3,11 @@
 #include <pybind11/stl/filesystem.h>
 #include <tbb/global_control.h>
 
+#include "apps/check/check_file.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/dataset/begin_dataset.hpp"
 #include "apps/dataset/card.hpp"
+#include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/producer.hpp"
 #include "apps/dataset/variety.hpp"
@@ -42,6 +44,7 @@ void produce(const Body& body, const DatasetPlan& plan, const path& file, const 
              Stoppable& stoppable, Progress& progress) {
     const ShardFolder folder(file, plan.trajectories, plan.per_shard);
     const FileCall call;
+    check_hold_out(plan, body);
     begin_dataset(folder, plan_json(plan, body));
     const auto stop_if_asked = [&] {
         if (stoppable.asked()) throw Stopped("make_dataset: was stopped");
@@ -69,8 +72,14 @@ void produce(const Body& body, const DatasetPlan& plan, const path& file, const 
 void make_dataset(const Body& body, const path& file, int trajectories, int frames, std::uint64_t seed,
                   std::optional<double> strength, const py::object& recipe, double frame_interval,
                   int steps_per_frame, bool self_contact, bool intersection_free, double held_out,
-                  int per_shard, const std::string& licence, const py::object& function) {
+                  int per_shard, const std::string& licence, const std::string& hold_out, bool contact_forces,
+                  bool stress, bool deformation_gradients, bool contact_edges, const py::object& function) {
     DatasetPlan plan;
+    plan.hold_out = hold_out;
+    plan.extras.fields[FrameField::contact_forces] = contact_forces;
+    plan.extras.fields[FrameField::first_piola_stress] = stress;
+    plan.extras.fields[FrameField::deformation_gradients] = deformation_gradients;
+    plan.extras.contact_edges = contact_edges;
     plan.trajectories = trajectories;
     plan.per_shard = per_shard;
     plan.held_out_share = held_out;
@@ -88,6 +97,7 @@ void make_dataset(const Body& body, const path& file, int trajectories, int fram
         throw std::invalid_argument(fmt::format("held_out: is {}; allowed: >= 0 and < 1", held_out));
     if (strength && !(*strength > 0 && *strength <= 1000))
         throw std::invalid_argument(fmt::format("strength: is {}; allowed: > 0 and at most 1000", *strength));
+    if (!hold_out.empty()) parse_hold_out(hold_out);
     check_output(file, {});
     Stoppable stoppable;
     Progress progress(function, stoppable);
@@ -112,6 +122,14 @@ py::dict manifest_of(const path& file) {
     all["held_out_trajectories"] = manifest.held_out_trajectories;
     all["plan"] = read(manifest.plan);
     all["variety"] = read(manifest.variety);
+    py::dict splits;
+    const DatasetSplit drawn = manifest.split(trajectory_split);
+    splits[trajectory_split] = py::dict(py::arg("train") = drawn.train, py::arg("held_out") = drawn.held_out);
+    for (const DatasetSplit& split : manifest.splits)
+        splits[split.name.c_str()] =
+            py::dict(py::arg("train") = split.train, py::arg("held_out") = split.held_out,
+                     py::arg("rule") = read(split.rule));
+    all["splits"] = splits;
     return all;
 }
 
@@ -126,13 +144,38 @@ void bind_datasets(py::module_& m) {
         py::arg("recipe") = py::none(), py::arg("frame_interval") = defaults.excitation.frame_interval,
         py::arg("steps_per_frame") = defaults.excitation.steps_per_frame, py::arg("self_contact") = false,
         py::arg("intersection_free") = false, py::arg("held_out") = defaults.held_out_share,
-        py::arg("per_shard") = defaults.per_shard, py::arg("licence") = "", py::arg("progress") = py::none(),
+        py::arg("per_shard") = defaults.per_shard, py::arg("licence") = "", py::arg("hold_out") = "",
+        py::arg("contact_forces") = false, py::arg("stress") = false,
+        py::arg("deformation_gradients") = false, py::arg("contact_edges") = false,
+        py::arg("progress") = py::none(),
         "Simulates trajectories to train on, as `nbdtree dataset` does, with the same bits. recipe: a recipe "
         "file or a dictionary with its keys. progress: a function (what, done, total). Ctrl-C stops it; the "
-        "same call continues. licence: what the dataset's card says of it.");
-    m.def("dataset_manifest", &manifest_of, py::arg("path"),
-          "What a dataset says of itself: train_trajectories and held_out_trajectories, by their ids; plan, "
-          "which determines its content; variety, how much its poses differ.");
+        "same call continues. licence: what the dataset's card says of it. hold_out: a second split by a "
+        "parameter of the recipes, as \"kind=thrown,drop\", \"velocity=0.5..2\" or "
+        "\"velocity_gradient=top:0.2\". "
+        "contact_forces, stress, deformation_gradients, contact_edges: what frames hold besides positions.");
+    m.def(
+        "dataset_manifest", &manifest_of, py::arg("path"),
+        "What a dataset says of itself: train_trajectories and held_out_trajectories, by their ids; plan, "
+        "which determines its content; variety, how much its poses differ; splits, by their names, each with "
+        "train, held_out and, of a split by a parameter, its rule.");
+    m.def(
+        "is_dataset",
+        [](const path& file) {
+            const FileCall call;
+            return is_dataset_view(file);
+        },
+        py::arg("path"), "Whether the file is a dataset, a recording in shards with a manifest.");
+    m.def(
+        "check_file",
+        [](const path& file, const std::optional<path>& body) {
+            const FileCall call;
+            return check_file(file, body.value_or(path()));
+        },
+        py::arg("path"), py::arg("body") = py::none(),
+        "Checks a file as `nbdtree inspect --check` does and returns one line. body: the file of the body "
+        "that "
+        "it must belong to. Raises RuntimeError, one line, on a defect.");
 }
 
 }  // namespace nbd::python

@@ -8,6 +8,7 @@
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
 #include "training/files/recording.hpp"
+#include "training/files/recording_format.hpp"
 #include "training/files/split.hpp"
 
 namespace nbd::python {
@@ -51,14 +52,20 @@ int checked(const ReaderObject& self, int trajectory) {
     return trajectory;
 }
 
-/// [frames, nodes, 3]; numpy takes over what was read.
-py::array read_frames(ReaderObject& self, int trajectory, int begin, std::optional<int> count) {
+/// Number of frames from `begin` on that are asked for; raises IndexError if there are not so many.
+int frame_count(const ReaderObject& self, int trajectory, int begin, std::optional<int> count) {
     const int frames =
         self.reader->trajectories()[static_cast<std::size_t>(checked(self, trajectory))].frames;
     const int wanted = count.value_or(frames - begin);
     if (begin < 0 || wanted < 0 || begin > frames || wanted > frames - begin)
         throw py::index_error(
             fmt::format("frames: {} from {} on; the trajectory has {}", wanted, begin, frames));
+    return wanted;
+}
+
+/// [frames, nodes, 3]; numpy takes over what was read.
+py::array read_frames(ReaderObject& self, int trajectory, int begin, std::optional<int> count) {
+    const int wanted = frame_count(self, trajectory, begin, count);
     const Use use(self.lock, "RecordingReader");
     Vertices x;
     {
@@ -66,6 +73,53 @@ py::array read_frames(ReaderObject& self, int trajectory, int begin, std::option
         self.reader->read(trajectory, begin, wanted, x);
     }
     return owned(std::move(x)).reshape({wanted, self.reader->nodes(trajectory), 3});
+}
+
+/// [frames, nodes, 3] or [frames, tets, 3, 3].
+py::array read_field(ReaderObject& self, int trajectory, const std::string& name, int begin,
+                     std::optional<int> count) {
+    const auto field = std::ranges::find(frame_fields, name, &FrameFieldName::name);
+    if (field == frame_fields.end())
+        throw std::invalid_argument(fmt::format(
+            "field: is \"{}\"; allowed: contact_forces, first_piola_stress, deformation_gradients", name));
+    const int wanted = frame_count(self, trajectory, begin, count);
+    const Use use(self.lock, "RecordingReader");
+    Vertices rows;
+    {
+        const FileCall call;
+        self.reader->read_field(trajectory, field->field, begin, wanted, rows);
+    }
+    if (field->of_tets)
+        return owned(std::move(rows)).reshape({wanted, self.reader->contents(trajectory).tets, 3, 3});
+    return owned(std::move(rows)).reshape({wanted, self.reader->nodes(trajectory), 3});
+}
+
+/// A list of [edges, 3] rows, one for each frame.
+py::list read_contact_edges(ReaderObject& self, int trajectory, int begin, std::optional<int> count) {
+    const int wanted = frame_count(self, trajectory, begin, count);
+    const Use use(self.lock, "RecordingReader");
+    std::vector<std::vector<ContactEdge>> frames;
+    {
+        const FileCall call;
+        frames = self.reader->read_contact_edges(trajectory, begin, wanted);
+    }
+    py::list all;
+    for (const std::vector<ContactEdge>& edges : frames) {
+        std::vector<std::int32_t> rows;
+        for (const auto& [face, partner, other] : edges) rows.insert(rows.end(), {face, partner, other});
+        all.append(owned(std::move(rows)).reshape({static_cast<py::ssize_t>(edges.size()), py::ssize_t{3}}));
+    }
+    return all;
+}
+
+/// Names of what the frames of a trajectory hold besides positions.
+std::vector<std::string> extras_of(const ReaderObject& self, int trajectory) {
+    const FrameContents& contents = self.reader->contents(checked(self, trajectory));
+    std::vector<std::string> names;
+    for (const FrameFieldName& field : frame_fields)
+        if (contents.fields[field.field]) names.emplace_back(field.name);
+    if (contents.contact_edges) names.emplace_back(contact_edges_name);
+    return names;
 }
 
 py::dict facts_of(const ReaderObject& self, int trajectory) {
@@ -100,6 +154,19 @@ void bind_reader(py::module_& m) {
         .def("read", &read_frames, py::arg("trajectory"), py::arg("begin") = 0, py::arg("count") = py::none(),
              "Positions of the tet nodes, float32 [frames, nodes, 3], metres: a new array. trajectory: its "
              "place in `trajectories`.")
+        .def("extras", &extras_of, py::arg("trajectory"),
+             "Names of what its frames hold besides positions: contact_forces, first_piola_stress, "
+             "deformation_gradients, contact_edges.")
+        .def("read_field", &read_field, py::arg("trajectory"), py::arg("field"), py::arg("begin") = 0,
+             py::arg("count") = py::none(),
+             "contact_forces [frames, nodes, 3], newtons; first_piola_stress [frames, tets, 3, 3], Pa; or "
+             "deformation_gradients, likewise: float32, a new array.")
+        .def(
+            "contact_edges", &read_contact_edges, py::arg("trajectory"), py::arg("begin") = 0,
+            py::arg("count") = py::none(),
+            "For each frame, rows (face, partner, other face) of what touches, int32 [edges, 3]. partner: id "
+            "of a trajectory, its own for the body itself; -1 for a body that is not recorded; -2 - k for "
+            "obstacle k, with other face -1.")
         .def(
             "times",
             [](ReaderObject& self, int i) {

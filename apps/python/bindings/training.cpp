@@ -33,6 +33,7 @@ struct TrainOptions {
     std::string network;
     std::optional<double> held_out;
     double calibration, random_frames;
+    std::string split;
     std::uint64_t seed;
 
     TrainConfig config(const Body& body) const {
@@ -47,7 +48,10 @@ struct TrainOptions {
         config.clusters.k_means.clusters = clusters;
         config.mlp.max_epochs = epochs;
         config.learned.samples.count = samples;
+        if (held_out && !split.empty())
+            throw std::invalid_argument("split: excludes held_out; allowed: one of them");
         config.held_out_share = held_out;
+        config.split = split;
         config.calibration_share = calibration;
         config.random_frame_share = random_frames;
         config.seed = seed;
@@ -91,8 +95,8 @@ SharedFile train_body(const Body& body, const path& data, const TrainOptions& op
 SharedFile train(const Body& body, const path& data, const std::vector<std::string>& bounds,
                  std::optional<int> depth, int modes, int clusters, const std::string& network, int epochs,
                  int samples, std::optional<double> held_out, double calibration, double random_frames,
-                 double miss_rate, std::optional<double> confidence, std::uint64_t seed,
-                 const std::optional<path>& checkpoint_file, const py::object& function) {
+                 const std::string& split, double miss_rate, std::optional<double> confidence,
+                 std::uint64_t seed, const std::optional<path>& checkpoint_file, const py::object& function) {
     const path checkpoint = checkpoint_file.value_or(path());
     Stoppable stoppable;
     Progress progress(function, stoppable);
@@ -101,7 +105,7 @@ SharedFile train(const Body& body, const path& data, const std::vector<std::stri
         file =
             train_body(body, data,
                        {bounds, depth, modes, clusters, epochs, samples, network, held_out, calibration,
-                        random_frames, seed},
+                        random_frames, split, seed},
                        {.miss_rate = miss_rate, .confidence = confidence}, checkpoint, stoppable, progress);
     } catch (const TrainingCancelled&) {
         stopped(progress, checkpoint);
@@ -220,12 +224,12 @@ void bind_training(py::module_& m) {
         py::arg("clusters") = defaults.clusters.k_means.clusters, py::arg("network") = "default",
         py::arg("epochs") = defaults.mlp.max_epochs, py::arg("samples") = defaults.learned.samples.count,
         py::arg("held_out") = py::none(), py::arg("calibration") = defaults.calibration_share,
-        py::arg("random_frames") = defaults.random_frame_share, py::arg("miss_rate") = 1e-3,
-        py::arg("confidence") = py::none(), py::arg("seed") = defaults.seed,
+        py::arg("random_frames") = defaults.random_frame_share, py::arg("split") = "",
+        py::arg("miss_rate") = 1e-3, py::arg("confidence") = py::none(), py::arg("seed") = defaults.seed,
         py::arg("checkpoint") = py::none(), py::arg("progress") = py::none(),
         "Trains and calibrates the bounds of a body's tree on a recording, as `nbdtree train` does, with the "
         "same bits. checkpoint: a file that an interrupted training continues from. progress: a function "
-        "(what, done, total). Ctrl-C stops it.");
+        "(what, done, total). Ctrl-C stops it. split: of the dataset, by its name, instead of held_out.");
     m.def("calibrate", &calibrated, py::arg("file"), py::arg("recording"), py::arg("miss_rate") = 1e-3,
           py::arg("confidence") = py::none(), "The same file with margins for a stated miss rate.");
     bind_evaluation(m);

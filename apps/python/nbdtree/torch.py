@@ -6,7 +6,17 @@ import os
 import numpy as np
 import torch
 
-from nbdtree import Body, PosedTree, RecordingReader, SelfQuery, dataset_manifest, load_body, make_exact_tree, near_at_rest
+from nbdtree import (
+    Body,
+    PosedTree,
+    RecordingReader,
+    SelfQuery,
+    dataset_manifest,
+    is_dataset,
+    load_body,
+    make_exact_tree,
+    near_at_rest,
+)
 
 PARTS = ("train", "held_out", "all")
 
@@ -22,43 +32,58 @@ class Dataset(torch.utils.data.Dataset):
 
     path: a recording or dataset. body: the Body that it is of, or its file, which worker processes that are
     spawned rather than forked need. window: frames in a window. part: "train" or
-    "held_out" trajectories of a dataset, or "all"; failed trajectories are in none. contact_distance: if given,
+    "held_out" trajectories of a dataset, or "all"; failed trajectories are in none. split: which of the dataset's
+    splits has these parts, "trajectories" or "parameter". contact_distance: if given,
     an item also tells which faces of the surface touch others of it, metres; pairs that are as near at rest
-    are left out.
+    are left out. fields: what else of the file items have: contact_forces, first_piola_stress,
+    deformation_gradients.
 
     Item i is a dictionary: x, positions [window, nodes, 3], float32, metres; times [window], seconds;
     trajectory and frame, where the window begins; with contact_distance, contacts, a list of [pairs, 2] rows
-    of faces, one for each frame. `edges` holds the graph of the mesh, `rest` the rest positions. Files are
-    opened in each process that reads, so any number of workers may.
+    of faces, one for each frame; each of the fields, [window, nodes, 3] or [window, tets, 3, 3], float32. Where
+    the file has contact edges, contact_edges is a list of int64 [edges, 3] rows for each frame: face, partner
+    (id of a trajectory, its own for the body itself; negative: another body or an obstacle, see
+    RecordingReader.contact_edges), the partner's face. `edges` holds the graph of the mesh, `rest` the rest
+    positions. Files are opened in each process that reads, so any number of workers may.
     """
 
-    def __init__(self, path, body, window=3, part="train", contact_distance=None):
+    def __init__(
+        self, path, body, window=3, part="train", contact_distance=None, split="trajectories", fields=()
+    ):
         if part not in PARTS:
             raise ValueError(f'part: is "{part}"; allowed: {", ".join(PARTS)}')
         if window < 1:
             raise ValueError(f"window: is {window}; allowed: at least 1")
         self._body_file = None if isinstance(body, Body) else os.fspath(body)
         self.body = load_body(body) if self._body_file else body
-        self.path, self.window, self.part = os.fspath(path), window, part
-        self.contact_distance = contact_distance
+        self.path, self.window, self.part, self.split = os.fspath(path), window, part, split
+        self.contact_distance, self.fields = contact_distance, tuple(fields)
         self.edges = mesh_edges(self.body.T)
         self.rest = torch.from_numpy(self.body.X.astype(np.float32))
         self._reader, self._process = None, None
-        self._select()
+        self._trajectories, self._ends = self._windows(part)
 
-    def _select(self):
+    def _windows(self, part):
+        """The trajectories of a part and, for each, how many windows there are up to its end."""
         reader = self._open()
         chosen = None
-        if self.part != "all":
-            chosen = set(dataset_manifest(self.path)[f"{self.part}_trajectories"])
-        self._trajectories, self._ends = [], []
+        if part != "all":
+            splits = dataset_manifest(self.path)["splits"]
+            if self.split not in splits:
+                raise ValueError(f'split: is "{self.split}"; allowed: {", ".join(splits)}')
+            chosen = set(splits[self.split][part])
+        trajectories, ends = [], []
         for index, info in enumerate(reader.trajectories):
             if info.failure or (chosen is not None and info.id not in chosen) or info.frames < self.window:
                 continue
             if info.body_hash != self.body.hash:
                 raise ValueError(f"{self.path}: trajectory {info.id} is of another body")
-            self._trajectories.append(index)
-            self._ends.append(len(self) + info.frames - self.window + 1)
+            missing = [name for name in self.fields if name not in reader.extras(index)]
+            if missing:
+                raise ValueError(f"{self.path}: trajectory {info.id} has no {missing[0]}")
+            trajectories.append(index)
+            ends.append((ends[-1] if ends else 0) + info.frames - self.window + 1)
+        return trajectories, ends
 
     def _open(self):
         """The reader of this process: HDF5 files do not survive a fork."""
@@ -81,10 +106,15 @@ class Dataset(torch.utils.data.Dataset):
 
     def place(self, index):
         """Where window `index` begins: the trajectory's place in the recording, and the frame."""
-        if not 0 <= index < len(self):
-            raise IndexError(f"window {index}; the dataset has {len(self)}")
-        at = bisect.bisect_right(self._ends, index)
-        return self._trajectories[at], index - (self._ends[at - 1] if at else 0)
+        return self._place(index, self._trajectories, self._ends)
+
+    @staticmethod
+    def _place(index, trajectories, ends):
+        count = ends[-1] if ends else 0
+        if not 0 <= index < count:
+            raise IndexError(f"window {index}; the dataset has {count}")
+        at = bisect.bisect_right(ends, index)
+        return trajectories[at], index - (ends[at - 1] if at else 0)
 
     def __getitem__(self, index):
         trajectory, frame = self.place(index)
@@ -96,6 +126,11 @@ class Dataset(torch.utils.data.Dataset):
             "trajectory": trajectory,
             "frame": frame,
         }
+        for name in self.fields:
+            item[name] = torch.from_numpy(reader.read_field(trajectory, name, frame, self.window))
+        if "contact_edges" in reader.extras(trajectory):
+            edges = reader.contact_edges(trajectory, frame, self.window)
+            item["contact_edges"] = [torch.from_numpy(rows.astype(np.int64)) for rows in edges]
         if self.contact_distance is not None:
             item["contacts"] = [self._contacts(nodes) for nodes in x]
         return item
@@ -111,14 +146,23 @@ class Dataset(torch.utils.data.Dataset):
         return torch.from_numpy(query.within(posed, self.contact_distance).astype(np.int64))
 
     def statistics(self, windows=1000):
-        """Mean and standard deviation of velocities and accelerations, of evenly spread windows of this dataset.
+        """Mean and standard deviation of velocities and accelerations, in metres per frame and frame squared.
 
-        In metres per frame and frame squared; take them of the training part alone.
+        Of evenly spread windows of the split's training part alone, whatever part this is, so that what is
+        held out never enters them. Only of a recording without splits, part "all", they are of all windows.
         """
         if self.window < 3:
             raise ValueError("statistics need a window of at least 3 frames")
-        step = max(1, len(self) // windows)
-        x = torch.stack([self[i]["x"][:3] for i in range(0, len(self), step)])
+        has_splits = self.part != "all" or is_dataset(self.path)
+        trajectories, ends = self._windows("train" if has_splits else "all")
+        count = ends[-1] if ends else 0
+        if count == 0:
+            raise ValueError(f"{self.path}: has no window of {self.window} frames to train on")
+        reader, x = self._open(), []
+        for index in range(0, count, max(1, count // windows)):
+            trajectory, frame = self._place(index, trajectories, ends)
+            x.append(torch.from_numpy(reader.read(trajectory, frame, 3)))
+        x = torch.stack(x)
         v, a = x[:, 1:] - x[:, :-1], x[:, 2] - 2 * x[:, 1] + x[:, 0]
         return {
             "velocity_mean": v.mean().item(),

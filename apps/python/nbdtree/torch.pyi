@@ -1,5 +1,5 @@
 from os import PathLike
-from typing import Any, Optional, Tuple, Union
+from typing import Any, Optional, Sequence, Tuple, Union
 
 import numpy.typing as npt
 
@@ -14,6 +14,8 @@ class Dataset:
     path: str
     window: int
     part: str
+    split: str
+    fields: Tuple[str, ...]
     contact_distance: Optional[float]
     edges: Any
     rest: Any
@@ -24,6 +26,8 @@ class Dataset:
         window: int = ...,
         part: str = ...,
         contact_distance: Optional[float] = ...,
+        split: str = ...,
+        fields: Sequence[str] = ...,
     ) -> None: ...
     def __len__(self) -> int: ...
     def __getitem__(self, index: int) -> dict[str, Any]: ...

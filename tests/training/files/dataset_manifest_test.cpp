@@ -94,6 +94,65 @@ TEST_F(DatasetView, SplitsLikeTrainingUnlessAnotherShareIsGiven) {
     EXPECT_EQ(make_split(plain, std::nullopt, 0, 1).held_out_trajectories.size(), 1u);
 }
 
+TEST_F(DatasetView, KeepsFurtherSplitsByTheirNames) {
+    DatasetManifest more = manifest();
+    more.splits.push_back({.name = "parameter", .train = {0, 1}, .held_out = {2, 5}, .rule = "{\"a\": 1}"});
+    write_dataset_view(folder / "more.h5", more);
+    const DatasetSplit split = read_dataset_manifest(folder / "more.h5").split("parameter");
+    EXPECT_EQ(split.train, (std::vector<int>{0, 1}));
+    EXPECT_EQ(split.held_out, (std::vector<int>{2, 5}));
+    EXPECT_EQ(split.rule, "{\"a\": 1}");
+    const RecordingReader view(folder / "more.h5");
+    const TrainingSplit taken = make_split(view, std::nullopt, 0, 1, 0.5, "parameter");
+    EXPECT_EQ(taken.held_out_trajectories, (std::vector<int>{2, 5}));
+    EXPECT_EQ(taken.train_trajectories.size() + taken.calibration_trajectories.size(), 2u);
+    EXPECT_EQ(make_split(view, std::nullopt, 0, 1, 0, "trajectories").held_out_trajectories,
+              (std::vector<int>{1, 2}));
+    EXPECT_EQ(error_of([&] { make_split(view, std::nullopt, 0, 1, 0, "kinds"); }),
+              (folder / "more.h5").string() +
+                  ": the dataset has no split \"kinds\"; allowed: trajectories, parameter");
+    EXPECT_EQ(
+        error_of([&] { make_split(RecordingReader(folder / "a.h5"), std::nullopt, 0, 1, 0, "parameter"); }),
+        (folder / "a.h5").string() + ": is not a dataset, so it has no split \"parameter\"");
+}
+
+TEST_F(DatasetView, RefersToTheExtrasOfItsShards) {
+    FrameContents contents{.tets = 4, .contact_edges = ContactDistances{2, 1}};
+    for (const FrameFieldName& field : frame_fields) contents.fields[field.field] = true;
+    const auto extras_of = [](int id, int frame) {
+        FrameExtras extras;
+        for (const FrameFieldName& field : frame_fields)
+            extras.fields[field.field] =
+                Vertices::Constant(field.of_tets ? 12 : 5, 3, static_cast<float>(10 * id + frame));
+        if (id > 0) extras.contact_edges = {{frame, id, frame + 1}};
+        return extras;
+    };
+    for (const int id : {0, 1}) {  // trajectory 0 touches nothing
+        RecordingWriter file(folder / (id == 0 ? "a.h5" : "b.h5"));
+        file.label("dataset", "key");
+        const int handle = file.begin_trajectory({id, 7, std::string(64, 'b'), "{}", "", 0}, 5, contents);
+        for (int frame = 0; frame < 3; ++frame)
+            file.add_frame(handle, frame, frame_of(id, frame), extras_of(id, frame));
+        file.finish();
+    }
+    write_dataset_view(folder / "data.h5", manifest());
+    const RecordingReader view(folder / "data.h5");
+    for (const int id : {0, 1}) {
+        EXPECT_EQ(view.contents(id).tets, 4);
+        EXPECT_EQ(view.contents(id).contact_edges, contents.contact_edges);
+        const auto extras = view.read_extras(id, 0, 3);
+        for (int frame = 0; frame < 3; ++frame) {
+            const FrameExtras expected = extras_of(id, frame);
+            const FrameExtras& found = extras[static_cast<std::size_t>(frame)];
+            for (const FrameFieldName& field : frame_fields)
+                EXPECT_EQ(found.fields[field.field], expected.fields[field.field]) << field.name;
+            EXPECT_EQ(found.contact_edges, expected.contact_edges);
+        }
+    }
+    std::filesystem::remove(folder / "b.h5");
+    EXPECT_NE(error_of([&] { RecordingReader(folder / "data.h5"); }), "");
+}
+
 TEST_F(DatasetView, NamesTheShardThatIsMissingDamagedOrForeign) {
     const std::string view = (folder / "data.h5").string(), part = (folder / "b.h5").string();
     const std::string whole = test::read_bytes(part);

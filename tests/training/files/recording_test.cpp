@@ -46,32 +46,97 @@ void write_recording(const std::filesystem::path& path, int count) {
     file.finish();
 }
 
-TEST_F(RecordingFile, RoundTripsContactForcesOfTrajectoriesThatHaveThem) {
-    const auto path = folder / "forces.h5";
+FrameExtras extras_of(int frame) {
+    FrameExtras extras;
+    extras.fields[FrameField::contact_forces] = frame_of(9, frame, 7);
+    extras.fields[FrameField::first_piola_stress] = frame_of(8, frame, 3 * 5);
+    for (int i = 0; i < frame; ++i) extras.contact_edges.push_back({i, 0, i + frame});
+    if (frame > 2) extras.contact_edges.push_back({11, obstacle_partner(1), -1});
+    return extras;
+}
+
+FrameContents contents_of_extras() {
+    FrameContents contents{.tets = 5, .contact_edges = ContactDistances{0.5, 0.25}};
+    contents.fields[FrameField::contact_forces] = true;
+    contents.fields[FrameField::first_piola_stress] = true;
+    return contents;
+}
+
+TEST_F(RecordingFile, RoundTripsExtrasOfTrajectoriesThatHaveThem) {
+    const auto path = folder / "extras.h5";
     {
         RecordingWriter file(path);
-        const int with = file.begin_trajectory(info_of(0), 7, true),
+        const int with = file.begin_trajectory(info_of(0), 7, contents_of_extras()),
                   without = file.begin_trajectory(info_of(1), 7);
         for (int frame = 0; frame < 5; ++frame) {
-            file.add_frame(with, frame, frame_of(0, frame, 7), frame_of(9, frame, 7));
+            file.add_frame(with, frame, frame_of(0, frame, 7), extras_of(frame));
             file.add_frame(without, frame, frame_of(1, frame, 7));
         }
-        EXPECT_EQ(error_of([&] { file.add_frame(with, 9, frame_of(0, 9, 7)); }),
-                  (folder / "forces.h5").string() +
-                      ": a frame of trajectory 0 has contact forces on 0 nodes; allowed: 7");
         file.finish();
     }
     const RecordingReader file(path);
-    ASSERT_TRUE(file.has_contact_forces(0));
-    EXPECT_FALSE(file.has_contact_forces(1));
+    EXPECT_EQ(file.contents(0).tets, 5);
+    EXPECT_EQ(file.contents(0).contact_edges, (ContactDistances{0.5, 0.25}));
+    EXPECT_FALSE(file.has(0, FrameField::deformation_gradients));
+    for (const FrameFieldName& field : frame_fields) EXPECT_FALSE(file.has(1, field.field)) << field.name;
+    EXPECT_FALSE(file.contents(1).contact_edges);
     Vertices x;
-    file.read_contact_forces(0, 3, 2, x);
+    file.read_field(0, FrameField::contact_forces, 3, 2, x);
     EXPECT_EQ(x.topRows(7), frame_of(9, 3, 7));
     EXPECT_EQ(x.bottomRows(7), frame_of(9, 4, 7));
+    file.read_field(0, FrameField::first_piola_stress, 1, 1, x);
+    EXPECT_EQ(x, frame_of(8, 1, 15));
     file.read(0, 3, 1, x);
     EXPECT_EQ(x, frame_of(0, 3, 7));
-    EXPECT_EQ(error_of([&] { file.read_contact_forces(1, 0, 1, x); }),
-              path.string() + ": trajectory 1 has no contact forces");
+    const auto all = file.read_extras(0, 0, 5);
+    ASSERT_EQ(all.size(), 5u);
+    EXPECT_EQ(all[4].contact_edges.size(), 5u);
+    for (int frame = 0; frame < 5; ++frame)
+        EXPECT_EQ(all[static_cast<std::size_t>(frame)].contact_edges, extras_of(frame).contact_edges);
+    EXPECT_EQ(file.read_contact_edges(0, 2, 1).front(), extras_of(2).contact_edges);
+    EXPECT_EQ(error_of([&] { file.read_field(1, FrameField::contact_forces, 0, 1, x); }),
+              path.string() + ": trajectory 1 has no contact_forces");
+    EXPECT_EQ(error_of([&] { file.read_contact_edges(1, 0, 1); }),
+              path.string() + ": trajectory 1 has no contact edges");
+}
+
+TEST_F(RecordingFile, RefusesExtrasThatAreNotAsAnnounced) {
+    const auto path = folder / "extras.h5";
+    RecordingWriter file(path);
+    const int with = file.begin_trajectory(info_of(0), 7, contents_of_extras()),
+              without = file.begin_trajectory(info_of(1), 7);
+    const auto error = [&](int handle, auto change) {
+        FrameExtras extras;
+        if (handle == with) extras = extras_of(3);
+        change(extras);
+        return error_of([&] { file.add_frame(handle, 1, frame_of(0, 1, 7), extras); });
+    };
+    const std::string start = path.string() + ": a frame of trajectory 0 has ";
+    EXPECT_EQ(error(with, [](auto& e) { e.fields[FrameField::contact_forces] = Vertices(); }),
+              start + "0 rows of contact_forces; allowed: 7");
+    EXPECT_EQ(error(with, [](auto& e) { e.fields[FrameField::deformation_gradients] = Vertices(15, 3); }),
+              start + "15 rows of deformation_gradients; allowed: 0");
+    EXPECT_EQ(error(with, [](auto& e) { e.fields[FrameField::first_piola_stress](3, 1) = NAN; }),
+              path.string() +
+                  ": a number of first_piola_stress at 1 s of trajectory 0 is not finite; allowed: finite "
+                  "numbers");
+    EXPECT_EQ(error(with, [](auto& e) { std::swap(e.contact_edges[0], e.contact_edges[1]); }),
+              start + "the contact edge (0, 0, 3); allowed: ascending edges, each once");
+    EXPECT_EQ(error(with, [](auto& e) { e.contact_edges[0].face = -1; }),
+              start + "the contact edge (-1, 0, 3); allowed: faces from 0 on");
+    EXPECT_EQ(error(with, [](auto& e) { e.contact_edges[0].other = 0; }),
+              start + "the contact edge (0, 0, 0); allowed: the lower face of the body itself first");
+    EXPECT_EQ(error(with, [](auto& e) { e.contact_edges.back().other = 2; }),
+              start + "the contact edge (11, -3, 2); allowed: face -1 of an obstacle");
+    EXPECT_EQ(error(without,
+                    [](auto& e) {
+                        e.contact_edges.push_back({0, 1, 2});
+                    }),
+              path.string() + ": a frame of trajectory 1 has contact edges; allowed: none");
+    FrameContents none;
+    none.fields[FrameField::first_piola_stress] = true;
+    EXPECT_EQ(error_of([&] { file.begin_trajectory(info_of(2), 7, none); }),
+              path.string() + ": trajectory 2 has first_piola_stress of 0 tetrahedra; allowed: at least 1");
 }
 
 TEST_F(RecordingFile, RoundTripsEveryFrameBitForBit) {

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace nbd {
+
+/// Checks a body, recording, dataset, tree or flat tree as deeply as the file itself allows: everything is
+/// read, and what its parts say of each other must hold. body: file of the body that it must belong to;
+/// empty: not compared with a body. Returns one line that says what was checked. Throws std::runtime_error,
+/// one line with the path, what is wrong and what was allowed.
+std::string check_file(const std::filesystem::path& path, const std::filesystem::path& body = {});
+
+/// Whether the file begins like a flat tree; reads only its beginning.
+bool begins_as_flat_tree(const std::filesystem::path& path);
+
+}  // namespace nbd

@@ -1,0 +1,227 @@
+"""The specification of the files, apps/docs/formats.md, against real files: each item of a file must be in it with
+its type and shape, and each item in it must be in a file."""
+
+import json
+import pathlib
+import re
+import subprocess
+
+import numpy as np
+import pytest
+
+h5py = pytest.importorskip("h5py")
+
+import nbdtree as nbd
+
+PAGE = pathlib.Path(__file__).resolve().parents[2] / "apps" / "docs" / "formats.md"
+
+# Letters of shapes that belong to the group of their dataset, not to the file.
+OF_GROUP = {"frames", "nodes", "tets", "edges", "train", "held_out", "bounds"}
+
+
+def tables(heading):
+    """The rows of the tables under a heading, as lists of cells."""
+    rows, here = [], None
+    for line in PAGE.read_text().splitlines():
+        if line.startswith("#"):
+            here = line.lstrip("# ")
+        elif here == heading and re.match(r"\| (`|\w)", line) and not line.startswith(("| item ", "| file ")):
+            rows.append([cell.strip() for cell in line.split("|")[1:-1]])
+    return rows
+
+
+class Item:
+    def __init__(self, cells):
+        name, self.presence, self.type, self.shape = (cell.strip("`") for cell in cells[:4])
+        self.name = name
+        # A group of one capital letter stands for any.
+        self.pattern = re.compile(re.sub(r"/[A-Z](?=[/@])", "/[^/@]+", re.escape(name).replace("\\/", "/")))
+
+    def dims(self):
+        return [d.strip() for d in self.shape.strip("[]").split(",")] if self.shape else []
+
+
+def items(*headings):
+    return [Item(cells) for heading in headings for cells in tables(heading)]
+
+
+def specified(kind):
+    rules = items("Rules")
+    if kind == "dataset":
+        return rules + [i for i in items("Recording") if i.name.startswith("trajectories/")] + items("Dataset")
+    return rules + items(kind.capitalize())
+
+
+def type_name(dtype):
+    return "text" if dtype.kind in "SO" else dtype.name
+
+
+def contents(path):
+    """All attributes and datasets of a file: name -> (type, shape); and its groups. Follows soft links."""
+    found, groups = {}, []
+
+    def walk(group, prefix):
+        for name, value in group.attrs.items():
+            found[f"{prefix.rstrip('/')}@{name}"] = type_name(group.attrs.get_id(name).dtype), ()
+        for name, child in group.items():
+            if isinstance(child, h5py.Group):
+                groups.append(prefix + name)
+                walk(child, prefix + name + "/")
+            else:
+                kind = type_name(child.dtype)
+                assert kind != "text" or child.shape == (1,)
+                found[prefix + name] = kind, () if kind == "text" else child.shape
+                for attribute in child.attrs:
+                    found[f"{prefix}{name}@{attribute}"] = type_name(child.attrs.get_id(attribute).dtype), ()
+
+    with h5py.File(path) as file:
+        walk(file, "")
+    return found, groups
+
+
+def bind(found, matched):
+    """The numbers that letters stand for; each must stand for one."""
+    letters = {}
+    for name, item in matched.items():
+        shape = found[name][1]
+        assert len(shape) == len(item.dims()), f"{name}: {shape} is not {item.shape}"
+        for size, dim in zip(shape, item.dims()):
+            scope = name.rpartition("/")[0] if dim in OF_GROUP else ""
+            if re.fullmatch(r"[A-Za-z_]+", dim):
+                assert letters.setdefault((scope, dim), size) == size, f"{name}: {dim} is {size} and another number"
+    return letters
+
+
+def value(dim, scope, letters):
+    """The number of a dimension such as 3 N or frames + 1."""
+    def letter(name):
+        return letters[(scope if name in OF_GROUP else "", name)]
+
+    if dim.isdigit():
+        return int(dim)
+    if product := re.fullmatch(r"(\d+) (\w+)", dim):
+        return int(product[1]) * letter(product[2])
+    if total := re.fullmatch(r"(\w+) \+ (\d+)", dim):
+        return letter(total[1]) + int(total[2])
+    return letter(dim)
+
+
+def check(path, kind):
+    """Holds a file against the specification; returns the names of the items that it has."""
+    spec = specified(kind)
+    found, groups = contents(path)
+    matched = {}
+    for name, (type_, _) in found.items():
+        fits = [item for item in spec if item.pattern.fullmatch(name)]
+        assert len(fits) == 1, f"{path}: {name} is in the file, and in the specification {len(fits)} times"
+        assert fits[0].type == type_, f"{name}: is {type_}, not {fits[0].type}"
+        matched[name] = fits[0]
+    letters = bind(found, matched)
+    for name, item in matched.items():
+        for size, dim in zip(found[name][1], item.dims()):
+            assert dim == "?" or value(dim, name.rpartition("/")[0], letters) == size, f"{name}: {item.shape}"
+    for item in spec:
+        if item.presence != "always":
+            continue
+        parents = {""}
+        if item.name.startswith("trajectories/N"):
+            parents = {group + re.match(r"[/@]", item.name[len("trajectories/N"):])[0]
+                       for group in groups if re.fullmatch(r"trajectories/[^/]+", group)}
+            assert parents, f"{path}: no trajectory"
+            for parent in parents:
+                assert parent + item.name[len("trajectories/N") + 1:] in found, f"{path}: lacks {item.name}"
+        else:
+            assert item.name in found, f"{path}: lacks {item.name}"
+    return {item.name for item in matched.values()}
+
+
+@pytest.fixture(scope="module")
+def files(program, assets, tmp_path_factory):
+    """Files of every kind, with as much in them as can be."""
+    folder = tmp_path_factory.mktemp("formats")
+
+    def run(*arguments):
+        subprocess.run([program, *map(str, arguments), "-q"], cwd=folder, check=True)
+
+    run("mesh", assets / "beam.obj", "-o", "beam.h5")
+    run("mesh", assets / "block.mesh", "-o", "block.h5", "--region", "group 2:young=3e5")
+    run("modes", "beam.h5", "-m", 16)
+    run("mesh", assets / "beam.obj", "-o", "plain.h5")
+    extras = ["--contact-forces", "--stress", "--deformation-gradients", "--contact-edges"]
+    run("dataset", "plain.h5", "-o", "less.h5", "--trajectories", 5, "--frames", 3)
+    run("dataset", "beam.h5", "-o", "more.h5", "--trajectories", 12, "--frames", 30, "--per-shard", 7,
+        "--hold-out", "kind=drop", *extras)
+    run("mesh", assets / "beam.obj", "-o", "finer.h5", "--subdivide", 1)
+    run("remap", "less.h5", "--from", "plain.h5", "--to", "finer.h5", "-o", "remapped.h5")
+    scene = {
+        "bodies": [{"surface": str(assets / "beam.obj"), "transform": {"translate": [0, 0, 0.02]}}],
+        "obstacles": [{"plane": {"normal": [0, 0, 1]}}],
+        "time": {"dt": 0.005, "frames": 3, "steps_per_frame": 1},
+    }
+    (folder / "scene.json").write_text(json.dumps(scene))
+    run("simulate", "scene.json", "-o", "scene.h5", *extras)
+    run("train", "beam.h5", "more.h5", "-o", "tree.h5", "--bounds", "nbd,learned_spheres,learned_affine", "--depth", 4,
+        "-m", 16, "-k", 32, "--epochs", 3)
+    run("train", "plain.h5", "less.h5", "-o", "small.h5", "--bounds", "learned_spheres", "--depth", 3,
+        "--calibration", 0)
+    run("export", "--flat", "tree.h5", "-o", "tree.nbd")
+    return folder
+
+
+FILES = {
+    "body": ["beam.h5", "plain.h5", "block.h5"],
+    "recording": ["scene.h5", "remapped.h5", "more.shards/000000-000006.h5", "less.shards/000000-000004.h5"],
+    "dataset": ["more.h5", "less.h5"],
+    "tree": ["tree.h5", "small.h5"],
+}
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_files_and_specification_hold_the_same_items(files, kind):
+    seen = set()
+    for name in FILES[kind]:
+        seen |= check(files / name, kind)
+    never = {item.name for item in specified(kind)} - seen
+    assert not never, f"in the specification, but in no file: {sorted(never)}"
+
+
+def test_formats_and_versions_are_those_of_the_table(files):
+    rows = {cells[0]: cells for cells in tables("File formats")}
+    for kind, names in FILES.items():
+        row = rows["recording, shard" if kind == "recording" else kind]
+        for name in names:
+            with h5py.File(files / name) as file:
+                assert (file.attrs["format"].decode(), int(file.attrs["format_version"])) == (row[1].strip("`"), int(row[2]))
+    flat = (files / "tree.nbd").read_bytes()
+    assert flat.startswith(rows["flat tree"][1].strip("`").encode() + b"\n")
+    assert int(np.frombuffer(flat[12:16], "<u4")[0]) == int(rows["flat tree"][2])
+
+
+def test_the_comparison_finds_what_differs(files, tmp_path):
+    """A file with one item more, one less, of another type or of another shape is not as specified."""
+    source = files / "scene.h5"
+
+    def refused(change, text):
+        copy = tmp_path / "copy.h5"
+        copy.write_bytes(source.read_bytes())
+        with h5py.File(copy, "r+") as file:
+            change(file["trajectories/000000"])
+        with pytest.raises(AssertionError) as error:
+            check(copy, "recording")
+        assert text in str(error.value)
+
+    def replace(group, name, values):
+        del group[name]
+        group[name] = values
+
+    refused(lambda t: t.create_dataset("extra", data=np.zeros(3)), "trajectories/000000/extra is in the file, and")
+    refused(lambda t: t.pop("times"), "lacks trajectories/N/times")
+    refused(lambda t: replace(t, "times", np.float32(t["times"][:])), "is float32, not float64")
+    refused(lambda t: replace(t, "times", t["times"][:2]), "frames is")
+    refused(lambda t: replace(t, "contact_edge_offsets", t["contact_edge_offsets"][:-1]), "[frames + 1]")
+
+
+def test_files_of_the_first_release_still_load(assets):
+    with pytest.warns(UserWarning, match="from release 0.1"):
+        tree = nbd.load_tree(assets / "release_0.1" / "tree.h5")
+    assert len(tree.X) > 0
