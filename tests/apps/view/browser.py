@@ -34,10 +34,10 @@ class Browser:
             "Emulation.setDeviceMetricsOverride", {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
 
     def open(self, page):
-        """Opens a page and waits until it shows its first frame. Forgets the log of earlier pages."""
+        """Opens a page, a file or an address, and waits until it shows its first frame. Forgets the log of earlier pages."""
         self.driver.get_log("browser")
         self.driver.get_log("performance")
-        self.driver.get(pathlib.Path(page).resolve().as_uri())
+        self.driver.get(page if str(page).startswith("http:") else pathlib.Path(page).resolve().as_uri())
         self.driver.execute_async_script("const done = arguments[0]; nbdtree.ready.then(() => done(), () => done());")
 
     def run(self, script, *arguments):
