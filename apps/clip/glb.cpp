@@ -21,6 +21,9 @@ using Json = nlohmann::ordered_json;
 // Numbers of the specification.
 constexpr int unsigned_int = 5125, single_float = 5126, array_buffer = 34962, element_array_buffer = 34963;
 
+/// More bytes than the description of one frame of a body takes.
+constexpr std::int64_t json_of_shape = 1024;
+
 /// A frame of a body as glTF stores it: positions and normals, of morph targets less those of the first.
 struct Shape {
     Vertices x, n;
@@ -198,6 +201,19 @@ void begin_chunk(std::ostream& out, std::int64_t length, std::uint32_t type) {
     write_number<std::endian::little>(out, type);
 }
 
+/// Refuses a clip whose file would be longer than its header can say.
+void check_size(const Clip& clip) {
+    const std::int64_t frames = clip.frames();
+    std::int64_t length = 4 * frames * frames;
+    for (const ClipBody& body : clip.bodies)
+        length += 12 * body.F.rows() + frames * (24 * std::int64_t{body.vertex_count} + json_of_shape);
+    if (length > std::numeric_limits<std::uint32_t>::max())
+        throw std::invalid_argument(
+            fmt::format("{}: would take {:.1f} GB as glTF, which holds 4.3 at most; --frames picks fewer of "
+                        "the {} frames",
+                        clip.title, 1e-9 * static_cast<double>(length), frames));
+}
+
 }  // namespace
 
 void write_glb(std::ostream& out, const Clip& clip) {
@@ -206,16 +222,12 @@ void write_glb(std::ostream& out, const Clip& clip) {
             fmt::format("{}: {} frames are too many for glTF, where each is a morph target; allowed: at most "
                         "{}; --frames picks some, a point cache (--mdd, --pc2) holds all",
                         clip.title, clip.frames(), most_glb_frames));
+    check_size(clip);
     Accessors accessors;
     std::string json = gltf_json(clip, accessors).dump(-1, ' ', true, Json::error_handler_t::replace);
     json.append((4 - json.size() % 4) % 4, ' ');
     const std::int64_t json_length = static_cast<std::int64_t>(json.size());
     const std::int64_t length = 12 + 8 + json_length + 8 + accessors.length();
-    if (length > std::numeric_limits<std::uint32_t>::max())
-        throw std::invalid_argument(
-            fmt::format("{}: would take {:.1f} GB as glTF, which holds 4.3 at most; --frames picks fewer of "
-                        "the {} frames",
-                        clip.title, 1e-9 * static_cast<double>(length), clip.frames()));
     out.write("glTF", 4);
     write_number<std::endian::little>(out, std::uint32_t{2});  // version
     write_number<std::endian::little>(out, static_cast<std::uint32_t>(length));

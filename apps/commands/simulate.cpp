@@ -237,10 +237,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     if (arguments.audit > 0) audit.emplace(spec, bodies);
     std::optional<ContactComparison> comparison;
     if (arguments.compare) comparison.emplace(spec, bodies);
-    if (live) {
-        live->begin(spec, bodies, world, paths.recording.filename().string());
-        out.announcement(fmt::format("{} shows the run", live->url()));
-    }
+    if (live) live->begin(spec, bodies, world, paths.recording.filename().string());
     bodies.clear();  // the world has its own copies of what it needs
     files = {};
     SimulationOutputs outputs(paths, spec, world, hashes,
@@ -265,6 +262,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     } else {
         keep(0, {});
     }
+    if (live) out.announcement(fmt::format("{} shows the run", live->url()));
     std::string failure, trouble;  // the first trouble of this run
     if (arguments.strict && outputs.table().totals().troubled_steps > 0)
         failure = fmt::format("a step up to frame {} went wrong", frame.number);

@@ -134,6 +134,7 @@ std::string LiveFrames::answer(const std::string& run, std::size_t from) {
         const std::lock_guard lock(guard_);
         frames += (frames.empty() ? "" : ",") + entries_[next].text;
     }
+    if (state != RunState::running && frames.empty()) told_end_ = true;
     const nlohmann::json told = message;
     return fmt::format(R"({{"state":"{}","message":{},"frames":[{}]}})", name_of(state),
                        told.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace), frames);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <deque>
 #include <memory>
 #include <mutex>
@@ -36,13 +37,16 @@ class LiveFrames {
     /// message: why the run failed.
     void end(RunState state, std::string message);
 
-    /// The page, with the first frame; empty before there is one, else always the same.
+    /// The page, with the first frame, which must have been added.
     const std::string& page();
 
     /// What a page of the run is told that has the first `from` frames, as JSON: the state of the run and
     /// some of the next frames. A page has all frames of a run that has ended when it is told none. Empty if
     /// the page is of another run.
     std::string answer(const std::string& run, std::size_t from);
+
+    /// Whether a page was told that the run has ended, and has all frames.
+    bool told_end() const noexcept { return told_end_; }
 
  private:
     struct Entry {
@@ -66,6 +70,7 @@ class LiveFrames {
     std::deque<Entry> entries_;
     RunState state_ = RunState::running;
     std::string message_;
+    std::atomic<bool> told_end_ = false;
 };
 
 }  // namespace nbd

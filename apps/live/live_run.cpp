@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <thread>
+#include <utility>
 
 #include "apps/cli/interrupt.hpp"
 #include "apps/view/scene_view.hpp"
@@ -43,7 +44,6 @@ void LiveRun::begin(const SceneSpec& spec, std::span<const LoadedBody> bodies, c
     const double seconds = spec.time.dt * spec.time.frames * spec.time.steps_per_frame;
     frames_.emplace(std::move(sources), std::move(scene),
                     LivePage{run_name(), static_cast<int>(shown_.size()), seconds});
-    server_.serve(*frames_);
 }
 
 void LiveRun::add(const SimulationFrame& frame) {
@@ -52,12 +52,14 @@ void LiveRun::add(const SimulationFrame& frame) {
     for (const BodyState& state : frame.world.bodies) shown.nodes.push_back(state.x.cast<float>());
     for (const Nodes& forces : frame.contact_forces) shown.contact_forces.push_back(forces.cast<float>());
     frames_->add(std::move(shown));
+    if (!std::exchange(serves_, true)) server_.serve(*frames_);
 }
 
 void LiveRun::end(RunState state, const std::string& message) {
     frames_->end(state, message);
-    // An open page asks five times a second, one in the background once.
-    for (int i = 0; i < 200 && server_.idle_seconds() < 1.2; ++i) wait(50);
+    // An open page asks five times a second, one in the background or on a busy machine less often.
+    for (int i = 0; i < 200; ++i, wait(50))
+        if (server_.idle_seconds() > (frames_->told_end() ? 1.2 : 5)) return;
 }
 
 void LiveRun::keep_serving() const {

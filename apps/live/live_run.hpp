@@ -25,13 +25,14 @@ class LiveRun {
     /// Takes the port; 0: any that is free. Throws std::runtime_error if it cannot be had.
     explicit LiveRun(int port) : server_(port) {}
 
-    /// Begins to serve. title: of the page. world: of the scene, at its start; must outlive this object.
+    /// Prepares the page. title: of it. world: of the scene, at its start; must outlive this object.
     void begin(const SceneSpec& spec, std::span<const LoadedBody> bodies, const World& world,
                std::string title);
 
     std::string url() const { return server_.url(); }
 
-    /// Call it for each frame, in order; the page shows some of them.
+    /// Call it for each frame, in order; the page shows some of them. With the first one the server begins to
+    /// answer.
     void add(const SimulationFrame& frame);
 
     /// Says how the run has ended, and waits until pages that are open have got the rest, for ten seconds at
@@ -44,6 +45,7 @@ class LiveRun {
  private:
     std::vector<int> shown_;  // numbers of frames, ascending
     std::optional<LiveFrames> frames_;
+    bool serves_ = false;
     LiveServer server_;
 };
 

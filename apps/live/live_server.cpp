@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <charconv>
 #include <chrono>
+#include <csignal>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -128,10 +129,15 @@ void LiveServer::serve(LiveFrames& frames) {
                 refuse(response, 500, "failed");
             }
         });
+    // Its threads inherit that they take no signals: Ctrl-C would end accept(), and with it the server.
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
     impl_->thread = std::thread([this] {
         impl_->server.listen_after_bind();
         impl_->has_ended = true;
     });
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
     // stop() would not end a server that does not listen yet.
     while (!server.is_running() && !impl_->has_ended)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));

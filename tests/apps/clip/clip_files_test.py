@@ -218,7 +218,7 @@ class ClipTest(unittest.TestCase):
             (["run.h5", "--gltf", "absent/no.glb"], "absent"),
             (["run.h5", "--gltf", "run.h5"], "run.h5"),
             (["named.h5", "--mdd", "mine.mdd"], "mine.obj"),
-            (["run.h5", "--gltf", "no.glb", "--mdd", "no.mdd"], "form"),
+            (["run.h5", "--gltf", "no.glb", "--mdd", "no.mdd"], "Exactly 1 option from ["),
             (["run.h5", "--gltf", "no.glb", "--frames", 0], "--frames"),
         ]:
             with self.subTest(arguments):

@@ -1,4 +1,4 @@
-"""A headless Chromium without network, and the pages of `nbdtree view` in it. For Python with selenium."""
+"""A headless Chromium that reaches this machine alone, and the pages of `nbdtree view` in it. For Python with selenium."""
 import json
 import pathlib
 
@@ -9,7 +9,7 @@ from selenium.webdriver.chrome.service import Service
 FLAGS = [
     "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--hide-scrollbars", "--no-first-run",
     "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",  # WebGL without a graphics card
-    "--host-resolver-rules=MAP * ~NOTFOUND", "--disable-background-networking", "--disable-component-update",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--disable-background-networking", "--disable-component-update",
 ]
 
 

@@ -37,7 +37,7 @@ class Run:
     """A run in the background; `port` is where it shows itself."""
 
     def __init__(self, folder, *arguments):
-        self.process = subprocess.Popen([NBDTREE, "simulate", *map(str, arguments)], cwd=folder, text=True,
+        self.process = subprocess.Popen([NBDTREE, "simulate", *map(str, arguments), "-q"], cwd=folder, text=True,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         line = self.process.stderr.readline()
         found = re.fullmatch(r"nbdtree: (http://127\.0\.0\.1:(\d+)/) shows the run\n", line)
@@ -176,11 +176,11 @@ class LiveTest(unittest.TestCase):
             status, error = run.end(interrupt=True)
             self.assertEqual(status, 1)
             reason = re.match("Failed: (.+) ·", text)[1]
-            self.assertIn(f"nbdtree: the run failed: {reason}; {run.url} shows it until Ctrl-C\n", error)
+            self.assertIn(f"nbdtree: the run has failed: {reason}; {run.url} shows it until Ctrl-C\n", error)
             self.assertIn(f"s: {reason}\n", error)
 
     def test_serves_after_the_end_only_if_asked(self):
-        with Run(self.folder, RINGS, "-o", "kept.h5", "--frames", 2, "--live", "--keep-live", "-q") as run:
+        with Run(self.folder, RINGS, "-o", "kept.h5", "--frames", 2, "--live", "--keep-live") as run:
             self.assertEqual(run.process.stderr.readline(), f"nbdtree: the run has ended; {run.url} shows it until Ctrl-C\n")
             self.open(run)
             self.wait_for("document.getElementById('live').className === 'done'")
@@ -188,7 +188,7 @@ class LiveTest(unittest.TestCase):
             with h5py.File(self.folder / "kept.h5") as file:  # it is whole while the page is served
                 self.assertEqual(len(file["trajectories/000000/times"]), 3)
             self.assertEqual(run.end(interrupt=True), (0, ""))
-        with Run(self.folder, RINGS, "-o", "short.h5", "--frames", 2, "--live", "-q") as run:
+        with Run(self.folder, RINGS, "-o", "short.h5", "--frames", 2, "--live") as run:
             self.assertEqual(run.end(), (0, ""))
 
     def test_a_page_whose_run_is_killed_says_so(self):

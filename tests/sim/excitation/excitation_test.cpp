@@ -15,6 +15,8 @@
 namespace nbd {
 namespace {
 
+using test::error_of;
+
 Body bar() { return test::box_body({1, 0.3, 0.25}, {6, 2, 2}); }
 
 ExcitationConfig short_run() { return {.frames = 12, .seed = 7}; }
@@ -59,7 +61,7 @@ TEST(Recipe, AlternatesKindsAndDrawsNumbersFromTheIndex) {
 
 TEST(RecipeObstacles, AreReadFromTheTextThatATrajectoryKeeps) {
     ExcitationConfig config = short_run();
-    config.ranges.mix[static_cast<std::size_t>(RecipeKind::squash)].weight = 1;
+    config.ranges.kinds[static_cast<std::size_t>(RecipeKind::squash)].weight = 1;
     const RecipeBook recipes(std::make_shared<const Body>(bar()), config);
     int floors = 0, plates = 0;
     for (int i = 0; i < 12; ++i) {
