@@ -58,8 +58,8 @@ void LiveRun::add(const SimulationFrame& frame) {
 void LiveRun::end(RunState state, const std::string& message) {
     frames_->end(state, message);
     // An open page asks five times a second, one in the background or on a busy machine less often.
-    for (int i = 0; i < 200; ++i, wait(50))
-        if (server_.idle_seconds() > (frames_->told_end() ? 1.2 : 5)) return;
+    for (int i = 0; i < 600; ++i, wait(50))
+        if (server_.idle_seconds() > (frames_->told_end() ? 1.2 : 6)) return;
 }
 
 void LiveRun::keep_serving() const {

@@ -35,8 +35,8 @@ class LiveRun {
     /// answer.
     void add(const SimulationFrame& frame);
 
-    /// Says how the run has ended, and waits until pages that are open have got the rest, for ten seconds at
-    /// most. message: why it failed.
+    /// Says how the run has ended, and waits until pages that are open have got the rest, for thirty seconds
+    /// at most. message: why it failed.
     void end(RunState state, const std::string& message);
 
     /// Serves until Ctrl-C.

@@ -46,11 +46,27 @@ struct LiveServer::Impl {
     std::thread thread;
     int port = 0;
     std::atomic<bool> has_ended = false;        // the thread
-    std::atomic<Clock::rep> last_question = 0;  // 0: none
+    std::atomic<int> answering = 0;             // questions whose answers are being made
+    std::atomic<Clock::rep> last_question = 0;  // or its answer; 0: none
+
+    void touch() { last_question = Clock::now().time_since_epoch().count(); }
+
+    /// Lives while an answer is made.
+    struct Answering {
+        explicit Answering(Impl& server) : of(server) { ++of.answering; }
+        ~Answering() {
+            of.touch();
+            --of.answering;
+        }
+        Answering(const Answering&) = delete;
+        Answering& operator=(const Answering&) = delete;
+        Impl& of;
+    };
 
     void answer(LiveFrames& frames, const httplib::Request& request, httplib::Response& response) {
         const auto from = frame_count(request.get_param_value("from"));
         if (!from) return refuse(response, 400, "from: allowed: the number of frames that the page has");
+        const Answering guard(*this);
         std::string text = frames.answer(request.get_param_value("run"), *from);
         if (text.empty()) return refuse(response, 410, "another run is shown here now");
         response.set_content(std::move(text), "application/json");
@@ -59,7 +75,7 @@ struct LiveServer::Impl {
     /// Refuses what is not a question to this server by its own name: a page of another site can make a
     /// browser send it elsewhere.
     httplib::Server::HandlerResponse screen(const httplib::Request& request, httplib::Response& response) {
-        last_question = Clock::now().time_since_epoch().count();
+        touch();
         const std::string host = request.get_header_value("Host");
         const bool is_ours =
             host == fmt::format("{}:{}", loopback, port) || host == fmt::format("localhost:{}", port);
@@ -147,6 +163,7 @@ std::string LiveServer::url() const { return fmt::format("http://{}:{}/", loopba
 
 double LiveServer::idle_seconds() const {
     const Clock::rep last = impl_->last_question;
+    if (impl_->answering > 0) return 0;
     if (last == 0) return std::numeric_limits<double>::infinity();
     return std::chrono::duration<double>(Clock::now() - Clock::time_point(Clock::duration(last))).count();
 }

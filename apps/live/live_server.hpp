@@ -22,7 +22,7 @@ class LiveServer {
 
     std::string url() const;  // "http://127.0.0.1:8000/"
 
-    /// Seconds since the last question; infinite before the first.
+    /// Seconds since the last question, or its answer; infinite before the first.
     double idle_seconds() const;
 
  private:

@@ -2,7 +2,7 @@
 "use strict";
 
 class Live {
-    /** run: its name, which every question holds. next: number of frames that the page has. take(frame): adds one;
+    /** run: its name, which every question holds. next: number of frames that the page has. take(frames): adds them;
      * told(state, message): hears of every answer. States: running, done, stopped, failed; lost without an answer. */
     constructor(run, next, take, told) {
         Object.assign(this, {run, next, take, told, state: "running", failures: 0});
@@ -28,10 +28,8 @@ class Live {
             } catch (error) {
                 if (++this.failures === 4) return this.tell("lost", "");
             }
-            for (const frame of answer.frames) {
-                await this.take(frame);
-                ++this.next;
-            }
+            if (answer.frames.length) await this.take(answer.frames);
+            this.next += answer.frames.length;
             if (answer.state) this.tell(answer.frames.length ? "running" : answer.state, answer.message);
             if (this.state !== "running") return;
             if (!answer.frames.length) await new Promise((done) => setTimeout(done, this.failures ? 500 : 200));

@@ -137,12 +137,13 @@ async function start() {
         light.fit(box);
         if (!view.isHeld) fit();
     };
-    const take = async (frame) => {
-        const follows = motion.isAtEnd && !motion.isPlaying;
-        await append(frame, facts, bodies, bounds, marks);
+    const take = async (frames) => {
+        const newest = facts.times.length - 1;
+        for (const frame of frames) await append(frame, facts, bodies, bounds, marks);
         fitAll();
         summarise();
-        if (follows && motion.frame === facts.times.length - 2) motion.seek(facts.times.length - 1);
+        // Whoever looked at the newest frame goes on doing so.
+        if (motion.frame === newest && !motion.isPlaying) motion.seek(Infinity);
         else tellCount();
     };
     const live = facts.live && new Live(facts.live.run, facts.times.length, take, (state, message) => {
