@@ -59,7 +59,7 @@ void LiveRun::end(RunState state, const std::string& message) {
     frames_->end(state, message);
     // An open page asks five times a second, one in the background or on a busy machine less often.
     for (int i = 0; i < 600; ++i, wait(50))
-        if (server_.idle_seconds() > (frames_->told_end() ? 1.2 : 6)) return;
+        if (server_.idle_seconds() > (frames_->told_end() ? 1.2 : 10)) return;
 }
 
 void LiveRun::keep_serving() const {

@@ -247,12 +247,15 @@ class PageTest(unittest.TestCase):
 
     def check_obstacles_of_a_recipe(self):
         """The page of a trajectory draws the floor and the plates that its recipe names, and moves the plates."""
-        self.make("dataset", "beam.h5", "-o", "pressed.h5", "--trajectories", 4, "--frames", 10, "--seed", 1, "-q",
-                  "--recipe", ASSETS / "recipes" / "self_contact.json")
+        weights = {kind: {"weight": int(kind in ("drop", "squash"))} for kind in
+                   ("drop", "forces", "grips", "thrown", "free", "fold", "squash", "curl")}
+        (self.folder / "pressed.json").write_text(json.dumps({"kinds": weights}))
+        self.make("dataset", "beam.h5", "-o", "pressed.h5", "--trajectories", 2, "--frames", 10, "--seed", 1, "-q",
+                  "--recipe", "pressed.json")
         with h5py.File(self.folder / "pressed.h5") as file:
             recipes = {int(name): json.loads(group["recipe"][0]) for name, group in file["trajectories"].items()}
             times = {int(name): group["times"][:] for name, group in file["trajectories"].items()}
-        self.assertIn("plates", [key for recipe in recipes.values() for key in recipe])
+        self.assertEqual({recipe["kind"] for recipe in recipes.values()}, {"drop", "squash"})
         for trajectory, recipe in recipes.items():
             self.make("view", f"pressed.h5:{trajectory}", "--body", "beam.h5", "-o", "pressed.html", "-q")
             self.browser.open(self.folder / "pressed.html")
