@@ -12,7 +12,6 @@
 #include "collision/flat/flat_tree.hpp"
 #include "meshing/formats/write_surface.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "meshing/h5/temporary_files.hpp"
 #include "meshing/surface/counted.hpp"
 #include "training/files/tree_file.hpp"
 #include "training/learn/torch_file.hpp"
@@ -82,10 +81,9 @@ fs::path body_path(const fs::path& asked, const Clip& clip, std::size_t body) {
                                              asked.extension().string());
 }
 
-/// A new file for writing, after files that killed runs left.
+/// Writes a file by what `write` puts into its stream.
 template <class Write>
 void write_file(const fs::path& path, const Write& write) {
-    h5::remove_abandoned(path);
     h5::AtomicFile file(path);
     write(file.out());
     file.commit();

@@ -56,6 +56,7 @@ function tellLive(facts, state, message) {
         lost: "The run does not answer any more",
     };
     const element = byId("live");
+    document.body.classList.add("is-live");
     element.hidden = false;
     element.className = state;
     if (byId("live-state").textContent !== words[state]) byId("live-state").textContent = words[state];

@@ -33,7 +33,7 @@ function describe(facts, bodies, cell, hasFloor) {
     byId("title").querySelector("h1").textContent = facts.title;
     byId("summary").textContent = [
         bodies.length === 1 ? "1 body" : `${bodies.length} bodies`, `${faces} faces`,
-        length === 1 ? "1 pose" : `${length}${of} frames`,
+        facts.live ? "" : length === 1 ? "1 pose" : `${length}${of} frames`,
         hasFloor ? `grid ${Number(cell.toPrecision(1))} m` : ""].filter(Boolean).join(" · ");
     byId("program").textContent = facts.program;
 }

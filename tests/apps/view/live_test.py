@@ -124,6 +124,11 @@ class LiveTest(unittest.TestCase):
         title = self.browser.driver.find_element("id", "live").text
         self.assertIn("Done", title)
         self.assertIn("151 of 151 frames", title)
+        self.browser.resize(360, 640)
+        self.addCleanup(lambda: self.browser.resize(1280, 800))
+        self.assertTrue(self.browser.run("""
+            const [live, legend] = ['live', 'legend'].map((id) => document.getElementById(id).getBoundingClientRect());
+            return live.height > 0 && legend.height > 0 && live.bottom <= legend.top && live.right <= innerWidth;"""))
         self.check_frames("seen.h5", (0, 1, 75, 150))
         # What it shows besides is what `view` shows.
         subprocess.run([NBDTREE, "view", "seen.h5", "-o", "seen.html", "-q"], cwd=self.folder, check=True)
