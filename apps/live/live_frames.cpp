@@ -9,7 +9,7 @@ namespace nbd {
 namespace {
 
 /// Frames and bytes of an answer, at most, but for its last frame.
-constexpr std::size_t most_frames = 8, most_bytes = 4 << 20;
+constexpr std::size_t most_frames = 32, most_bytes = 4 << 20;
 
 const char* name_of(RunState state) {
     switch (state) {

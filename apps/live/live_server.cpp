@@ -30,6 +30,15 @@ void refuse(httplib::Response& response, int status, const std::string& why) {
     response.set_content(why + "\n", plain);
 }
 
+/// Sends a text as it is. set_content() would compress it as far as Brotli can, for seconds.
+void send(httplib::Response& response, std::string text, const char* type) {
+    const auto kept = std::make_shared<const std::string>(std::move(text));
+    response.set_content_provider(kept->size(), type,
+                                  [kept](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+                                      return sink.write(kept->data() + offset, length);
+                                  });
+}
+
 /// The number of frames that a question names; empty if it names none.
 std::optional<std::size_t> frame_count(const std::string& text) {
     std::size_t count = 0;
@@ -69,7 +78,7 @@ struct LiveServer::Impl {
         const Answering guard(*this);
         std::string text = frames.answer(request.get_param_value("run"), *from);
         if (text.empty()) return refuse(response, 410, "another run is shown here now");
-        response.set_content(std::move(text), "application/json");
+        send(response, std::move(text), "application/json");
     }
 
     /// Refuses what is not a question to this server by its own name: a page of another site can make a
@@ -128,7 +137,7 @@ void LiveServer::serve(LiveFrames& frames) {
     server.set_pre_routing_handler(
         [this](const auto& request, auto& response) { return impl_->screen(request, response); });
     server.Get("/", [&frames](const httplib::Request&, httplib::Response& response) {
-        response.set_content(frames.page(), "text/html; charset=utf-8");
+        send(response, frames.page(), "text/html; charset=utf-8");
     });
     server.Get("/frames", [this, &frames](const httplib::Request& request, httplib::Response& response) {
         impl_->answer(frames, request, response);

@@ -1,6 +1,12 @@
 // A run that goes on: asks the address of the page for its frames until it has ended.
 "use strict";
 
+const pause = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+
+/** Waits until the browser has drawn, or a second where it does not draw. */
+const nextPicture = () => Promise.race([
+    new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))), pause(1000)]);
+
 class Live {
     /** run: its name, which every question holds. next: number of frames that the page has. take(frames): adds them;
      * told(state, message): hears of every answer. States: running, done, stopped, failed; lost without an answer. */
@@ -19,20 +25,27 @@ class Live {
         this.told(state, message);
     }
 
+    /** Asks again and again. Between two questions it rests three times as long as it took to add and draw the frames, so
+     * that a browser that draws on the processor leaves most of it to the run. */
     async follow() {
         for (;;) {
-            let answer = {frames: []};
+            let answer = {frames: []}, spent = 0;
             try {
                 answer = await this.ask();
                 this.failures = 0;
             } catch (error) {
                 if (++this.failures === 4) return this.tell("lost", "");
             }
-            if (answer.frames.length) await this.take(answer.frames);
+            if (answer.frames.length) {
+                const begun = performance.now();
+                await this.take(answer.frames);
+                await nextPicture();
+                spent = performance.now() - begun;
+            }
             this.next += answer.frames.length;
             if (answer.state) this.tell(answer.frames.length ? "running" : answer.state, answer.message);
             if (this.state !== "running") return;
-            if (!answer.frames.length) await new Promise((done) => setTimeout(done, this.failures ? 500 : 200));
+            if (answer.state === "running" || this.failures) await pause(Math.min(Math.max(200, 3 * spent), 5000));
         }
     }
 }
