@@ -21,6 +21,7 @@ PACKAGES = {
     "Eigen": "Eigen3::Eigen",
     "assimp": "assimp::assimp",
     "fmt": "fmt::fmt",
+    "httplib": "PkgConfig::HTTPLIB",
     "nlohmann": "nlohmann_json::nlohmann_json",
     "tbb": "TBB::tbb",
 }

@@ -50,6 +50,22 @@ inline CLI::Validator seed_check() {
         ">= 0");
 }
 
+/// A port of this machine; 0 or nothing: any. The option takes the word behind it, so the message says what
+/// to do if that was meant for another argument.
+inline CLI::Validator port_number() {
+    return CLI::Validator(
+        [](std::string& text) {
+            int port = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+            if (text.empty() ||
+                (error == std::errc() && end == text.data() + text.size() && port >= 0 && port <= 65535))
+                return std::string();
+            return fmt::format(
+                "is '{}'; allowed: a port from 0 to 65535, or nothing as the last word of the command", text);
+        },
+        "");
+}
+
 /// low <= number <= high; unlike CLI::Range it refuses nan.
 inline CLI::Validator between(double low, double high) {
     return number_check(fmt::format(">= {} and <= {}", low, high),

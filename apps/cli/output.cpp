@@ -18,6 +18,11 @@ void Output::warning(std::string_view line) const {
     fmt::print(stderr, "{}: warning: {}\n", program, line);
 }
 
+void Output::announcement(std::string_view line) const {
+    end_progress();
+    fmt::print(stderr, "{}: {}\n", program, line);
+}
+
 void Output::result(const nlohmann::ordered_json& value) const {
     if (json) fmt::print("{}\n", value.dump(2));
 }

@@ -24,6 +24,9 @@ class Output {
     /// Prints a warning to stderr, even with --quiet.
     void warning(std::string_view line) const;
 
+    /// Prints what a person needs while the command works to stderr, even with --quiet.
+    void announcement(std::string_view line) const;
+
     /// Prints the machine-readable result; only with --json.
     void result(const nlohmann::ordered_json& value) const;
 

@@ -7,7 +7,7 @@
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/commands/pose_argument.hpp"
+#include "apps/source/pose_argument.hpp"
 #include "apps/view/page.hpp"
 #include "collision/query/pair_query.hpp"
 #include "meshing/h5/atomic_file.hpp"

@@ -48,13 +48,16 @@ std::map<std::string, std::string> command_examples() {
          "  nbdtree transfer tree.h5 fine_beam.h5 -o fine_tree.h5 --quiet"},
         {"export",
          "  nbdtree export --flat tree.h5 -o tree.nbd         # for programs that embed the library\n"
-         "  nbdtree export tree.h5 --torch networks.h5"},
+         "  nbdtree export tree.h5 --torch networks.h5\n"
+         "  nbdtree export run.h5 --gltf clip.glb --frames 60 # a short clip, as morph targets\n"
+         "  nbdtree export run.h5 --mdd clip.mdd              # a point cache, and clip.obj that it moves"},
         {"coverage",
          "  nbdtree coverage tree.h5 poses.h5 --contacts 20\n"
          "  nbdtree coverage tree.h5 poses.h5 --bounds learned_affine --csv coverage.csv"},
         {"simulate",
          "  nbdtree simulate scene.json -o run.h5 --csv steps.csv --picture run.png\n"
-         "  nbdtree simulate scene.json -o run.h5 --resume    # goes on after Ctrl-C"},
+         "  nbdtree simulate scene.json -o run.h5 --resume    # goes on after Ctrl-C\n"
+         "  nbdtree simulate scene.json -o run.h5 --live      # watch it in a browser meanwhile"},
         {"race",
          "  nbdtree race scene.json\n"
          "  nbdtree race scene.json --frames 20 --csv race.csv"},

@@ -10,6 +10,7 @@
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
+#include "apps/live/live_run.hpp"
 #include "apps/simulate/audit.hpp"
 #include "apps/simulate/contact_comparison.hpp"
 #include "apps/simulate/journal.hpp"
@@ -30,6 +31,8 @@ struct SimulateArguments {
     std::optional<int> frames;
     std::optional<int> per_group;
     int audit = 0;
+    std::optional<int> live;  // port; 0: any
+    bool keep_live = false;
     bool resume = false, compare = false, strict = false;
     ExtrasRequest extras;
 };
@@ -94,13 +97,24 @@ Journal::Facts facts_of(const SimulateArguments& arguments, const SceneSpec& spe
 }
 
 /// Passes the frames of an earlier run to the outputs; returns the last one, if any.
-std::optional<SimulationFrame> replay(Journal& journal, SimulationOutputs& outputs) {
+std::optional<SimulationFrame> replay(Journal& journal, SimulationOutputs& outputs,
+                                      std::optional<LiveRun>& live) {
     std::optional<SimulationFrame> last;
     while (const auto record = journal.next()) {
         last = frame_from(*record);
         outputs.add_frame(*last);
+        if (live) live->add(*last);
     }
     return last;
+}
+
+/// Shows the end of a run that had frames for pages, and goes on serving if that was asked for.
+void end_live(LiveRun& live, bool stopped, const std::string& failure, bool keep, const Output& out) {
+    live.end(stopped ? RunState::stopped : failure.empty() ? RunState::done : RunState::failed, failure);
+    if (!keep || stopped) return;
+    out.announcement(fmt::format("the run has {}; {} shows it until Ctrl-C",
+                                 failure.empty() ? "ended" : "failed: " + failure, live.url()));
+    live.keep_serving();
 }
 
 /// Where the time of a step went, in ms and as a share of the step. output_us: mean per frame, microseconds.
@@ -201,6 +215,8 @@ void run(const SimulateArguments& arguments, Output& out) {
         out.result({{"finished", true}});
         return;
     }
+    std::optional<LiveRun> live;
+    if (arguments.live) live.emplace(*arguments.live);
     Journal journal(journal_path(paths), facts_of(arguments, spec), arguments.resume);
 
     SceneFiles files;
@@ -222,6 +238,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     if (arguments.audit > 0) audit.emplace(spec, bodies);
     std::optional<ContactComparison> comparison;
     if (arguments.compare) comparison.emplace(spec, bodies);
+    if (live) live->begin(spec, bodies, world, paths.recording.filename().string());
     bodies.clear();  // the world has its own copies of what it needs
     files = {};
     SimulationOutputs outputs(paths, spec, world, hashes,
@@ -235,16 +252,18 @@ void run(const SimulateArguments& arguments, Output& out) {
         frame = take_frame(number, world, std::move(steps));
         journal.append(to_bytes(frame));
         outputs.add_frame(frame);
+        if (live) live->add(frame);
         output_us += watch.microseconds();
         ++frames_made;
     };
-    if (auto last = replay(journal, outputs)) {
+    if (auto last = replay(journal, outputs, live)) {
         frame = std::move(*last);
         world.restore(frame.world);
         out.text(fmt::format("{}: continues after frame {}", paths.recording.string(), frame.number));
     } else {
         keep(0, {});
     }
+    if (live) out.announcement(fmt::format("{} shows the run", live->url()));
     std::string failure, trouble;  // the first trouble of this run
     if (arguments.strict && outputs.table().totals().troubled_steps > 0)
         failure = fmt::format("a step up to frame {} went wrong", frame.number);
@@ -290,6 +309,7 @@ void run(const SimulateArguments& arguments, Output& out) {
                              comparison->table(world.smallest_diagonal())));
     const bool stopped = failure.empty() && frame.number < spec.time.frames;
     if (!stopped) journal.remove();
+    if (live) end_live(*live, stopped, failure, arguments.keep_live, out);
     if (!failure.empty())
         throw std::runtime_error(
             fmt::format("{}: stopped at {:.4g} s: {}", arguments.scene, world.time(), failure));
@@ -330,6 +350,21 @@ void add_simulate(CLI::App& app, Output& out) {
     command->add_option("--vtu", output.vtu, "Folder for frames that ParaView opens (scene.pvd)");
     command->add_option("--obj", output.obj, "Folder for the bodies' surfaces, one file per frame and body");
     command->add_option("--picture", output.picture, "PNG file with six frames");
+    CLI::Option* live = command
+                            ->add_option_function<std::string>(
+                                "--live",
+                                [arguments](const std::string& text) {
+                                    arguments->live = text.empty() ? 0 : std::stoi(text);
+                                },
+                                "Serve a page that shows the run while it goes on, at this PORT of "
+                                "127.0.0.1, or at any that is free")
+                            ->expected(0, 1)
+                            ->type_name("[PORT]")
+                            ->check(port_number());
+    command
+        ->add_flag("--keep-live", arguments->keep_live,
+                   "Go on serving the page after the end of the run, until Ctrl-C")
+        ->needs(live);
     add_extras_options(*command, arguments->extras);
     command->add_flag(
         "--strict", arguments->strict,

@@ -2,21 +2,17 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
 #include "apps/drawing/ball_mesh.hpp"
+#include "apps/drawing/body_colours.hpp"
 #include "apps/drawing/picture.hpp"
 #include "sim/scene/scene_parts.hpp"
 
 namespace nbd {
 namespace {
 
-const std::array<Eigen::Vector3f, 6> colours{
-    Eigen::Vector3f{0.36f, 0.68f, 0.45f}, Eigen::Vector3f{0.35f, 0.56f, 0.86f},
-    Eigen::Vector3f{0.95f, 0.66f, 0.28f}, Eigen::Vector3f{0.66f, 0.48f, 0.80f},
-    Eigen::Vector3f{0.88f, 0.42f, 0.40f}, Eigen::Vector3f{0.35f, 0.72f, 0.74f}};
 const Eigen::Vector3f obstacle_colour{0.72f, 0.72f, 0.74f};
 
 PictureSurface as_surface(const TriMesh& mesh, const Eigen::Vector3d& shift, const Eigen::Vector3f& colour) {
@@ -82,8 +78,8 @@ void Film::write(const std::filesystem::path& path) const {
         std::vector<PictureSurface> surfaces;
         std::vector<PictureFloor> floors;
         for (std::size_t b = 0; b < still.surfaces.size(); ++b)
-            surfaces.push_back(
-                as_surface(still.surfaces[b], Eigen::Vector3d::Zero(), colours[b % colours.size()]));
+            surfaces.push_back(as_surface(still.surfaces[b], Eigen::Vector3d::Zero(),
+                                          body_colours[b % body_colours.size()]));
         for (const Obstacle& obstacle : obstacles) {
             const Eigen::Vector3d shift = displacement_at(obstacle, still.time);
             if (const auto* plane = std::get_if<PlaneShape>(&obstacle.shape))

@@ -17,13 +17,6 @@
 namespace nbd {
 namespace {
 
-/// Unique name that is safe in file names: "1_upper_ring" for body 1 with the name "upper ring".
-std::string file_name(std::size_t body, std::string name) {
-    std::ranges::replace_if(
-        name, [](unsigned char c) { return !std::isalnum(c) && c != '-' && c != '_'; }, '_');
-    return fmt::format("{}_{}", body, name.substr(0, 100));
-}
-
 /// Path of a file as seen from the folder of another one.
 std::string relative_to(const std::filesystem::path& from, const std::filesystem::path& file) {
     const std::filesystem::path folder = std::filesystem::absolute(from).parent_path();
@@ -55,6 +48,12 @@ ContactEdgeFinder contact_edge_finder(const World& world) {
 
 }  // namespace
 
+std::string body_file_name(std::size_t body, std::string name) {
+    std::ranges::replace_if(
+        name, [](unsigned char c) { return !std::isalnum(c) && c != '-' && c != '_'; }, '_');
+    return fmt::format("{}_{}", body, name.substr(0, 100));
+}
+
 SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& spec, const World& world,
                                      const std::vector<std::string>& body_hashes,
                                      const RecordingExtras& extras)
@@ -73,7 +72,7 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
         if (contact_edges_) contents.contact_edges = contact_edges_->distances(i);
         handles_.push_back(recording_.begin_trajectory(info, world.elastic(b).node_count(), contents));
         start_.push_back(world.state(b).x);
-        names_.push_back(file_name(i, spec.bodies[i].name));
+        names_.push_back(body_file_name(i, spec.bodies[i].name));
     }
     if (!paths.vtu.empty()) {
         h5::remove_abandoned(paths.vtu / "scene");

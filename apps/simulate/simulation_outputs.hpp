@@ -25,6 +25,9 @@ struct RecordingExtras {
 /// Name of the recording's label with the path of the scene file, relative to the recording's folder.
 inline constexpr const char* scene_file_label = "scene_file";
 
+/// Unique name that is safe in file names: "1_upper_ring" for body 1 with the name "upper ring".
+std::string body_file_name(std::size_t body, std::string name);
+
 /// Everything that a run writes except its journal. Made from frames alone, so that the same frames give the
 /// same files, whether they were just simulated or read from a journal.
 class SimulationOutputs {

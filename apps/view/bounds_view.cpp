@@ -6,10 +6,25 @@ namespace nbd {
 namespace {
 
 constexpr int deepest = 6;
+constexpr std::size_t most_boxes = 512;  // of a wide tree
+
+void add_box(const Box& box, std::vector<float>& values) {
+    for (const Eigen::Array4f& corner : {box.lo, box.hi})
+        values.insert(values.end(), corner.data(), corner.data() + 3);
+}
+
+/// Adds the numbers of nodes of levels of a wide tree, which are the same in all poses.
+void count_boxes(const std::vector<std::vector<Box>>& levels, std::vector<int>& first_node) {
+    if (first_node.size() > 1) return;
+    for (const std::vector<Box>& level : levels)
+        first_node.push_back(first_node.back() + static_cast<int>(level.size()));
+}
 
 }  // namespace
 
-ViewBounds bounds_of(const PosedTree& tree) {
+ViewBounds bounds_of(PosedBody& body) {
+    if (body.wide()) return {body.misses() ? "learned_affine" : "affine", true, {0}, {}};
+    const PosedTree& tree = body.drawn();
     const std::vector<SphereTree::Node>& nodes = tree.tree().spheres.nodes;
     ViewBounds bounds{std::string(name(tree.kind())), is_box(tree.kind()), {0}, {}};
     for (int node = 0; node < static_cast<int>(nodes.size()); ++node) {
@@ -21,18 +36,46 @@ ViewBounds bounds_of(const PosedTree& tree) {
     return bounds;
 }
 
-void add_bounds(PosedTree& tree, ViewBounds& bounds) {
+void add_bounds(PosedBody& body, ViewBounds& bounds) {
+    if (AffineBoxes* wide = body.wide()) {
+        const auto levels = box_levels(*wide, most_boxes);
+        count_boxes(levels, bounds.first_node);
+        for (const std::vector<Box>& level : levels)
+            for (const Box& box : level) add_box(box, bounds.values);
+        return;
+    }
+    PosedTree& tree = body.drawn();
     for (int node = 0; node < bounds.first_node.back(); ++node) {
         if (bounds.are_boxes) {
-            const Box box = *tree.box(node);
-            for (const Eigen::Array4f& corner : {box.lo, box.hi})
-                bounds.values.insert(bounds.values.end(), corner.data(), corner.data() + 3);
+            add_box(*tree.box(node), bounds.values);
         } else {
             const Sphere& sphere = tree.sphere(node);
             bounds.values.insert(bounds.values.end(), sphere.c.data(), sphere.c.data() + 3);
             bounds.values.push_back(sphere.r);
         }
     }
+}
+
+std::vector<std::vector<Box>> box_levels(AffineBoxes& boxes, std::size_t most) {
+    const WideTree& tree = boxes.tree();
+    std::size_t total = 1;
+    const auto fits = [&](int count) { return (total += static_cast<std::size_t>(count)) <= most; };
+    int leaf_count = 0;
+    for (const std::uint8_t leaves : tree.leaves_in) leaf_count += leaves;
+    std::vector<std::vector<Box>> levels{{boxes.whole()}};
+    if (!fits(tree.clusters())) return levels;
+    std::vector<Box>& clusters = levels.emplace_back();
+    for (int c = 0; c < tree.clusters(); ++c) clusters.push_back(boxes.cluster(c));
+    if (!fits(tree.blocks())) return levels;
+    std::vector<Box>& blocks = levels.emplace_back();
+    for (int c = 0; c < tree.clusters(); ++c)
+        for (int b = 0; b < tree.blocks_in(c); ++b) blocks.push_back(boxes.blocks(c).box(b));
+    if (!fits(leaf_count)) return levels;
+    std::vector<Box>& leaves = levels.emplace_back();
+    for (int b = 0; b < tree.blocks(); ++b)
+        for (int l = 0; l < tree.leaves_in[static_cast<std::size_t>(b)]; ++l)
+            leaves.push_back(boxes.leaves(b).box(l));
+    return levels;
 }
 
 }  // namespace nbd

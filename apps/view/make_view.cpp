@@ -1,16 +1,14 @@
 #include "apps/view/make_view.hpp"
 
 #include <algorithm>
-#include <deque>
 
 #include "apps/view/bounds_view.hpp"
-#include "apps/view/contact_finder.hpp"
 #include "apps/view/node_stress.hpp"
 
 namespace nbd {
 namespace {
 
-ViewObstacle shown(const Obstacle& obstacle, const std::vector<double>& times) {
+ViewObstacle shown(const Obstacle& obstacle) {
     ViewObstacle result;
     if (const auto* plane = std::get_if<PlaneShape>(&obstacle.shape))
         result.shape = ViewPlane{plane->point, plane->normal};
@@ -20,14 +18,7 @@ ViewObstacle shown(const Obstacle& obstacle, const std::vector<double>& times) {
         const TriMesh& mesh = std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh();
         result.shape = ViewMesh{mesh.X.cast<float>(), mesh.F};
     }
-    if (!obstacle.velocity.isZero(0))
-        for (const double time : times) result.shifts.push_back(displacement_at(obstacle, time));
     return result;
-}
-
-/// Appends the rows to a pose of several frames.
-void append(Vertices& frames, std::size_t frame, const Vertices& x) {
-    frames.middleRows(static_cast<Eigen::Index>(frame) * x.rows(), x.rows()) = x;
 }
 
 }  // namespace
@@ -41,12 +32,18 @@ std::vector<int> even_frames(int count, int most) {
     return frames;
 }
 
-void make_view(const ViewSources& sources, ViewScene& scene) {
-    std::deque<PosedBody> posed;
+ViewMaker::ViewMaker(ViewSources sources) : sources_(std::move(sources)) {
     std::vector<Vertices> rest;
-    for (const ViewSource& source : sources.bodies) {
-        PosedBody& body = posed.emplace_back(source.tree);
+    for (const ViewSource& source : sources_.bodies) {
+        posed_.emplace_back(source.tree);
         rest.push_back(source.rest);
+    }
+    contacts_.emplace(sources_.contact_distance, sources_.self_contact, sources_.obstacles, rest, posed_);
+}
+
+void ViewMaker::begin(ViewScene& scene) {
+    for (std::size_t b = 0; b < posed_.size(); ++b) {
+        const ViewSource& source = sources_.bodies[b];
         ViewBody view;
         view.name = source.name;
         view.F = source.tree.tree->faces;
@@ -54,32 +51,44 @@ void make_view(const ViewSources& sources, ViewScene& scene) {
         view.start = source.start;
         if (source.elastic) view.scalars.push_back({"von Mises stress", "Pa", {}});
         if (source.has_forces) view.scalars.push_back({"contact force", "N", {}});
-        view.bounds = bounds_of(body.drawn());
-        scene.is_audited = scene.is_audited || body.misses();
+        view.bounds = bounds_of(posed_[b]);
+        scene.is_audited = scene.is_audited || posed_[b].misses();
         scene.bodies.push_back(std::move(view));
     }
-    for (const Obstacle& obstacle : sources.obstacles)
-        scene.obstacles.push_back(shown(obstacle, scene.times));
-    scene.contact_distance = sources.contact_distance;
-    ContactFinder contacts(sources.contact_distance, sources.self_contact, sources.obstacles, rest, posed);
-    Vertices x;
+    for (const Obstacle& obstacle : sources_.obstacles) scene.obstacles.push_back(shown(obstacle));
+    scene.contact_distance = sources_.contact_distance;
+}
+
+void ViewMaker::add_frame(std::size_t frame, ViewScene& scene) {
+    const int number = scene.numbers[frame];
+    const double time = scene.times[frame];
+    for (std::size_t b = 0; b < posed_.size(); ++b) {
+        const ViewSource& source = sources_.bodies[b];
+        ViewBody& view = scene.bodies[b];
+        sources_.read_nodes(static_cast<int>(b), number, x_);
+        const Eigen::Index rows = x_.rows();
+        if (frame == 0) view.nodes.resize(static_cast<Eigen::Index>(scene.frames()) * rows, 3);
+        view.nodes.middleRows(static_cast<Eigen::Index>(frame) * rows, rows) = x_;
+        posed_[b].begin_pose(x_);
+        add_bounds(posed_[b], *view.bounds);
+        if (source.elastic) add_node_stress(*source.elastic, x_.cast<double>(), view.scalars[0].values);
+        if (!source.has_forces) continue;
+        sources_.read_forces(static_cast<int>(b), number, x_);
+        const Eigen::VectorXf sizes = x_.rowwise().norm();
+        std::vector<float>& forces = view.scalars.back().values;
+        forces.insert(forces.end(), sizes.begin(), sizes.end());
+    }
+    for (std::size_t i = 0; i < sources_.obstacles.size(); ++i)
+        if (const Obstacle& obstacle = sources_.obstacles[i]; !obstacle.velocity.isZero(0))
+            scene.obstacles[i].shifts.push_back(displacement_at(obstacle, time));
+    scene.pairs.push_back(contacts_->add_frame(posed_, time, scene.bodies));
+}
+
+void make_view(const ViewSources& sources, ViewScene& scene) {
+    ViewMaker maker(sources);
+    maker.begin(scene);
     for (std::size_t f = 0; f < scene.frames(); ++f) {
-        for (std::size_t b = 0; b < posed.size(); ++b) {
-            const ViewSource& source = sources.bodies[b];
-            ViewBody& view = scene.bodies[b];
-            sources.read_nodes(static_cast<int>(b), scene.numbers[f], x);
-            if (f == 0) view.nodes.resize(static_cast<Eigen::Index>(scene.frames()) * x.rows(), 3);
-            append(view.nodes, f, x);
-            posed[b].begin_pose(x);
-            add_bounds(posed[b].drawn(), *view.bounds);
-            if (source.elastic) add_node_stress(*source.elastic, x.cast<double>(), view.scalars[0].values);
-            if (!source.has_forces) continue;
-            sources.read_forces(static_cast<int>(b), scene.numbers[f], x);
-            const Eigen::VectorXf sizes = x.rowwise().norm();
-            std::vector<float>& forces = view.scalars.back().values;
-            forces.insert(forces.end(), sizes.begin(), sizes.end());
-        }
-        scene.pairs.push_back(contacts.add_frame(posed, scene.times[f], scene.bodies));
+        maker.add_frame(f, scene);
         if (sources.progress) sources.progress(static_cast<int>(f) + 1, static_cast<int>(scene.frames()));
     }
 }

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <deque>
+#include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/view/contact_finder.hpp"
 #include "apps/view/posed_body.hpp"
 #include "apps/view/view_scene.hpp"
 #include "sim/fem/elastic_body.hpp"
@@ -37,6 +41,33 @@ struct ViewSources {
 
 /// At most `most` of the frames 0 to count - 1, evenly spread, with the first and the last one. most: >= 1.
 std::vector<int> even_frames(int count, int most);
+
+/// What a recording holds for a page: a scene that has its times and numbers, and where the rest is from.
+struct ShownRecording {
+    ViewScene scene;
+    ViewSources sources;
+    std::vector<std::filesystem::path> inputs{};  // that its scene names
+};
+
+/// Makes what a page shows, frame by frame.
+class ViewMaker {
+ public:
+    /// Throws std::invalid_argument for bounds that a tree does not have.
+    explicit ViewMaker(ViewSources sources);
+
+    /// Adds the bodies and obstacles, without frames, to a scene.
+    void begin(ViewScene& scene);
+
+    /// Appends a frame to what begin() added: one of scene.times and scene.numbers, in order. Throws what
+    /// reading throws.
+    void add_frame(std::size_t frame, ViewScene& scene);
+
+ private:
+    ViewSources sources_;
+    std::deque<PosedBody> posed_;
+    std::optional<ContactFinder> contacts_;
+    Vertices x_;
+};
 
 /// Adds bodies, obstacles and contacts in all frames to a scene that has its times and numbers. Throws what
 /// reading throws, and std::invalid_argument for bounds that a tree does not have.

@@ -22,17 +22,19 @@ constexpr int scalar_steps = 4095;
 
 Json as_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// The data of a page: packed numbers in elements of their own, and what refers to them.
+/// The data of a page: packed numbers, in elements of their own or in the JSON, and what refers to them.
 class PageData {
  public:
+    explicit PageData(bool in_elements) : in_elements_(in_elements) {}
+
     Json add(Packed packed) {
-        Json entry{{"id", fmt::format("d{}", texts_.size())},
-                   {"type", packed.type},
-                   {"count", packed.count},
-                   {"row", packed.row},
-                   {"stride", packed.stride},
-                   {"time", packed.time},
-                   {"space", packed.space}};
+        Json entry{{"type", packed.type},     {"count", packed.count}, {"row", packed.row},
+                   {"stride", packed.stride}, {"time", packed.time},   {"space", packed.space}};
+        if (!in_elements_) {
+            entry["text"] = std::move(packed.text);
+            return entry;
+        }
+        entry["id"] = fmt::format("d{}", texts_.size());
         texts_.push_back(std::move(packed.text));
         return entry;
     }
@@ -60,6 +62,7 @@ class PageData {
     const std::vector<std::string>& texts() const noexcept { return texts_; }
 
  private:
+    bool in_elements_;
     std::vector<std::string> texts_;
 };
 
@@ -84,33 +87,40 @@ Json marks_json(const FaceMarks& marks, PageData& data) {
     return {{"counts", data.add(marks.counts)}, {"faces", data.add(marks.faces)}};
 }
 
-Json body_json(const ViewBody& body, std::size_t frames, PageData& data) {
-    const auto numbers = [](const Vertices& x) {
-        return std::span(x.data(), static_cast<std::size_t>(x.size()));
-    };
-    Json scalars = Json::array();
+/// What is the same in all frames.
+Json fixed_json(const ViewBody& body, std::size_t frames, PageData& data) {
+    return {{"name", body.name},
+            {"nodeCount", body.nodes.rows() / static_cast<Eigen::Index>(std::max<std::size_t>(frames, 1))},
+            {"faces", data.add_faces(body.F)},
+            {"embedding", embedding_json(body.W, data)},
+            {"start", body.start.rows() > 0 ? data.add_positions(body.start) : Json()}};
+}
+
+/// Adds what the frames hold.
+void add_frames(const ViewBody& body, std::size_t frames, PageData& data, Json& json) {
+    const std::span nodes(body.nodes.data(), static_cast<std::size_t>(body.nodes.size()));
+    json["nodes"] = data.add_quantised(nodes, frames, 3, 65535);
+    json["scalars"] = Json::array();
     for (const NodeScalar& scalar : body.scalars) {
         Json entry = data.add_quantised(scalar.values, frames, 1, scalar_steps);
         entry["name"] = scalar.name;
-        scalars.push_back(std::move(entry));
+        json["scalars"].push_back(std::move(entry));
     }
-    Json json{{"name", body.name},
-              {"nodeCount", body.nodes.rows() / static_cast<Eigen::Index>(std::max<std::size_t>(frames, 1))},
-              {"faces", data.add_faces(body.F)},
-              {"embedding", embedding_json(body.W, data)},
-              {"start", body.start.rows() > 0 ? data.add_positions(body.start) : Json()},
-              {"nodes", data.add_quantised(numbers(body.nodes), frames, 3, 65535)},
-              {"scalars", std::move(scalars)}};
     json["marks"] = {{"near", marks_json(body.near, data)},
                      {"intersecting", marks_json(body.intersecting, data)},
                      {"missed", marks_json(body.missed, data)}};
-    if (!body.bounds) return json;
+    if (!body.bounds) return;
     Json bounds = data.add_quantised(body.bounds->values, frames, body.bounds->are_boxes ? 6 : 4, 65535);
     bounds["kind"] = body.bounds->kind;
     bounds["boxes"] = body.bounds->are_boxes;
     bounds["firstNode"] = body.bounds->first_node;
     json["bounds"] = std::move(bounds);
-    return json;
+}
+
+Json shifts_json(const ViewObstacle& obstacle) {
+    Json shifts = Json::array();
+    for (const Eigen::Vector3d& shift : obstacle.shifts) shifts.push_back(as_json(shift));
+    return shifts;
 }
 
 Json obstacle_json(const ViewObstacle& obstacle, PageData& data) {
@@ -124,8 +134,7 @@ Json obstacle_json(const ViewObstacle& obstacle, PageData& data) {
         json = {
             {"shape", "mesh"}, {"positions", data.add_positions(mesh.X)}, {"faces", data.add_faces(mesh.F)}};
     }
-    json["shifts"] = Json::array();
-    for (const Eigen::Vector3d& shift : obstacle.shifts) json["shifts"].push_back(as_json(shift));
+    json["shifts"] = shifts_json(obstacle);
     return json;
 }
 
@@ -200,7 +209,10 @@ Json facts_json(const ViewScene& scene, PageData& data) {
               {"pairs", pairs_json(scene.pairs)},
               {"bodies", Json::array()},
               {"obstacles", Json::array()}};
-    for (const ViewBody& body : scene.bodies) json["bodies"].push_back(body_json(body, scene.frames(), data));
+    for (const ViewBody& body : scene.bodies) {
+        json["bodies"].push_back(fixed_json(body, scene.frames(), data));
+        add_frames(body, scene.frames(), data, json["bodies"].back());
+    }
     for (const ViewObstacle& obstacle : scene.obstacles)
         json["obstacles"].push_back(obstacle_json(obstacle, data));
     return json;
@@ -223,10 +235,13 @@ void write_until(std::ostream& out, std::string_view& text, std::string_view mar
 
 }  // namespace
 
-void write_page(std::ostream& out, const ViewScene& scene) {
-    PageData data;
-    const Json facts = facts_json(scene, data);
+void write_page(std::ostream& out, const ViewScene& scene, const std::optional<LivePage>& live) {
+    PageData data(true);
+    Json facts = facts_json(scene, data);
+    if (live) facts["live"] = {{"run", live->run}, {"frames", live->frames}, {"seconds", live->seconds}};
     std::string_view html = page_texts::page_html();
+    write_until(out, html, "{{connect}}");
+    if (live) out << "; connect-src 'self'";
     write_until(out, html, "{{style}}");
     out << "<style>\n" << page_texts::page_css() << "</style>\n";
     write_until(out, html, "{{data}}");
@@ -240,6 +255,19 @@ void write_page(std::ostream& out, const ViewScene& scene) {
     for (const auto& [name, text] : page_texts::scripts())
         out << "<script>\n// " << name << '\n' << text << "</script>\n";
     out << html;
+}
+
+std::string frames_text(const ViewScene& scene) {
+    PageData data(false);
+    Json json{{"times", scene.times},           {"numbers", scene.numbers},
+              {"scalars", scalars_json(scene)}, {"pairs", pairs_json(scene.pairs)},
+              {"bodies", Json::array()},        {"shifts", Json::array()}};
+    for (const ViewBody& body : scene.bodies) {
+        json["bodies"].emplace_back();
+        add_frames(body, scene.frames(), data, json["bodies"].back());
+    }
+    for (const ViewObstacle& obstacle : scene.obstacles) json["shifts"].push_back(shifts_json(obstacle));
+    return json.dump(-1, ' ', true);
 }
 
 }  // namespace nbd

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "collision/bounds/affine/affine_boxes.hpp"
 #include "collision/bounds/certified/solid_meter.hpp"
 #include "collision/geometry/embedding.hpp"
 #include "collision/geometry/tet_mesh.hpp"
@@ -33,9 +34,11 @@ class PosedBody {
     PosedTree& exact() noexcept { return exact_; }
     /// With its own bounds where these can miss, else with exact ones.
     PosedTree& searched() noexcept { return misses() ? *own_ : exact_; }
-    /// With the bounds that a page draws: its own where they have a sphere or a box at every node of the
-    /// sphere tree, else exact boxes.
-    PosedTree& drawn() noexcept { return own_ && own_->kind() != BoundKind::learned_affine ? *own_ : exact_; }
+    /// The boxes of the wide tree that `affine` bounds walk, `auto` ones where they are the same, and
+    /// `learned_affine` ones; null for others.
+    AffineBoxes* wide() noexcept { return wide_ ? &*wide_ : nullptr; }
+    /// With the bounds that a page draws of a body without wide().
+    PosedTree& drawn() noexcept { return own_ ? *own_ : exact_; }
     bool misses() const noexcept { return can_miss(body_.bounds); }
 
  private:
@@ -44,6 +47,9 @@ class PosedBody {
     PosedTree exact_;
     std::optional<PosedTree> own_;  // empty: the exact boxes
     std::optional<SolidMeter> meter_;
+    bool hangs_on_nodes_ = false;  // wide_ is posed by nodes_
+    Vertices nodes_;
+    std::optional<AffineBoxes> wide_;
 };
 
 }  // namespace nbd

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "apps/view/make_view.hpp"
 #include "sim/scene/scene_parts.hpp"
 
 namespace nbd {
@@ -37,21 +36,13 @@ int common_frames(const RecordingReader& recording) {
 
 }  // namespace
 
-ViewScene view_of_scene(const RecordingReader& recording, SceneSpec spec, std::span<const LoadedBody> bodies,
-                        int frames, const std::function<void(int, int)>& progress) {
-    check_bodies(recording, spec, bodies);
-    spec.resolve_start = false;
-    const World world = build_world(spec, bodies);
+Eigen::Vector3d up_of(const SceneSpec& spec) {
+    if (spec.gravity.norm() > 0) return -spec.gravity.normalized();
+    return Eigen::Vector3d::UnitZ();
+}
 
-    ViewScene scene;
-    scene.title = recording.path().filename().string();
-    scene.displacement_from = "the start";
-    if (spec.gravity.norm() > 0) scene.up = -spec.gravity.normalized();
-    scene.recorded_frames = common_frames(recording);
-    scene.numbers = even_frames(scene.recorded_frames, frames);
-    const std::vector<double> times = recording.times(0);
-    for (const int number : scene.numbers) scene.times.push_back(times[static_cast<std::size_t>(number)]);
-
+ViewSources sources_of_scene(const SceneSpec& spec, std::span<const LoadedBody> bodies,
+                             std::shared_ptr<const World> world) {
     ViewSources sources;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         const int body = static_cast<int>(b);
@@ -64,21 +55,42 @@ ViewScene view_of_scene(const RecordingReader& recording, SceneSpec spec, std::s
             .solid = bodies[b].body->tets,
             .bounds = of_scene.bounds,
             .margin = of_scene.margin ? std::optional(static_cast<float>(*of_scene.margin)) : std::nullopt};
-        recording.read(body, 0, 1, source.start);
-        source.rest = world.surface(body).W().cast<float>() * world.elastic(body).rest().X.cast<float>();
-        source.elastic = std::shared_ptr<const ElasticBody>(std::shared_ptr<void>(), &world.elastic(body));
-        source.has_forces = recording.has(body, FrameField::contact_forces);
+        source.rest = embedded(source.tree.W, world->elastic(body).rest().X.cast<float>());
+        source.elastic = std::shared_ptr<const ElasticBody>(world, &world->elastic(body));
     }
     for (const SceneObstacle& obstacle : spec.obstacles) sources.obstacles.push_back(make_obstacle(obstacle));
-    sources.contact_distance = world.thickness();
+    sources.contact_distance = world->thickness();
     sources.self_contact = spec.contact.self_contact || spec.contact.intersection_free;
-    sources.read_nodes = [&](int body, int frame, Vertices& x) { recording.read(body, frame, 1, x); };
-    sources.read_forces = [&](int body, int frame, Vertices& x) {
-        recording.read_field(body, FrameField::contact_forces, frame, 1, x);
+    return sources;
+}
+
+ShownRecording shown_scene(std::shared_ptr<const RecordingReader> recording, SceneSpec spec,
+                           std::span<const LoadedBody> bodies, int frames) {
+    check_bodies(*recording, spec, bodies);
+    spec.resolve_start = false;
+    ShownRecording shown;
+    ViewScene& scene = shown.scene;
+    scene.title = recording->path().filename().string();
+    scene.displacement_from = "the start";
+    scene.up = up_of(spec);
+    scene.recorded_frames = common_frames(*recording);
+    scene.numbers = even_frames(scene.recorded_frames, frames);
+    const std::vector<double> times = recording->times(0);
+    for (const int number : scene.numbers) scene.times.push_back(times[static_cast<std::size_t>(number)]);
+
+    ViewSources& sources = shown.sources;
+    sources = sources_of_scene(spec, bodies, std::make_shared<const World>(build_world(spec, bodies)));
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        recording->read(static_cast<int>(b), 0, 1, sources.bodies[b].start);
+        sources.bodies[b].has_forces = recording->has(static_cast<int>(b), FrameField::contact_forces);
+    }
+    sources.read_nodes = [recording](int body, int frame, Vertices& x) {
+        recording->read(body, frame, 1, x);
     };
-    sources.progress = progress;
-    make_view(sources, scene);
-    return scene;
+    sources.read_forces = [recording](int body, int frame, Vertices& x) {
+        recording->read_field(body, FrameField::contact_forces, frame, 1, x);
+    };
+    return shown;
 }
 
 }  // namespace nbd

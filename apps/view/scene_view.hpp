@@ -1,19 +1,27 @@
 #pragma once
 
-#include <functional>
+#include <memory>
 #include <span>
 
-#include "apps/view/view_scene.hpp"
+#include "apps/view/make_view.hpp"
 #include "sim/scene/scene.hpp"
 #include "training/files/recording.hpp"
 
 namespace nbd {
 
-/// Shows a recording of a scene. spec: the scene, with the bounds that are to be drawn and audited. bodies:
-/// as loaded from its files. frames: at most so many, evenly spread. progress: hears how many frames are
-/// done; may be empty. Throws std::runtime_error, one line with the path, if the recording is of other
-/// bodies; and what build_world() and reading throw.
-ViewScene view_of_scene(const RecordingReader& recording, SceneSpec spec, std::span<const LoadedBody> bodies,
-                        int frames, const std::function<void(int done, int total)>& progress);
+/// The bodies and obstacles of a scene as a page shows them, without readers, starts and contact forces.
+/// spec: with the bounds that are to be drawn and audited. bodies: as loaded from its files. world: built of
+/// them; the sources refer to it.
+ViewSources sources_of_scene(const SceneSpec& spec, std::span<const LoadedBody> bodies,
+                             std::shared_ptr<const World> world);
+
+/// A recording of a scene, with `frames` of its frames at most, evenly spread. The sources read from the
+/// recording. Throws std::runtime_error, one line with the path, if the recording is of other bodies; and
+/// what build_world() and reading throw.
+ShownRecording shown_scene(std::shared_ptr<const RecordingReader> recording, SceneSpec spec,
+                           std::span<const LoadedBody> bodies, int frames);
+
+/// Which way is up in a scene: against gravity, if there is any.
+Eigen::Vector3d up_of(const SceneSpec& spec);
 
 }  // namespace nbd

@@ -9,6 +9,7 @@
 
 #include "collision/base/message.hpp"
 #include "collision/base/stopwatch.hpp"
+#include "collision/tree/make_wide.hpp"
 #include "collision/tree/posed_tree_state.hpp"
 
 namespace nbd {
@@ -38,22 +39,6 @@ Bounds make_bounds(const CollisionTree& tree, BoundKind kind, const NodeMargins&
 
 NodeMargins no_margins(const CollisionTree& tree) {
     return {std::vector<float>(tree.spheres.nodes.size(), 0.f), {}};
-}
-
-NodeMargins node_margins(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {
-    const auto calibration =
-        tree.calibrations.find(kind == BoundKind::automatic ? BoundKind::learned_boxes : kind);
-    if (margin || calibration == tree.calibrations.end())
-        return {std::vector<float>(bound_count(tree, kind), margin.value_or(0.f)), {}};
-    return {calibration->second.margins, calibration->second.limits};
-}
-
-/// The wide tree that a surface's positions move: exact, or learned where `kind` is.
-AffineBoxes make_wide(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {
-    std::optional<LearnedAffineBoxes> learned;
-    if (kind == BoundKind::learned_affine)
-        learned.emplace(tree.learned_affine, node_margins(tree, kind, margin));
-    return AffineBoxes(tree.boxes ? tree.boxes : make_boxes(tree), std::move(learned));
 }
 
 std::unique_ptr<PosedSpheres> make_spheres(const CollisionTree& tree, BoundKind kind,

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sim/excitation/recipe_obstacles.hpp"
 #include "sim/world/body_tree.hpp"
 
 namespace nbd {
@@ -65,13 +66,7 @@ World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& 
     config.linear = excitation.linear;
     config.hierarchies = hierarchies;
     World world(config);
-    if (recipe.floor)
-        world.add_obstacle(
-            {.shape = PlaneShape{.point = {0, 0, *recipe.floor}, .normal = Eigen::Vector3d::UnitZ()}});
-    for (const Plate& plate : recipe.plates)
-        world.add_obstacle({.shape = PlaneShape{.point = plate.point, .normal = plate.normal},
-                            .velocity = plate.speed * plate.normal,
-                            .stop = plate.stop});
+    for (Obstacle& obstacle : recipe_obstacles(recipe)) world.add_obstacle(std::move(obstacle));
     const Nodes X = body.tets.X.rowwise() - body.tets.X.colwise().mean();
     const WorldBody any{
         .elastic = elastic, .W = body.W, .F = body.surface.F, .tree = tree, .bounds = BoundKind::automatic};

@@ -23,6 +23,12 @@ class Body {
         this.move(0);
     }
 
+    /** Adds a frame. */
+    async append(facts) {
+        await this.nodes.append(facts.nodes);
+        for (const scalar of facts.scalars) await this.scalars[scalar.name].append(scalar);
+    }
+
     /** Numbers at the surface's vertices from those at the nodes; `size` numbers each. */
     interpolate(ofNodes, out, size) {
         const {counts, columns, weights} = this;
@@ -134,9 +140,10 @@ class Body {
 /** Box around all frames of all bodies. */
 function boxOf(bodies) {
     const box = new THREE.Box3();
-    for (const {nodes: {low, step}} of bodies) {
-        box.expandByPoint(new THREE.Vector3(...low));
-        box.expandByPoint(new THREE.Vector3(...low.map((l, c) => l + 65535 * step[c])));
-    }
+    for (const {nodes: {parts}} of bodies)
+        for (const {low, step} of parts) {
+            box.expandByPoint(new THREE.Vector3(...low));
+            box.expandByPoint(new THREE.Vector3(...low.map((l, c) => l + 65535 * step[c])));
+        }
     return box;
 }

@@ -38,6 +38,8 @@ class Bounds {
         this.lines.visible = false;
     }
 
+    append(facts) { return this.numbers.append(facts); }
+
     get depths() { return this.firstNode.length - 1; }
 
     /** Shows a frame at a depth; at depth -1 nothing. A tree that is not so deep shows its deepest nodes. */

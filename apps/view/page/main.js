@@ -30,29 +30,42 @@ function paint(bodies, facts, panel, legend) {
 function describe(facts, bodies, cell, hasFloor) {
     const faces = bodies.reduce((sum, body) => sum + body.faces.length / 3, 0).toLocaleString("en");
     const {length} = facts.times, of = length < facts.recordedFrames && length > 1 ? ` of ${facts.recordedFrames}` : "";
-    document.title = facts.title;
     byId("title").querySelector("h1").textContent = facts.title;
     byId("summary").textContent = [
         bodies.length === 1 ? "1 body" : `${bodies.length} bodies`, `${faces} faces`,
-        length === 1 ? "1 pose" : `${length}${of} frames`,
+        facts.live ? "" : length === 1 ? "1 pose" : `${length}${of} frames`,
         hasFloor ? `grid ${Number(cell.toPrecision(1))} m` : ""].filter(Boolean).join(" · ");
     byId("program").textContent = facts.program;
+}
+
+/** Adds a frame of a run that goes on. */
+async function append(frame, facts, bodies, bounds, marks) {
+    for (const [i, ofBody] of frame.bodies.entries()) {
+        await bodies[i].append(ofBody);
+        if (bounds[i]) await bounds[i].append(ofBody.bounds);
+        for (const entry of marks)
+            if (entry.i === i) await entry.marks.append(ofBody.marks[entry.kind], frame.times.length);
+    }
+    addFacts(facts, frame);
 }
 
 async function start() {
     const facts = JSON.parse(byId("facts").textContent), bodies = [];
     for (const [i, body] of facts.bodies.entries()) bodies.push(await Body.of(body, i));
-    const box = boxOf(bodies), up = new THREE.Vector3(...facts.up);
-    const size = box.getSize(new THREE.Vector3()).length(), cell = roundLength(size / 12);
-    const obstacles = await Obstacles.of(facts.obstacles, box, cell);
-    describe(facts, bodies, cell, facts.obstacles.some(({shape}) => shape === "plane"));
+    const up = new THREE.Vector3(...facts.up), cellIn = (box) => roundLength(box.getSize(new THREE.Vector3()).length() / 12);
+    let box = boxOf(bodies);
+    const obstacles = await Obstacles.of(facts.obstacles, box, cellIn(box));
+    const summarise = () => describe(facts, bodies, cellIn(box), facts.obstacles.some(({shape}) => shape === "plane"));
+    document.title = facts.title;
+    summarise();
 
     const bounds = [], marks = [];
     for (const [i, {bounds: ofTree, marks: marked}] of facts.bodies.entries()) {
         bounds.push(ofTree ? await Bounds.of(ofTree, bodies[i].colour) : null);
-        for (const kind of markKinds) marks.push({i, kind, marks: await Marks.of(marked[kind], bodies[i], kind)});
+        for (const kind of markKinds)
+            if (facts.live || marked[kind])
+                marks.push({i, kind, marks: await Marks.of(marked[kind], bodies[i], kind, facts.times.length)});
     }
-    const shownMarks = marks.filter((entry) => entry.marks);
 
     const legend = new Legend(byId("legend"));
     let motion = null, view = null;
@@ -62,7 +75,7 @@ async function start() {
             body.mesh.visible = panel.body(i);
             if (bounds[i]) bounds[i].show(frame, panel.depth, panel.body(i));
         });
-        for (const {i, kind, marks: faces} of shownMarks) faces.show(frame, panel.marks(kind) && panel.body(i));
+        for (const {i, kind, marks: faces} of marks) faces.show(frame, panel.marks(kind) && panel.body(i));
         paint(bodies, facts, panel, legend);
         panel.tell(frame);
         if (view) view.change();
@@ -74,21 +87,26 @@ async function start() {
         refresh();
     });
 
+    const light = new Light(box, up);
     view = new View(byId("canvas"), box, up);
-    view.scene.add(makeLight(box, up), ...obstacles.groups, ...bodies.map(({mesh}) => mesh),
-        ...bounds.filter(Boolean).map(({lines}) => lines), ...shownMarks.map((entry) => entry.marks.group));
-    const slider = byId("frame"), last = facts.times.length - 1;
-    slider.max = last;
-    byId("transport").hidden = last === 0;
-    motion = new Motion(facts.times, (frame) => {
+    view.scene.add(light.group, ...obstacles.groups, ...bodies.map(({mesh}) => mesh),
+        ...bounds.filter(Boolean).map(({lines}) => lines), ...marks.map((entry) => entry.marks.group));
+    const slider = byId("frame"), numberOf = (frame) => facts.numbers[frame];
+    const tellCount = () => {
+        const {frame} = motion, last = facts.times.length - 1, time = `${facts.times[frame].toFixed(3)} s`;
+        slider.max = last;
+        slider.value = frame;
+        byId("transport").hidden = last === 0;
+        byId("time").textContent = time;
+        byId("count").textContent = `${numberOf(frame)} / ${numberOf(last)}`;
+        slider.setAttribute("aria-valuetext", `frame ${numberOf(frame)} of ${numberOf(last)}, ${time}`);
+    };
+    const length = facts.live ? facts.live.seconds : facts.times[facts.times.length - 1] - facts.times[0];
+    motion = new Motion(facts.times, length, (frame) => {
         for (const body of bodies) body.move(frame);
         obstacles.move(frame);
         refresh();
-        slider.value = frame;
-        const time = `${facts.times[frame].toFixed(3)} s`;
-        byId("time").textContent = time;
-        byId("count").textContent = `${facts.numbers[frame]} / ${facts.numbers[last]}`;
-        slider.setAttribute("aria-valuetext", `frame ${facts.numbers[frame]} of ${facts.numbers[last]}, ${time}`);
+        tellCount();
     }, () => {
         byId("play").setAttribute("aria-label", motion.isPlaying ? "Pause" : "Play");
         byId("play").classList.toggle("is-playing", motion.isPlaying);
@@ -108,15 +126,43 @@ async function start() {
     view.resize();
     fit();
     byId("status").hidden = true;
+
+    // Bodies that leave the box get a larger one, and the camera follows unless the reader has moved it.
+    const fitAll = () => {
+        const seen = boxOf(bodies);
+        if (box.containsBox(seen)) return;
+        box = seen.union(box);
+        box.expandByScalar(0.1 * box.getSize(new THREE.Vector3()).length());
+        obstacles.fit(box, cellIn(box));
+        light.fit(box);
+        if (!view.isHeld) fit();
+    };
+    const take = async (frames) => {
+        const newest = facts.times.length - 1;
+        for (const frame of frames) await append(frame, facts, bodies, bounds, marks);
+        fitAll();
+        summarise();
+        // Whoever looked at the newest frame goes on doing so.
+        if (motion.frame === newest && !motion.isPlaying) motion.seek(Infinity);
+        else tellCount();
+    };
+    const live = facts.live && new Live(facts.live.run, facts.times.length, take, (state, message) => {
+        motion.grows = state === "running";
+        tellLive(facts, state, message);
+    });
+    if (live) {
+        live.tell("running", "");
+        live.ended = live.follow();
+    }
     await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
     // For tests and for the console.
     Object.assign(window.nbdtree, {
-        facts, view, seek: (frame) => motion.seek(frame), frame: () => motion.frame, play: () => motion.play(),
+        facts, view, live, seek: (frame) => motion.seek(frame), frame: () => motion.frame, play: () => motion.play(),
         pause: () => motion.pause(), isPlaying: () => motion.isPlaying, nodes: (body) => bodies[body].nodesNow,
         positions: (body) => bodies[body].x, scalar: (body, name) => bodies[body].scalar(name),
         choose: (id, value) => panel.choose(id, value),
         marked: (body, kind) => {
-            const found = shownMarks.find((entry) => entry.i === body && entry.kind === kind);
+            const found = marks.find((entry) => entry.i === body && entry.kind === kind);
             return found ? Array.from(found.marks.at(motion.frame)) : [];
         },
         shownSeconds: performance.now() / 1000,

@@ -2,18 +2,18 @@
 "use strict";
 
 class Marks {
-    static async of(facts, body, kind) {
-        if (!facts) return null;
-        return new Marks(await unpack(facts.counts), await unpack(facts.faces), body, kind);
+    /** facts: of the frames so far; null: none of them has marked faces. */
+    static async of(facts, body, kind, frames) {
+        const marks = new Marks(body, kind);
+        await marks.append(facts, frames);
+        return marks;
     }
 
-    constructor(counts, faces, body, kind) {
-        Object.assign(this, {faces, body, begin: new Uint32Array(counts.length + 1)});
-        counts.forEach((count, f) => { this.begin[f + 1] = this.begin[f] + count; });
-        const most = counts.reduce((a, b) => Math.max(a, b), 0);
+    constructor(body, kind) {
+        Object.assign(this, {body, frames: []});
         this.geometry = new THREE.BufferGeometry();
         this.geometry.setAttribute("position", body.geometry.attributes.position);
-        this.geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(3 * most), 1));
+        this.geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(0), 1));
         const order = {near: 1, intersecting: 2, missed: 3}[kind];
         const mesh = (settings) => {
             const made = new THREE.Mesh(this.geometry, new THREE.MeshBasicMaterial(
@@ -28,7 +28,17 @@ class Marks {
         this.group.visible = false;
     }
 
-    at(frame) { return this.faces.subarray(this.begin[frame], this.begin[frame + 1]); }
+    async append(facts, frames) {
+        const counts = facts ? await unpack(facts.counts) : new Uint32Array(frames);
+        const faces = facts ? await unpack(facts.faces) : new Uint32Array(0);
+        let begin = 0;
+        for (const count of counts) this.frames.push(faces.subarray(begin, begin += count));
+        const most = counts.reduce((a, b) => Math.max(a, b), 0);
+        if (3 * most > this.geometry.index.count)
+            this.geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(3 * most), 1));
+    }
+
+    at(frame) { return this.frames[frame]; }
 
     show(frame, isVisible) {
         const marked = this.at(frame), index = this.geometry.index, {drawn} = this.body;

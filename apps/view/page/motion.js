@@ -4,10 +4,10 @@
 const speeds = [0.05, 0.1, 0.25, 0.5, 1, 2, 4];
 
 class Motion {
-    /** times: of the frames, seconds. show(frame): hears of every change; told(): of playing and pausing. */
-    constructor(times, show, told) {
-        Object.assign(this, {times, show, told, frame: 0, isPlaying: false});
-        const length = this.length;
+    /** times: of the frames, seconds; may grow. length: that they will have. show(frame): hears of every change;
+     * told(): of playing and pausing. */
+    constructor(times, length, show, told) {
+        Object.assign(this, {times, show, told, frame: 0, isPlaying: false, grows: false});
         // A short run is slowed down until it takes at least three seconds.
         this.speed = [...speeds].reverse().find((speed) => length / speed >= 3 && speed <= 1) || speeds[0];
     }
@@ -19,6 +19,8 @@ class Motion {
         this.time = this.times[this.frame];
         this.show(this.frame);
     }
+
+    get isAtEnd() { return this.frame === this.times.length - 1; }
 
     /** Single frames pause. */
     step(by) {
@@ -35,7 +37,7 @@ class Motion {
 
     play() {
         if (this.isPlaying || this.times.length < 2) return;
-        if (this.frame === this.times.length - 1) this.seek(0);
+        if (this.isAtEnd) this.seek(0);
         this.isPlaying = true;
         this.time = this.times[this.frame];
         this.told();
@@ -50,9 +52,14 @@ class Motion {
         requestAnimationFrame(go);
     }
 
-    /** Shows the last frame that is not later than the time; begins again some time after the end. */
+    /** Shows the last frame that is not later than the time; begins again some time after the end. While frames are
+     * added it stops there, and those to come are shown as they are added. */
     follow() {
         const {times} = this, last = times.length - 1;
+        if (this.grows && this.time >= times[last]) {
+            this.pause();
+            return this.seek(last);
+        }
         if (this.time > times[last] + Math.max(0.1 * this.length, 0.4 * this.speed)) this.time = times[0];
         let frame = this.time < times[this.frame] ? 0 : this.frame;
         while (frame < last && times[frame + 1] <= this.time) ++frame;

@@ -35,6 +35,19 @@ class Obstacles {
 
     constructor(facts, groups) { Object.assign(this, {facts, groups}); }
 
+    /** Puts the floors around the bodies in another box. */
+    fit(box, cell) {
+        this.facts.forEach((facts, i) => {
+            if (facts.shape !== "plane") return;
+            this.groups[i].traverse(({geometry, material}) => {
+                if (geometry) geometry.dispose();
+                if (material) material.dispose();
+            });
+            this.groups[i].remove(...this.groups[i].children);
+            this.groups[i].add(makeFloor(facts, box, cell));
+        });
+    }
+
     move(frame) {
         this.facts.forEach(({shifts}, i) => {
             if (shifts.length) this.groups[i].position.set(...shifts[frame]);

@@ -16,14 +16,21 @@ class Panel {
         byId("depth").value = Math.min(3, this.deepest);
         byId("bounds-section").hidden = this.deepest < 0;
         for (const kind of ["near", "intersecting", "missed"])
-            byId(`mark-${kind}-row`).hidden = !facts.bodies.some((body) => body.marks[kind]);
-        byId("marks-section").hidden = !facts.bodies.some(({marks}) => marks.near || marks.intersecting || marks.missed);
+            byId(`mark-${kind}-row`).hidden = !this.mayMark(kind);
+        byId("marks-section").hidden = !["near", "intersecting", "missed"].some((kind) => this.mayMark(kind));
         byId("near-distance").textContent = facts.contactDistance > 0 ?
             `(${this.length(facts.contactDistance)})` : "";
         for (const element of byId("panel").querySelectorAll("input, select"))
             element.addEventListener("input", () => changed());
         byId("open-panel").addEventListener("click", () => this.open(byId("panel").hidden));
         this.open(innerWidth > 720);
+    }
+
+    /** Whether a frame has such marks, or one to come may have. */
+    mayMark(kind) {
+        const {facts} = this;
+        if (facts.live) return kind === "intersecting" || (kind === "near" ? facts.contactDistance > 0 : facts.audited);
+        return facts.bodies.some((body) => body.marks[kind]);
     }
 
     length(metres) {

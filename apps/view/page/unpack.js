@@ -38,28 +38,44 @@ function addPredictions(words, {row, stride, time, space}) {
     }
 }
 
-/** The numbers of an entry of the page's data. Their text is dropped from the page. */
-async function unpack(entry) {
-    const element = document.getElementById(entry.id);
-    const bytes = await inflate(bytesOfBase64(element.textContent));
+/** The text of an entry: its own, or that of an element, which is dropped from the page. */
+function textOf(entry) {
+    if (entry.text !== undefined) return entry.text;
+    const element = document.getElementById(entry.id), text = element.textContent;
     element.remove();
+    return text;
+}
+
+/** The numbers of an entry of the page's data. */
+async function unpack(entry) {
+    const bytes = await inflate(bytesOfBase64(textOf(entry)));
     const words = joinPlanes(bytes, wordTypes[entry.type], entry.count);
     if (entry.type === "f32") return new Float32Array(words.buffer);
     addPredictions(words, entry);
     return words;
 }
 
-/** Numbers in steps of a range, row by row: the one at `index` of a row is low + step * data. */
+/** Numbers in steps of ranges, row by row, in parts: the one at `index` of a row is low + step * words[begin + index] of
+ * its part. */
 class Quantised {
-    static async of(entry) { return new Quantised(entry, await unpack(entry.data)); }
+    static async of(entry) {
+        const result = new Quantised();
+        await result.append(entry);
+        return result;
+    }
 
-    constructor({low, step, data}, words) {
-        Object.assign(this, {low, step, words, row: data.row});
+    constructor() { Object.assign(this, {parts: [], rows: [], row: 0}); }
+
+    async append({low, step, data}) {
+        const words = await unpack(data), part = {low, step, words};
+        this.row = data.row;
+        this.parts.push(part);
+        for (let begin = 0; begin < words.length; begin += data.row) this.rows.push({part, begin});
     }
 
     /** Writes the numbers of a row into `out`, at most as many as it holds. */
     read(row, out) {
-        const {low, step, words} = this, columns = low.length, begin = row * this.row;
+        const {part: {low, step, words}, begin} = this.rows[row], columns = low.length;
         const count = Math.min(out.length, this.row);
         for (let i = 0, c = 0; i < count; ++i, c = c + 1 === columns ? 0 : c + 1)
             out[i] = low[c] + step[c] * words[begin + i];

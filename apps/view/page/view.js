@@ -15,6 +15,9 @@ class View {
         this.controls.enableKeys = false;
         this.controls.screenSpacePanning = true;
         this.controls.addEventListener("change", () => this.change());
+        this.isHeld = false;  // whether the reader has chosen where to look from
+        this.controls.addEventListener("start", () => { this.isHeld = true; });
+        canvas.addEventListener("wheel", () => { this.isHeld = true; });
         this.isStale = true;
         this.drawn = 0;
         new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
@@ -46,6 +49,7 @@ class View {
 
     /** Looks at a box from the side and from above, so that it fills the part of the picture that nothing covers. */
     lookAt(box) {
+        this.isHeld = false;
         const {camera, up} = this, centre = box.getCenter(new THREE.Vector3());
         const side = Math.abs(up.z) > 0.5 ? new THREE.Vector3(0.5, 0.87, 0) : new THREE.Vector3(0.5, 0, -0.87);
         side.addScaledVector(up, -side.dot(up)).normalize();
@@ -91,6 +95,7 @@ class View {
 
     /** Turns the camera about the target by degrees to the right and up. */
     orbit(right, above) {
+        this.isHeld = true;
         const {camera, controls, up} = this, offset = camera.position.clone().sub(controls.target);
         const across = offset.clone().cross(up).normalize();
         const angle = offset.angleTo(up) * 180 / Math.PI;
@@ -104,6 +109,7 @@ class View {
 
     /** Moves the camera to `factor` times its distance. */
     zoom(factor) {
+        this.isHeld = true;
         const {camera, controls} = this, offset = camera.position.clone().sub(controls.target);
         camera.position.copy(controls.target).addScaledVector(offset, factor);
         controls.update();

@@ -1,4 +1,4 @@
-"""A headless Chromium without network, and the pages of `nbdtree view` in it. For Python with selenium."""
+"""A headless Chromium that reaches this machine alone, and the pages of `nbdtree view` in it. For Python with selenium."""
 import json
 import pathlib
 
@@ -9,7 +9,7 @@ from selenium.webdriver.chrome.service import Service
 FLAGS = [
     "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--hide-scrollbars", "--no-first-run",
     "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",  # WebGL without a graphics card
-    "--host-resolver-rules=MAP * ~NOTFOUND", "--disable-background-networking", "--disable-component-update",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--disable-background-networking", "--disable-component-update",
 ]
 
 
@@ -34,10 +34,10 @@ class Browser:
             "Emulation.setDeviceMetricsOverride", {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
 
     def open(self, page):
-        """Opens a page and waits until it shows its first frame. Forgets the log of earlier pages."""
+        """Opens a page, a file or an address, and waits until it shows its first frame. Forgets the log of earlier pages."""
         self.driver.get_log("browser")
         self.driver.get_log("performance")
-        self.driver.get(pathlib.Path(page).resolve().as_uri())
+        self.driver.get(page if str(page).startswith("http:") else pathlib.Path(page).resolve().as_uri())
         self.driver.execute_async_script("const done = arguments[0]; nbdtree.ready.then(() => done(), () => done());")
 
     def run(self, script, *arguments):

@@ -175,8 +175,11 @@ class PageTest(unittest.TestCase):
         self.browser.run("nbdtree.choose('show-bounds', true)")
         coarse = pixels(self.browser)
         self.assertGreater(differing(without, coarse), 500)
-        self.browser.run("nbdtree.choose('depth', 5)")
+        self.browser.run("nbdtree.choose('depth', 1)")
         self.assertGreater(differing(coarse, pixels(self.browser)), 500)
+        # Those of `auto`, which hang on nodes, are the boxes of the tree that queries walk.
+        self.assertEqual(self.browser.run("return nbdtree.facts.bodies.map(({bounds}) => bounds.kind)"), ["affine", "affine"])
+        self.assertEqual(self.browser.run("return nbdtree.facts.bodies[0].bounds.firstNode[1]"), 1)
 
     def test_fits_a_narrow_screen(self):
         self.open("rings.html", 360, 640)
@@ -218,6 +221,7 @@ class PageTest(unittest.TestCase):
         self.make("view", "tree.h5@poses.h5:0", "--bounds", "learned_spheres", "-o", "tree.html", "-q")
         self.browser.open(self.folder / "tree.html")
         self.assertEqual(self.browser.run("return nbdtree.facts.bodies[0].bounds.kind"), "learned_spheres")
+        self.check_obstacles_of_a_recipe()
         self.make("view", "tree.h5@poses.h5:0:3", "-o", "pose.html", "-q")
         self.browser.open(self.folder / "pose.html")
         self.assertEqual(self.browser.run("return nbdtree.facts.numbers"), [3])
@@ -240,6 +244,30 @@ class PageTest(unittest.TestCase):
             marked += len(self.browser.run("return nbdtree.marked(0, 'missed')"))
         self.assertGreater(missed, 0)
         self.assertGreater(marked, 0)
+
+    def check_obstacles_of_a_recipe(self):
+        """The page of a trajectory draws the floor and the plates that its recipe names, and moves the plates."""
+        weights = {kind: {"weight": int(kind in ("drop", "squash"))} for kind in
+                   ("drop", "forces", "grips", "thrown", "free", "fold", "squash", "curl")}
+        (self.folder / "pressed.json").write_text(json.dumps({"kinds": weights}))
+        self.make("dataset", "beam.h5", "-o", "pressed.h5", "--trajectories", 2, "--frames", 10, "--seed", 1, "-q",
+                  "--recipe", "pressed.json")
+        with h5py.File(self.folder / "pressed.h5") as file:
+            recipes = {int(name): json.loads(group["recipe"][0]) for name, group in file["trajectories"].items()}
+            times = {int(name): group["times"][:] for name, group in file["trajectories"].items()}
+        self.assertEqual({recipe["kind"] for recipe in recipes.values()}, {"drop", "squash"})
+        for trajectory, recipe in recipes.items():
+            self.make("view", f"pressed.h5:{trajectory}", "--body", "beam.h5", "-o", "pressed.html", "-q")
+            self.browser.open(self.folder / "pressed.html")
+            shown = self.browser.run("return nbdtree.facts.obstacles")
+            plates = recipe.get("plates", [])
+            self.assertEqual([obstacle["shape"] for obstacle in shown], ["plane"] * (("floor" in recipe) + len(plates)))
+            if "floor" in recipe:
+                self.assertEqual(shown[0]["point"], [0, 0, recipe["floor"]])
+            for obstacle, plate in zip(shown[-len(plates):] if plates else [], plates):
+                self.assertEqual((obstacle["point"], obstacle["normal"]), (plate["point"], plate["normal"]))
+                way = plate["speed"] * np.minimum(times[trajectory], plate["stop"])
+                np.testing.assert_allclose(obstacle["shifts"], np.outer(way, plate["normal"]))
 
     def frames_of(self, path):
         with h5py.File(self.folder / path) as file:

@@ -7,6 +7,7 @@
 #include <random>
 #include <sstream>
 
+#include "apps/view/bounds_view.hpp"
 #include "apps/view/make_view.hpp"
 #include "apps/view/packed.hpp"
 #include "apps/view/quantise.hpp"
@@ -122,6 +123,98 @@ TEST(Page, RefusesPositionsThatAreNotFinite) {
     ViewScene scene = triangle_scene();
     scene.bodies[0].nodes(2, 1) = INFINITY;
     EXPECT_EQ(error_of([&] { page_of(scene); }), "number 7 to be shown is inf; allowed: finite numbers");
+}
+
+/// A wavy sheet of 2 k k faces.
+ViewMesh sheet(int k) {
+    ViewMesh mesh{Vertices((k + 1) * (k + 1), 3), Faces(2 * k * k, 3)};
+    for (int i = 0; i <= k; ++i)
+        for (int j = 0; j <= k; ++j) {
+            const auto s = static_cast<float>(i), t = static_cast<float>(j);
+            mesh.X.row(i * (k + 1) + j) << s, t, std::sin(0.1f * s) + std::cos(0.2f * t);
+        }
+    for (int i = 0; i < k; ++i)
+        for (int j = 0; j < k; ++j) {
+            const int v = i * (k + 1) + j, f = 2 * (i * k + j);
+            mesh.F.row(f) << v, v + k + 1, v + 1;
+            mesh.F.row(f + 1) << v + 1, v + k + 1, v + k + 2;
+        }
+    return mesh;
+}
+
+TEST(BoxLevels, EachLevelBoundsTheWholeBodyAndNoMoreBoxesComeThanAskedFor) {
+    const ViewMesh mesh = sheet(50);  // several clusters
+    SurfaceEmbedding W(mesh.X.rows(), mesh.X.rows());
+    W.setIdentity();
+    AffineBoxes boxes(
+        std::make_shared<const AffineModel>(mesh.F, static_cast<int>(mesh.X.rows()), W, mesh.X));
+    const Vertices x = 2.f * mesh.X;
+    boxes.begin_pose(x);
+    const auto levels = box_levels(boxes, 100'000);
+    ASSERT_EQ(levels.size(), 4u);
+    EXPECT_EQ(levels[0].size(), 1u);
+    std::size_t total = 1;
+    for (std::size_t l = 1; l < levels.size(); ++l) {
+        EXPECT_GT(levels[l].size(), levels[l - 1].size());
+        total += levels[l].size();
+        Box all = empty_box();
+        for (const Box& box : levels[l]) all = joined(all, box);
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_LE(all.lo[c], x.col(c).minCoeff());
+            EXPECT_GE(all.hi[c], x.col(c).maxCoeff());
+            EXPECT_NEAR(all.lo[c], x.col(c).minCoeff(), 1e-3);
+            EXPECT_NEAR(all.hi[c], x.col(c).maxCoeff(), 1e-3);
+        }
+    }
+    EXPECT_EQ(box_levels(boxes, total).size(), 4u);
+    EXPECT_EQ(box_levels(boxes, total - 1).size(), 3u);
+    EXPECT_EQ(box_levels(boxes, 1 + levels[1].size()).size(), 2u);
+    EXPECT_EQ(box_levels(boxes, 0).size(), 1u);
+}
+
+TEST(PosedBody, DrawsTheBoxesThatItsBoundsWalk) {
+    const ViewMesh mesh = sheet(20);
+    SurfaceEmbedding W(mesh.X.rows(), mesh.X.rows());
+    W.setIdentity();
+    CollisionTree tree = make_exact_tree(mesh.X, mesh.F);
+    const auto bare = std::make_shared<const CollisionTree>(tree);
+    hang_on_nodes(tree, W, mesh.X);
+    const auto hung = std::make_shared<const CollisionTree>(std::move(tree));
+    const auto kind_of = [&](std::shared_ptr<const CollisionTree> of, BoundKind kind) {
+        PosedBody body({.tree = std::move(of), .W = W, .bounds = kind});
+        ViewBounds bounds = bounds_of(body);
+        for (int frame = 1; frame <= 2; ++frame) {
+            body.begin_pose(static_cast<float>(frame) * mesh.X);
+            add_bounds(body, bounds);
+        }
+        EXPECT_TRUE(bounds.are_boxes || kind == BoundKind::exact);
+        const int numbers = bounds.are_boxes ? 6 : 4;
+        EXPECT_EQ(bounds.values.size(), static_cast<std::size_t>(2 * numbers * bounds.first_node.back()));
+        EXPECT_GT(bounds.first_node.size(), 3u);
+        return bounds.kind;
+    };
+    EXPECT_EQ(kind_of(hung, BoundKind::affine), "affine");
+    EXPECT_EQ(kind_of(hung, BoundKind::automatic), "affine");
+    EXPECT_EQ(kind_of(hung, BoundKind::boxes), "boxes");
+    EXPECT_EQ(kind_of(hung, BoundKind::exact), "exact");
+    EXPECT_EQ(kind_of(bare, BoundKind::automatic), "boxes");
+}
+
+TEST(Page, OnlyOneOfARunThatGoesOnAsksForMore) {
+    std::ostringstream live;
+    write_page(live, triangle_scene(), LivePage{"some run", 7, 0.5});
+    EXPECT_NE(live.str().find(R"("live":{"run":"some run","frames":7,"seconds":0.5})"), std::string::npos);
+    EXPECT_NE(live.str().find("connect-src 'self'"), std::string::npos);
+    EXPECT_EQ(page_of(triangle_scene()).find("connect-src"), std::string::npos);
+    EXPECT_EQ(page_of(triangle_scene()).find(R"("live":)"), std::string::npos);
+}
+
+TEST(Page, FramesToAddHoldTheirNumbersThemselves) {
+    const std::string text = frames_text(triangle_scene());
+    EXPECT_NE(text.find(R"("times":[0.0,0.5],"numbers":[0,1])"), std::string::npos);
+    EXPECT_NE(text.find(R"("text":")"), std::string::npos);
+    for (const char* fixed : {R"("id":)", R"("faces":)", R"("start":)"})
+        EXPECT_EQ(text.find(fixed), std::string::npos) << fixed;
 }
 
 TEST(FaceMarks, AreAscendingWithoutRepeats) {

@@ -8,11 +8,14 @@
 #include <thread>
 #include <vector>
 
+#include "sim/excitation/recipe_obstacles.hpp"
 #include "tests/support/box_body.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
+
+using test::error_of;
 
 Body bar() { return test::box_body({1, 0.3, 0.25}, {6, 2, 2}); }
 
@@ -54,6 +57,48 @@ TEST(Recipe, AlternatesKindsAndDrawsNumbersFromTheIndex) {
     }
     EXPECT_EQ(kinds.size(), 5u);
     EXPECT_EQ(texts.size(), 10u);
+}
+
+TEST(RecipeObstacles, AreReadFromTheTextThatATrajectoryKeeps) {
+    ExcitationConfig config = short_run();
+    config.ranges.kinds[static_cast<std::size_t>(RecipeKind::squash)].weight = 1;
+    const RecipeBook recipes(std::make_shared<const Body>(bar()), config);
+    int floors = 0, plates = 0;
+    for (int i = 0; i < 12; ++i) {
+        const Recipe recipe = recipes.draw(i);
+        const std::vector<Obstacle> known = recipe_obstacles(recipe),
+                                    read = recipe_obstacles(recipe_json(recipe));
+        ASSERT_EQ(read.size(), known.size());
+        EXPECT_EQ(known.size(), recipe.plates.size() + (recipe.floor ? 1 : 0));
+        floors += recipe.floor ? 1 : 0;
+        plates += static_cast<int>(recipe.plates.size());
+        for (std::size_t k = 0; k < known.size(); ++k) {
+            EXPECT_EQ(std::get<PlaneShape>(read[k].shape).point, std::get<PlaneShape>(known[k].shape).point);
+            EXPECT_EQ(std::get<PlaneShape>(read[k].shape).normal,
+                      std::get<PlaneShape>(known[k].shape).normal);
+            EXPECT_EQ(displacement_at(read[k], 0.3), displacement_at(known[k], 0.3));
+            EXPECT_EQ(displacement_at(read[k], 1e9), displacement_at(known[k], 1e9));
+        }
+    }
+    EXPECT_GT(floors, 0);
+    EXPECT_GT(plates, 0);
+}
+
+TEST(RecipeObstacles, OtherTextsHaveNoneAndDamagedOnesAreRefused) {
+    for (const char* text : {"", "{}", "[]", "not json", R"({"floor": 1})", R"({"bodies": []})"})
+        EXPECT_TRUE(recipe_obstacles(text).empty()) << text;
+    for (const char* text : {R"({"kind": "drop", "floor": "low"})", R"({"kind": "squash", "plates": 3})",
+                             R"({"kind": "squash", "plates": [{"point": [0, 0]}]})"})
+        EXPECT_TRUE(error_of([&] {
+                        recipe_obstacles(text);
+                    }).starts_with("the obstacles of its recipe cannot be read: "))
+            << text;
+    EXPECT_NE(
+        error_of([] {
+            recipe_obstacles(
+                R"({"kind": "squash", "plates": [{"point": [0, 0, 0], "normal": [0, 0, 2], "speed": 1, "stop": 1}]})");
+        }),
+        "");
 }
 
 TEST(Excitation, EveryKindOfRecipeCompletesAndDeformsTheBody) {

@@ -1,4 +1,4 @@
-#include "apps/commands/pose_argument.hpp"
+#include "apps/source/pose_argument.hpp"
 
 #include <fmt/core.h>
 

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "collision/geometry/geometry.hpp"
+
+namespace nbd {
+
+/// A surface of a clip.
+struct ClipBody {
+    std::string name;
+    Faces F;
+    int vertex_count = 0;
+};
+
+/// Surfaces that move, as programs of artists take them. World space, metres.
+struct Clip {
+    std::string title;
+    Eigen::Vector3d up{0, 0, 1};  // unit
+    std::vector<double> times;    // [frames] seconds, ascending, at least one
+    std::vector<ClipBody> bodies;
+    /// The surface of a body in a frame, [vertex_count, 3].
+    std::function<void(int body, int frame, Vertices& x)> read;
+
+    int frames() const noexcept { return static_cast<int>(times.size()); }
+    /// Seconds since the first frame.
+    float time(int frame) const {
+        return static_cast<float>(times[static_cast<std::size_t>(frame)] - times.front());
+    }
+};
+
+/// Unit normals at the vertices: sums of the normals of the faces around each, by area. Vertices without any
+/// get +z. n: out, [vertices, 3].
+void smooth_normals(VerticesRef x, FacesRef F, Vertices& n);
+
+}  // namespace nbd

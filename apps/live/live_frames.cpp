@@ -1,0 +1,143 @@
+#include "apps/live/live_frames.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace nbd {
+namespace {
+
+/// Frames and bytes of an answer, at most, but for its last frame.
+constexpr std::size_t most_frames = 32, most_bytes = 4 << 20;
+
+const char* name_of(RunState state) {
+    switch (state) {
+        case RunState::done:
+            return "done";
+        case RunState::stopped:
+            return "stopped";
+        case RunState::failed:
+            return "failed";
+        case RunState::running:
+            break;
+    }
+    return "running";
+}
+
+/// Drops the frames of a scene, and keeps its bodies and obstacles.
+void clear_frames(ViewScene& scene) {
+    scene.pairs.clear();
+    for (ViewBody& body : scene.bodies) {
+        for (NodeScalar& scalar : body.scalars) scalar.values.clear();
+        body.bounds->values.clear();
+        body.near = body.intersecting = body.missed = {};
+    }
+    for (ViewObstacle& obstacle : scene.obstacles) obstacle.shifts.clear();
+}
+
+/// Drops what only the page itself holds.
+void clear_fixed(ViewScene& scene) {
+    for (ViewBody& body : scene.bodies) {
+        body.F.resize(0, 3);
+        body.W = {};
+    }
+}
+
+ViewSources reading(ViewSources sources, const LiveFrame& frame) {
+    sources.read_nodes = [&frame](int body, int, Vertices& x) {
+        x = frame.nodes[static_cast<std::size_t>(body)];
+    };
+    sources.read_forces = [&frame](int body, int, Vertices& x) {
+        x = frame.contact_forces[static_cast<std::size_t>(body)];
+    };
+    return sources;
+}
+
+}  // namespace
+
+LiveFrames::LiveFrames(ViewSources sources, ViewScene scene, LivePage page)
+    : facts_(std::move(page)), maker_(reading(std::move(sources), current_)), scene_(std::move(scene)) {
+    maker_.begin(scene_);
+}
+
+void LiveFrames::add(LiveFrame frame) {
+    const std::lock_guard lock(guard_);
+    entries_.push_back({std::move(frame), {}});
+}
+
+void LiveFrames::end(RunState state, std::string message) {
+    const std::lock_guard lock(guard_);
+    state_ = state;
+    message_ = std::move(message);
+}
+
+std::optional<LiveFrame> LiveFrames::take_frame(std::size_t i) {
+    const std::lock_guard lock(guard_);
+    if (i >= entries_.size()) return std::nullopt;
+    return std::exchange(entries_[i].frame, std::nullopt);
+}
+
+/// Makes the page if there is a first frame. Call it with making_ held.
+void LiveFrames::begin_page() {
+    if (!page_.empty()) return;
+    std::optional<LiveFrame> first = take_frame(0);
+    if (!first) return;
+    make_scene(std::move(*first));
+    std::ostringstream out;
+    write_page(out, scene_, facts_);
+    page_ = std::move(out).str();
+    clear_fixed(scene_);
+}
+
+void LiveFrames::make_scene(LiveFrame frame) {
+    current_ = std::move(frame);
+    clear_frames(scene_);
+    scene_.times = {current_.time};
+    scene_.numbers = {current_.number};
+    maker_.add_frame(0, scene_);
+}
+
+/// Makes the text of a frame that does not have one. Call it with making_ held.
+void LiveFrames::make_text(std::size_t i) {
+    std::optional<LiveFrame> frame = take_frame(i);
+    if (!frame) return;
+    make_scene(std::move(*frame));
+    std::string text = frames_text(scene_);
+    const std::lock_guard lock(guard_);
+    entries_[i].text = std::move(text);
+}
+
+const std::string& LiveFrames::page() {
+    const std::lock_guard lock(making_);
+    begin_page();
+    return page_;
+}
+
+std::string LiveFrames::answer(const std::string& run, std::size_t from) {
+    if (run != facts_.run) return {};
+    const std::lock_guard making(making_);
+    begin_page();
+    std::size_t count = 0;
+    RunState state = RunState::running;
+    std::string message;
+    {
+        const std::lock_guard lock(guard_);
+        count = entries_.size();
+        state = state_;
+        message = message_;
+    }
+    std::string frames;
+    std::size_t next = std::max<std::size_t>(from, 1);
+    for (; next < count && next < from + most_frames && frames.size() < most_bytes; ++next) {
+        make_text(next);
+        const std::lock_guard lock(guard_);
+        frames += (frames.empty() ? "" : ",") + entries_[next].text;
+    }
+    if (state != RunState::running && frames.empty()) told_end_ = true;
+    const nlohmann::json told = message;
+    return fmt::format(R"({{"state":"{}","message":{},"frames":[{}]}})", name_of(state),
+                       told.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace), frames);
+}
+
+}  // namespace nbd

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/view/make_view.hpp"
+#include "apps/view/page.hpp"
+
+namespace nbd {
+
+/// A frame of a run as a page needs it.
+struct LiveFrame {
+    int number = 0;
+    double time = 0;                         // seconds
+    std::vector<Vertices> nodes{};           // [bodies], [N, 3] metres
+    std::vector<Vertices> contact_forces{};  // [bodies], [N, 3] newtons
+};
+
+/// How a run has ended, if it has.
+enum class RunState { running, done, stopped, failed };
+
+/// The frames of a run that goes on, and the page that shows them. One thread adds frames, others ask for
+/// texts; adding waits for nobody who makes a text. A text is made when it is asked for first, and its frame
+/// is dropped then.
+class LiveFrames {
+ public:
+    /// sources: without readers; what they refer to must not change. scene: what the page says of the run,
+    /// without frames.
+    LiveFrames(ViewSources sources, ViewScene scene, LivePage page);
+
+    void add(LiveFrame frame);
+    /// message: why the run failed.
+    void end(RunState state, std::string message);
+
+    /// The page, with the first frame, which must have been added.
+    const std::string& page();
+
+    /// What a page of the run is told that has the first `from` frames, as JSON: the state of the run and
+    /// some of the next frames. A page has all frames of a run that has ended when it is told none. Empty if
+    /// the page is of another run.
+    std::string answer(const std::string& run, std::size_t from);
+
+    /// Whether a page was told that the run has ended, and has all frames.
+    bool told_end() const noexcept { return told_end_; }
+
+ private:
+    struct Entry {
+        std::optional<LiveFrame> frame;  // until its text is made
+        std::string text;
+    };
+
+    std::optional<LiveFrame> take_frame(std::size_t i);
+    void begin_page();
+    void make_scene(LiveFrame frame);
+    void make_text(std::size_t i);
+
+    const LivePage facts_;
+    std::mutex making_;  // held while texts are made, by one thread at a time
+    LiveFrame current_;  // what the maker reads
+    ViewMaker maker_;
+    ViewScene scene_;  // of one frame
+    std::string page_;
+
+    std::mutex guard_;  // of what follows, held for moments
+    std::deque<Entry> entries_;
+    RunState state_ = RunState::running;
+    std::string message_;
+    std::atomic<bool> told_end_ = false;
+};
+
+}  // namespace nbd
