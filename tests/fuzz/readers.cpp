@@ -90,7 +90,7 @@ constexpr std::array list{
     Reader{"journal", ".journal", read_journal},
     Reader{"frame", ".bin", [](const fs::path& file) { frame_from(text_of(file)); }},
     Reader{"checkpoint", ".h5", read_checkpoint},
-    Reader{"inspect", ".h5", [](const fs::path& file) { inspect(file); }},
+    Reader{"inspect", ".h5", [](const fs::path& file) { h5::inspect(file); }},
 };
 
 [[noreturn]] void complain(const Reader& reader, std::string_view what, std::string_view message) {
