@@ -242,7 +242,9 @@ void run(const ViewArguments& arguments, Output& out) {
     const Stopwatch watch;
     const std::vector<std::string> inputs = files_of(arguments.shown);
     check_output(arguments.output, {inputs.begin(), inputs.end()});
+    out.work("reading");
     const ViewScene scene = read_view(arguments.shown, out);
+    out.work("writing the page");
     h5::AtomicFile file(arguments.output);
     write_page(file.out(), scene);
     file.commit();
