@@ -146,7 +146,7 @@ void TemporaryFile::commit() {
     close(descriptor_);
     descriptor_ = -1;
     withdraw(slot_);
-    add_written(path_.string());
+    add_written(path_.native());
     synchronise_folder(temporary_.parent_path());
 }
 
