@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Runs the commands of the pages and checks the links of all .md files.
 
-The pages are README.md, CONTRIBUTING.md, apps/docs/*.md, apps/results/README.md and assets/*/README.md, in this order:
+The pages are README.md, CONTRIBUTING.md, apps/docs/*.md, apps/results/README.md, assets/*/README.md, and the other READMEs with
+commands, in this order:
 
     tests/docs_commands.py --build build/release --source .
 
@@ -328,7 +329,9 @@ def pages_of(source):
     docs = sorted((source / "apps" / "docs").glob("*.md"), key=lambda path: (path.name != "README.md", path.name))
     results = source / "apps" / "results" / "README.md"
     paths = [source / "README.md", source / "CONTRIBUTING.md", *docs, results, *sorted(source.glob("assets/*/README.md"))]
-    return [path.relative_to(source) for path in paths]
+    pages = [path.relative_to(source) for path in paths]
+    return pages + [page for page in all_markdown(source)
+                    if page not in pages and re.search(r"^```(sh|python)", (source / page).read_text(), re.M)]
 
 
 def all_markdown(source):
@@ -367,6 +370,9 @@ def main():
             print(f"{check_examples(help_of, folder)} examples in --help are right")
             for page in pages_of(source):
                 print(f"{page}", flush=True)
+                if "torch" in page.parts and not importlib.util.find_spec("torch"):
+                    print("  skipped: no Python module torch")
+                    continue
                 run_page(page, source, folder, environment, help_of)
     except Failure as failure:
         print(f"error: {failure}", file=sys.stderr)
