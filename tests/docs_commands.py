@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """Runs the commands of the pages and checks the links of all .md files.
 
-The pages are README.md, CONTRIBUTING.md, apps/docs/*.md, apps/results/README.md and assets/*/README.md, in this order:
+The pages are README.md, CONTRIBUTING.md, apps/docs/*.md, apps/results/README.md, assets/*/README.md, and the other READMEs with
+commands, in this order:
 
     tests/docs_commands.py --build build/release --source .
 
 - A block marked ```sh runs line by line, as written, in a fresh folder that looks like the project's: its files, with
   the build as build/release and an empty out/. Later pages see what earlier ones wrote.
+- A block marked ```output is what the block before it prints; figures may differ a little (same_line()).
 - A block marked ```sh long, or a command inside the text, is checked only: the program exists, and every subcommand,
   option and named choice is in its --help.
 - A block marked ```python runs where the modules that it imports are installed.
@@ -186,6 +188,9 @@ def check_examples(help_of, folder):
         lines = re.findall(r"^  ((?:mpirun .*)?nbdtree .*)", text.split("Examples:")[-1], re.M)
         if "Examples:" not in text or len(lines) < 2:
             raise Failure(f"nbdtree {command} --help: shows {len(lines)} examples; wanted: 2")
+        for below in re.findall(r"([A-Z]+) .*see below$", text, re.M):
+            if not re.search(rf"^{below}: ", text, re.M):
+                raise Failure(f"nbdtree {command} --help: nothing about {below} stands below")
         for line in lines:
             check(line, help_of, folder)
         examples += len(lines)
@@ -205,7 +210,7 @@ def make_folder(folder, source, build):
 
 
 def run(text, folder, environment):
-    """Runs a line of the shell; variables that it exports are kept. Returns the seconds."""
+    """Runs a line of the shell; variables that it exports are kept. Returns the seconds and what it printed."""
     start = time.monotonic()
     kept = folder / ".environment"
     script = f"set -eu -o pipefail\n{text}\nenv -0 > '{kept}'"
@@ -223,7 +228,35 @@ def run(text, folder, environment):
     exported = dict(pair.split("=", 1) for pair in kept.read_text().split("\0") if "=" in pair)
     environment.clear()
     environment.update(exported)
-    return time.monotonic() - start
+    return time.monotonic() - start, (folder / ".output").read_text()
+
+
+def same_line(wanted, got):
+    """Whether a printed line is the wanted one. Whole numbers may differ by a fiftieth, for other processors round
+    differently; numbers with a decimal point, which may be times, by any amount."""
+    number = re.compile(r"-?\d+\.\d+(?:e[+-]?\d+)?|\d+(?:e[+-]?\d+)?")
+    if number.sub("0", " ".join(wanted.split())) != number.sub("0", " ".join(got.split())):
+        return False
+    pairs = zip(number.findall(wanted), number.findall(got))
+    return all("." in a + b or "e" in a + b or abs(int(a) - int(b)) <= max(int(a), int(b)) / 50 for a, b in pairs)
+
+
+def check_output(expected, printed):
+    """Throws where a block marked output is not what was printed. A line of three points stands for any lines."""
+    wanted = [line for line in expected.splitlines() if line.strip()]
+    got = [line for line in printed.splitlines() if line.strip()]
+    skips = False
+    for line in wanted:
+        if line.strip() == "...":
+            skips = True
+            continue
+        while skips and got and not same_line(line, got[0]):
+            got.pop(0)
+        skips = False
+        if not got or not same_line(line, got.pop(0)):
+            raise Failure(f"the page says that the commands before print '{line}'; they print:\n{printed}")
+    if got and not skips:
+        raise Failure(f"the page does not say that the commands before print '{got[0]}'")
 
 
 def missing_modules(code):
@@ -238,6 +271,7 @@ def missing_bench(line, environment):
 
 def run_page(page, source, folder, environment, help_of):
     text = (source / page).read_text()
+    printed = ""
     for info, first, lines in blocks(text):
         number = first
         try:
@@ -248,12 +282,17 @@ def run_page(page, source, folder, environment, help_of):
                     print(f"  skipped {page}:{first}: no Python module {', '.join(missing)}")
                     continue
                 (folder / "out" / "block.py").write_text(code)
-                print(f"{run(f'{sys.executable} out/block.py', folder, environment):6.1f} s  {page}:{first}: python")
+                seconds, _ = run(f"{sys.executable} out/block.py", folder, environment)
+                print(f"{seconds:6.1f} s  {page}:{first}: python")
+            elif info == "output":
+                check_output("\n".join(lines), printed)
             elif info in ("sh", "sh long"):
+                printed = ""
                 for number, line in command_lines(first, lines):
                     check(line, help_of, folder) if info == "sh long" or line.startswith(OURS) else None
                     if info == "sh" and not missing_bench(line, environment):
-                        seconds = run(line, folder, environment)
+                        seconds, output = run(line, folder, environment)
+                        printed += output
                         print(f"{seconds:6.1f} s  {line}", flush=True)
         except Failure as failure:
             raise Failure(f"{page}:{number}: {failure}") from None
@@ -290,7 +329,9 @@ def pages_of(source):
     docs = sorted((source / "apps" / "docs").glob("*.md"), key=lambda path: (path.name != "README.md", path.name))
     results = source / "apps" / "results" / "README.md"
     paths = [source / "README.md", source / "CONTRIBUTING.md", *docs, results, *sorted(source.glob("assets/*/README.md"))]
-    return [path.relative_to(source) for path in paths]
+    pages = [path.relative_to(source) for path in paths]
+    return pages + [page for page in all_markdown(source)
+                    if page not in pages and re.search(r"^```(sh|python)", (source / page).read_text(), re.M)]
 
 
 def all_markdown(source):
@@ -329,6 +370,9 @@ def main():
             print(f"{check_examples(help_of, folder)} examples in --help are right")
             for page in pages_of(source):
                 print(f"{page}", flush=True)
+                if "torch" in page.parts and not importlib.util.find_spec("torch"):
+                    print("  skipped: no Python module torch")
+                    continue
                 run_page(page, source, folder, environment, help_of)
     except Failure as failure:
         print(f"error: {failure}", file=sys.stderr)

@@ -3,35 +3,67 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <string>
+#include <deque>
 
 #include "meshing/h5/temporary_files.hpp"
 
 namespace nbd {
 namespace {
 
-std::atomic<bool> flag = false, finishes = false;
-std::string message;  // must not change once signals are caught
-static_assert(std::atomic<bool>::is_always_lock_free);
+std::atomic<bool> flag = false, finishes = false, clears_line = false, is_terminal = false;
+std::string beginning;                           // must not change once signals are caught
+std::atomic<const std::string*> kept = nullptr;  // null: what h5::written_files() says
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<const std::string*>::is_always_lock_free);
 
+void say(std::string_view text) {
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text.data(), text.size());
+}
+
+/// The kinds of messages are put together from parts, since a signal handler must not allocate.
 void on_signal(int signal) {
-    if (finishes && !flag.exchange(true)) return;
+    if (clears_line) say("\r\033[K");
+    if (finishes && !flag.exchange(true)) {
+        if (is_terminal) say("stopping as soon as what was begun is complete; Ctrl-C again stops at once\n");
+        return;
+    }
     h5::remove_temporaries();
-    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
+    say(beginning);
+    if (const std::string* const text = kept) {
+        say(*text);
+    } else if (const std::string_view files = h5::written_files(); !files.empty()) {
+        say(files);
+        say(": written; the same command starts anew");
+    } else {
+        say("nothing was written; the same command starts anew");
+    }
+    say("\n");
     _exit(128 + signal);
 }
 
 }  // namespace
 
 void catch_interrupts(std::string_view program) {
-    message = std::string(program) + ": error: interrupted\n";
+    beginning = std::string(program) + ": error: interrupted: ";
+    is_terminal = isatty(STDERR_FILENO) != 0;
     struct sigaction action = {};
     action.sa_handler = on_signal;
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    sigset_t signals;  // which the parent may have blocked
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
 }
 
-void finish_on_interrupt() noexcept { finishes = true; }
+void say_on_interrupt(std::string text) {
+    static std::deque<std::string> said;  // a handler may still read earlier ones
+    kept = text.empty() ? nullptr : &said.emplace_back(std::move(text));
+}
+
+void finish_on_interrupt(bool does_finish) noexcept { finishes = does_finish; }
+
+void clear_line_on_interrupt(bool clears) noexcept { clears_line = clears; }
 
 const std::atomic<bool>& interrupt_flag() noexcept { return flag; }
 

@@ -84,6 +84,7 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
         tets = read_tets(path, &notes, &groups);
     }
     for (const std::string& note : notes) out.text(note);
+    out.work("making the body");
     if (groups.size() > max_regions) {
         out.text(fmt::format("{} groups of tetrahedra are left out; regions of material: at most {}",
                              groups.size(), max_regions));
@@ -105,24 +106,30 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
 MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config,
                            const Output& out) {
     check_memory(path, config.cage == 0 && config.inside.empty(), out);
+    out.work("reading the surface");
     TriMesh surface = read_surface(path);
     try {
         if (config.cage > 0) {
+            out.work("wrapping and filling a cage");
             CageBody caged =
                 make_cage_body(path.stem().string(), std::move(surface), config.cage, config.material);
             out.text(describe(caged.report));
             return {std::move(caged.body), caged.report.optimization, caged.report};
         }
         if (!config.inside.empty()) {
+            out.work("embedding");
             const Body outer = load_body(config.inside);
             out.text(describe(clean_soup(surface)));
             return {make_body_inside(path.stem().string(), std::move(surface), outer), {}, {}};
         }
+        out.work("checking the surface");
         const SolidBoundary boundary = make_solid_boundary(std::move(surface));
         out.text(fmt::format("surface: {}", describe(boundary.report)));
+        out.work("filling with tetrahedra");
         TetrahedralizeResult filled = tetrahedralize(boundary.mesh, config.tets);
         out.text(fmt::format("gmsh: grading {:.4g} after {} run(s)", filled.grading, filled.runs));
         if (filled.optimization.poor_before > 0) out.text(describe(filled.optimization));
+        out.work("making the body");
         order_by_place(filled.tets);
         return {make_body(path.stem().string(), boundary.mesh, std::move(filled.tets), config.material,
                           config.levels, config.scheme),

@@ -84,17 +84,10 @@ inline CLI::Validator sample_count() {
         "0, 16 .. 128");
 }
 
+/// One of these names; the message of another one names the nearest.
+CLI::Validator one_of(std::vector<std::string> names);
+
 /// Names of these bounds; also accepts their names of release 0.1.
-inline CLI::Validator bounds_name(std::span<const BoundKind> kinds = bound_kinds) {
-    std::vector<std::string> names;
-    for (const BoundKind kind : kinds) names.emplace_back(name(kind));
-    const CLI::Validator is_member = CLI::IsMember(names);
-    return CLI::Validator(
-        [is_member](std::string& text) {
-            std::string now(current_bound_name(text));
-            return is_member(now);
-        },
-        is_member.get_description());
-}
+CLI::Validator bounds_name(std::span<const BoundKind> kinds = bound_kinds);
 
 }  // namespace nbd

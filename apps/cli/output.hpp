@@ -2,15 +2,16 @@
 
 #include <fmt/core.h>
 
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
 namespace nbd {
 
-/// Output of a command: text on stdout, or one JSON object on stdout with --json; progress on stderr, as a
-/// bar on a terminal and as occasional plain lines elsewhere.
+class ProgressBar;
+
+/// Output of a command: text on stdout, or one JSON object on stdout with --json; on a terminal, a line on
+/// stderr says how far the work is, except with --quiet or --json.
 class Output {
  public:
     bool quiet = false;
@@ -30,22 +31,22 @@ class Output {
     /// Prints the machine-readable result; only with --json.
     void result(const nlohmann::ordered_json& value) const;
 
-    /// Reports `done` of `total` steps of `what` and an estimate of the time left. May be called often; in
-    /// the first call, `done` is the number of steps done before.
-    void progress(std::string_view what, double done, double total, std::string_view note = {});
+    /// Says that long work of this name begins. What libraries tell of their progress belongs to it.
+    void work(std::string_view name) const;
 
-    /// Ends an unfinished bar, so that later output starts on a new line.
+    /// Reports `done` of `total` steps of `what`; total 0: not known. May be called often; in the first call,
+    /// `done` is the number of steps done before.
+    void progress(std::string_view what, double done, double total, std::string_view note = {}) const;
+
+    /// As progress(), of a part of the work that work() named.
+    void progress_of_work(std::string_view what, double done, double total) const;
+
+    /// Ends the line that tells of the work.
     void end_progress() const;
 
  private:
-    using Clock = std::chrono::steady_clock;
-    std::string what_;
-    Clock::time_point started_, last_;
-    double done_before_ = 0;            // steps done when the work on what_ began
-    mutable bool bar_is_open_ = false;  // the terminal shows an unfinished bar
+    /// Null where this output says nothing of progress.
+    ProgressBar* bar() const;
 };
-
-/// Minutes and seconds, as in 75 -> "1:15".
-std::string minutes(double seconds);
 
 }  // namespace nbd

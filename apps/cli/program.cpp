@@ -18,6 +18,7 @@
 #include "collision/base/notice.hpp"
 #include "collision/kernels/kernels.hpp"
 #include "meshing/h5/version.hpp"
+#include "meshing/progress/progress.hpp"
 #include "sim/json/nearest_name.hpp"
 
 namespace nbd {
@@ -85,13 +86,16 @@ void choose_kernels(const std::string& instructions) {
     const auto refuse = [&](const std::string& why) {
         throw CLI::ValidationError("--instructions", fmt::format("'{}'; {}", instructions, why));
     };
-    for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512})
-        if (instructions == name(set)) {
-            const Kernels* form = kernels_for(set);
-            if (!form) refuse("this CPU does not support these instructions");
-            return use_kernels(*form);
-        }
-    refuse("allowed: plain, avx2 and avx512");
+    std::vector<std::string> names;
+    for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512}) {
+        names.emplace_back(name(set));
+        if (instructions != name(set)) continue;
+        const Kernels* form = kernels_for(set);
+        if (!form) refuse("this CPU does not support these instructions");
+        return use_kernels(*form);
+    }
+    refuse(
+        fmt::format("allowed: plain, avx2 and avx512; the nearest is {}", nearest_name(instructions, names)));
 }
 
 /// The arguments after the program's name, in reverse order as CLI11 expects them, with old command names
@@ -124,14 +128,14 @@ int flush_output(std::string_view program) {
     return fail(program, 1, fmt::format("standard output: cannot write: {}", std::strerror(errno)));
 }
 
-std::string running_program;  // begins the libraries' warnings
+const Output* running = nullptr;  // of the command that runs
 
 /// Prints warnings of the libraries, each line only once.
 void say_once(std::string_view line) {
     static std::mutex mutex;
     static std::set<std::string, std::less<>> said;
     const std::lock_guard lock(mutex);
-    if (said.emplace(line).second) fmt::print(stderr, "{}: warning: {}\n", running_program, line);
+    if (said.emplace(line).second) running->warning(line);
 }
 
 int run(const Program& program, Output& out, int argc, char** argv) {
@@ -140,9 +144,12 @@ int run(const Program& program, Output& out, int argc, char** argv) {
     app.require_subcommand(1);
     app.fallthrough();  // global options may follow the command's own
 
-    running_program = program.name;
-    set_notice_handler(say_once);
     out.program = program.name;
+    running = &out;
+    set_notice_handler(say_once);
+    set_progress_handler([&out](std::string_view what, double done, double total) {
+        out.progress_of_work(what, done, total);
+    });
     for (int i = 0; i < argc; ++i) out.command_line += (i == 0 ? "" : " ") + quoted(argv[i]);
     int threads = 0;
     app.add_flag("-q,--quiet", out.quiet, "Print errors and warnings only, no progress and no tables");
@@ -157,8 +164,11 @@ int run(const Program& program, Output& out, int argc, char** argv) {
 
     program.add_commands(app, out);
 
-    for (const auto& [name, lines] : program.examples)
-        app.get_subcommand(name)->footer("Examples:\n" + lines);
+    for (const auto& [name, lines] : program.examples) {
+        CLI::App* const command = app.get_subcommand(name);
+        const std::string notes = command->get_footer();
+        command->footer(fmt::format("{}{}Examples:\n{}", notes, notes.empty() ? "" : "\n\n", lines));
+    }
     for (CLI::App* command : app.get_subcommands(nullptr))
         for (CLI::Option* option : command->get_options())
             if (option->get_expected_max() > 0) option->check(not_empty);
@@ -191,6 +201,7 @@ int run(const Program& program, Output& out, int argc, char** argv) {
         out.end_progress();
         return fail(program.name, 130, fmt::format("interrupted: {}", stop.what()));
     }
+    out.end_progress();
     return flush_output(program.name);
 }
 
@@ -207,6 +218,7 @@ int run_program(Program (*describe)(), int argc, char** argv) {
     try {
         return run(describe(), out, argc, argv);
     } catch (const std::bad_alloc&) {
+        out.end_progress();
         return fail(file_name(argv[0]), 1, "out of memory");
     } catch (const std::exception& error) {
         out.end_progress();

@@ -7,6 +7,8 @@
 #include <optional>
 #include <sstream>
 
+#include "sim/json/nearest_name.hpp"
+
 namespace nbd {
 namespace {
 
@@ -29,7 +31,10 @@ void set(MaterialChange& change, const std::string& text, const std::string& key
                                             : key == "density" ? &change.density
                                                                : nullptr;
     if (!constant && key != "law")
-        refuse(text, fmt::format("key \"{}\" is not known; allowed: young, poisson, density, law", key));
+        refuse(text,
+               fmt::format("key \"{}\" is not known; allowed: young, poisson, density, law; the nearest "
+                           "is {}",
+                           key, nearest_name(key, {"young", "poisson", "density", "law"})));
     if (constant ? constant->has_value() : change.law.has_value())
         refuse(text, fmt::format("key \"{}\" occurs twice", key));
     if (constant) {
@@ -38,8 +43,8 @@ void set(MaterialChange& change, const std::string& text, const std::string& key
     }
     change.law = material_law(value);
     if (!change.law)
-        refuse(text,
-               fmt::format("law \"{}\" is not known; allowed: {}", value, fmt::join(names_of_laws(), ", ")));
+        refuse(text, fmt::format("law \"{}\" is not known; allowed: {}; the nearest is {}", value,
+                                 fmt::join(names_of_laws(), ", "), nearest_name(value, names_of_laws())));
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ struct CalibrateArguments {
 
 void run(const CalibrateArguments& arguments, Output& out) {
     check_output(arguments.output, {arguments.recording});
+    out.work("calibrating");
     TreeFile file = load_tree(arguments.tree);
     calibrate(file, RecordingReader(arguments.recording), arguments.config);
     save_tree(arguments.output, file);

@@ -52,6 +52,7 @@ void run(const CollideArguments& arguments, Output& out) {
     check_distinct({{"pairs", arguments.pairs}, {"view", arguments.page}});
     for (const std::string& output : {arguments.pairs, arguments.page})
         if (!output.empty()) check_output(output, {arguments.a, arguments.b});
+    out.work("colliding");
     const BoundKind bounds = bound_kind(arguments.bounds);
     PosedSurface a = read_pose(arguments.a, bounds), b = read_pose(arguments.b, bounds);
     PosedTree tree_a = posed(a, bounds, arguments.margin), tree_b = posed(b, bounds, arguments.margin);

@@ -80,6 +80,7 @@ void run(const CoverageArguments& arguments, Output& out) {
     if (kinds.empty())
         throw std::runtime_error(fmt::format(
             "{0}: no bounds are calibrated; calibrate them with: nbdtree calibrate {0}", arguments.tree));
+    out.work("reading the recording");
     const TestFrames poses = test_frames(file, recording).back();
 
     // Bounds that never miss have no coverage, but contact scenes show their cost.
@@ -92,6 +93,7 @@ void run(const CoverageArguments& arguments, Output& out) {
     }
     std::vector<CoverageRow> coverage;
     for (const BoundKind kind : measured) {
+        out.work(fmt::format("coverage of {} bounds", name(kind)));
         const auto rows = measure_coverage(body, tree, kind, recording, poses.frames);
         coverage.insert(coverage.end(), rows.begin(), rows.end());
     }
@@ -101,6 +103,7 @@ void run(const CoverageArguments& arguments, Output& out) {
     nlohmann::ordered_json coverage_table = nlohmann::ordered_json::array(), contact_table = coverage_table;
     for (const CoverageRow& row : coverage) coverage_table.push_back(to_json(row));
     if (arguments.contacts.scenes > 0) {
+        out.work("misses");
         const auto rows =
             check_contact_scenes(body, tree, kinds, recording, poses.frames, arguments.contacts);
         out.text(to_text(rows));
@@ -108,9 +111,11 @@ void run(const CoverageArguments& arguments, Output& out) {
         for (const ContactScenesRow& row : rows) contact_table.push_back(to_json(row));
     }
     if (arguments.splits > 0)
-        for (const BoundKind kind : measured)
+        for (const BoundKind kind : measured) {
+            out.work(fmt::format("random splits of {} bounds", name(kind)));
             out.text(fmt::format("{}: {}", name(kind),
                                  to_text(check_random_splits(file, kind, recording, arguments.splits))));
+        }
     out.result({{"coverage", coverage_table}, {"contact_scenes", contact_table}});
 }
 

@@ -99,7 +99,6 @@ void report(const DatasetArguments& arguments, const ShardFolder& folder, const 
 }
 
 void run(const DatasetArguments& arguments, Output& out) {
-    finish_on_interrupt();
     const Shard shard = parse_shard(arguments.shard);
     const Rank rank = this_rank();
     if (rank.number > 0) {  // only rank 0 prints
@@ -115,14 +114,19 @@ void run(const DatasetArguments& arguments, Output& out) {
         arguments.solver == "direct" ? LinearSolver::direct : LinearSolver::iterative;
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
+    out.work("reading the body");
     const Body body = load_body(arguments.body);
 
+    finish_on_interrupt();
     const ShardFolder folder(arguments.output, plan.trajectories, plan.per_shard);
     if (shard.number >= plan.trajectories)
         throw std::invalid_argument(
             fmt::format("shard {} of {} trajectories is empty", arguments.shard, plan.trajectories));
     check_hold_out(plan, body);
     begin_dataset(folder, plan_json(plan, body));
+    say_on_interrupt(fmt::format("the trajectories done are kept in {}; the same command continues",
+                                 folder.path().string()));
+    out.work("checking what is there");
     Producer producer(body, plan, folder, hooks_for(folder, out));
 
     const bool alone = shard.count == 1 && rank.count == 1;
@@ -132,8 +136,12 @@ void run(const DatasetArguments& arguments, Output& out) {
     const int threads =
         static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
     const int start = static_cast<int>(std::int64_t{plan.trajectories} * rank.number / rank.count);
+    const auto merge = [&] {
+        out.work("merging");
+        return producer.merge();
+    };
     do producer.produce(mine, threads, start);
-    while (arguments.shard.empty() && !producer.merge());
+    while (arguments.shard.empty() && !merge());
 
     if (arguments.shard.empty()) {
         if (rank.number == 0) report(arguments, folder, body, out);
@@ -191,7 +199,7 @@ void add_dataset(CLI::App& app, Output& out) {
             "--solver", arguments->solver,
             "Solver of the steps' linear systems; direct: one factorisation per step, many times slower")
         ->capture_default_str()
-        ->check(CLI::IsMember({"iterative", "direct"}));
+        ->check(one_of({"iterative", "direct"}));
     command
         ->add_option("--attempts", plan.attempts,
                      "Maximum attempts per trajectory; each one after a failure halves the time step")

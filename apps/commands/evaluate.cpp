@@ -58,8 +58,10 @@ void run(const EvaluateArguments& arguments, Output& out) {
         throw std::runtime_error(
             fmt::format("{}: has no {} bounds", arguments.tree, fmt::join(arguments.bounds, ", ")));
     const RecordingReader recording(arguments.recording);
+    out.work("evaluating");
     const std::vector<EvaluationRow> rows = evaluate(tree, recording, config);
     if (!arguments.html.empty()) {
+        out.work("making the report");
         const std::string body = std::filesystem::path(arguments.tree).stem().string();
         const BodyFigures figures = make_body_figures(body, tree, recording, config.max_frames);
         h5::AtomicFile file(arguments.html);

@@ -49,6 +49,7 @@ void write_flat(const std::string& path, const CollisionTree& tree, Output& out)
 void export_tree(const ExportArguments& arguments, Output& out) {
     const std::string& output = arguments.is_flat ? arguments.flat : arguments.torch;
     check_output(output, {arguments.source.source});
+    out.work("exporting");
     const TreeFile file = load_tree(arguments.source.source);
     if (arguments.is_flat)
         write_flat(output, file.tree, out);

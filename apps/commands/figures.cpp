@@ -7,6 +7,7 @@
 #include <set>
 #include <tuple>
 
+#include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
@@ -55,17 +56,20 @@ void run(const FiguresArguments& arguments, Output& out) {
     }
     make_folder(folder);
     std::vector<BodyRows> bodies;
-    double done = 0;
     for (const auto& [name, tree, recording] : arguments.bodies) {
-        out.progress("bodies", done++, static_cast<double>(arguments.bodies.size()), name);
+        out.work(
+            fmt::format("figures of {}, body {} of {}", name, bodies.size() + 1, arguments.bodies.size()));
         BodyFigures figures =
             make_body_figures(name, load_tree(tree), RecordingReader(recording), arguments.max_frames);
         write_text(folder / ("figure10_" + name + ".csv"), to_csv(figures.spheres));
         write_page(folder / ("figure10_" + name), figures.spheres_page);
         write_page(folder / ("figure8_" + name), to_page(outside_by_margin(figures.rows)));
         bodies.push_back(std::move(figures.rows));
+        say_on_interrupt(
+            fmt::format("{} holds figures 8 and 10 of {} of {} bodies; the same command makes all anew",
+                        folder.string(), bodies.size(), arguments.bodies.size()));
     }
-    out.progress("bodies", done, done);
+    out.work("drawing");
     write_text(folder / "bounds.csv", to_csv(bodies));
     write_page(folder / "figure6", to_page(outside_by_depth(bodies)));
     write_page(folder / "figure7", to_page(radius_error_by_depth(bodies)));

@@ -19,9 +19,12 @@ namespace nbd {
 namespace {
 
 /// Summary of a dataset's manifest, after verifying the checksums of its files.
-std::string inspect_dataset(const std::filesystem::path& path) {
+std::string inspect_dataset(const std::filesystem::path& path, const Output& out) {
     const DatasetManifest manifest = read_dataset_manifest(path);
+    out.work("comparing with the manifest");
+    double done = 0;
     for (const DatasetShard& shard : manifest.shards) {
+        out.progress_of_work("files", done++, static_cast<double>(manifest.shards.size()));
         const std::filesystem::path file = path.parent_path() / shard.file;
         if (const std::string is = file_sha256(file); is != shard.sha256)
             throw std::runtime_error(fmt::format("{}: has SHA-256 {}; allowed: {}, as in {}", file.string(),
@@ -49,9 +52,9 @@ std::string inspect_flat_tree(const std::filesystem::path& path) {
     return text;
 }
 
-std::string inspect_container(const std::filesystem::path& path) {
+std::string inspect_container(const std::filesystem::path& path, const Output& out) {
     std::string report = h5::inspect(path);
-    if (is_dataset_view(path)) report += inspect_dataset(path);
+    if (is_dataset_view(path)) report += inspect_dataset(path, out);
     return report;
 }
 
@@ -76,9 +79,10 @@ void add_inspect(CLI::App& app, Output& out) {
         if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file) &&
             !std::filesystem::is_directory(file))
             throw std::runtime_error(file + ": is a special file; allowed: a regular file");
+        out.work("reading");
         const std::string report = deep                        ? check_file(file, body)
                                    : begins_as_flat_tree(file) ? inspect_flat_tree(file)
-                                                               : inspect_container(file);
+                                                               : inspect_container(file, out);
         out.text(report);
         out.result({{"file", file}, {"whole", true}, {"report", report}});
     });

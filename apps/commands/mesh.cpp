@@ -119,7 +119,7 @@ void add_mesh(CLI::App& app, Output& out) {
     const std::vector<CLI::Option*> of_material = {
         command->add_option("--law", arguments->law, "How stress follows from strain")
             ->capture_default_str()
-            ->check(CLI::IsMember(names_of_laws())),
+            ->check(one_of(names_of_laws())),
         command->add_option("--young", material.young, "Young's modulus, Pa")
             ->capture_default_str()
             ->check(positive()),
@@ -148,7 +148,7 @@ void add_mesh(CLI::App& app, Output& out) {
     CLI::Option* subdivision =
         command->add_option("--subdivision", arguments->scheme, "midpoint keeps the shape, loop rounds it")
             ->capture_default_str()
-            ->check(CLI::IsMember({"midpoint", "loop"}));
+            ->check(one_of({"midpoint", "loop"}));
     CLI::Option* cage =
         command
             ->add_option("--cage", arguments->config.cage,

@@ -41,6 +41,7 @@ void run(const ModesArguments& arguments, Output& out) {
     if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body});
     Body body = load_body(arguments.body);
     check_output(arguments.body, {});
+    out.work("computing modes");
     const auto [basis, report] = modes_of(body, arguments);
     body.modes = basis;
     save_body(arguments.body, body);

@@ -55,7 +55,6 @@ nlohmann::ordered_json to_json(const BoundsRace::Row& row) {
 }
 
 void run(const RaceArguments& arguments, Output& out) {
-    finish_on_interrupt();
     hold_blas_to_one_thread();
     SceneSpec spec = load_scene(arguments.scene);
     if (spec.contact.intersection_free)
@@ -67,6 +66,7 @@ void run(const RaceArguments& arguments, Output& out) {
     inputs.push_back(arguments.scene);
     if (!arguments.csv.empty()) check_output(arguments.csv, inputs);
 
+    out.work("loading");
     SceneFiles files;
     std::vector<LoadedBody> bodies;
     for (const SceneBody& body : spec.bodies) bodies.push_back(files.load(body, out));
@@ -75,11 +75,14 @@ void run(const RaceArguments& arguments, Output& out) {
     for (SceneBody& body : any.bodies) body.bounds = BoundKind::automatic;
     make_trees(any, bodies);  // serve all kinds
     BoundsRace race(spec, bodies, kinds);
+    finish_on_interrupt();
     out.progress("frames", 0, spec.time.frames);
     for (int frame = 1; frame <= spec.time.frames; ++frame) {
         if (interrupted())
-            throw Interrupted(fmt::format("{}: {} of {} frames done; nothing was written", arguments.scene,
-                                          frame - 1, spec.time.frames));
+            throw Interrupted(
+                fmt::format("{}: {} of {} frames done; nothing was written, the same command "
+                            "starts anew",
+                            arguments.scene, frame - 1, spec.time.frames));
         race.run_frame(arguments.audit > 0 && frame % arguments.audit == 0);
         out.progress("frames", frame, spec.time.frames);
     }

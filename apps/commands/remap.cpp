@@ -46,6 +46,7 @@ void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& t
 
 void run(const RemapArguments& arguments, Output& out) {
     check_output(arguments.output, {arguments.recording, arguments.from, arguments.to});
+    out.work("reading");
     const Body from = load_body(arguments.from), to = load_body(arguments.to);
     check_same_tets(arguments.to, to.tets, arguments.from, from.tets);
     const std::string from_hash = body_hash(from), to_hash = body_hash(to);

@@ -200,7 +200,6 @@ bool is_finished(const SceneOutput& paths, const std::vector<std::filesystem::pa
 }
 
 void run(const SimulateArguments& arguments, Output& out) {
-    finish_on_interrupt();
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     SceneSpec spec = load_scene(arguments.scene);
@@ -217,8 +216,18 @@ void run(const SimulateArguments& arguments, Output& out) {
     }
     std::optional<LiveRun> live;
     if (arguments.live) live.emplace(*arguments.live);
-    Journal journal(journal_path(paths), facts_of(arguments, spec), arguments.resume);
+    const std::string continues =
+        fmt::format("continue with: {}{}", out.command_line, arguments.resume ? "" : " --resume");
+    std::optional<Journal> opened;
+    const auto open_journal = [&] {
+        opened.emplace(journal_path(paths), facts_of(arguments, spec), arguments.resume);
+        say_on_interrupt(
+            fmt::format("{} holds the frames done; {}", journal_path(paths).string(), continues));
+    };
+    // A new one has to wait, so that a run that is stopped while it loads leaves nothing behind.
+    if (arguments.resume && std::filesystem::exists(journal_path(paths))) open_journal();
 
+    out.work("loading");
     SceneFiles files;
     std::vector<LoadedBody> bodies;
     std::vector<std::string> hashes;
@@ -239,6 +248,9 @@ void run(const SimulateArguments& arguments, Output& out) {
     std::optional<ContactComparison> comparison;
     if (arguments.compare) comparison.emplace(spec, bodies);
     if (live) live->begin(spec, bodies, world, paths.recording.filename().string());
+    finish_on_interrupt();
+    if (!opened) open_journal();
+    Journal& journal = *opened;
     bodies.clear();  // the world has its own copies of what it needs
     files = {};
     SimulationOutputs outputs(paths, spec, world, hashes,
@@ -314,9 +326,8 @@ void run(const SimulateArguments& arguments, Output& out) {
         throw std::runtime_error(
             fmt::format("{}: stopped at {:.4g} s: {}", arguments.scene, world.time(), failure));
     if (stopped)
-        throw Interrupted(fmt::format("{} holds the {} of {} frames done; continue with: {}{}",
-                                      paths.recording.string(), frame.number, spec.time.frames,
-                                      out.command_line, arguments.resume ? "" : " --resume"));
+        throw Interrupted(fmt::format("{} holds the {} of {} frames done; {}", paths.recording.string(),
+                                      frame.number, spec.time.frames, continues));
 }
 
 }  // namespace

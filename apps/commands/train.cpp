@@ -53,7 +53,6 @@ TrainConfig train_config(const TrainArguments& arguments) {
 }
 
 void run(const TrainArguments& arguments, Output& out) {
-    finish_on_interrupt();
     const Rank rank = this_rank();
     if (rank.number > 0) {  // only rank 0 prints
         out.quiet = true;
@@ -70,16 +69,24 @@ void run(const TrainArguments& arguments, Output& out) {
 
     TrainRun settings;
     settings.checkpoint = arguments.output + ".checkpoint";
-    settings.stage = [&](std::string_view stage) { out.text(stage); };
+    const std::filesystem::path shared_folder = arguments.output + ".networks";
+    const SharedTraining shared(shared_folder, rank);
+    const bool together = rank.count > 1 || std::filesystem::is_directory(shared_folder);
+    const std::filesystem::path kept = together ? shared_folder : settings.checkpoint;
+    const auto enter = [&](std::string_view stage) {
+        out.text(stage);
+        out.work(stage);
+        finish_on_interrupt(stage == networks_stage);
+        if (std::filesystem::exists(kept))
+            say_on_interrupt("the same command continues from " + kept.string());
+        if (interrupted()) throw TrainingCancelled("training was stopped");
+    };
+    settings.stage = enter;
     settings.hooks.cancel = &interrupt_flag();
     settings.hooks.progress = [&](const TrainingProgress& done) {
         out.progress("networks", done.nodes_done, done.nodes,
                      fmt::format("mean loss {:.2e}", done.mean_loss));
     };
-
-    const std::filesystem::path shared_folder = arguments.output + ".networks";
-    const SharedTraining shared(shared_folder, rank);
-    const bool together = rank.count > 1 || std::filesystem::is_directory(shared_folder);
     if (together)
         settings.networks = [&](const auto& inputs, const auto& targets, const MlpConfig& mlp,
                                 const TrainingHooks& hooks, std::vector<TrainedMlp>& networks) {
@@ -99,16 +106,16 @@ void run(const TrainArguments& arguments, Output& out) {
     TreeFile file;
     try {
         file = train_tree(std::move(surface), source, config, settings);
+        enter(file.facts.split.calibration_trajectories.empty() ? "writing" : "calibrating");
     } catch (const TrainingCancelled&) {
-        const std::filesystem::path kept = together ? shared_folder : settings.checkpoint;
-        throw Interrupted(std::filesystem::exists(kept) ? "the same command continues from " + kept.string()
-                                                        : "nothing has been trained yet");
+        throw Interrupted(std::filesystem::exists(kept)
+                              ? "the same command continues from " + kept.string()
+                              : "nothing was written; the same command starts anew");
     }
     if (rank.number == 0) {
         if (file.facts.split.calibration_trajectories.empty()) {
             out.warning("no trajectories were kept for calibration, so the bounds have no stated miss rate");
         } else {
-            out.text("calibrating");
             calibrate(file, source, arguments.calibrate);
         }
         save_tree(arguments.output, file);
@@ -196,17 +203,17 @@ void add_train(CLI::App& app, Output& out) {
                      "Networks of nbd bounds: default, or paper, which are as the paper has them: full label "
                      "frame, no linear part, no weight decay, float32")
         ->capture_default_str()
-        ->check(CLI::IsMember({"default", "paper"}));
+        ->check(one_of({"default", "paper"}));
     command
         ->add_option("--label-frame", arguments->label_frame,
                      "Alignment of the labels: clustered, as for the modal coordinates, or full, over all "
                      "vertices; default: clustered, paper networks: full")
-        ->check(CLI::IsMember({"clustered", "full"}));
+        ->check(one_of({"clustered", "full"}));
     command
         ->add_option("--linear-centre", arguments->linear_centre,
                      "Whether to fit a linear part of the centres besides the networks; default: true, paper "
                      "networks: false")
-        ->check(CLI::IsMember({"true", "false", "1", "0"}));
+        ->check(one_of({"true", "false", "1", "0"}));
     command
         ->add_option("--weight-decay", arguments->weight_decay,
                      "Share of the learning rate by which weights shrink per step; default: 0.1, paper "

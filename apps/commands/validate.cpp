@@ -48,6 +48,7 @@ void run(const std::vector<std::string>& scenes, Output& out) {
     nlohmann::ordered_json result = nlohmann::ordered_json::array();
     std::size_t count = 0, wrong = 0;
     for (const std::string& scene : scenes) {
+        out.work("checking " + scene);
         const std::vector<std::string> problems = problems_of(scene);
         count += problems.size();
         wrong += problems.empty() ? 0 : 1;

@@ -80,7 +80,9 @@ void tell(const ViewArguments& arguments, const ViewScene& scene, double seconds
 void run(const ViewArguments& arguments, Output& out) {
     const Stopwatch watch;
     check_output(arguments.output, files_of(arguments.shown));
+    out.work("reading");
     const ViewScene scene = read_view(arguments.shown, out);
+    out.work("writing the page");
     h5::AtomicFile file(arguments.output);
     write_page(file.out(), scene);
     file.commit();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "meshing/h5/content_hash.hpp"
+#include "meshing/progress/progress.hpp"
 
 namespace nbd::h5 {
 
@@ -19,6 +20,7 @@ class Report {
     Report(const std::filesystem::path& path, bool follow) : file_(path), follow_(follow) {}
 
     std::string text() {
+        total_ = bytes_below("/");
         add("{}: {} version {}, {} bytes\n", file_.path().string(), file_.format().name,
             file_.format().version, std::filesystem::file_size(file_.path()));
         add_attributes("/", "");
@@ -88,7 +90,23 @@ class Report {
         content_hash(file_, std::vector{path});  // reads every chunk
         ++datasets_;
         bytes_ += element_count(shape) * size_of(type);
+        tell_progress(fmt::format("MB of {}", file_.path().filename().string()),
+                      1e-6 * static_cast<double>(bytes_), 1e-6 * static_cast<double>(total_));
         add("{}: {} {}\n", label, h5::name(type), h5::text(shape));
+    }
+
+    /// Bytes of the numbers that this file itself stores.
+    std::size_t bytes_below(const std::string& group) const {
+        std::size_t bytes = 0;
+        for (const std::string& name : file_.children(group)) {
+            const std::string path = group == "/" ? name : fmt::format("{}/{}", group, name);
+            if (!file_.link_target(path).empty()) continue;
+            if (file_.is_group(path))
+                bytes += bytes_below(path);
+            else if (!file_.is_text(path) && !file_.virtual_source(path))
+                bytes += element_count(file_.shape(path)) * size_of(file_.type(path));
+        }
+        return bytes;
     }
 
     void check_body() {
@@ -118,7 +136,7 @@ class Report {
     bool follow_;
     std::string text_;
     std::set<std::string> sources_;
-    std::size_t datasets_ = 0, bytes_ = 0;
+    std::size_t datasets_ = 0, bytes_ = 0, total_ = 0;
 };
 
 }  // namespace

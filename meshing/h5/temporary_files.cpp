@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -11,6 +12,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -39,6 +41,23 @@ int publish(const std::string& name) noexcept {
         return static_cast<int>(i);
     }
     return -1;
+}
+
+/// Names of committed files, which a signal handler may read at any moment: what was written never changes.
+struct Written {
+    std::mutex writing;
+    std::array<char, PATH_MAX> names{};
+    std::atomic<std::size_t> length = 0;
+} written;
+
+void add_written(const std::string& name) noexcept {
+    const std::lock_guard lock(written.writing);
+    const std::string_view separator = written.length == 0 ? "" : ", ";
+    if (written.length + separator.size() + name.size() > written.names.size()) return;
+    char* end = written.names.data() + written.length;
+    end = std::copy(separator.begin(), separator.end(), end);
+    end = std::copy(name.begin(), name.end(), end);
+    written.length = static_cast<std::size_t>(end - written.names.data());
 }
 
 void withdraw(int slot) noexcept {
@@ -127,6 +146,7 @@ void TemporaryFile::commit() {
     close(descriptor_);
     descriptor_ = -1;
     withdraw(slot_);
+    add_written(path_.native());
     synchronise_folder(temporary_.parent_path());
 }
 
@@ -149,5 +169,7 @@ void remove_temporaries() noexcept {
         if (slot.state == Slot::live) unlink(slot.name.data());
     errno = error;
 }
+
+std::string_view written_files() noexcept { return {written.names.data(), written.length}; }
 
 }  // namespace nbd::h5

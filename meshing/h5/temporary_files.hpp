@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 
 namespace nbd::h5 {
 
@@ -38,5 +39,9 @@ void remove_abandoned(const std::filesystem::path& path);
 /// Removes the temporary files of all live TemporaryFile objects. Async-signal-safe, for a handler that then
 /// ends the process.
 void remove_temporaries() noexcept;
+
+/// The final names of the files that this process has written so far, "a.csv, b.csv", in at most 4 kB.
+/// Async-signal-safe.
+std::string_view written_files() noexcept;
 
 }  // namespace nbd::h5

@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "meshing/progress/progress.hpp"
+
 namespace nbd {
 namespace {
 
@@ -73,7 +75,9 @@ TetMesh run_gmsh(const TriMesh& surface, const SizeField& size, double scale) {
     gmsh::model::mesh::addElementsByType(shell, 2, {}, corners);
     gmsh::model::geo::addVolume({gmsh::model::geo::addSurfaceLoop({shell})});
     gmsh::model::geo::synchronize();
+    int sized = 0;
     gmsh::model::mesh::setSizeCallback([&](int, int, double x, double y, double z) {
+        if (++sized % 256 == 0) tell_progress("points of gmsh", sized, 0);
         return size(Eigen::Vector3d(x, y, z) / scale) * scale;
     });
     gmsh::model::mesh::generate(3);

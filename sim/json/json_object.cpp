@@ -167,7 +167,11 @@ std::string JsonObject::choice(const std::string& key, const std::string& fallba
         const std::string chosen(current ? current(text) : text);
         if (std::ranges::find(choices, chosen) != choices.end()) return chosen;
     }
-    problem(key, fmt::format("is {}, but must be {}", shown(*entry), joined(choices, " or ")));
+    problem(key,
+            fmt::format("is {}, but must be {}{}", shown(*entry), joined(choices, " or "),
+                        entry->is_string() ? fmt::format("; the nearest is \"{}\"",
+                                                         nearest_name(entry->get<std::string>(), choices))
+                                           : ""));
     return fallback;
 }
 

@@ -140,7 +140,7 @@ TEST_F(BadInputTest, RejectsInvalidCommandLines) {
         {{"inspect", "box.h5", "--threads", "-1"}, 2, "--threads: Value -1 not in range 0 to 1024"},
         {{"inspect", "box.h5", "--instructions", "neon"},
          2,
-         "--instructions: 'neon'; allowed: plain, avx2 and avx512"},
+         "--instructions: 'neon'; allowed: plain, avx2 and avx512; the nearest is plain"},
         {{"inspect", ""}, 2, "FILE: must not be empty"},
         {{"mesh", "box.obj", "-o", "x.h5", "--cage", "500", "--nodes", "500"}, 2, "--nodes excludes --cage"},
         {{"mesh", "box.obj", "-o", "x.h5", "--cage", "500", "--subdivide", "1"},
@@ -184,12 +184,17 @@ TEST_F(BadInputTest, RejectsInvalidCommandLines) {
          "--region: \"group 1:young=1,young=2\": key \"young\" occurs twice"},
         {{"mesh", "--region", "group 1:yung=1", "two.mesh", "-o", "x.h5"},
          2,
-         "--region: \"group 1:yung=1\": key \"yung\" is not known; allowed: young, poisson, density, law"},
+         "--region: \"group 1:yung=1\": key \"yung\" is not known; allowed: young, poisson, density, law; "
+         "the "
+         "nearest is young"},
         {{"mesh", "two.mesh", "-o", "x.h5", "--region", "group 1:law=jelly"},
          2,
          "--region: \"group 1:law=jelly\": law \"jelly\" is not known; allowed: corotated, "
-         "stable_neo_hookean, "
-         "st_venant_kirchhoff"},
+         "stable_neo_hookean, st_venant_kirchhoff; the nearest is corotated"},
+        {{"mesh", "box.obj", "-o", "x.h5", "--law", "neo_hookean"},
+         2,
+         "--law: neo_hookean not in {corotated,stable_neo_hookean,st_venant_kirchhoff}; the nearest is "
+         "stable_neo_hookean"},
         {{"mesh", "two.mesh", "-o", "x.h5", "--region", "group 1:young=1", "--region", "group 1:young=2"},
          2,
          "--region: names \"group 1\" twice"},
@@ -218,7 +223,8 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
         {mesh("--nodes", "3"), 1,
          "box.obj: 3 nodes are not possible; allowed for a surface of 56 vertices: about ..."},
         {mesh("--subdivide", "9"), 2, "--subdivide: Value 9 not in range 0 to 4"},
-        {mesh("--subdivision", "butterfly"), 2, "--subdivision: butterfly not in {midpoint,loop}"},
+        {mesh("--subdivision", "butterfly"), 2,
+         "--subdivision: butterfly not in {midpoint,loop}; the nearest is midpoint"},
         {mesh("--cage", "49"), 2, "--cage: Value 49 not in range 50 to 200000"},
         {mesh("--cage", "many"), 2, "--cage: Value many not in range 50 to 200000"},
         {mesh("--grading", "-1"), 2, "--grading: is '-1'; allowed: a number >= 0 and <= 2"},
@@ -241,7 +247,8 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
         {{"evaluate", "tree.h5", "data.h5", "--bounds", "foo"},
          2,
          "--bounds: foo not in "
-         "{exact,boxes,bd,nbd,learned_spheres,learned_boxes,learned_affine,certified,affine,auto}"},
+         "{exact,boxes,bd,nbd,learned_spheres,learned_boxes,learned_affine,certified,affine,auto}; the "
+         "nearest is bd"},
         {{"evaluate", "tree.h5", "data.h5", "--bounds", "exact,affine"},
          1,
          "affine bounds are not those of the tree's nodes, which this command measures; compare their face "
@@ -249,7 +256,8 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
         {{"coverage", "tree.h5", "data.h5", "--bounds", "affine", "--contacts", "0"},
          1,
          "affine bounds never miss, so they have no coverage to measure"},
-        {train("--bounds", "bd"), 2, "--bounds: bd not in {nbd,learned_spheres,learned_affine}"},
+        {train("--bounds", "bd"), 2,
+         "--bounds: bd not in {nbd,learned_spheres,learned_affine}; the nearest is nbd"},
         {train("--samples", "17"), 2, "--samples: is '17'; allowed: 0, 16, 32 .. 128"},
         {{"transfer", "tree.h5", "box.h5"}, 2, "--output is required"},
         {{"evaluate", "tree.h5", "data.h5", "--margins", "0,-1"},
@@ -267,7 +275,8 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
         {{"collide", "box.obj", "box.obj", "--bounds", "foo"},
          2,
          "--bounds: foo not in "
-         "{exact,boxes,bd,nbd,learned_spheres,learned_boxes,learned_affine,certified,affine,auto}"},
+         "{exact,boxes,bd,nbd,learned_spheres,learned_boxes,learned_affine,certified,affine,auto}; the "
+         "nearest is bd"},
     });
 }
 
@@ -367,15 +376,26 @@ TEST_F(BadInputTest, RejectsInvalidScenes) {
          said(0, R"(bodies[0]: unknown key "velosity"; the nearest known one is "velocity")")},
         {scene(R"({"body": "box.h5", "margin": "wide"})"), 1,
          said(1, R"(bodies[0].margin: must be a number, not "wide")")},
-        {scene(R"({"body": "none.h5"})"), 1, "none.h5: cannot be read: No such file or directory"},
+        {scene(R"({"body": "none.h5"})"), 1, "none.h5: No such file or directory; " + ours},
         {scene(R"({"body": "other.h5", "tree": "tree.h5"})"), 1,
          "tree.h5: this tree belongs to another body than other.h5"},
         {scene(R"({"body": "box.h5", "bounds": "nbd"})"), 1,
          said(4,
               R"(bodies[0].tree: is missing: bounds "nbd" are learned or precomputed and need a tree file)")},
-        {scene(R"({"body": "box.h5", "bounds": "foo"})"), 1, said(5, "bodies[0].bounds: ...")},
+        {scene(R"({"body": "box.h5", "bounds": "boxs"})"), 1,
+         said(
+             5,
+             R"(bodies[0].bounds: is "boxs", but must be exact, boxes, bd, nbd, learned_spheres, learned_boxes, )"
+             R"(learned_affine, certified, affine or auto; the nearest is "boxes")")},
         {scene(""), 1, said(6, "bodies: must hold at least one body")},
         {scene("{"), 1, said(7, "line 1, column ...")},
+        {scene(R"({"body": "box.h5", "material": {"law": "neo_hookean"}})"), 1,
+         said(8, R"(bodies[0].material.law: is "neo_hookean", but must be corotated, stable_neo_hookean or )"
+                 R"(st_venant_kirchhoff; the nearest is "stable_neo_hookean")")},
+        {scene(R"({"body": "box.h5", "material": {"law": 3}})"), 1,
+         said(9,
+              "bodies[0].material.law: is 3, but must be corotated, stable_neo_hookean or "
+              "st_venant_kirchhoff")},
         {{"simulate", "none.json", "-o", "x.h5"},
          1,
          "none.json: cannot read the scene: No such file or directory"},
@@ -391,7 +411,8 @@ TEST_F(BadInputTest, RejectsInvalidScenes) {
     expect_refused({
         {simulate("x.h5", "--bounds", "foo"), 2,
          "--bounds: foo not in "
-         "{exact,boxes,bd,nbd,learned_spheres,learned_boxes,learned_affine,certified,affine,auto}"},
+         "{exact,boxes,bd,nbd,learned_spheres,learned_boxes,learned_affine,certified,affine,auto}; the "
+         "nearest is bd"},
         {{"simulate", "good.json", "-o", "x.h5", "--bounds", "affine", "--margin", "0.1"},
          1,
          "bodies[0] (box): margin is 0.1, but exact boxes take none"},

@@ -27,7 +27,7 @@ std::string temporary_file() {
 }  // namespace
 
 Running::Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-                 const char* program)
+                 const char* program, Start start)
     : out_(temporary_file()), err_(temporary_file()) {
     std::string name = std::filesystem::path(program).filename();
     std::vector<char*> argv{name.data()};
@@ -41,6 +41,13 @@ Running::Running(const std::filesystem::path& folder, const std::vector<std::str
     const int out = open(out_.c_str(), O_WRONLY), err = open(err_.c_str(), O_WRONLY);
     if (chdir(folder.c_str()) != 0 || dup2(out, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0)
         _exit(127);
+    if (start == Start::interrupted) {  // blocked and pending signals outlive execv()
+        sigset_t signals;
+        sigemptyset(&signals);
+        sigaddset(&signals, SIGINT);
+        sigprocmask(SIG_BLOCK, &signals, nullptr);
+        raise(SIGINT);
+    }
     execv(program, argv.data());
     _exit(127);
 }

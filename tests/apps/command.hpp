@@ -16,8 +16,11 @@ struct Ran {
 /// A run of `nbdtree`, or of the given program, in the background in `folder`.
 class Running {
  public:
+    /// interrupted: Ctrl-C has been pressed before the program begins, and comes when it handles it.
+    enum class Start { plain, interrupted };
+
     Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-            const char* program = NBD_COMMAND);
+            const char* program = NBD_COMMAND, Start start = Start::plain);
     ~Running();
     Running(const Running&) = delete;
     Running& operator=(const Running&) = delete;

@@ -275,14 +275,14 @@ TEST_F(MpiTest, AnyNumberOfRanksGivesTheSameFiles) {
 
 /// Kills a rank that is simulating; the name of its temporary file contains its process id.
 bool kill_a_rank(const fs::path& shards) {
-    constexpr std::string_view mark = ".part.h5.";
+    constexpr std::string_view ending = ".tmp";  // behind .NAME.HOST.PROCESS-NUMBER
     for (int i = 0; i < 20000; ++i) {
         std::error_code none_there;
         for (const auto& entry : fs::directory_iterator(shards, none_there)) {
             const std::string name = entry.path().filename();
-            const std::size_t at = name.find(mark);
-            if (at == std::string::npos) continue;
-            const int process = std::atoi(name.c_str() + at + mark.size());
+            if (name.find(".part.h5.") == std::string::npos || !name.ends_with(ending)) continue;
+            const int process =
+                std::atoi(name.c_str() + name.rfind('.', name.size() - ending.size() - 1) + 1);
             return process > 1 && ::kill(process, SIGKILL) == 0;
         }
         std::this_thread::sleep_for(std::chrono::milliseconds(1));

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <functional>
 #include <regex>
 #include <thread>
 
@@ -14,6 +15,9 @@ namespace {
 
 using InterruptTest = SmallFiles;
 
+const std::string nothing_written =
+    "nbdtree: error: interrupted: nothing was written; the same command starts anew\n";
+
 /// Sends Ctrl-C after the command has worked for `patience`.
 Ran run_and_interrupt(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
                       std::chrono::milliseconds patience = std::chrono::milliseconds(700)) {
@@ -24,14 +28,85 @@ Ran run_and_interrupt(const std::filesystem::path& folder, const std::vector<std
     return running.wait();
 }
 
+/// Sends Ctrl-C as soon as `is_time` holds of the folder.
+Ran run_and_interrupt(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
+                      const std::function<bool(const std::filesystem::path&)>& is_time) {
+    Running running(folder, arguments);
+    while (!is_time(folder) && !running.has_ended())
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    running.interrupt();
+    return running.wait();
+}
+
 TEST_F(InterruptTest, EndsACommandWithoutPartialResultsAtOnce) {
     write("fine.obj", obj_file(box(0.4, 0.1, 0.1, 60)));
     const auto before = listing(folder());
     const Ran ran = run_and_interrupt(folder(), {"mesh", "fine.obj", "-o", "fine.h5", "-q"},
                                       std::chrono::milliseconds(0));
     EXPECT_EQ(ran.status, 130);
-    EXPECT_EQ(ran.err, "nbdtree: error: interrupted\n");
+    EXPECT_EQ(ran.err, nothing_written);
     EXPECT_EQ(listing(folder()), before);
+}
+
+TEST_F(InterruptTest, EveryCommandSaysWhatIsKept) {
+    write("still.json", R"({"bodies": [{"body": "box.h5"}]})");
+    const auto before = listing(folder());
+    const std::vector<std::vector<std::string>> commands = {
+        {"mesh", "box.obj", "-o", "x.h5"},
+        {"modes", "box.h5", "-m", "16"},
+        {"dataset", "box.h5", "-o", "x.h5"},
+        {"remap", "data.h5", "--from", "box.h5", "--to", "box.h5", "-o", "x.h5"},
+        {"train", "box.h5", "data.h5", "-o", "x.h5"},
+        {"calibrate", "tree.h5", "data.h5", "-o", "x.h5"},
+        {"evaluate", "tree.h5", "data.h5", "--csv", "x.csv", "--html", "x.html"},
+        {"figures", "-o", "x", "--body", "A", "tree.h5", "data.h5"},
+        {"transfer", "tree.h5", "box.h5", "-o", "x.h5"},
+        {"export", "--flat", "tree.h5", "-o", "x.nbd"},
+        {"coverage", "tree.h5", "data.h5", "--csv", "x.csv"},
+        {"simulate", "still.json", "-o", "x.h5"},
+        {"race", "still.json", "--csv", "x.csv"},
+        {"validate", "still.json"},
+        {"collide", "box.obj", "box.obj", "--pairs", "x.csv", "--view", "x.html"},
+        {"inspect", "data.h5"},
+        {"view", "data.h5:0", "--body", "box.h5", "-o", "x.html"},
+    };
+    for (const std::vector<std::string>& arguments : commands) {
+        SCOPED_TRACE(arguments.front());
+        // The signal waits since before the program began, so that it comes before any work.
+        const Ran ran = Running(folder(), arguments, NBD_COMMAND, Running::Start::interrupted).wait();
+        EXPECT_EQ(ran.status, 130);
+        EXPECT_EQ(ran.out, "");
+        EXPECT_EQ(ran.err, nothing_written);
+        EXPECT_EQ(listing(folder()), before);
+    }
+}
+
+TEST_F(InterruptTest, NamesTheFilesThatAreWritten) {
+    const Ran ran = run_and_interrupt(
+        folder(),
+        {"coverage", "tree.h5", "data.h5", "--bounds", "exact", "--csv", "rows.csv", "--contacts", "1000000",
+         "-q"},
+        [](const std::filesystem::path& there) { return std::filesystem::exists(there / "rows.csv"); });
+    EXPECT_EQ(ran.status, 130);
+    EXPECT_EQ(ran.err, "nbdtree: error: interrupted: rows.csv: written; the same command starts anew\n");
+}
+
+TEST_F(InterruptTest, SaysHowManyBodiesHaveFigures) {
+    std::vector<std::string> arguments{"figures", "-o", "drawn", "-q"};
+    for (int i = 0; i < 50; ++i)
+        for (const std::string& part :
+             {std::string("--body"), "B" + std::to_string(i), std::string("tree.h5"), std::string("data.h5")})
+            arguments.push_back(part);
+    const Ran ran = run_and_interrupt(folder(), arguments, [](const std::filesystem::path& there) {
+        return std::filesystem::exists(there / "drawn" / "figure10_B2.csv");
+    });
+    EXPECT_EQ(ran.status, 130);
+    EXPECT_TRUE(std::regex_match(
+        ran.err, std::regex("nbdtree: error: interrupted: drawn holds figures 8 and 10 of [0-9]+ of 50 "
+                            "bodies; the same command makes all anew\n")))
+        << ran.err;
+    for (const std::string& name : listing(folder() / "drawn"))
+        EXPECT_TRUE(name.starts_with("figure")) << name;
 }
 
 TEST_F(InterruptTest, KeepsTheFramesOfASimulation) {
@@ -60,10 +135,10 @@ TEST_F(InterruptTest, TrainingResumesToTheSameTree) {
     auto on_one_thread = train("again.h5");  // slow enough to be still running when Ctrl-C arrives
     on_one_thread.insert(on_one_thread.end(), {"--threads", "1"});
     Ran ran;
-    // Slow builds may have trained nothing when Ctrl-C arrives; the message then says so.
+    // Slow builds may have trained nothing when Ctrl-C arrives.
     for (auto wait = std::chrono::milliseconds(200); wait < std::chrono::seconds(10); wait *= 2) {
         ran = run_and_interrupt(folder(), on_one_thread, wait);
-        if (ran.err != "nbdtree: error: interrupted: nothing has been trained yet\n") break;
+        if (ran.err != nothing_written) break;
     }
     EXPECT_EQ(ran.status, 130);
     EXPECT_EQ(ran.err, "nbdtree: error: interrupted: the same command continues from again.h5.checkpoint\n");

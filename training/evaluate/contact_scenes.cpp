@@ -7,6 +7,7 @@
 
 #include "collision/query/missing_pairs.hpp"
 #include "collision/query/pair_query.hpp"
+#include "meshing/progress/progress.hpp"
 #include "training/evaluate/contact_placement.hpp"
 
 namespace nbd {
@@ -123,6 +124,7 @@ std::vector<ContactScenesRow> check_contact_scenes(const SurfaceBody& body,
             candidates.back().row.bound = kind;
         }
     for (int s = 0; s < config.scenes; ++s) {
+        tell_progress("contact scenes", s, config.scenes);
         const Scene scene =
             maker.make(recording, frames, CounterRandom(config.seed, static_cast<std::uint64_t>(s)));
         exact.begin_poses(scene);
@@ -131,6 +133,7 @@ std::vector<ContactScenesRow> check_contact_scenes(const SurfaceBody& body,
         for (Candidate& candidate : candidates)
             candidate.add(scene, truth, exact.query.counters().leaf_pairs);
     }
+    tell_progress("contact scenes", config.scenes, config.scenes);
     std::vector<ContactScenesRow> rows;
     for (Candidate& candidate : candidates) {
         ContactScenesRow& row = candidate.row;

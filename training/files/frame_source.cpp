@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
+#include "meshing/progress/progress.hpp"
 #include "training/files/recording_hash.hpp"
 
 namespace nbd {
@@ -115,7 +116,9 @@ void FrameSource::visit(std::span<const FrameId> frames, bool with_nodes, const 
     Vertices nodes;
     std::array<Use, frame_slots> uses{};
     int index = 0;
+    const auto total = static_cast<double>(frames.size());
     while (!frames.empty()) {
+        tell_progress("poses", index, total);
         const int count = batch_size(frames);
         const auto batch = frames.first(static_cast<std::size_t>(count));
         int begin = 0, end = 0;  // frames to read
@@ -151,6 +154,7 @@ void FrameSource::visit(std::span<const FrameId> frames, bool with_nodes, const 
         frames = frames.subspan(static_cast<std::size_t>(count));
         index += count;
     }
+    tell_progress("poses", total, total);
 }
 
 }  // namespace nbd

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "meshing/h5/sha256.hpp"
+#include "meshing/progress/progress.hpp"
 
 namespace nbd {
 
@@ -15,6 +16,7 @@ std::string recording_hash(
     constexpr int frames_at_once = 64;
     h5::Sha256 hash;
     Vertices x;
+    double read = 0;
     const auto& infos = recording.trajectories();
     for (int i = 0; i < static_cast<int>(infos.size()); ++i) {
         const TrajectoryInfo& info = infos[static_cast<std::size_t>(i)];
@@ -26,6 +28,7 @@ std::string recording_hash(
             recording.read(i, begin, count, x);
             hash.add(std::as_bytes(std::span(x.data(), static_cast<std::size_t>(x.size()))));
             if (seen) seen(i, begin, count, x);
+            tell_progress("frames", read += count, static_cast<double>(recording.frames()));
         }
     }
     return hash.hex();

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "meshing/progress/progress.hpp"
+
 namespace nbd {
 
 namespace {
@@ -46,9 +48,12 @@ ClusteredModesChoice cluster_modes(const SurfaceBody& body, FrameSource& source,
     const Eigen::Index n = body.X.rows(), m = body.U.cols();
     const Eigen::Map<const PointRows> points(body.U.data(), n, 3 * m);
     std::vector<ClusteredModes> candidates;
-    for (int i = 0; i < config.initialisations; ++i)
+    for (int i = 0; i < config.initialisations; ++i) {
+        tell_progress("initialisations", i, config.initialisations);
         candidates.push_back(
             select_rows(body, k_means(points, config.k_means, static_cast<std::uint64_t>(i))));
+    }
+    tell_progress("initialisations", config.initialisations, config.initialisations);
 
     const std::vector<FrameId> sample = spread(frames, config.poses);
     const auto poses = static_cast<Eigen::Index>(sample.size());

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -10,6 +11,7 @@
 
 #include "collision/base/counter_random.hpp"
 #include "meshing/parallel/parallel_for.hpp"
+#include "meshing/progress/progress.hpp"
 
 namespace nbd {
 
@@ -96,11 +98,13 @@ LearnedModel choose_samples(const SurfaceBody& body, const SphereTree& tree, Fra
     samples.seed = counter_random(config.seed, 0, 0);
     const std::vector<Vertices> poses = some_poses(source, frames, config.sample_poses);
     std::vector<NodeSamples> nodes(tree.nodes.size());
+    std::atomic<int> chosen = 0;
     parallel_for(
         static_cast<int>(nodes.size()),
         [&](int i) {
             nodes[static_cast<std::size_t>(i)] =
                 choose_samples(body.X, poses, tree.node_vertices(i), samples);
+            tell_progress("nodes", ++chosen, static_cast<double>(nodes.size()));
         },
         1);
     return make_model(nodes, config.network);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -11,6 +12,7 @@
 #include "collision/base/counter_random.hpp"
 #include "collision/kernels/box_pack.hpp"
 #include "meshing/parallel/parallel_for.hpp"
+#include "meshing/progress/progress.hpp"
 #include "training/networks/mlp.hpp"
 
 namespace nbd {
@@ -40,6 +42,7 @@ std::vector<int> part_vertices(const WideTree& tree, int part) {
 std::vector<int> choose_part_samples(const SurfaceBody& body, std::span<const Vertices> poses,
                                      const WideTree& tree, int count, const SamplesConfig& config) {
     std::vector<int> samples(static_cast<std::size_t>(count * config.count));
+    std::atomic<int> done = 0;
     parallel_for(
         count,
         [&](int part) {
@@ -48,6 +51,7 @@ std::vector<int> choose_part_samples(const SurfaceBody& body, std::span<const Ve
             for (int k = 0; k < config.count; ++k)
                 samples[static_cast<std::size_t>(part * config.count + k)] =
                     chosen[static_cast<std::size_t>(k) % chosen.size()];
+            tell_progress("parts", ++done, count);
         },
         1);
     return samples;

@@ -115,7 +115,7 @@ void train_nbd(const SurfaceBody& body, FrameSource& source, std::span<const Fra
     run.enter("computing labels");
     PoseLabels labels =
         compute_labels(body, file.tree.spheres, choice.modes, source, frames, config.label_frame);
-    run.enter("training networks");
+    run.enter(networks_stage);
     file.tree.nbd = train_model(choice.modes, labels, config, run, file.facts.node_loss);
 }
 

@@ -57,6 +57,9 @@ int default_depth(std::span<const BoundKind> bounds, Eigen::Index faces);
 /// JSON text of the options, for TrainingFacts::config.
 std::string to_json(const TrainConfig& config);
 
+/// The stage whose work a checkpoint keeps.
+inline constexpr std::string_view networks_stage = "training networks";
+
 /// Callbacks and checkpoint settings of a training; they do not change its result.
 struct TrainRun {
     TrainingHooks hooks{};

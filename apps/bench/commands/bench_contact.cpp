@@ -9,7 +9,6 @@
 
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/contact/contact_runs.hpp"
-#include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "sim/factor/blas.hpp"
@@ -47,7 +46,6 @@ void tell(const ContactRun& r, Output& out) {
 }
 
 void run(const ContactArguments& arguments, Output& out) {
-    finish_on_interrupt();
     hold_blas_to_one_thread();
     ContactRunConfig config = arguments.config;
     config.pictures = arguments.pictures;

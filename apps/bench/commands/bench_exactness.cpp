@@ -5,7 +5,6 @@
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/exactness/exactness.hpp"
 #include "apps/bench/pairs/load_bench_bodies.hpp"
-#include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
@@ -49,7 +48,6 @@ void run(const ExactnessArguments& arguments, Output& out) {
         names.push_back(std::filesystem::path(file).stem().string());
         rows.push_back(check_exactness(body, arguments.config, [&](int scenes) {
             out.progress(names.back(), scenes, arguments.config.scenes, "scenes");
-            if (interrupted()) throw Interrupted("the table has the bodies before this one");
         }));
         Sum sum;
         for (const ExactnessRow& row : rows.back()) {

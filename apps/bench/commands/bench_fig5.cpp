@@ -6,7 +6,6 @@
 #include "apps/bench/pairs/load_bench_bodies.hpp"
 #include "apps/bench/pairs/own_methods.hpp"
 #include "apps/bench/pairs/race_table.hpp"
-#include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
@@ -44,7 +43,6 @@ void run(const Figure5Arguments& arguments, Output& out) {
         const auto rows =
             race(body, methods, scenes, arguments.race, [&](const std::string& method, double share) {
                 out.progress(fmt::format("figure 5, {} faces", body.faces()), 100 * share, 100, method);
-                if (interrupted()) throw Interrupted("the figure is not written");
             });
         table.rows.insert(table.rows.end(), rows.begin(), rows.end());
     }

@@ -6,7 +6,6 @@
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/continuous/impact_checks.hpp"
 #include "apps/bench/measure/machine.hpp"
-#include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
@@ -43,7 +42,6 @@ void run(const ImpactsArguments& arguments, Output& out) {
         check_random_impacts(arguments.random, arguments.samples, arguments.seed, [&](long done) {
             out.progress("random motion", static_cast<double>(done), static_cast<double>(arguments.random),
                          "queries");
-            if (interrupted()) throw Interrupted("no file was written");
         });
     out.text(
         fmt::format("random motion: {} queries, {} come too near in {} samples: {} missed, {} late; {} "

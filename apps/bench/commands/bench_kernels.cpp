@@ -37,6 +37,7 @@ void run(const KernelsArguments& arguments, Output& out) {
     std::vector<Vertices> poses(frames.size());
     for_each_frame(body, recording, frames,
                    [&](int, int index, VerticesRef x) { poses[static_cast<std::size_t>(index)] = x; });
+    out.work("timing kernels");
     const std::vector<KernelTime> times = time_kernels(file.tree, poses, arguments.nodes);
     if (times.empty())
         throw std::runtime_error(

@@ -11,10 +11,10 @@
 #include "apps/bench/pairs/own_methods.hpp"
 #include "apps/bench/pairs/race_table.hpp"
 #include "apps/bench/peers/peers.hpp"
-#include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
+#include "sim/json/nearest_name.hpp"
 #include "training/files/frame_stream.hpp"
 
 namespace nbd {
@@ -45,8 +45,13 @@ std::vector<PairMethodEntry> methods_for(const PeersArguments& arguments, const 
     std::vector<PairMethodEntry> all{reading_alone()};
     for (auto& some : {tree_methods(body), box_methods(body, arguments.clusters), peer_methods()})
         all.insert(all.end(), some.begin(), some.end());
+    std::vector<std::string> names;
+    for (const PairMethodEntry& method : all) names.push_back(method.name);
     std::erase_if(all, [&](const PairMethodEntry& method) { return !wanted(arguments, method.name); });
-    if (all.empty()) throw std::runtime_error("--methods matches none of the methods");
+    if (all.empty())
+        throw std::runtime_error(
+            fmt::format("--methods matches none of the methods; the nearest to '{}' is '{}'",
+                        arguments.only.front(), nearest_name(arguments.only.front(), names)));
     return all;
 }
 
@@ -67,11 +72,9 @@ RaceTable race_all(const PeersArguments& arguments, const std::vector<BenchBody>
         const BenchBody body = order == "tree" ? in_tree_order(as_given) : as_given;
         const std::vector<PairMethodEntry> methods = methods_for(arguments, body);
         const std::string what = fmt::format("{} {} {} faces", contact, order, body.faces());
-        const auto rows =
-            race(body, methods, scenes, arguments.race, [&](const std::string& method, double share) {
-                out.progress(what, 100 * share, 100, method);
-                if (interrupted()) throw Interrupted("the benchmark's tables are not written");
-            });
+        const auto rows = race(
+            body, methods, scenes, arguments.race,
+            [&](const std::string& method, double share) { out.progress(what, 100 * share, 100, method); });
         table.rows.insert(table.rows.end(), rows.begin(), rows.end());
     }
     return table;
@@ -127,13 +130,13 @@ void add_bench_peers(CLI::App& bench, Output& out) {
         ->required();
     command->add_option("--contact", arguments->contacts, "How much the bodies overlap")
         ->delimiter(',')
-        ->check(CLI::IsMember({"light", "heavy"}))
+        ->check(one_of({"light", "heavy"}))
         ->capture_default_str();
     command
         ->add_option("--order", arguments->orders,
                      "Order of the vertices: as in the file, or renumbered by the tree")
         ->delimiter(',')
-        ->check(CLI::IsMember({"file", "tree"}))
+        ->check(one_of({"file", "tree"}))
         ->capture_default_str();
     command->add_option("--methods", arguments->only, "Methods to time, by name or prefix*; default: all")
         ->delimiter(',');

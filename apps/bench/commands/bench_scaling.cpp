@@ -7,7 +7,6 @@
 #include "apps/bench/measure/machine.hpp"
 #include "apps/bench/pairs/load_bench_bodies.hpp"
 #include "apps/bench/pairs/scaling.hpp"
-#include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
@@ -36,7 +35,7 @@ void run(const ScalingArguments& arguments, Output& out) {
     const std::vector<FrameId> frames = unseen_frames(bodies, recording);
     const auto progress = [&](const std::string& what) {
         out.text(what);
-        if (interrupted()) throw Interrupted("the benchmark's tables are not written");
+        out.work(what);
     };
     out.text(this_machine());
     const auto crowds = race_crowds(bodies.front(), recording, frames, arguments.config, progress);

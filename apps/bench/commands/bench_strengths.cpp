@@ -27,8 +27,7 @@ void run(const BenchStrengthsArguments& arguments, Output& out) {
     std::vector<StrengthSet> sets;
     nlohmann::ordered_json result = nlohmann::ordered_json::array();
     for (const auto& [tree, data] : arguments.sets) {
-        out.progress("sets", static_cast<double>(sets.size()), static_cast<double>(arguments.sets.size()),
-                     data);
+        out.work(fmt::format("{}, set {} of {}", data, sets.size() + 1, arguments.sets.size()));
         const StrengthSet& set = sets.emplace_back(measure_strength(tree, data, bounds));
         out.text(
             fmt::format("{}: strength {:g}, displacement {:.3g} % of the body's length, stretches {:.3f} to "

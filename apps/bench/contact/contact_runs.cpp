@@ -9,7 +9,6 @@
 
 #include "apps/bench/contact/momentum_balance.hpp"
 #include "apps/bench/measure/machine.hpp"
-#include "apps/cli/interrupt.hpp"
 #include "apps/simulate/film.hpp"
 #include "apps/simulate/scene_files.hpp"
 #include "collision/base/counter_random.hpp"
@@ -74,7 +73,6 @@ ContactRun run_once(const SceneSpec& spec, std::span<const LoadedBody> bodies, C
     if (filmed) film.add_frame(0, surfaces_of(world));
     const std::string title = fmt::format("{}, {}, seed {}", run.scene, run.mode, run.seed);
     while (run.steps < run.planned && run.failure.empty()) {
-        if (interrupted()) throw Interrupted("no file was written");
         if (run.ms * 1e-3 > config.seconds) {
             run.failure = fmt::format("stopped after {:.0f} s", config.seconds);
             break;

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "apps/bench/steps/simulate_scenes.hpp"
-#include "apps/cli/interrupt.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
@@ -27,7 +26,6 @@ Means run_steps(const SimulateScene& scene, const StepConfig& step, int steps) {
         const WorldReport report = world.step(scene.dt);
         sum.failure = report.failure;
         if (!sum.failure.empty()) break;
-        if (interrupted()) throw Interrupted("the benchmark's table is not written");
         if (k == 0) continue;
         sum.milliseconds += 1e3 * watch.seconds() / steps;
         sum.iterations += static_cast<double>(report.solver_iterations) / steps;
@@ -55,7 +53,6 @@ Ringing ring_once(const Body& body, const SimulateScene& scene, StepConfig step,
         const WorldReport report = world.step(period / steps_per_period);
         row.failure = report.failure;
         if (!row.failure.empty()) break;
-        if (interrupted()) throw Interrupted("the benchmark's table is not written");
         const double share = (report.kinetic_energy + report.elastic_energy) / first;
         if (k == steps_per_period) row.energy_1 = share;
         row.energy_10 = share;
@@ -75,7 +72,7 @@ std::vector<LawTiming> time_laws(const Body& body, const LawBenchConfig& config,
             one.regions.clear();
             for (const SimulateScene& scene :
                  simulate_scenes(one, std::make_shared<const ElasticBody>(one))) {
-                out.progress(fmt::format("{}, {}, {}", name(law), name_of(tangent), scene.name), 0, 1);
+                out.work(fmt::format("{}, {}, {}", name(law), name_of(tangent), scene.name));
                 const Means once = run_steps(scene, {.tangent = tangent}, config.steps);
                 const Means newton = run_steps(scene,
                                                {.tangent = tangent,
@@ -118,7 +115,7 @@ std::vector<Ringing> ring(const Body& body, double strain, Output& out) {
         const double period = 2 * length * std::sqrt(one.material.density / one.material.young);
         for (const int steps : {20, 50, 100})
             for (const TimeIntegrator integrator : {TimeIntegrator::backward_euler, TimeIntegrator::bdf2}) {
-                out.progress(fmt::format("{}, {} steps a period", name(law), steps), 0, 1);
+                out.work(fmt::format("{}, {} steps a period", name(law), steps));
                 rows.push_back(ring_once(one, scene, {.integrator = integrator}, period, steps));
             }
     }

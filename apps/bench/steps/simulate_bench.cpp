@@ -10,7 +10,6 @@
 #include "apps/bench/measure/median.hpp"
 #include "apps/bench/steps/simulate_scenes.hpp"
 #include "apps/bench/steps/textbook_assembly.hpp"
-#include "apps/cli/interrupt.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
@@ -114,7 +113,6 @@ SimulateTiming time_scene(const Body& body, const ElasticBody& elastic, const Si
         }
         ++row.steps;
         out.progress(fmt::format("{} {} nodes, {}", row.body, row.nodes, row.scene), k, config.steps);
-        if (interrupted()) throw Interrupted("the benchmark's table is not written");
     }
     row.step = median(iterative.step);
     row.assemble = median(iterative.assemble);
