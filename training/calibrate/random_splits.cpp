@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "collision/base/stop.hpp"
 #include "training/calibrate/shape_scores.hpp"
 #include "training/files/split.hpp"
 
@@ -19,6 +20,7 @@ std::vector<RandomSplitsRow> check_random_splits(const BoundLevels& levels, cons
     if (ids.size() < 2) throw std::invalid_argument("fewer than two trajectories to draw splits from");
     std::vector<RandomSplitsRow> rows(static_cast<std::size_t>(levels.count()));
     for (int s = 0; s < splits; ++s) {
+        stop_if_asked();
         const HeldOut split = draw_held_out(ids, 0.5, seed + static_cast<std::uint64_t>(s));
         const Calibration calibration = calibrate(levels, shape, only(pool, split.train), config);
         const BoundScores test = only(pool, split.held_out);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "collision/base/stop.hpp"
 #include "collision/query/missing_pairs.hpp"
 #include "collision/query/pair_query.hpp"
 #include "training/evaluate/contact_placement.hpp"
@@ -123,6 +124,7 @@ std::vector<ContactScenesRow> check_contact_scenes(const SurfaceBody& body,
             candidates.back().row.bound = kind;
         }
     for (int s = 0; s < config.scenes; ++s) {
+        stop_if_asked();
         const Scene scene =
             maker.make(recording, frames, CounterRandom(config.seed, static_cast<std::uint64_t>(s)));
         exact.begin_poses(scene);

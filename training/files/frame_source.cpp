@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/stop.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "training/files/recording_hash.hpp"
 
@@ -116,6 +117,7 @@ void FrameSource::visit(std::span<const FrameId> frames, bool with_nodes, const 
     std::array<Use, frame_slots> uses{};
     int index = 0;
     while (!frames.empty()) {
+        stop_if_asked();
         const int count = batch_size(frames);
         const auto batch = frames.first(static_cast<std::size_t>(count));
         int begin = 0, end = 0;  // frames to read
