@@ -26,12 +26,16 @@ struct CoverageArguments {
     int splits = 0;
 };
 
-/// The requested bounds, or all calibrated ones.
-std::vector<BoundKind> chosen_bounds(const std::vector<std::string>& names, const CollisionTree& tree) {
+/// The requested bounds, or all calibrated ones. With contact scenes, the tree must have all of them.
+std::vector<BoundKind> chosen_bounds(const CoverageArguments& arguments, const CollisionTree& tree) {
     std::vector<BoundKind> kinds;
-    for (const std::string& name : names) kinds.push_back(bound_kind(name));
-    if (names.empty())
-        for (const auto& [kind, calibration] : tree.calibrations) kinds.push_back(kind);
+    for (const std::string& name : arguments.bounds) kinds.push_back(bound_kind(name));
+    try {
+        if (kinds.empty()) kinds = calibrated_bounds(tree);
+        if (arguments.contacts.scenes > 0) check_has_bounds(tree, kinds);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(fmt::format("{}: {}", arguments.tree, error.what()));
+    }
     return kinds;
 }
 
@@ -76,21 +80,14 @@ void run(const CoverageArguments& arguments, Output& out) {
     const RecordingReader recording(arguments.recording);
     const auto tree = refer_to(file.tree);
     const SurfaceBody body = surface_body(file);
-    const std::vector<BoundKind> kinds = chosen_bounds(arguments.bounds, *tree);
-    if (kinds.empty())
-        throw std::runtime_error(fmt::format(
-            "{0}: no bounds are calibrated; calibrate them with: nbdtree calibrate {0}", arguments.tree));
+    const std::vector<BoundKind> kinds = chosen_bounds(arguments, *tree);
     out.work("reading the recording");
     const TestFrames poses = test_frames(file, recording).back();
 
     // Bounds that never miss have no coverage, but contact scenes show their cost.
     std::vector<BoundKind> measured = kinds;
-    if (arguments.contacts.scenes > 0) {
-        for (const BoundKind kind : kinds)
-            if (!has_bounds(*tree, kind))
-                throw std::runtime_error(fmt::format("{}: has no {} bounds", arguments.tree, name(kind)));
+    if (arguments.contacts.scenes > 0)
         std::erase_if(measured, [](BoundKind kind) { return !can_miss(kind); });
-    }
     std::vector<CoverageRow> coverage;
     for (const BoundKind kind : measured) {
         out.work(fmt::format("coverage of {} bounds", name(kind)));

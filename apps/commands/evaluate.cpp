@@ -1,9 +1,7 @@
 #include "training/evaluate/evaluate.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -40,6 +38,16 @@ nlohmann::ordered_json to_json(const EvaluationRow& row) {
             {"vertices", row.vertices}};
 }
 
+/// As evaluate(); its messages about the bounds name the tree's file.
+std::vector<EvaluationRow> evaluated(const std::string& path, const TreeFile& tree,
+                                     const RecordingReader& recording, const EvaluateConfig& config) {
+    try {
+        return evaluate(tree, recording, config);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(fmt::format("{}: {}", path, error.what()));
+    }
+}
+
 void run(const EvaluateArguments& arguments, Output& out) {
     check_distinct({{"the table", arguments.csv}, {"the report", arguments.html}});
     for (const std::string& output : {arguments.csv, arguments.html})
@@ -48,18 +56,10 @@ void run(const EvaluateArguments& arguments, Output& out) {
     config.bounds.clear();
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
 
-    if (std::ranges::find(config.bounds, BoundKind::affine) != config.bounds.end())
-        throw std::runtime_error(fmt::format(
-            "affine bounds are not those of the tree's nodes, which this command measures; compare their "
-            "face pairs with: nbdtree coverage {} {} --bounds affine",
-            arguments.tree, arguments.recording));
     const TreeFile tree = load_tree(arguments.tree);
-    if (std::ranges::none_of(config.bounds, [&](BoundKind kind) { return has_bounds(tree.tree, kind); }))
-        throw std::runtime_error(
-            fmt::format("{}: has no {} bounds", arguments.tree, fmt::join(arguments.bounds, ", ")));
     const RecordingReader recording(arguments.recording);
     out.work("evaluating");
-    const std::vector<EvaluationRow> rows = evaluate(tree, recording, config);
+    const std::vector<EvaluationRow> rows = evaluated(arguments.tree, tree, recording, config);
     if (!arguments.html.empty()) {
         out.work("making the report");
         const std::string body = std::filesystem::path(arguments.tree).stem().string();

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/stop.hpp"
 #include "meshing/cage/chambers.hpp"
 #include "meshing/cage/divide_edges.hpp"
 #include "meshing/surface/edges.hpp"
@@ -86,6 +87,7 @@ class CageSearch {
     static constexpr int max_tries = 12;
 
     Wrap wrap(double alpha) const {
+        stop_if_asked();
         Wrap result{soup_.wrap(alpha, config_.offset_share * alpha), alpha, {}, 0};
         result.size = measure(result.surface);
         result.parts = count_parts(result.surface);

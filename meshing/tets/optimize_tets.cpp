@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "collision/base/stop.hpp"
 #include "meshing/tets/local_changes.hpp"
 #include "meshing/tets/tet_complex.hpp"
 #include "meshing/tets/tet_quality.hpp"
@@ -75,6 +76,7 @@ TetOptimization optimize_tets(TetMesh& tets, int max_new_nodes) {
         std::vector<int> next = poor;
         for (const int t : poor) {
             if (!is_poor(t)) continue;
+            stop_if_asked();
             const std::optional<TetChange> change = remedy(complex, t, result.nodes_added < max_new_nodes);
             if (!change) continue;
             result.nodes_added += change->node == complex.nodes();

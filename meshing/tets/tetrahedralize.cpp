@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/stop.hpp"
 #include "meshing/tets/gmsh_volume.hpp"
 #include "meshing/tets/nearest_vertex.hpp"
 
@@ -67,6 +68,7 @@ class Filler {
     TetMesh fill(double grading, double refinement) {
         ++runs_;
         return fill_with_gmsh(surface_, [&](const Eigen::Vector3d& p) {
+            stop_if_asked();
             const auto [vertex, distance] = nearest_.find(p);
             return refinement * (edge_[vertex] + grading * distance);
         });

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "collision/base/counter_random.hpp"
+#include "collision/base/stop.hpp"
 #include "meshing/progress/progress.hpp"
 #include "sim/factor/cholesky.hpp"
 
@@ -79,6 +80,7 @@ EigenPairs lowest_pairs(const Pencil& pencil, int count, const ModeOptions& opti
     int task = 0, info = 1;  // info = 1: start from `residual`
     while (true) {
         tell_progress("solves", pairs.solves, 0);
+        stop_if_asked();
         dsaupd_c(&task, "G", n, "LM", count, options.tolerance, residual.data(), basis, pairs.vectors.data(),
                  n, iparam, ipntr, work_d.data(), work_l.data(), static_cast<int>(work_l.size()), &info);
         auto x = work_d.segment(ipntr[0] - 1, n);

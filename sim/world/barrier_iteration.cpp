@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/stop.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "sim/fem/step_potential.hpp"
 #include "sim/world/world.hpp"
@@ -93,6 +94,7 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
     double size = 0, goal = 0;
     bool stuck = false;
     for (int k = 0; k < most && !stuck; ++k) {
+        stop_if_asked();
         const Stopwatch assembly;
         build_systems(given, &v);
         report.assemble_us += assembly.microseconds();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "collision/base/stop.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "sim/fem/step_potential.hpp"
 #include "sim/world/world.hpp"
@@ -83,6 +84,7 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
     const int max_iterations = config_.step.newton_iterations;
     double left = 0;
     for (int k = 0; k < max_iterations; ++k) {
+        stop_if_asked();
         const Eigen::VectorXd from = v;
         const Stopwatch assembly;
         build_systems(given, max_iterations > 1 ? &from : nullptr);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/stop.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {
@@ -34,6 +35,10 @@ std::vector<StartMove> World::resolve_start() {
     std::vector<Intersection> found;
     int stuck = -1;  // a body that is in an obstacle
     for (int round = 0; round < max_rounds; ++round) {
+        if (stop_asked()) {
+            forget_contacts();
+            throw StopAsked();
+        }
         stuck = -1;
         for (int b = 0; b < body_count(); ++b)
             for (const Obstacle& obstacle : obstacles_)

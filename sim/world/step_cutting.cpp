@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/stop.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "sim/world/world.hpp"
 
@@ -51,16 +53,24 @@ WorldReport World::step(double dt) {
     start_driving(dt);
     for (Body& body : bodies_) body.contact_forces.setZero();
     report.substeps = 1;
+    std::optional<PartStart> first, later;  // what parts began from; the first is the start of the step
     for (int done = 0; done < report.substeps;) {
         const double share = 1.0 / report.substeps;
         const StepPart part{.dt = dt * share,
                             .end = begin + dt * ((done + 1) * share),
                             .share = share,
                             .finest = report.substeps >= config_.step.max_substeps};
-        const PartStart start = part_start();
+        const PartStart& start = (first ? later : first).emplace(part_start());
         bool& settled = report.contacts_settled;  // of the parts that are kept
         const bool settled_before = std::exchange(settled, true);
-        const Rejection rejection = try_part(part, report);
+        Rejection rejection;
+        try {
+            stop_if_asked();
+            rejection = try_part(part, report);
+        } catch (const StopAsked&) {
+            take_back(*first);
+            throw;
+        }
         if (rejection) report.rejection = fmt::format("at {:.6g} s: {}", part.end, rejection.reason);
         const bool is_kept = !rejection || (part.finest && !rejection.fatal);
         settled = settled_before && (settled || !is_kept);

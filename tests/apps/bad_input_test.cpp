@@ -251,8 +251,8 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
          "nearest is bd"},
         {{"evaluate", "tree.h5", "data.h5", "--bounds", "exact,affine"},
          1,
-         "affine bounds are not those of the tree's nodes, which this command measures; compare their face "
-         "pairs with: nbdtree coverage tree.h5 data.h5 --bounds affine"},
+         "tree.h5: affine bounds are not those of the tree's nodes, which are evaluated; `nbdtree coverage` "
+         "measures them"},
         {{"coverage", "tree.h5", "data.h5", "--bounds", "affine", "--contacts", "0"},
          1,
          "affine bounds never miss, so they have no coverage to measure"},

@@ -210,6 +210,7 @@ def test_bad_arguments_are_refused(beam):
     for call, kind, text in [
         (lambda: world.positions(1), IndexError, "body: is 1; allowed: 0..0"),
         (lambda: world.step(-1), ValueError, "dt is -1"),
+        (lambda: world.intersecting(0, 0), ValueError, "a and b are one body"),
         (lambda: world.drive([0, 0], np.zeros((2, 3))), ValueError, "named twice"),
         (lambda: world.drive([0], np.zeros((2, 3))), ValueError, "targets"),
         (lambda: nbd.World(5), ValueError, "scene: is <class 'int'>; allowed: a path"),
@@ -219,3 +220,65 @@ def test_bad_arguments_are_refused(beam):
         with pytest.raises(kind) as error:
             call()
         assert text in one_line(error)
+
+
+def overlapping_beams(beam, **contact):
+    return {
+        "bodies": [{"body": beam}, {"body": beam, "transform": {"translate": [0.02, 0.01, 0.03]}}],
+        "contact": contact,
+    }
+
+
+def test_a_scene_stays_as_it_was_given(beam):
+    scene = falling_beams(beam)
+    bodies = scene["bodies"]
+    first, second = nbd.World(scene), nbd.World(scene)
+    assert scene["bodies"] is bodies and all(body["body"] is beam for body in bodies) and len(first) == len(second) == 2
+
+
+def test_bodies_are_moved_apart_on_call(beam):
+    world = nbd.World(overlapping_beams(beam, intersection_free=True))
+    for refused in (world.check_start, world.step):
+        with pytest.raises(ValueError) as error:
+            refused()
+        assert "intersect" in one_line(error)
+    assert len(world.intersecting_faces()) > 0 and world.start_moves == []
+    before = [world.positions(b).copy() for b in range(2)]
+    moves = world.resolve_start()
+    assert {body for body, _ in moves} == {0, 1}
+    for body, by in moves:
+        assert by.shape == (3,) and np.linalg.norm(by) > 0
+        assert np.allclose(world.positions(body) - before[body], by, atol=1e-12)
+    assert world.intersecting_faces() == [] and world.resolve_start() == []
+    world.check_start()
+    assert world.step(0.001).failure == "" and world.intersecting_faces() == []
+
+
+def test_a_scene_that_moves_bodies_apart_tells_it(beam):
+    world = nbd.World(overlapping_beams(beam, resolve_start=True))
+    called = nbd.World(overlapping_beams(beam))
+    assert len(world.start_moves) == 2
+    for (a, by), (b, same) in zip(world.start_moves, called.resolve_start()):
+        assert a == b and np.array_equal(by, same)
+
+
+def test_bodies_that_are_held_cannot_be_moved_apart(beam):
+    scene = overlapping_beams(beam)
+    for body in scene["bodies"]:
+        body["grips"] = [{"region": {"box": {"min": [-9, -9, -9], "max": [9, 9, 9]}}}]
+    world = nbd.World(scene)
+    with pytest.raises(ValueError) as error:
+        world.resolve_start()
+    assert "cannot be moved apart" in one_line(error)
+
+
+@pytest.mark.parametrize("contact", [{"self_contact": True}, {"intersection_free": True}])
+def test_modes_of_contact_are_keys_of_scenes(beam, contact):
+    world = nbd.World({**falling_beams(beam, 0.2), "contact": contact})
+    distances = []
+    for _ in range(60):
+        report = world.step()
+        assert report.failure == ""
+        distances.append(report.least_distance)
+    assert world.intersecting_faces() == []
+    assert (min(distances) < np.inf) == ("intersection_free" in contact)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "collision/base/stop.hpp"
 #include "meshing/progress/progress.hpp"
 #include "training/calibrate/shape_scores.hpp"
 #include "training/files/split.hpp"
@@ -21,6 +22,7 @@ std::vector<RandomSplitsRow> check_random_splits(const BoundLevels& levels, cons
     std::vector<RandomSplitsRow> rows(static_cast<std::size_t>(levels.count()));
     for (int s = 0; s < splits; ++s) {
         tell_progress("splits", s, splits);
+        stop_if_asked();
         const HeldOut split = draw_held_out(ids, 0.5, seed + static_cast<std::uint64_t>(s));
         const Calibration calibration = calibrate(levels, shape, only(pool, split.train), config);
         const BoundScores test = only(pool, split.held_out);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "collision/base/stop.hpp"
 #include "collision/query/missing_pairs.hpp"
 #include "collision/query/pair_query.hpp"
 #include "meshing/progress/progress.hpp"
@@ -125,6 +126,7 @@ std::vector<ContactScenesRow> check_contact_scenes(const SurfaceBody& body,
         }
     for (int s = 0; s < config.scenes; ++s) {
         tell_progress("contact scenes", s, config.scenes);
+        stop_if_asked();
         const Scene scene =
             maker.make(recording, frames, CounterRandom(config.seed, static_cast<std::uint64_t>(s)));
         exact.begin_poses(scene);

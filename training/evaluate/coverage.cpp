@@ -93,6 +93,21 @@ double share(long part, long all) { return static_cast<double>(part) / static_ca
 
 }  // namespace
 
+std::vector<BoundKind> calibrated_bounds(const CollisionTree& tree) {
+    std::vector<BoundKind> kinds;
+    for (const auto& [kind, calibration] : tree.calibrations) kinds.push_back(kind);
+    if (kinds.empty())
+        throw std::invalid_argument(
+            "no bounds of the tree are calibrated; calibrate them with: nbdtree calibrate");
+    return kinds;
+}
+
+void check_has_bounds(const CollisionTree& tree, std::span<const BoundKind> kinds) {
+    for (const BoundKind kind : kinds)
+        if (!has_bounds(tree, kind))
+            throw std::invalid_argument(fmt::format("the tree has no {} bounds", name(kind)));
+}
+
 std::vector<CoverageRow> measure_coverage(const SurfaceBody& body,
                                           const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
                                           const RecordingReader& recording, std::span<const FrameId> frames) {

@@ -28,6 +28,13 @@ struct CoverageRow {
     double out_of_range = 0;               // share of (pose, node) pairs bounded exactly
 };
 
+/// The kinds of bounds that the tree has a calibration for, in order. Throws std::invalid_argument if there
+/// are none.
+std::vector<BoundKind> calibrated_bounds(const CollisionTree& tree);
+
+/// Throws std::invalid_argument, naming it, for a kind of bounds that the tree does not have.
+void check_has_bounds(const CollisionTree& tree, std::span<const BoundKind> kinds);
+
 /// Measures whether a tree's calibrated bounds keep the stated miss rate on poses that neither training nor
 /// calibration saw. One row per depth; `learned_affine` has three, for boxes of clusters, blocks and leaves,
 /// whose nodes are LearnedAffineModel::bounds(). Streams; same bits on any number of threads. Throws

@@ -1,6 +1,7 @@
 #include "training/evaluate/evaluate.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -78,10 +79,25 @@ void check(const SurfaceBody& body, const CollisionTree& tree, std::span<const F
     for (const double margin : config.margins)
         if (!(margin >= 0 && std::isfinite(margin)))
             throw std::invalid_argument(fmt::format("margin {}; allowed: 0 or more", margin));
+    if (config.max_frames < 0)
+        throw std::invalid_argument(fmt::format("max_frames is {}; allowed: 0 or more", config.max_frames));
     if (frames.empty()) throw std::invalid_argument(fmt::format("{}: no frames to evaluate", name));
     if (tree.vertex_count != body.X.rows())
         throw std::invalid_argument(fmt::format("the tree has {} vertices, but the body's surface has {}",
                                                 tree.vertex_count, body.X.rows()));
+}
+
+void check_bounds(const CollisionTree& tree, const EvaluateConfig& config) {
+    std::vector<std::string_view> names;
+    for (const BoundKind kind : config.bounds) names.push_back(name(kind));
+    for (const BoundKind kind : {BoundKind::affine, BoundKind::learned_affine})
+        if (std::ranges::find(config.bounds, kind) != config.bounds.end())
+            throw std::invalid_argument(
+                fmt::format("{} bounds are not those of the tree's nodes, which are evaluated; `nbdtree "
+                            "coverage` measures them",
+                            name(kind)));
+    if (std::ranges::none_of(config.bounds, [&](BoundKind kind) { return has_bounds(tree, kind); }))
+        throw std::invalid_argument(fmt::format("the tree has no {} bounds", fmt::join(names, ", ")));
 }
 
 }  // namespace
@@ -174,6 +190,7 @@ std::vector<TestFrames> test_frames(const TreeFile& file, const RecordingReader&
 
 std::vector<EvaluationRow> evaluate(const TreeFile& file, const RecordingReader& recording,
                                     const EvaluateConfig& config) {
+    check_bounds(file.tree, config);
     const SurfaceBody body = surface_body(file);
     const auto tree = refer_to(file.tree);
     std::vector<EvaluationRow> rows;

@@ -54,7 +54,8 @@ struct TestFrames {
 std::vector<TestFrames> test_frames(const TreeFile& tree, const RecordingReader& recording);
 
 /// Evaluates a trained tree on all of its test_frames(), set by set. Throws what test_frames() and
-/// evaluate_frames() throw.
+/// evaluate_frames() throw, and std::invalid_argument if the tree has none of the bounds, and for
+/// `affine` and `learned_affine`.
 std::vector<EvaluationRow> evaluate(const TreeFile& tree, const RecordingReader& recording,
                                     const EvaluateConfig& config = {});
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/stop.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "meshing/progress/progress.hpp"
 #include "training/files/recording_hash.hpp"
@@ -119,6 +120,7 @@ void FrameSource::visit(std::span<const FrameId> frames, bool with_nodes, const 
     const auto total = static_cast<double>(frames.size());
     while (!frames.empty()) {
         tell_progress("poses", index, total);
+        stop_if_asked();
         const int count = batch_size(frames);
         const auto batch = frames.first(static_cast<std::size_t>(count));
         int begin = 0, end = 0;  // frames to read

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <span>
 
+#include "collision/base/stop.hpp"
 #include "meshing/h5/sha256.hpp"
 #include "meshing/progress/progress.hpp"
 
@@ -24,6 +25,7 @@ std::string recording_hash(
             fmt::format("{} {} {} {}\n", info.id, info.frames, recording.nodes(i), info.failure);
         hash.add(std::as_bytes(std::span(head)));
         for (int begin = 0; begin < info.frames; begin += frames_at_once) {
+            stop_if_asked();
             const int count = std::min(frames_at_once, info.frames - begin);
             recording.read(i, begin, count, x);
             hash.add(std::as_bytes(std::span(x.data(), static_cast<std::size_t>(x.size()))));

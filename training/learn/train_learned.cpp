@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "collision/base/counter_random.hpp"
+#include "collision/base/stop.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "meshing/progress/progress.hpp"
 
@@ -102,6 +103,7 @@ LearnedModel choose_samples(const SurfaceBody& body, const SphereTree& tree, Fra
     parallel_for(
         static_cast<int>(nodes.size()),
         [&](int i) {
+            stop_if_asked();
             nodes[static_cast<std::size_t>(i)] =
                 choose_samples(body.X, poses, tree.node_vertices(i), samples);
             tell_progress("nodes", ++chosen, static_cast<double>(nodes.size()));
@@ -116,6 +118,7 @@ void fit_sample_reach(const SampleReach& reach, const LearnedConfig& config, Lea
     parallel_for(
         static_cast<int>(model.nodes.size()),
         [&](int i) {
+            stop_if_asked();
             const LearnedModel::Node& node = model.nodes[static_cast<std::size_t>(i)];
             float* block = model.values.data() + node.value_begin;
             fit_range(reach, node, block + node.sample_count);

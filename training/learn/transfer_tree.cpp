@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "collision/base/stop.hpp"
 #include "collision/geometry/closest_points.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 
@@ -66,6 +67,7 @@ std::vector<int> leaves_of_faces(const TreeFile& trained, const SurfaceBody& bod
     const NearestLeaf nearest(trained);
     std::vector<int> leaves(static_cast<std::size_t>(body.F.rows()));
     parallel_for(static_cast<int>(leaves.size()), [&](int f) {
+        stop_if_asked();
         Eigen::Vector3d middle = Eigen::Vector3d::Zero();
         for (const int v : body.F.row(f)) middle += body.X.row(v).transpose().cast<double>() / 3;
         leaves[static_cast<std::size_t>(f)] = nearest.find(middle);
@@ -80,6 +82,7 @@ std::vector<float> move_vertices(const TreeFile& trained, const SurfaceBody& bod
     parallel_for(
         static_cast<int>(vertices.size()),
         [&](int i) {
+            stop_if_asked();
             Eigen::Index nearest = 0;
             const auto k = static_cast<std::size_t>(i);
             const float squared =

@@ -4,6 +4,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -93,6 +94,13 @@ Rows<Scalar>::Rows(py::handle value, const char* name, int columns) {
     array_ = converted<Scalar>(array, name);
 }
 
+template <class Scalar>
+void Rows<Scalar>::expect(Eigen::Index rows, const char* name, const char* each) const {
+    if (count() != rows)
+        throw std::invalid_argument(
+            fmt::format("{}: has {} rows; allowed: {}, one for each {}", name, count(), rows, each));
+}
+
 template class Rows<double>;
 template class Rows<float>;
 template class Rows<std::int32_t>;
@@ -120,6 +128,17 @@ ReferredVertices::ReferredVertices(py::handle value, const char* name, Eigen::In
 std::vector<int> index_list(py::handle value, const char* name) {
     const auto array = flat<std::int32_t>(value, name);
     return {array.data(), array.data() + array.size()};
+}
+
+std::vector<double> number_list(py::handle value, const char* name) {
+    const auto array = flat<double>(value, name);
+    return {array.data(), array.data() + array.size()};
+}
+
+void check_line(const std::string& text, const char* name) {
+    if (std::ranges::any_of(text, [](unsigned char c) { return std::iscntrl(c); }))
+        throw std::invalid_argument(
+            fmt::format("{}: has a control character; allowed: one line of text", name));
 }
 
 std::filesystem::path path_from(py::handle value, const char* name) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -76,6 +77,8 @@ class Rows {
     Rows(py::handle value, const char* name, int columns);
 
     py::ssize_t count() const { return array_.shape(0); }
+    /// Throws std::invalid_argument unless there are as many rows. each: what has a row, for the message.
+    void expect(Eigen::Index rows, const char* name, const char* each) const;
     template <class Matrix>
     Eigen::Map<const Matrix> as() const {
         static_assert(std::is_same_v<typename Matrix::Scalar, Scalar> && Matrix::IsRowMajor);
@@ -108,6 +111,12 @@ class ReferredVertices {
 
 /// A list or array of whole numbers.
 std::vector<int> index_list(py::handle value, const char* name);
+
+/// A list or array of numbers.
+std::vector<double> number_list(py::handle value, const char* name);
+
+/// Throws std::invalid_argument for a text with a control character, such as a line break.
+void check_line(const std::string& text, const char* name);
 
 /// A path. Throws std::invalid_argument, one line, for anything but a text or an object with a path.
 std::filesystem::path path_from(py::handle value, const char* name);

@@ -3,6 +3,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "apps/cli/mesh_file.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
@@ -33,6 +34,7 @@ Material make_material(double young, double poisson, double density, double rayl
 
 SharedBody body_of(const std::string& name, const TetMesh& tets, const std::optional<TriMesh>& surface,
                    const Material& material, int levels, const std::string& scheme) {
+    check_line(name, "name");
     const SubdivisionScheme subdivision = scheme_named(scheme);
     const LongCall call;
     return std::make_shared<Body>(surface ? make_body(name, *surface, tets, material, levels, subdivision)
@@ -70,8 +72,7 @@ SharedBody mesh_body(const path& file, std::optional<int> nodes, std::optional<d
     if (grading) config.tets.grading = *grading;
     Output silent;
     silent.quiet = true;
-    const FileCall call;
-    return std::make_shared<Body>(mesh_file(file, config, silent).body);
+    return stoppable<FileCall>([&] { return std::make_shared<Body>(mesh_file(file, config, silent).body); });
 }
 
 SharedBody with_modes(const Body& body, const Modes& modes) {
@@ -111,6 +112,14 @@ void bind_material(py::module_& m) {
         .def_readonly("rayleigh_stiffness", &Material::rayleigh_stiffness)
         .def_property_readonly("law",
                                [](const Material& material) { return std::string(name(material.law)); })
+        .def("__repr__",
+             [](const Material& material) {
+                 return fmt::format(
+                     "nbdtree.Material(young={}, poisson={}, density={}, rayleigh_mass={}, "
+                     "rayleigh_stiffness={}, law='{}')",
+                     material.young, material.poisson, material.density, material.rayleigh_mass,
+                     material.rayleigh_stiffness, name(material.law));
+             })
         .def(
             "__eq__", [](const Material& a, const Material& b) { return a == b; }, py::is_operator());
 }
@@ -129,8 +138,8 @@ void bind_modes(py::module_& m) {
     m.def(
         "vibration_modes",
         [](const Body& body, int count, std::uint64_t seed) {
-            const LongCall call;
-            return vibration_modes(ElasticBody(body), {.count = count, .seed = seed});
+            return stoppable(
+                [&] { return vibration_modes(ElasticBody(body), {.count = count, .seed = seed}); });
         },
         py::arg("body"), py::arg("count") = 128, py::arg("seed") = 1,
         "The lowest elastic vibration modes of the free body at rest. The same seed gives the same bits.");
@@ -157,6 +166,12 @@ void bind_bodies(py::module_& m) {
             "F", [](py::object self) { return view(self.cast<const Body&>().surface.F, self); },
             "Faces of the collision surface [m, 3]. Refers to the body.")
         .def_property_readonly(
+            "tets", [](const Body& body) -> const TetMesh& { return body.tets; },
+            "The tetrahedra as a TetMesh. Refers to the body.")
+        .def_property_readonly(
+            "surface", [](const Body& body) -> const TriMesh& { return body.surface; },
+            "The collision surface as a TriMesh. Refers to the body.")
+        .def_property_readonly(
             "W", [](py::object self) { return embedding_views(self.cast<const Body&>().W, self); },
             "The weights that carry nodes to the surface, (data, indices, indptr) as scipy.sparse.csr_matrix "
             "takes them, [n, N]. Refers to the body.")
@@ -164,9 +179,7 @@ void bind_bodies(py::module_& m) {
             "surface_positions",
             [](const Body& body, py::handle x) {
                 const NodeRows nodes(x, "x", 3);
-                if (nodes.count() != body.W.cols())
-                    throw std::invalid_argument(fmt::format("x: has {} rows; allowed: {}, one for each node",
-                                                            nodes.count(), body.W.cols()));
+                nodes.expect(body.W.cols(), "x", "node");
                 return owned(embedded(body.W, nodes.as<Nodes>()));
             },
             py::arg("x"), "Positions of the surface, W x, for node positions x [N, 3]. A new array.")
@@ -196,6 +209,7 @@ void bind_bodies(py::module_& m) {
     m.def(
         "save_body",
         [](const path& file, const Body& body) {
+            check_output(file, {});
             const FileCall call;
             save_body(file, body);
         },

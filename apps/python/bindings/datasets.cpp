@@ -47,7 +47,7 @@ void produce(const Body& body, const DatasetPlan& plan, const path& file, const 
     check_hold_out(plan, body);
     begin_dataset(folder, plan_json(plan, body));
     const auto stop_if_asked = [&] {
-        if (stoppable.asked()) throw Stopped("make_dataset: was stopped");
+        if (stoppable.asked()) throw StopAsked();
     };
     Producer producer(
         body, plan, folder,
@@ -103,7 +103,7 @@ void make_dataset(const Body& body, const path& file, int trajectories, int fram
     Progress progress(function, stoppable);
     try {
         produce(body, plan, file, licence, stoppable, progress);
-    } catch (const Stopped&) {
+    } catch (const StopAsked&) {
         progress.check();
         raise_stop("make_dataset: was stopped; the same call continues from " + file.string());
     }

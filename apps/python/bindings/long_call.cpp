@@ -27,14 +27,14 @@ bool is_ending = false;
 }
 
 // What a handler of signals may touch: the flags of the calls that can be stopped.
-std::array<std::atomic<std::atomic<bool>*>, 64> stoppable{};
+std::array<std::atomic<std::atomic<bool>*>, 64> flags_of_calls{};
 std::mutex handling;
 int handlers = 0;
 struct sigaction before;  // what handled Ctrl-C when the first of these calls began
 
 /// Also calls the handler of Python, which only notes the signal.
 void note_and_pass_on(int signal) {
-    for (auto& flag : stoppable)
+    for (auto& flag : flags_of_calls)
         if (std::atomic<bool>* asked = flag.load()) *asked = true;
     before.sa_handler(signal);
 }
@@ -82,6 +82,11 @@ void end_calls() {
     none_running.wait(lock, [] { return running == 0; });
 }
 
+void forget_calls() {
+    const std::scoped_lock lock(counting);
+    running = is_in_progress ? 1 : 0;
+}
+
 std::mutex& FileCall::files() {
     static std::mutex one;
     if (is_in_progress)
@@ -91,7 +96,7 @@ std::mutex& FileCall::files() {
 
 Stoppable::Stoppable() {
     const std::scoped_lock lock(handling);
-    for (auto& flag : stoppable) {
+    for (auto& flag : flags_of_calls) {
         std::atomic<bool>* free = nullptr;
         if (flag.compare_exchange_strong(free, &asked_)) break;
     }
@@ -106,7 +111,7 @@ Stoppable::Stoppable() {
 
 Stoppable::~Stoppable() {
     const std::scoped_lock lock(handling);
-    for (auto& flag : stoppable) {
+    for (auto& flag : flags_of_calls) {
         std::atomic<bool>* ours = &asked_;
         flag.compare_exchange_strong(ours, nullptr);
     }

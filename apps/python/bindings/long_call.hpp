@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "collision/base/stop.hpp"
 #include "sim/factor/blas.hpp"
 
 namespace nbd::python {
@@ -49,7 +50,8 @@ class FileCall : public LongCall {
     std::scoped_lock<std::mutex> one_;
 };
 
-/// While alive, Ctrl-C sets asked(), beside what Python does. Make it with the GIL, before a FileCall.
+/// While alive, Ctrl-C sets asked(), beside what Python does, and stop_if_asked() of this thread looks at it.
+/// Make it with the GIL, before a FileCall.
 class Stoppable {
  public:
     Stoppable();
@@ -62,11 +64,25 @@ class Stoppable {
 
  private:
     std::atomic<bool> asked_ = false;
+    StopScope scope_{asked_};
 };
 
 /// Raises what the signal handlers of Python raise, KeyboardInterrupt for Ctrl-C. Call it after a call that
 /// was stopped; throws Stopped where no handler raises.
 [[noreturn]] void raise_stop(const std::string& what_is_kept);
+
+/// Returns work(), which runs as a long call that Ctrl-C stops where the library calls stop_if_asked().
+/// Throws as raise_stop() then; nothing of the work is kept.
+template <class Call = LongCall, class Work>
+auto stoppable(const Work& work) {
+    Stoppable stop;
+    try {
+        const Call call;
+        return work();
+    } catch (const StopAsked&) {
+        raise_stop("the call was stopped, nothing of it is kept");
+    }
+}
 
 /// A function of the caller that is told how far a long call is: function(what, done, total). What it raises
 /// stops the call and is raised by check().
@@ -92,6 +108,9 @@ void collect_notices() noexcept;
 /// Waits until no thread is in a LongCall, and lets none return from a later one. For the end of the
 /// interpreter, which threads that hold objects of C++ must not see.
 void end_calls();
+
+/// For the child of a fork, which has only the thread that forked: calls of other threads will never end.
+void forget_calls();
 
 /// An object of ours that only one thread at a time may use.
 class Lockable {

@@ -32,17 +32,30 @@ PYBIND11_MODULE(_nbdtree, module) {
     collect_notices();
     py::register_exception<Stopped>(module, "Stopped", PyExc_KeyboardInterrupt).attr("__doc__") =
         "A long call was stopped although no signal handler raised an exception.";
+    // Python copies the module into further interpreters without calling it.
+    module.def("_check_interpreter", [] {
+        if (PyInterpreterState_Get() != PyInterpreterState_Main())
+            throw py::import_error("nbdtree: works in the main interpreter only");
+    });
     module.def("thread_count", thread_count, "Threads that one call may use.");
     module.def("set_thread_count", set_thread_count, py::arg("count"),
                "Limits the threads that one call may use, from now on. Results do not depend on it.");
     bind_surfaces(module);
     bind_bodies(module);
+    bind_cages(module);
     bind_trees(module);
+    bind_certified(module);
+    bind_posed_trees(module);
     bind_queries(module);
     bind_worlds(module);
     bind_recordings(module);
+    bind_remap(module);
     bind_datasets(module);
     bind_training(module);
+    bind_evaluation(module);
+    guard(module);
+    py::module_::import("os").attr("register_at_fork")(py::arg("after_in_child") =
+                                                           py::cpp_function(forget_calls));
     py::module_::import("atexit").attr("register")(py::cpp_function([] {
         end_calls();
         thread_limit.reset();  // while TBB is still there

@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <cmath>
-#include <deque>
 #include <limits>
 
 #include "apps/python/bindings/bindings.hpp"
@@ -38,7 +37,9 @@ template <class Query, class Ask>
 auto answer(QueryObject<Query>& self, Posed& a, Posed& b, const Ask& ask) {
     if (&a == &b)
         throw std::invalid_argument("a and b are one PosedTree; allowed: two, or a SelfQuery of one");
-    const Use use(self.lock, "query"), use_a(a.lock, "PosedTree a"), use_b(b.lock, "PosedTree b");
+    const Use use(self.lock, "query");
+    PosedTreeObject* const both[] = {&a, &b};
+    const UsePoses poses(both);
     const LongCall call;
     return ask(self.query, a.tree, b.tree);
 }
@@ -115,7 +116,9 @@ auto answer(SelfQueryObject& self, Posed& body, const Ask& ask) {
         throw std::invalid_argument(
             fmt::format("SelfQuery: leaves out pairs of a surface of {} faces, but the body has {}",
                         self.left_out->face_count(), faces));
-    const Use use(self.lock, "query"), use_body(body.lock, "PosedTree");
+    const Use use(self.lock, "query");
+    PosedTreeObject* const one[] = {&body};
+    const UsePoses pose(one);
     const LongCall call;
     return ask(self.query, body.tree);
 }
@@ -202,12 +205,9 @@ py::list touching(ManyBodyObject& self, const std::vector<Posed*>& bodies, const
     if (std::ranges::adjacent_find(sorted) != sorted.end())
         throw std::invalid_argument("bodies: one PosedTree is there twice");
     const Use use(self.lock, "query");
-    std::deque<Use> uses;
+    const UsePoses poses(bodies);
     std::vector<PosedTree*> trees;
-    for (Posed* body : bodies) {
-        uses.emplace_back(body->lock, "PosedTree");
-        trees.push_back(&body->tree);
-    }
+    for (Posed* body : bodies) trees.push_back(&body->tree);
     std::span<const TouchingBodies> found;
     {
         const LongCall call;

@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "apps/cli/output_paths.hpp"
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
@@ -192,6 +193,7 @@ void bind_reader(py::module_& m) {
 }
 
 std::unique_ptr<WriterObject> create_recording(const path& file) {
+    check_output(file, {});
     const FileCall call;
     auto object = std::make_unique<WriterObject>();
     object->writer = std::make_unique<RecordingWriter>(file);
@@ -241,7 +243,8 @@ void end_trajectory(WriterObject& self, int handle, const std::string& failure, 
 void close(WriterObject& self, bool finish) {
     const Use use(self.lock, "RecordingWriter");
     const FileCall call;
-    if (finish) self.get().finish();
+    RecordingWriter& writer = self.get();
+    if (finish) writer.finish();
     self.writer.reset();
     self.open.clear();
 }
@@ -261,6 +264,9 @@ void bind_writer(py::module_& m) {
         .def(
             "label",
             [](WriterObject& self, const std::string& name, const std::string& value) {
+                check_line(name, "name");
+                if (value.find('\0') != std::string::npos)
+                    throw std::invalid_argument("value: has a null character, which files cannot hold");
                 const Use use(self.lock, "RecordingWriter");
                 const FileCall call;
                 self.get().label(name, value);
@@ -271,7 +277,11 @@ void bind_writer(py::module_& m) {
             "Ends open trajectories and gives the file its name.")
         .def(
             "abandon", [](WriterObject& self) { close(self, false); }, "Removes what was written.")
-        .def("__enter__", [](py::object self) { return self; })
+        .def("__enter__",
+             [](py::object self) {
+                 self.cast<const WriterObject&>().get();
+                 return self;
+             })
         .def("__exit__",
              [](WriterObject& self, const py::object& type, const py::object&, const py::object&) {
                  if (self.writer) close(self, type.is_none());

@@ -43,7 +43,8 @@ SceneArgument::SceneArgument(py::handle scene, const py::object& folder) {
         return;
     }
     const auto copy = py::module_::import("copy").attr("copy");
-    py::dict top = py::dict(py::reinterpret_borrow<py::object>(scene));
+    py::dict top;  // a copy: the caller's dictionary stays as it is
+    top.attr("update")(scene);
     if (top.contains("bodies") && py::isinstance<py::sequence>(top["bodies"])) {
         py::list bodies;
         for (const py::handle body : top["bodies"]) {

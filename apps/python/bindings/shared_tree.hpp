@@ -3,7 +3,10 @@
 #include <pybind11/pybind11.h>
 
 #include <array>
+#include <deque>
 #include <memory>
+#include <optional>
+#include <span>
 
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/long_call.hpp"
@@ -13,14 +16,38 @@ namespace nbd::python {
 
 using SharedTree = std::shared_ptr<CollisionTree>;
 
-/// A posed tree, with the arrays that its pose refers to.
+/// A world as the poses of trees see it.
+struct PosingWorld {
+    Lockable lock;
+    long changes = 0;  // of positions; a pose is valid until the next one
+};
+
+/// A posed tree, with what its pose refers to.
 struct PosedTreeObject {
     PosedTreeObject(const SharedTree& shared, BoundKind kind, std::optional<float> margin)
         : tree(shared, kind, margin) {}
 
+    /// The pose refers to these objects of the caller from now on.
+    void refer_to(py::object first, py::object second = py::none()) {
+        refers_to = {std::move(first), std::move(second)};
+        world.reset();
+    }
+
     PosedTree tree;
     std::array<py::object, 2> refers_to;  // none before the first pose
+    std::shared_ptr<PosingWorld> world;   // null: the pose is of arrays
+    long world_changes = 0;               // PosingWorld::changes of the pose
     Lockable lock;
+};
+
+/// Marks posed trees, and the worlds that their poses refer to, as used while alive. Throws
+/// std::runtime_error where another thread uses one of them, or where a world has moved since the pose.
+class UsePoses {
+ public:
+    explicit UsePoses(std::span<PosedTreeObject* const> trees);
+
+ private:
+    std::deque<Use> uses_;
 };
 
 }  // namespace nbd::python

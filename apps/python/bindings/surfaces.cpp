@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "apps/cli/output_paths.hpp"
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
@@ -40,8 +41,9 @@ TetMesh tets_from(py::handle X, py::handle T) {
 }
 
 TetMesh tetrahedralize_surface(const TriMesh& surface, int nodes, double tolerance, double grading) {
-    const LongCall call;
-    return tetrahedralize(surface, {.nodes = nodes, .tolerance = tolerance, .grading = grading}).tets;
+    return stoppable([&] {
+        return tetrahedralize(surface, {.nodes = nodes, .tolerance = tolerance, .grading = grading}).tets;
+    });
 }
 
 py::tuple solid_boundary(const TriMesh& surface, bool components, bool self_intersection) {
@@ -98,6 +100,7 @@ void bind_surfaces(py::module_& m) {
     m.def(
         "write_surface",
         [](const path& file, const TriMesh& mesh) {
+            check_output(file, {});
             const LongCall call;
             write_surface(file, mesh.X, mesh.F);
         },

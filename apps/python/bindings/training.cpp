@@ -3,12 +3,13 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "apps/cli/load_body.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/shared_tree.hpp"
 #include "collision/base/notice.hpp"
 #include "training/calibrate/calibrate.hpp"
-#include "training/evaluate/evaluate.hpp"
 #include "training/learn/train_tree.hpp"
+#include "training/learn/transfer_tree.hpp"
 
 namespace nbd::python {
 namespace {
@@ -109,34 +110,29 @@ SharedFile train(const Body& body, const path& data, const std::vector<std::stri
                        {.miss_rate = miss_rate, .confidence = confidence}, checkpoint, stoppable, progress);
     } catch (const TrainingCancelled&) {
         stopped(progress, checkpoint);
+    } catch (const StopAsked&) {
+        stopped(progress, checkpoint);
     }
     progress.check();
-    if (!checkpoint.empty()) std::filesystem::remove(checkpoint);
+    // Trainings without networks write none; another file of this name is not theirs.
+    if (std::ranges::find(bounds, "nbd") != bounds.end() && !checkpoint.empty())
+        std::filesystem::remove(checkpoint);
     return file;
 }
 
 /// A copy, so that trees that are in use keep the calibration that they began with.
 SharedFile calibrated(const TreeFile& file, const path& data, double miss_rate,
                       std::optional<double> confidence) {
-    const FileCall call;
-    const RecordingReader recording(data);
-    auto copy = std::make_shared<TreeFile>(file);
-    calibrate(*copy, recording, {.miss_rate = miss_rate, .confidence = confidence});
-    return copy;
+    return stoppable<FileCall>([&] {
+        const RecordingReader recording(data);
+        auto copy = std::make_shared<TreeFile>(file);
+        calibrate(*copy, recording, {.miss_rate = miss_rate, .confidence = confidence});
+        return copy;
+    });
 }
 
-std::vector<EvaluationRow> evaluate_file(const TreeFile& file, const path& data,
-                                         const std::optional<std::vector<std::string>>& bounds,
-                                         const std::vector<double>& margins, int max_frames) {
-    EvaluateConfig config;
-    config.margins = margins;
-    config.max_frames = max_frames;
-    if (bounds) {
-        config.bounds.clear();
-        for (const std::string& bound : *bounds) config.bounds.push_back(bound_kind(bound));
-    }
-    const FileCall call;
-    return evaluate(file, RecordingReader(data), config);
+SharedFile transferred(const TreeFile& file, const Body& body) {
+    return stoppable([&] { return std::make_shared<TreeFile>(transfer_tree(file, surface_body(body))); });
 }
 
 py::dict facts_of(const TreeFile& file) {
@@ -170,9 +166,7 @@ void bind_tree_file(py::module_& m) {
             "surface_positions",
             [](const TreeFile& file, py::handle x) {
                 const VertexRows nodes(x, "x", 3);
-                if (nodes.count() != file.W.cols())
-                    throw std::invalid_argument(fmt::format("x: has {} rows; allowed: {}, one for each node",
-                                                            nodes.count(), file.W.cols()));
+                nodes.expect(file.W.cols(), "x", "node");
                 return owned(embedded(file.W, nodes.as<Vertices>()));
             },
             py::arg("x"), "Positions of the surface, W x, float32 as PosedTree takes them. A new array.")
@@ -187,29 +181,11 @@ void bind_tree_file(py::module_& m) {
     m.def(
         "save_tree",
         [](const path& path, const TreeFile& file) {
+            check_output(path, {});
             const FileCall call;
             save_tree(path, file);
         },
         py::arg("path"), py::arg("file"), "Writes a tree file under a temporary name and renames it.");
-}
-
-void bind_evaluation(py::module_& m) {
-    py::class_<EvaluationRow>(m, "EvaluationRow", "Result of one bound at one depth with one margin.")
-        .def_readonly("frames", &EvaluationRow::frames)
-        .def_property_readonly("bound", [](const EvaluationRow& row) { return std::string(name(row.bound)); })
-        .def_readonly("depth", &EvaluationRow::depth)
-        .def_readonly("margin", &EvaluationRow::margin)
-        .def_readonly("radius_error", &EvaluationRow::radius_error)
-        .def_readonly("inflation", &EvaluationRow::inflation)
-        .def_readonly("centre_error", &EvaluationRow::centre_error)
-        .def_readonly("vertices_outside", &EvaluationRow::vertices_outside)
-        .def_readonly("nodes_missing", &EvaluationRow::nodes_missing)
-        .def_readonly("poses", &EvaluationRow::poses)
-        .def_readonly("nodes", &EvaluationRow::nodes)
-        .def_readonly("vertices", &EvaluationRow::vertices);
-    m.def("evaluate", &evaluate_file, py::arg("file"), py::arg("recording"), py::arg("bounds") = py::none(),
-          py::arg("margins") = EvaluateConfig{}.margins, py::arg("max_frames") = 0,
-          "Errors and misses of a tree's bounds on the frames of a recording that its training did not see.");
 }
 
 }  // namespace
@@ -231,8 +207,15 @@ void bind_training(py::module_& m) {
         "same bits. checkpoint: a file that an interrupted training continues from. progress: a function "
         "(what, done, total). Ctrl-C stops it. split: of the dataset, by its name, instead of held_out.");
     m.def("calibrate", &calibrated, py::arg("file"), py::arg("recording"), py::arg("miss_rate") = 1e-3,
-          py::arg("confidence") = py::none(), "The same file with margins for a stated miss rate.");
-    bind_evaluation(m);
+          py::arg("confidence") = py::none(),
+          "A new file with margins for a stated miss rate; the given one stays as it is. Of the recording of "
+          "the "
+          "training, uses the trajectories kept for calibration; of another one, all complete ones. Raises "
+          "ValueError for a rate or confidence out of range, or too high for so few trajectories.");
+    m.def("transfer_tree", &transferred, py::arg("file"), py::arg("body"),
+          "A new file for a body with another resolution of the surface: learned and nbd bounds with their "
+          "calibration, as `nbdtree transfer`. Raises ValueError where the surfaces do not lie over each "
+          "other.");
 }
 
 }  // namespace nbd::python

@@ -5,8 +5,10 @@
 #include <algorithm>
 
 #include "apps/cli/load_body.hpp"
+#include "apps/cli/output_paths.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/shared_tree.hpp"
+#include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/flat/flat_tree.hpp"
 #include "meshing/body/body.hpp"
 
@@ -24,11 +26,12 @@ SharedTree exact_tree(py::handle X, py::handle F, int depth, int min_leaf_faces)
 }
 
 SharedTree tree_of_body(const Body& body, int depth) {
-    const LongCall call;
-    const SurfaceBody surface = surface_body(body);
-    auto tree = std::make_shared<CollisionTree>(make_exact_tree(surface.X, surface.F, {.depth = depth}));
-    hang_on_solid(*tree, surface);
-    return tree;
+    return stoppable([&] {
+        const SurfaceBody surface = surface_body(body);
+        auto tree = std::make_shared<CollisionTree>(make_exact_tree(surface.X, surface.F, {.depth = depth}));
+        hang_on_solid(*tree, surface);
+        return tree;
+    });
 }
 
 SharedTree on_nodes(const CollisionTree& tree, py::handle W, py::handle rest) {
@@ -37,6 +40,23 @@ SharedTree on_nodes(const CollisionTree& tree, py::handle W, py::handle rest) {
     auto copy = std::make_shared<CollisionTree>(tree);
     const LongCall call;
     hang_on_nodes(*copy, weights, nodes.as<Vertices>());
+    return copy;
+}
+
+SharedTree with_certified(const CollisionTree& tree, const TetMesh& solid, py::handle W, int anchors,
+                          double spread, int splits, int samples) {
+    const SurfaceWeights weights = embedding_from(W, "W", solid.X.rows()).cast<float>();
+    if (weights.rows() != tree.vertex_count)
+        throw std::invalid_argument(
+            fmt::format("W: has {} rows; allowed: {}, one for each vertex of the tree", weights.rows(),
+                        tree.vertex_count));
+    auto copy = std::make_shared<CollisionTree>(tree);
+    stoppable([&] {
+        copy->certified = build_certified_model(
+            tree.spheres, tree.faces, solid, weights,
+            {.anchors = anchors, .spread = spread, .regions = {.splits = splits, .samples = samples}});
+        return true;
+    });
     return copy;
 }
 
@@ -72,117 +92,6 @@ py::array rest_spheres(const CollisionTree& tree) {
     return owned(std::move(rows));
 }
 
-void check_node(const CollisionTree& tree, int node) {
-    if (node < 0 || node >= static_cast<int>(tree.spheres.nodes.size()))
-        throw py::index_error(
-            fmt::format("node: is {}; allowed: 0..{}", node, tree.spheres.nodes.size() - 1));
-}
-
-std::unique_ptr<PosedTreeObject> posed_tree(const SharedTree& tree, const std::string& bounds,
-                                            std::optional<float> margin) {
-    const BoundKind kind = bound_kind(bounds);
-    const LongCall call;
-    return std::make_unique<PosedTreeObject>(tree, kind, margin);
-}
-
-void begin_pose(PosedTreeObject& self, py::handle x, bool check) {
-    const ReferredVertices positions(x, "x", self.tree.tree().vertex_count, check);
-    const Use use(self.lock, "PosedTree");
-    {
-        const LongCall call;
-        self.tree.begin_pose(positions.vertices());
-    }
-    self.refers_to = {positions.owner(), py::none()};
-}
-
-Eigen::Index carrying_nodes(const PosedTreeObject& self) {
-    const CollisionTree& tree = self.tree.tree();
-    const BoundKind kind = self.tree.kind();
-    if (!tree.affine || (kind != BoundKind::affine && kind != BoundKind::automatic))
-        throw std::invalid_argument(
-            fmt::format("PosedTree: poses of nodes need affine or auto bounds and a tree that hangs on "
-                        "nodes; these are {}",
-                        name(kind)));
-    return tree.affine->node_count();
-}
-
-void begin_pose_of_nodes(PosedTreeObject& self, py::handle x, bool check) {
-    const ReferredVertices nodes(x, "nodes", carrying_nodes(self), check);
-    const Use use(self.lock, "PosedTree");
-    {
-        const LongCall call;
-        self.tree.begin_pose_of_nodes(nodes.vertices());
-    }
-    self.refers_to = {nodes.owner(), py::none()};
-}
-
-void begin_step(PosedTreeObject& self, py::handle x, py::handle y, bool check) {
-    const Eigen::Index rows = self.tree.tree().vertex_count;
-    const ReferredVertices start(x, "start", rows, check), end(y, "end", rows, check);
-    const Use use(self.lock, "PosedTree");
-    {
-        const LongCall call;
-        self.tree.begin_step(start.vertices(), end.vertices());
-    }
-    self.refers_to = {start.owner(), end.owner()};
-}
-
-py::tuple sphere_of(PosedTreeObject& self, int node) {
-    check_node(self.tree.tree(), node);
-    const Use use(self.lock, "PosedTree");
-    const Sphere& sphere = self.tree.sphere(node);
-    return py::make_tuple(owned(Eigen::Vector3f(sphere.c)), sphere.r);
-}
-
-py::tuple corners(const Box& box) {
-    return py::make_tuple(owned(Eigen::Vector3f(box.lo.head<3>())), owned(Eigen::Vector3f(box.hi.head<3>())));
-}
-
-py::object box_of(PosedTreeObject& self, int node) {
-    check_node(self.tree.tree(), node);
-    const Use use(self.lock, "PosedTree");
-    const std::optional<Box> box = self.tree.box(node);
-    return box ? py::object(corners(*box)) : py::none();
-}
-
-void bind_posed_tree(py::module_& m) {
-    py::class_<PosedTreeObject>(
-        m, "PosedTree", py::is_final(),
-        "A body's collision tree in its current pose. One thread at a time may use it.")
-        .def(py::init(&posed_tree), py::arg("tree").none(false), py::arg("bounds") = "boxes",
-             py::arg("margin") = py::none(),
-             "tree: shared, not copied. bounds: one of tree.bounds. margin: relative, >= 0, instead of the "
-             "tree's calibration.")
-        .def("begin_pose", &begin_pose, py::arg("x"), py::arg("check") = true,
-             "Starts a pose. x: positions of the surface [n, 3], float32 and contiguous. The array is "
-             "referred "
-             "to, not copied, and kept alive; do not change it before the next pose. check: whether to look "
-             "for numbers that are not finite, which must not be there.")
-        .def("begin_pose_of_nodes", &begin_pose_of_nodes, py::arg("nodes"), py::arg("check") = true,
-             "Likewise from the nodes that carry the surface [N, 3]: for affine and auto bounds.")
-        .def("begin_step", &begin_step, py::arg("start"), py::arg("end"), py::arg("check") = true,
-             "Starts a step of linear motion between two arrays as begin_pose() takes them: boxes_within() "
-             "then answers for the whole step.")
-        .def("sphere", &sphere_of, py::arg("node"), "Centre [3] and radius of a node in this pose.")
-        .def("box", &box_of, py::arg("node"), "Corners of a node's box; None for bounds that are spheres.")
-        .def(
-            "whole",
-            [](PosedTreeObject& self) {
-                const Use use(self.lock, "PosedTree");
-                return corners(self.tree.whole());
-            },
-            "Corners of a box around the whole body.")
-        .def_property_readonly("nodes_bounded",
-                               [](const PosedTreeObject& self) { return self.tree.nodes_bounded(); })
-        .def_property_readonly("nodes_out_of_range",
-                               [](const PosedTreeObject& self) { return self.tree.nodes_out_of_range(); })
-        .def_property_readonly(
-            "bounds", [](const PosedTreeObject& self) { return std::string(name(self.tree.kind())); })
-        .def_property_readonly(
-            "chosen", [](const PosedTreeObject& self) { return std::string(name(self.tree.chosen())); },
-            "The bounds that the last query used: those that auto chose, else `bounds`.");
-}
-
 }  // namespace
 
 void bind_trees(py::module_& m) {
@@ -210,6 +119,29 @@ void bind_trees(py::module_& m) {
         .def("on_nodes", &on_nodes, py::arg("W"), py::arg("rest"),
              "The same tree with affine bounds for a surface that hangs on nodes, x = W nodes. W: (data, "
              "indices, indptr) or a csr_matrix; rest: rest positions of the nodes [N, 3].")
+        .def("with_certified", &with_certified, py::arg("solid"), py::arg("W"), py::kw_only(),
+             py::arg("anchors") = CertifiedConfig{}.anchors, py::arg("spread") = CertifiedConfig{}.spread,
+             py::arg("splits") = TetRegionConfig{}.splits, py::arg("samples") = TetRegionConfig{}.samples,
+             "The same tree with certified bounds, which hold in every pose. solid: the tetrahedra that move "
+             "the surface, x = W nodes; W: (data, indices, indptr) or a csr_matrix [n, N]. anchors: at most "
+             "so "
+             "many a node, 1 to 4096; spread: >= 0, larger for larger strains; splits: how often the "
+             "tetrahedra "
+             "of a leaf are halved into regions, 0 to 8; samples: tetrahedra that give a region's motion, >= "
+             "1. "
+             "Raises ValueError for numbers out of range and weights that do not fit.")
+        .def_property_readonly(
+            "region_count",
+            [](const CollisionTree& tree) { return tree.certified ? tree.certified->regions.count() : 0; },
+            "Regions of the certified bounds; 0 without them.")
+        .def_property_readonly(
+            "tet_regions",
+            [](py::object self) -> py::object {
+                const auto& model = self.cast<const CollisionTree&>().certified;
+                if (!model) return py::none();
+                return view(model->regions.of_tet, self);
+            },
+            "The region of each tetrahedron [T], int32. Refers to the tree; None without certified bounds.")
         .def("__repr__", [](const CollisionTree& tree) {
             return fmt::format("<nbdtree.CollisionTree: {} faces, {} nodes, bounds {}>", tree.faces.rows(),
                                tree.spheres.nodes.size(), fmt::join(bounds_of(tree), ", "));
@@ -229,11 +161,11 @@ void bind_trees(py::module_& m) {
     m.def(
         "save_flat_tree",
         [](const path& file, const CollisionTree& tree) {
+            check_output(file, {});
             const LongCall call;
             save_flat_tree(file, tree);
         },
         py::arg("path"), py::arg("tree"), "Writes a flat file.");
-    bind_posed_tree(m);
 }
 
 }  // namespace nbd::python

@@ -4,6 +4,7 @@
 
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
+#include "apps/python/bindings/region_motions.hpp"
 #include "apps/python/bindings/scene_argument.hpp"
 #include "apps/python/bindings/shared_tree.hpp"
 #include "sim/world/world.hpp"
@@ -14,21 +15,32 @@ namespace {
 /// A world, with the scene that it was built from.
 struct WorldObject {
     WorldObject(SceneArgument argument, std::vector<LoadedBody> loaded)
-        : scene(std::move(argument.spec)), bodies(std::move(loaded)), world(build_world(scene, bodies)) {
-        world.check_start();
-    }
+        : scene(std::move(argument.spec)),
+          bodies(std::move(loaded)),
+          world(build_world(scene, bodies, &moves)) {}
 
     SceneSpec scene;
     std::vector<LoadedBody> bodies;
+    std::vector<StartMove> moves;  // of the scene's resolve_start
     World world;
-    Lockable lock;
+    std::shared_ptr<PosingWorld> posing = std::make_shared<PosingWorld>();
+};
+
+/// Marks a world as used while alive; poses that refer to it end.
+class Change {
+ public:
+    explicit Change(WorldObject& object) : use_(object.posing->lock, "World") { ++object.posing->changes; }
+
+ private:
+    Use use_;
 };
 
 std::unique_ptr<WorldObject> make_world(py::handle scene, const py::object& folder) {
     SceneArgument argument(scene, folder);
-    const FileCall call;
-    std::vector<LoadedBody> bodies = argument.load();
-    return std::make_unique<WorldObject>(std::move(argument), std::move(bodies));
+    return stoppable<FileCall>([&] {
+        std::vector<LoadedBody> bodies = argument.load();
+        return std::make_unique<WorldObject>(std::move(argument), std::move(bodies));
+    });
 }
 
 /// The body's number. Throws IndexError if it is out of range.
@@ -38,10 +50,39 @@ int checked(const WorldObject& self, int body) {
     return body;
 }
 
+/// Ctrl-C takes the step back. If no handler raises then, or another thread has to, the step begins again and
+/// goes to its end.
 WorldReport step(WorldObject& self, std::optional<double> dt) {
-    const Use use(self.lock, "World");
+    const Change change(self);
+    const double length = dt.value_or(self.scene.time.dt);
+    try {
+        const Stoppable stop;
+        const LongCall call;
+        return self.world.step(length);
+    } catch (const StopAsked&) {
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    }
     const LongCall call;
-    return self.world.step(dt.value_or(self.scene.time.dt));
+    return self.world.step(length);
+}
+
+/// [(body, by), ...]
+py::list as_list(const std::vector<StartMove>& moves) {
+    py::list all;
+    for (const StartMove& move : moves)
+        all.append(py::make_tuple(move.body, owned(Eigen::Vector3d(move.by))));
+    return all;
+}
+
+py::list resolve_start(WorldObject& self) {
+    const Change change(self);
+    return as_list(stoppable([&] { return self.world.resolve_start(); }));
+}
+
+void check_start(WorldObject& self) {
+    const Use use(self.posing->lock, "World");
+    const LongCall call;
+    self.world.check_start();
 }
 
 /// A view of an array that the world keeps in place, and whose memory keeps the world alive.
@@ -96,7 +137,7 @@ void bind_state(py::class_<WorldObject>& world) {
         .def(
             "surface_positions",
             [](WorldObject& self, int body) {
-                const Use use(self.lock, "World");
+                const Use use(self.posing->lock, "World");
                 const World& w = self.world;
                 return owned(embedded(w.surface(checked(self, body)).W(), w.state(body).x));
             },
@@ -105,7 +146,7 @@ void bind_state(py::class_<WorldObject>& world) {
             "drive",
             [](WorldObject& self, py::handle nodes, py::handle targets, int body) {
                 const NodeRows rows(targets, "targets", 3);
-                const Use use(self.lock, "World");
+                const Use use(self.posing->lock, "World");
                 self.world.drive(checked(self, body), index_list(nodes, "nodes"), rows.as<Nodes>());
             },
             py::arg("nodes"), py::arg("targets"), py::arg("body") = 0,
@@ -113,15 +154,37 @@ void bind_state(py::class_<WorldObject>& world) {
             "which replaces them. No nodes: frees all.");
 }
 
+void begin_pose_of_world(WorldObject& self, int body, PosedTreeObject& tree) {
+    const CollisionTree& asked = tree.tree.tree();
+    const ContactSurface& surface = self.world.surface(checked(self, body));
+    if (asked.vertex_count != surface.vertex_count() || asked.faces != surface.F())
+        throw std::invalid_argument("PosedTree: is of another surface than the body's");
+    if (tree.tree.kind() == BoundKind::affine && !asked.affine->hangs_by(surface.W().cast<float>()))
+        throw std::invalid_argument("PosedTree: its affine bounds have other weights than the body");
+    const Use use(self.posing->lock, "World"), use_tree(tree.lock, "PosedTree");
+    if (tree.tree.kind() == BoundKind::certified && !self.world.motion(body).empty() &&
+        self.bodies[static_cast<std::size_t>(body)].tree->certified->regions.of_tet !=
+            asked.certified->regions.of_tet)
+        throw std::invalid_argument("PosedTree: its certified bounds have other regions than the world's");
+    {
+        const LongCall call;
+        self.world.begin_pose(body, tree.tree);
+    }
+    tree.refer_to(py::cast(&self));
+    tree.world = self.posing;
+    tree.world_changes = self.posing->changes;
+}
+
 void bind_queries_of_world(py::class_<WorldObject>& world) {
     world
         .def(
             "intersecting",
             [](WorldObject& self, int a, int b) {
-                checked(self, a);
-                checked(self, b);
+                if (checked(self, a) == checked(self, b))
+                    throw std::invalid_argument(
+                        "a and b are one body; allowed: two, or intersecting_faces()");
                 std::vector<FacePair> pairs;
-                const Use use(self.lock, "World");
+                const Use use(self.posing->lock, "World");
                 {
                     const LongCall call;
                     pairs = self.world.intersecting(a, b);
@@ -133,7 +196,7 @@ void bind_queries_of_world(py::class_<WorldObject>& world) {
             "intersecting_faces",
             [](WorldObject& self) {
                 std::vector<Intersection> found;
-                const Use use(self.lock, "World");
+                const Use use(self.posing->lock, "World");
                 {
                     const LongCall call;
                     found = self.world.intersecting_faces();
@@ -145,27 +208,22 @@ void bind_queries_of_world(py::class_<WorldObject>& world) {
             },
             "All faces that intersect, also within a body and with meshes of obstacles, by exact tests: "
             "(body or obstacle, face, body or obstacle, face).")
+        .def("begin_pose", &begin_pose_of_world, py::arg("body"), py::arg("tree"),
+             "Starts the pose of a tree over a body's surface. Refers to the world; valid until its next "
+             "step, "
+             "after which queries raise RuntimeError. Raises ValueError for a tree of another surface.")
         .def(
-            "begin_pose",
-            [](WorldObject& self, int body, PosedTreeObject& tree) {
-                const CollisionTree& asked = tree.tree.tree();
-                const ContactSurface& surface = self.world.surface(checked(self, body));
-                if (asked.vertex_count != surface.vertex_count() || asked.faces != surface.F())
-                    throw std::invalid_argument("PosedTree: is of another surface than the body's");
-                if (tree.tree.kind() == BoundKind::affine &&
-                    !asked.affine->hangs_by(surface.W().cast<float>()))
-                    throw std::invalid_argument(
-                        "PosedTree: its affine bounds have other weights than the body");
-                const Use use(self.lock, "World"), use_tree(tree.lock, "PosedTree");
-                {
-                    const LongCall call;
-                    self.world.begin_pose(body, tree.tree);
-                }
-                tree.refers_to = {py::cast(&self), py::none()};
+            "motion",
+            [](WorldObject& self, int body) -> std::optional<RegionMotions> {
+                checked(self, body);
+                const Use use(self.posing->lock, "World");
+                const LongCall call;
+                const auto motions = self.world.motion(body);
+                if (motions.empty()) return std::nullopt;
+                return RegionMotions{{motions.begin(), motions.end()}};
             },
-            py::arg("body"), py::arg("tree"),
-            "Starts the pose of a tree over a body's surface. Refers to the world; valid until its next "
-            "step.");
+            py::arg("body") = 0,
+            "How the regions of a body's tree move now, if it has certified bounds; None for others.");
 }
 
 void bind_report(py::module_& m) {
@@ -216,7 +274,21 @@ void bind_worlds(py::module_& m) {
              "Body under \"body\" and a CollisionTree under \"tree\" instead of files. folder: what relative "
              "paths of a dictionary start from; default: the current one.")
         .def("step", &step, py::arg("dt") = py::none(),
-             "Advances by dt seconds, by default the scene's. Returns a report: look at `failure`.")
+             "Advances by dt seconds, by default the scene's. Returns a report: look at `failure`. Raises "
+             "ValueError for dt <= 0, and before the first step without intersections if surfaces intersect. "
+             "Ctrl-C takes the step back, whose contact forces are zero then, and raises KeyboardInterrupt.")
+        .def("check_start", &check_start,
+             "Raises ValueError, naming the faces, where steps without intersections are asked for and "
+             "surfaces "
+             "intersect. The first step does it, too.")
+        .def("resolve_start", &resolve_start,
+             "Moves bodies without grips apart, and out of obstacles, until nothing intersects. Returns "
+             "[(body, by), ...], the moves in metres. Raises ValueError, naming the faces, where that does "
+             "not "
+             "help.")
+        .def_property_readonly(
+            "start_moves", [](const WorldObject& self) { return as_list(self.moves); },
+            "What the scene's `resolve_start` moved before the world began: [(body, by), ...], metres.")
         .def_property_readonly("time", [](const WorldObject& self) { return self.world.time(); })
         .def_property_readonly("dt", [](const WorldObject& self) { return self.scene.time.dt; })
         .def_property_readonly("frames", [](const WorldObject& self) { return self.scene.time.frames; })
@@ -244,14 +316,14 @@ void bind_worlds(py::module_& m) {
         .def(
             "snapshot",
             [](WorldObject& self) {
-                const Use use(self.lock, "World");
+                const Use use(self.posing->lock, "World");
                 return self.world.snapshot();
             },
             "The state now, without outer forces and driven nodes.")
         .def(
             "restore",
             [](WorldObject& self, const WorldSnapshot& snapshot) {
-                const Use use(self.lock, "World");
+                const Change change(self);
                 self.world.restore(snapshot);
             },
             py::arg("snapshot"), "Continues from a snapshot, with the same bits.")

@@ -6,7 +6,8 @@ Names are those of the C++ library.
 """
 
 from nbdtree._nbdtree import *  # noqa: F401,F403
-from nbdtree._nbdtree import __version__
+from nbdtree._nbdtree import __version__, _check_interpreter
 from nbdtree._recording import recording
 
+_check_interpreter()
 __all__ = [name for name in globals() if not name.startswith("_")]

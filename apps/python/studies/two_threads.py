@@ -2,7 +2,8 @@
 
     python3 two_threads.py [two_threads.csv]
 
-Prints medians of nine runs in turns, for one and for all threads within a call.
+Prints medians of nine runs in turns, for one and for all threads within a call, and the least ratio that is possible: if all
+cores were busy all the time with the work that one thread does.
 """
 
 import pathlib
@@ -49,13 +50,15 @@ def at_once() -> float:
 
 
 cores = nbd.thread_count()
-rows = ["threads in a call,one after the other (s),at once (s),ratio"]
+rows = ["threads in a call,one after the other (s),at once (s),ratio,least possible ratio"]
+work = None  # seconds of one core
 for count in sorted({1, cores}):
     nbd.set_thread_count(count)
     times = [(in_turn(), at_once()) for _ in range(RUNS)]
     ratio = statistics.median(b / a for a, b in times)
     medians = [statistics.median(column) for column in zip(*times)]
-    rows.append(f"{count},{medians[0]:.3f},{medians[1]:.3f},{ratio:.2f}")
+    work = work or medians[0]
+    rows.append(f"{count},{medians[0]:.3f},{medians[1]:.3f},{ratio:.2f},{work / min(2 * count, cores) / medians[0]:.2f}")
 print(f"{cores} cores, {platform.machine()}")
 print("\n".join(rows))
 if len(sys.argv) > 1:

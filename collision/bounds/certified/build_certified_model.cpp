@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "collision/base/message.hpp"
+#include "collision/base/stop.hpp"
 #include "collision/bounds/certified/enclosing_ellipsoid.hpp"
 #include "collision/bounds/certified/path_forest.hpp"
 #include "collision/bounds/certified/segment_walk.hpp"
@@ -197,6 +198,7 @@ CertifiedModel build_certified_model(const SphereTree& tree, FacesRef F, const T
     CellBuilder cells(tree, graph, solid, config, model);
     model.cell_begin = {0};
     for (int node = 0; std::cmp_less(node, tree.nodes.size()); ++node) {
+        stop_if_asked();
         cells.add_node(node);
         model.cell_begin.push_back(static_cast<int>(model.cells.size()));
     }

@@ -1,0 +1,69 @@
+#include "apps/cli/remap_recording.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "apps/cli/load_body.hpp"
+#include "collision/base/stop.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/recording_hash.hpp"
+
+namespace nbd {
+namespace {
+
+void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& to,
+                 const TrajectoryInfo& info) {
+    constexpr int frames_at_once = 32;
+    const std::vector<double> times = from.times(trajectory);
+    FrameContents contents = from.contents(trajectory);
+    contents.contact_edges.reset();  // of the other surface
+    const int nodes = from.nodes(trajectory), handle = to.begin_trajectory(info, nodes, contents);
+    Vertices x;
+    for (int begin = 0; begin < info.frames; begin += frames_at_once) {
+        stop_if_asked();
+        const int count = std::min(frames_at_once, info.frames - begin);
+        from.read(trajectory, begin, count, x);
+        std::vector<FrameExtras> extras = from.read_extras(trajectory, begin, count);
+        for (int i = 0; i < count; ++i) {
+            FrameExtras& more = extras[static_cast<std::size_t>(i)];
+            more.contact_edges.clear();
+            to.add_frame(handle, times[static_cast<std::size_t>(begin + i)], x.middleRows(nodes * i, nodes),
+                         more);
+        }
+    }
+    FrameFacts facts = from.facts(trajectory);
+    facts.self_intersections.clear();  // of the other surface
+    to.end_trajectory(handle, info.failure, facts);
+}
+
+}  // namespace
+
+RemappedFrames remap_recording(const std::filesystem::path& path, const NamedBody& from, const NamedBody& to,
+                               const std::filesystem::path& output, int trajectories,
+                               const std::function<void(int done, int all)>& progress) {
+    check_same_tets(to.name, to.body.tets, from.name, from.body.tets);
+    const std::string from_hash = body_hash(from.body), to_hash = body_hash(to.body);
+    const RecordingReader recording(path);
+    const auto& infos = recording.trajectories();
+    const auto all = static_cast<int>(infos.size());
+    RemappedFrames result{.trajectories = trajectories > 0 ? std::min(trajectories, all) : all};
+
+    RecordingWriter writer(output);
+    writer.label("remapped_from_sha256", recording_hash(recording));
+    for (int i = 0; i < result.trajectories; ++i) {
+        TrajectoryInfo info = infos[static_cast<std::size_t>(i)];
+        if (info.body_hash != from_hash)
+            throw std::runtime_error(
+                fmt::format("{}: trajectory {} was not recorded from {}", path.string(), info.id, from.name));
+        info.body_hash = to_hash;
+        copy_frames(recording, i, writer, info);
+        result.frames += info.frames;
+        progress(i + 1, result.trajectories);
+    }
+    writer.finish();
+    return result;
+}
+
+}  // namespace nbd

@@ -1,0 +1,153 @@
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+
+#include <utility>
+
+#include "apps/python/bindings/bindings.hpp"
+#include "apps/python/bindings/region_motions.hpp"
+#include "apps/python/bindings/shared_tree.hpp"
+
+namespace nbd::python {
+namespace {
+
+void check_node(const CollisionTree& tree, int node) {
+    if (node < 0 || node >= static_cast<int>(tree.spheres.nodes.size()))
+        throw py::index_error(
+            fmt::format("node: is {}; allowed: 0..{}", node, tree.spheres.nodes.size() - 1));
+}
+
+std::unique_ptr<PosedTreeObject> posed_tree(const SharedTree& tree, const std::string& bounds,
+                                            std::optional<float> margin) {
+    const BoundKind kind = bound_kind(bounds);
+    const LongCall call;
+    return std::make_unique<PosedTreeObject>(tree, kind, margin);
+}
+
+/// The motions for a pose; none: empty. Throws std::invalid_argument where they do not fit the bounds.
+std::span<const RegionMotion> motions_for(const PosedTree& tree, const RegionMotions* motion) {
+    if (!motion) return {};
+    if (tree.kind() != BoundKind::certified)
+        throw std::invalid_argument(
+            fmt::format("motion: is for certified bounds; these are {}", name(tree.kind())));
+    const int regions = tree.tree().certified->regions.count();
+    if (std::cmp_not_equal(motion->all.size(), regions))
+        throw std::invalid_argument(
+            fmt::format("motion: has {} regions; allowed: {}, as the tree", motion->all.size(), regions));
+    return motion->all;
+}
+
+void begin_pose(PosedTreeObject& self, py::handle x, bool check, const py::object& motion) {
+    const ReferredVertices positions(x, "x", self.tree.tree().vertex_count, check);
+    const auto motions = motions_for(self.tree, motion.cast<const RegionMotions*>());
+    const Use use(self.lock, "PosedTree");
+    {
+        const LongCall call;
+        self.tree.begin_pose(positions.vertices(), motions);
+    }
+    self.refer_to(positions.owner(), motion);
+}
+
+Eigen::Index carrying_nodes(const PosedTreeObject& self) {
+    const CollisionTree& tree = self.tree.tree();
+    const BoundKind kind = self.tree.kind();
+    if (!tree.affine || (kind != BoundKind::affine && kind != BoundKind::automatic))
+        throw std::invalid_argument(
+            fmt::format("PosedTree: poses of nodes need affine or auto bounds and a tree that hangs on "
+                        "nodes; these are {}",
+                        name(kind)));
+    return tree.affine->node_count();
+}
+
+void begin_pose_of_nodes(PosedTreeObject& self, py::handle x, bool check) {
+    const ReferredVertices nodes(x, "nodes", carrying_nodes(self), check);
+    const Use use(self.lock, "PosedTree");
+    {
+        const LongCall call;
+        self.tree.begin_pose_of_nodes(nodes.vertices());
+    }
+    self.refer_to(nodes.owner());
+}
+
+void begin_step(PosedTreeObject& self, py::handle x, py::handle y, bool check) {
+    const Eigen::Index rows = self.tree.tree().vertex_count;
+    const ReferredVertices start(x, "start", rows, check), end(y, "end", rows, check);
+    const Use use(self.lock, "PosedTree");
+    {
+        const LongCall call;
+        self.tree.begin_step(start.vertices(), end.vertices());
+    }
+    self.refer_to(start.owner(), end.owner());
+}
+
+/// Marks the tree as used, as UsePoses does. Throws std::runtime_error before the first pose.
+UsePoses use_pose(PosedTreeObject& self) {
+    if (!self.refers_to[0]) throw std::runtime_error("PosedTree: has no pose yet; call begin_pose() first");
+    PosedTreeObject* const one[] = {&self};
+    return UsePoses(one);
+}
+
+py::tuple sphere_of(PosedTreeObject& self, int node) {
+    check_node(self.tree.tree(), node);
+    const UsePoses use = use_pose(self);
+    const Sphere& sphere = self.tree.sphere(node);
+    return py::make_tuple(owned(Eigen::Vector3f(sphere.c)), sphere.r);
+}
+
+py::tuple corners(const Box& box) {
+    return py::make_tuple(owned(Eigen::Vector3f(box.lo.head<3>())), owned(Eigen::Vector3f(box.hi.head<3>())));
+}
+
+py::object box_of(PosedTreeObject& self, int node) {
+    check_node(self.tree.tree(), node);
+    const UsePoses use = use_pose(self);
+    const std::optional<Box> box = self.tree.box(node);
+    return box ? py::object(corners(*box)) : py::none();
+}
+
+}  // namespace
+
+void bind_posed_trees(py::module_& m) {
+    py::class_<PosedTreeObject>(
+        m, "PosedTree", py::is_final(),
+        "A body's collision tree in its current pose. One thread at a time may use it.")
+        .def(py::init(&posed_tree), py::arg("tree").none(false), py::arg("bounds") = "boxes",
+             py::arg("margin") = py::none(),
+             "tree: shared, not copied. bounds: one of tree.bounds. margin: relative, >= 0, instead of the "
+             "tree's calibration.")
+        .def(
+            "begin_pose", &begin_pose, py::arg("x"), py::arg("check") = true, py::arg("motion") = py::none(),
+            "Starts a pose. x: positions of the surface [n, 3], float32 and contiguous, metres. The array is "
+            "referred to, not copied, and kept alive; do not change it before the next pose. check: whether "
+            "to look for numbers that are not finite, which must not be there. motion: RegionMotions of the "
+            "pose, for certified bounds, which are exact spheres without. Raises ValueError for an array "
+            "that "
+            "needs a copy, and motions of other regions than the tree's.")
+        .def("begin_pose_of_nodes", &begin_pose_of_nodes, py::arg("nodes"), py::arg("check") = true,
+             "Likewise from the nodes that carry the surface [N, 3], metres: for affine and auto bounds.")
+        .def("begin_step", &begin_step, py::arg("start"), py::arg("end"), py::arg("check") = true,
+             "Starts a step of linear motion between two arrays as begin_pose() takes them: boxes_within() "
+             "then answers for the whole step.")
+        .def("sphere", &sphere_of, py::arg("node"),
+             "Centre [3] and radius of a node in this pose, metres. Raises RuntimeError before the first "
+             "pose.")
+        .def("box", &box_of, py::arg("node"),
+             "Corners of a node's box [3] [3], metres; None for bounds that are spheres.")
+        .def(
+            "whole",
+            [](PosedTreeObject& self) {
+                const UsePoses use = use_pose(self);
+                return corners(self.tree.whole());
+            },
+            "Corners of a box around the whole body, metres.")
+        .def_property_readonly("nodes_bounded",
+                               [](const PosedTreeObject& self) { return self.tree.nodes_bounded(); })
+        .def_property_readonly("nodes_out_of_range",
+                               [](const PosedTreeObject& self) { return self.tree.nodes_out_of_range(); })
+        .def_property_readonly(
+            "bounds", [](const PosedTreeObject& self) { return std::string(name(self.tree.kind())); })
+        .def_property_readonly(
+            "chosen", [](const PosedTreeObject& self) { return std::string(name(self.tree.chosen())); },
+            "The bounds that the last query used: those that auto chose, else `bounds`.");
+}
+
+}  // namespace nbd::python

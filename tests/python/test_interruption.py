@@ -1,0 +1,199 @@
+"""Ctrl-C stops long calls soon, and what is left can be used."""
+
+import json
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+from conftest import falling_beams
+
+import nbdtree as nbd
+
+SOON = 3.0  # seconds; a machine may be busy
+
+
+@pytest.fixture(scope="module")
+def fine():
+    """A block of 2,197 nodes, whose calls take long."""
+    n = 13
+    node = np.arange(n**3).reshape(n, n, n)
+    corner = [node[i : n - 1 + i, j : n - 1 + j, k : n - 1 + k].ravel() for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    ways = ((1, 3), (3, 2), (2, 6), (6, 4), (4, 5), (5, 1))  # from corner 0 to corner 7 of a cell
+    T = np.vstack([np.stack([corner[i] for i in (0, a, b, 7)], axis=1) for a, b in ways])
+    X = np.stack(np.meshgrid(*[np.linspace(0, 1, n)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    if np.linalg.det(X[T[:1, 1:]] - X[T[:1, :1]])[0] < 0:
+        T = T[:, [0, 2, 1, 3]]
+    return nbd.make_body("block", nbd.TetMesh(X, T))
+
+
+@pytest.fixture(scope="module")
+def long_recording(beam, tmp_path_factory):
+    """Many random poses of the beam, in 40 trajectories."""
+    path = tmp_path_factory.mktemp("long") / "long.h5"
+    random = np.random.default_rng(1)
+    with nbd.RecordingWriter(path) as writer:
+        for trajectory in range(40):
+            handle = writer.begin_trajectory(len(beam.X), trajectory, body_hash=beam.hash)
+            for frame in range(60):
+                x = beam.X * random.uniform(0.9, 1.1, 3) + random.normal(scale=1e-3, size=beam.X.shape)
+                writer.add_frame(handle, frame, x)
+            writer.end_trajectory(handle)
+    return path
+
+
+def interrupted(call, after=0.15):
+    """Presses Ctrl-C a moment after a call began, which must end with KeyboardInterrupt; returns the seconds."""
+    begin = time.monotonic()
+    timer = threading.Timer(after, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            call()
+            pytest.fail(f"the call ended after {time.monotonic() - begin:.2f} s, before it was interrupted")
+    finally:
+        timer.cancel()
+        timer.join()
+    return time.monotonic() - begin - after
+
+
+def test_vibration_modes(fine):
+    assert interrupted(lambda: nbd.vibration_modes(fine, 1000)) < SOON
+    assert nbd.vibration_modes(fine, 2).frequencies[0] > 0
+
+
+def test_filling_a_surface(assets):
+    surface, _ = nbd.make_solid_boundary(nbd.read_surface(assets / "gear.obj"))
+    assert interrupted(lambda: nbd.tetrahedralize(surface, nodes=400_000), 0.5) < SOON
+    # gmsh is as before.
+    assert np.array_equal(nbd.tetrahedralize(surface).T, nbd.tetrahedralize(surface).T)
+    assert interrupted(lambda: nbd.mesh_file(assets / "gear.obj", nodes=400_000), 0.5) < SOON
+
+
+def test_certified_bounds(fine):
+    tree = nbd.tree_of_body(fine)
+    assert interrupted(lambda: tree.with_certified(fine.tets, fine.W, anchors=4096)) < SOON
+    assert tree.region_count == 0 and "certified" not in tree.bounds
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda file, data: nbd.evaluate(file, data, margins=[0.01 * i for i in range(1000)]),
+        lambda file, data: nbd.calibrate(file, data, miss_rate=1e-4),
+        lambda file, data: nbd.measure_coverage(file, data),
+        lambda file, data: nbd.check_contact_scenes(file, data, scenes=1_000_000),
+    ],
+    ids=["evaluate", "calibrate", "measure_coverage", "check_contact_scenes"],
+)
+def test_calls_that_read_frames(tree_file, long_recording, call):
+    assert interrupted(lambda: call(tree_file, long_recording)) < SOON
+    assert nbd.RecordingReader(long_recording).frames == 2400
+
+
+def test_random_splits(beam, poses):
+    file = nbd.train(beam, poses, ["learned_spheres"], depth=4, calibration=0.5, miss_rate=0.05, confidence=0.5)
+    assert interrupted(lambda: nbd.check_random_splits(file, poses, "learned_spheres", 10**8)) < SOON
+
+
+def test_remap(beam, long_recording, tmp_path):
+    assert interrupted(lambda: [nbd.remap(long_recording, tmp_path / "r.h5", beam, beam) for _ in range(100)]) < SOON
+    assert [path.name for path in tmp_path.iterdir()] in ([], ["r.h5"])
+    assert nbd.remap(long_recording, tmp_path / "r.h5", beam, beam, 1) == 60
+
+
+def test_training_before_its_networks(beam, long_recording):
+    call = lambda: nbd.train(beam, long_recording, ["learned_spheres"], depth=8)
+    assert interrupted(call) < SOON
+
+
+def test_a_loop_of_steps(beam):
+    world = nbd.World(falling_beams(beam))
+
+    def run():
+        while True:
+            world.step()
+
+    assert interrupted(run) < SOON
+    assert world.step().failure == ""
+
+
+def test_a_long_step_is_taken_back(fine):
+    solver = {"newton_iterations": 100, "newton_tolerance": 1e-12}
+    world = nbd.World({"bodies": [{"body": fine}], "time": {"dt": 0.05}, "solver": solver})
+    x = world.positions()
+    assert interrupted(lambda: [world.step() for _ in range(1000)]) < SOON
+    done = round(world.time / 0.05)
+    assert world.time == pytest.approx(0.05 * done) and np.all(np.isfinite(x))
+    report = world.step()
+    assert report.failure == "" and world.time == pytest.approx(0.05 * (done + 1))
+
+
+def test_taken_back_steps_leave_the_bits(beam):
+    steps, stepping, tries, stops, done = 40, False, 0, 0, threading.Event()
+
+    def raise_in_a_step(*_):
+        nonlocal stepping, tries
+        if stepping and tries < 3:  # so that every step comes to its end
+            stepping, tries = False, tries + 1
+            raise KeyboardInterrupt
+
+    def press():
+        while not done.is_set():
+            time.sleep(0.002)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    undisturbed, world = (nbd.World(falling_beams(beam, 0.1)) for _ in range(2))
+    for _ in range(steps):
+        undisturbed.step(0.005)
+    before = signal.signal(signal.SIGINT, raise_in_a_step)
+    presses = threading.Thread(target=press)
+    presses.start()
+    try:
+        while steps > 0:
+            try:
+                stepping = True
+                world.step(0.005)
+                stepping, tries, steps = False, 0, steps - 1
+            except KeyboardInterrupt:
+                stops += 1
+    finally:
+        done.set()
+        presses.join()
+        signal.signal(signal.SIGINT, before)
+    assert stops >= 3
+    if world.time == undisturbed.time:  # no exception fell between a step and its count
+        assert world.positions(1).tobytes() == undisturbed.positions(1).tobytes()
+
+
+def test_a_handler_that_does_not_raise_lets_steps_go_on(beam):
+    world, seen = nbd.World({"bodies": [{"body": beam}]}), []
+    before = signal.signal(signal.SIGINT, lambda *_: seen.append(1))
+    try:
+        timer = threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT))
+        timer.start()
+        steps = 0
+        while timer.is_alive() or steps < 50:
+            world.step(0.001)
+            steps += 1
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert seen == [1] and world.time == pytest.approx(0.001 * steps)
+    with pytest.raises(nbd.Stopped):
+        signal.signal(signal.SIGINT, lambda *_: None)
+        try:
+            threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
+            nbd.vibration_modes(beam, len(beam.X) * 2)
+            nbd.vibration_modes(beam, len(beam.X) * 2)
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+
+def test_the_handler_of_python_is_there_again(beam):
+    nbd.vibration_modes(beam, 2)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(1)
