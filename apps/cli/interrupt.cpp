@@ -5,7 +5,7 @@
 #include <csignal>
 #include <string>
 
-#include "meshing/h5/temporary_files.hpp"
+#include "collision/base/temporary_files.hpp"
 
 namespace nbd {
 namespace {
@@ -16,7 +16,7 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 
 void on_signal(int signal) {
     if (finishes && !flag.exchange(true)) return;
-    h5::remove_temporaries();
+    remove_temporaries();
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
     _exit(128 + signal);
 }
