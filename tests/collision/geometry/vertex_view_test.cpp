@@ -57,7 +57,9 @@ static_assert(!Kept<VerticesRef&> && !Kept<const VerticesRef&> && !Kept<Vertices
               "references that may hold a copy of their own");
 static_assert(!Kept<Eigen::Map<const Columns>>, "columns of memory");
 template <class X>
-concept Lent = requires(X&& x) { VertexView::as_long_as(std::forward<X>(x)); };
+concept Lent = requires(X&& x) {
+    VertexView::as_long_as(std::forward<X>(x));
+};
 static_assert(Lent<const VerticesRef&> && !Lent<Vertices&> && !Lent<Columns&> && !Lent<VerticesRef>);
 
 static_assert(Kept<Vertices&> && Kept<const Vertices&> && Kept<RowMap> && Kept<RowMap&> && Kept<StridedMap>);
