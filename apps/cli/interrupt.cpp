@@ -11,20 +11,20 @@ namespace nbd {
 namespace {
 
 std::atomic<bool> flag = false, finishes = false;
-std::string message;  // must not change once signals are caught
+std::string interruption;  // must not change once signals are caught
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 void on_signal(int signal) {
     if (finishes && !flag.exchange(true)) return;
     remove_temporaries();
-    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, interruption.data(), interruption.size());
     _exit(128 + signal);
 }
 
 }  // namespace
 
 void catch_interrupts(std::string_view program) {
-    message = std::string(program) + ": error: interrupted\n";
+    interruption = std::string(program) + ": error: interrupted\n";
     struct sigaction action = {};
     action.sa_handler = on_signal;
     sigaction(SIGINT, &action, nullptr);
