@@ -46,7 +46,7 @@ void check_within(const std::filesystem::path& folder, const std::filesystem::pa
                   const std::string& what) {
     namespace fs = std::filesystem;
     std::error_code error;
-    const fs::path base = fs::weakly_canonical(fs::absolute(folder), error),
+    const fs::path base = fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder), error),
                    place = fs::weakly_canonical(fs::absolute(path), error);
     const fs::path from_base = place.lexically_relative(base);
     if (error || from_base.empty() || *from_base.begin() == "..")

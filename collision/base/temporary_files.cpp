@@ -81,7 +81,7 @@ int process_of(std::string_view name) {
     if (!name.ends_with(ending) || number == std::string_view::npos) return 0;
     int process = 0;
     if (std::sscanf(name.data() + number, ".%d-", &process) != 1) return 0;
-    return name.substr(0, number).ends_with("." + host_name()) ? process : 0;
+    return name.substr(0, number).ends_with(message('.', host_name())) ? process : 0;
 }
 
 /// Best effort: some file systems cannot synchronise a folder, and the rename has already succeeded.

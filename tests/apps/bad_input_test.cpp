@@ -402,7 +402,8 @@ TEST_F(BadInputTest, LearnedBoundsWithoutCalibrationNeedAMargin) {
                "the tree, or give a margin (--margin)";
     };
     write("uncalibrated.json", R"({"bodies": [{"body": "box.h5", "tree": "tree.h5", "bounds": "nbd"},
-        {"body": "box.h5", "transform": {"translate": [1, 0, 0]}}], "time": {"frames": 1}})");
+        {"body": "box.h5", "tree": "tree.h5", "bounds": "nbd", "transform": {"translate": [1, 0, 0]}}],
+        "time": {"frames": 1}})");
     const std::string pose = "tree.h5@data.h5:0:";
     const auto collide = [&](const std::string& bounds) {
         return std::vector<std::string>{"collide", pose + "3", pose + "9", "--bounds", bounds};
@@ -412,8 +413,10 @@ TEST_F(BadInputTest, LearnedBoundsWithoutCalibrationNeedAMargin) {
         refused.push_back({collide(bounds), 1, advice(bounds)});
         refused.push_back({{"view", pose + "3", "--bounds", bounds, "-o", "x.html"}, 1, advice(bounds)});
     }
-    refused.push_back({{"simulate", "uncalibrated.json", "-o", "x.h5"}, 1, "bodies[0]: " + advice("nbd")});
-    refused.push_back({{"race", "uncalibrated.json", "--bounds", "nbd"}, 1, "bodies[0]: " + advice("nbd")});
+    refused.push_back(
+        {{"simulate", "uncalibrated.json", "-o", "x.h5"}, 1, "bodies[0] (box): " + advice("nbd")});
+    refused.push_back(
+        {{"race", "uncalibrated.json", "--bounds", "nbd"}, 1, "bodies[0] (box): " + advice("nbd")});
     expect_refused(refused);
     for (const char* bounds : {"nbd", "learned_spheres", "auto", "boxes"}) {
         std::vector<std::string> command = collide(bounds);
