@@ -5,14 +5,14 @@
 #include <csignal>
 #include <deque>
 
-#include "meshing/h5/temporary_files.hpp"
+#include "collision/base/temporary_files.hpp"
 
 namespace nbd {
 namespace {
 
 std::atomic<bool> flag = false, finishes = false, clears_line = false, is_terminal = false;
 std::string beginning;                           // must not change once signals are caught
-std::atomic<const std::string*> kept = nullptr;  // null: what h5::written_files() says
+std::atomic<const std::string*> kept = nullptr;  // null: what written_files() says
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<const std::string*>::is_always_lock_free);
 
 void say(std::string_view text) {
@@ -26,11 +26,11 @@ void on_signal(int signal) {
         if (is_terminal) say("stopping as soon as what was begun is complete; Ctrl-C again stops at once\n");
         return;
     }
-    h5::remove_temporaries();
+    remove_temporaries();
     say(beginning);
     if (const std::string* const text = kept) {
         say(*text);
-    } else if (const std::string_view files = h5::written_files(); !files.empty()) {
+    } else if (const std::string_view files = written_files(); !files.empty()) {
         say(files);
         say(": written; the same command starts anew");
     } else {

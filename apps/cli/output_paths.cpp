@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "meshing/h5/temporary_files.hpp"
+#include "collision/base/temporary_files.hpp"
 
 namespace nbd {
 namespace {
@@ -24,7 +24,7 @@ void check_output(const std::filesystem::path& path, const std::vector<std::file
     const fs::path folder = fs::absolute(path).parent_path();
     if (!fs::is_directory(folder)) fail("there is no folder " + folder.string());
     if (access(folder.c_str(), W_OK) != 0) fail("no permission in " + folder.string());
-    h5::remove_abandoned(path);
+    remove_abandoned(path);
     std::error_code none_there;
     if (!fs::exists(path, none_there)) return;
     if (fs::is_directory(path)) fail("it is a folder");
@@ -40,6 +40,17 @@ void check_output_folder(const std::filesystem::path& path) {
     while (!fs::exists(there, none) && there.has_relative_path()) there = there.parent_path();
     if (!fs::is_directory(there, none)) cannot_write(path, there.string() + " is not a folder");
     if (access(there.c_str(), W_OK | X_OK) != 0) cannot_write(path, "no permission in " + there.string());
+}
+
+void check_within(const std::filesystem::path& folder, const std::filesystem::path& path,
+                  const std::string& what) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const fs::path base = fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder), error),
+                   place = fs::weakly_canonical(fs::absolute(path), error);
+    const fs::path from_base = place.lexically_relative(base);
+    if (error || from_base.empty() || *from_base.begin() == "..")
+        cannot_write(path, fmt::format("it is outside of {}, {}", base.string(), what));
 }
 
 void check_distinct(const std::vector<std::pair<std::string, std::filesystem::path>>& outputs) {

@@ -16,6 +16,11 @@ void check_output(const std::filesystem::path& path, const std::vector<std::file
 /// As check_output(), for a folder that is created if it is missing.
 void check_output_folder(const std::filesystem::path& path);
 
+/// Throws std::runtime_error unless `path`, with all links followed, is within `folder`. what: says whose
+/// path it is and what to do.
+void check_within(const std::filesystem::path& folder, const std::filesystem::path& path,
+                  const std::string& what);
+
 /// Throws std::runtime_error if two outputs are the same file. outputs: name and path of each; empty paths
 /// are ignored.
 void check_distinct(const std::vector<std::pair<std::string, std::filesystem::path>>& outputs);

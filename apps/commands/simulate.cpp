@@ -33,7 +33,7 @@ struct SimulateArguments {
     int audit = 0;
     std::optional<int> live;  // port; 0: any
     bool keep_live = false;
-    bool resume = false, compare = false, strict = false;
+    bool resume = false, compare = false, strict = false, outside = false;
     ExtrasRequest extras;
 };
 
@@ -53,14 +53,28 @@ void override(SceneSpec& spec, const SimulateArguments& arguments) {
     if (arguments.per_group) spec.contact.per_group = *arguments.per_group;
 }
 
-/// Output paths of the run; the command line overrides the scene.
-SceneOutput output_paths(const SceneOutput& typed, const SceneOutput& scene) {
-    SceneOutput paths = typed;
-    if (paths.recording.empty()) paths.recording = scene.recording;
-    if (paths.recording.empty()) throw CLI::RequiredError("--output");
+/// Output paths of the run; the command line overrides the scene. A scene may come from anyone, so that the
+/// paths in it stay within the working directory and the recording's folder, unless they may go outside.
+SceneOutput output_paths(const SimulateArguments& arguments, const SceneOutput& scene) {
+    constexpr const char* allow = "; allowed: a path within it, or --allow-outside";
+    SceneOutput paths = arguments.output;
+    if (paths.recording.empty()) {
+        if (scene.recording.empty()) throw CLI::RequiredError("--output");
+        paths.recording = scene.recording;
+        if (!arguments.outside)
+            check_within(
+                ".", paths.recording,
+                fmt::format("the working directory, but {} names it as output{}", arguments.scene, allow));
+    }
+    const std::filesystem::path folder = paths.recording.parent_path();
     for (const auto part : {&SceneOutput::csv, &SceneOutput::vtu, &SceneOutput::obj, &SceneOutput::picture})
-        if ((paths.*part).empty() && !(scene.*part).empty())
-            paths.*part = paths.recording.parent_path() / scene.*part;
+        if ((paths.*part).empty() && !(scene.*part).empty()) {
+            paths.*part = folder / scene.*part;
+            if (!arguments.outside)
+                check_within(folder, paths.*part,
+                             fmt::format("the recording's folder, but {} names it as output{}",
+                                         arguments.scene, allow));
+        }
     return paths;
 }
 
@@ -206,7 +220,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     override(spec, arguments);
     std::vector<std::filesystem::path> inputs = scene_inputs(spec);
     inputs.push_back(arguments.scene);
-    const SceneOutput paths = output_paths(arguments.output, spec.output);
+    const SceneOutput paths = output_paths(arguments, spec.output);
     check_outputs(paths, inputs);
     if (arguments.resume && is_finished(paths, inputs)) {
         out.text(fmt::format("{}: is finished, nothing to continue; without --resume the scene runs anew",
@@ -381,6 +395,8 @@ void add_simulate(CLI::App& app, Output& out) {
         "--strict", arguments->strict,
         "Stop at the first step that goes wrong: unbalanced, too fast or too deep, although it was "
         "cut as far as allowed");
+    command->add_flag("--allow-outside", arguments->outside,
+                      "Let the scene name outputs outside of the recording's folder");
     CLI::Option* resume =
         command->add_flag("--resume", arguments->resume,
                           "Continue a run that was interrupted or killed; start one if there is none, and "

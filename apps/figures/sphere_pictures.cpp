@@ -118,7 +118,7 @@ std::vector<NodeSphere> spheres_in_pose(const std::shared_ptr<const CollisionTre
     std::vector<NodeSphere> spheres;
     for (const BoundKind kind : bounds) {
         PosedTree posed(tree, kind, 0.f);
-        posed.begin_pose(x);
+        posed.begin_pose(VertexView::as_long_as(x));
         for (int i = 0; i < static_cast<int>(tree->spheres.nodes.size()); ++i) {
             const int depth = tree->spheres.nodes[static_cast<std::size_t>(i)].depth;
             if (depth != 1 && depth != 3 && depth != 5 && depth != 7) continue;

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "apps/cli/output_paths.hpp"
+#include "collision/base/temporary_files.hpp"
 #include "meshing/formats/write_surface.hpp"
-#include "meshing/h5/temporary_files.hpp"
 #include "sim/contact/self_contact.hpp"
 #include "sim/fem/stress.hpp"
 
@@ -75,11 +75,11 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
         names_.push_back(body_file_name(i, spec.bodies[i].name));
     }
     if (!paths.vtu.empty()) {
-        h5::remove_abandoned(paths.vtu / "scene");
+        remove_abandoned(paths.vtu / "scene");
         vtu_.emplace(paths.vtu, "scene");
     }
     if (!paths.obj.empty()) {
-        for (const std::string& name : names_) h5::remove_abandoned(paths.obj / name);
+        for (const std::string& name : names_) remove_abandoned(paths.obj / name);
         make_folder(paths.obj);
     }
 }

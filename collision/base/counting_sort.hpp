@@ -10,6 +10,12 @@ namespace nbd {
 template <class Item>
 class CountingSort {
  public:
+    /// Makes room for so many items and keys.
+    void reserve(std::size_t items, int keys) {
+        begin_.reserve(static_cast<std::size_t>(keys) + 1);
+        ordered_.reserve(items);
+    }
+
     /// items: replaced by the ordered ones. key(item): 0 .. keys - 1.
     template <class Key>
     void sort(std::vector<Item>& items, int keys, const Key& key) {

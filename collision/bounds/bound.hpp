@@ -10,7 +10,7 @@ namespace nbd {
 /// Bounds the nodes of a sphere tree in any pose, in world space. begin_pose() is called first for each pose,
 /// then bound() for nodes in any order, at most once each. Neither throws or allocates.
 template <class B>
-concept Bound = requires(B bounds, VerticesRef x, int node) {
+concept Bound = requires(B bounds, const Vertices& x, int node) {
     bounds.begin_pose(x);
     { bounds.bound(node) } -> std::same_as<Sphere>;
 };

@@ -9,6 +9,7 @@
 
 #include "collision/base/message.hpp"
 #include "collision/base/notice.hpp"
+#include "collision/base/temporary_files.hpp"
 #include "collision/flat/flat_fields.hpp"
 #include "collision/geometry/embedding_rows.hpp"
 
@@ -260,19 +261,9 @@ CollisionTree load_flat_tree(const std::filesystem::path& path) {
 
 void save_flat_tree(const std::filesystem::path& path, const CollisionTree& tree) {
     const std::vector<std::byte> bytes = write_flat_tree(tree);
-    std::filesystem::path partial = path;
-    partial += ".partial";
-    errno = 0;
-    std::ofstream out(partial, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    out.close();
-    std::error_code error(errno, std::generic_category());
-    if (out) std::filesystem::rename(partial, path, error);
-    if (!out || error) {
-        std::error_code ignored;
-        std::filesystem::remove(partial, ignored);
-        fail(path, "cannot be written: ", error.message());
-    }
+    TemporaryFile file(path);
+    file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    file.commit();
 }
 
 }  // namespace nbd

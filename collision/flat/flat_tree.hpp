@@ -20,8 +20,9 @@ CollisionTree load_flat_tree(const std::filesystem::path& path);
 /// have no path.
 CollisionTree read_flat_tree(std::span<const std::byte> file);
 
-/// Writes a file for load_flat_tree(), first as `path` with ".partial" appended, and renames it when it is
-/// complete. Throws std::runtime_error with path and reason, std::invalid_argument as check_collision_tree().
+/// Writes a file for load_flat_tree(), which appears under its name complete or not at all; see
+/// TemporaryFile. Throws std::runtime_error with path and reason, std::invalid_argument as
+/// check_collision_tree().
 void save_flat_tree(const std::filesystem::path& path, const CollisionTree& tree);
 
 /// The content of that file.

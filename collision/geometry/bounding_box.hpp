@@ -7,7 +7,8 @@
 
 namespace nbd {
 
-/// Smallest box around the listed vertices, at least one. Call x.require(vertices) first.
+/// Smallest box around the listed vertices, at least one; NaN on an axis on which a position is not finite.
+/// Call x.require(vertices) first.
 Box bounding_box(const Positions& x, std::span<const int> vertices) noexcept;
 
 /// The sphere around a box; contains the box despite rounding.

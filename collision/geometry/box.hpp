@@ -19,6 +19,9 @@ inline Box empty_box() noexcept {
 
 inline Box joined(const Box& s, const Box& t) noexcept { return {s.lo.min(t.lo), s.hi.max(t.hi)}; }
 
+/// Whether all sides are finite numbers.
+inline bool is_finite(const Box& box) noexcept { return (0 * (box.lo + box.hi).head<3>() == 0).all(); }
+
 /// How far `inner` protrudes from `outer` on the worst side, metres; negative if all sides leave room.
 inline float outside(const Box& outer, const Box& inner) noexcept {
     return (outer.lo - inner.lo).max(inner.hi - outer.hi).head<3>().maxCoeff();

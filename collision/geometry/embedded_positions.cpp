@@ -1,8 +1,9 @@
 #include "collision/geometry/embedded_positions.hpp"
 
 #include <algorithm>
-#include <cassert>
+#include <stdexcept>
 
+#include "collision/base/message.hpp"
 #include "collision/geometry/embedding_rows.hpp"
 
 namespace nbd {
@@ -18,10 +19,11 @@ EmbeddedPositions::EmbeddedPositions(std::span<const int> row_begin, std::span<c
     poses_.assign(static_cast<std::size_t>(vertex_count()), 0);
 }
 
-void EmbeddedPositions::begin_pose(VerticesRef nodes) noexcept {
-    assert(nodes.rows() == node_count_);
-    nodes_ = nodes.data();
-    stride_ = nodes.outerStride();
+void EmbeddedPositions::begin_pose(VertexView nodes) {
+    if (nodes.count() != node_count_)
+        throw std::invalid_argument(
+            message("nodes: ", nodes.count(), " rows, but the surface hangs on ", node_count_));
+    nodes_ = nodes;
     computed_ = 0;
     if (++pose_ == 0) {  // the pose counter wrapped around: mark all rows as stale
         std::ranges::fill(poses_, 0);
@@ -33,7 +35,7 @@ void EmbeddedPositions::compute(int vertex) noexcept {
     const auto v = static_cast<std::size_t>(vertex);
     const int begin = row_begin_[v];
     x_.col(vertex).head<3>() = embedded_position(row_begin_[v + 1] - begin, columns_.data() + begin,
-                                                 weights_.data() + begin, nodes_, stride_)
+                                                 weights_.data() + begin, nodes_.data(), nodes_.stride())
                                    .transpose();
     poses_[v] = pose_;
     ++computed_;

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "collision/geometry/geometry.hpp"
+#include "collision/geometry/vertex_view.hpp"
 
 namespace nbd {
 
@@ -13,7 +13,7 @@ namespace nbd {
 /// pose first needs it, so reading few vertices costs little.
 class EmbeddedPositions {
  public:
-    using Rows = Eigen::Map<const Vertices, 0, Eigen::OuterStride<>>;
+    using Rows = VertexView::Rows;
 
     /// W in compressed rows: vertex v is the sum of weights[k] * nodes.row(columns[k]) over k in
     /// [row_begin[v], row_begin[v + 1]). The arrays are copied. Throws std::invalid_argument if they do not
@@ -24,7 +24,8 @@ class EmbeddedPositions {
     int vertex_count() const noexcept { return static_cast<int>(row_begin_.size()) - 1; }
 
     /// Starts a pose; computes nothing yet. nodes: [node_count, 3], must stay valid until the next pose.
-    void begin_pose(VerticesRef nodes) noexcept;
+    /// Throws std::invalid_argument on another number of nodes, and the last pose then stays.
+    void begin_pose(VertexView nodes);
 
     /// Brings the rows of these vertices up to date with the pose. A row that is up to date costs one check.
     void compute(std::span<const int> vertices) noexcept {
@@ -34,7 +35,7 @@ class EmbeddedPositions {
     void compute_all() noexcept;
 
     /// The nodes of this pose, with their own stride.
-    Rows nodes() const noexcept { return {nodes_, node_count_, 3, Eigen::OuterStride<>(stride_)}; }
+    Rows nodes() const noexcept { return nodes_.rows(); }
 
     /// [vertex_count, 3], with a stride of four floats. Rows not computed in this pose hold older positions.
     Rows rows() const noexcept { return {x_.data(), vertex_count(), 3, Eigen::OuterStride<>(4)}; }
@@ -52,8 +53,7 @@ class EmbeddedPositions {
     std::vector<std::uint32_t> poses_;           // [vertices] pose in which each row was computed
     std::uint32_t pose_ = 0;
     long computed_ = 0;
-    const float* nodes_ = nullptr;
-    Eigen::Index stride_ = 3;
+    VertexView nodes_;
 };
 
 }  // namespace nbd

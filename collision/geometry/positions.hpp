@@ -1,10 +1,12 @@
 #pragma once
 
 #include <span>
+#include <utility>
 
 #include "collision/base/prefetch.hpp"
 #include "collision/geometry/embedded_positions.hpp"
 #include "collision/geometry/geometry.hpp"
+#include "collision/geometry/vertex_view.hpp"
 
 namespace nbd {
 
@@ -12,14 +14,13 @@ namespace nbd {
 /// reading them.
 class Positions {
  public:
-    using Rows = Eigen::Map<const Vertices, 0, Eigen::OuterStride<>>;
+    using Rows = VertexView::Rows;
 
     Positions() = default;
-    Positions(VerticesRef x) noexcept
-        : x_(x.data()), rows_(x.rows()), stride_(x.outerStride()), last_(x.rows() - 1) {}
-    Positions(const Vertices& x) noexcept : Positions(VerticesRef(x)) {}
-    template <int Options, class Stride>
-    Positions(const Eigen::Map<const Vertices, Options, Stride>& x) noexcept : Positions(VerticesRef(x)) {}
+    Positions(const VertexView& x) noexcept
+        : x_(x.data()), rows_(x.count()), stride_(x.stride()), last_(x.count() - 1) {}
+    template <VertexRows X>
+    Positions(X&& x) : Positions(VertexView(std::forward<X>(x))) {}
     explicit Positions(EmbeddedPositions& source) noexcept
         : x_(source.rows().data()),
           rows_(source.vertex_count()),

@@ -1,5 +1,6 @@
 #include "collision/query/affine_walk.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <limits>
 
@@ -20,7 +21,7 @@ struct Side {
 /// Calls f(i, j) for each box i of s and j of t that are near each other. Returns the number of boxes
 /// compared, at most.
 template <class Near, class F>
-long near_pairs(const Side& s, const Side& t, const Near& near, const F& f) noexcept {
+long near_pairs(const Side& s, const Side& t, const Near& near, const F& f) {
     std::uint16_t masks[tree_width];
     const unsigned lanes = near.pairs(s.boxes, s.present, s.whole, t.boxes, t.present, t.whole, masks);
     for_each_bit(lanes, [&](int i) { for_each_bit(masks[i], [&](int j) { f(i, j); }); });
@@ -40,7 +41,7 @@ void prefetch_ahead(const std::vector<Pair>& coming, std::size_t k, const OneOfA
 }  // namespace
 
 template <class F>
-void AffineWalk::with_test(const F& f) const noexcept {
+void AffineWalk::with_test(const F& f) const {
     if (distance_ == 0)
         f(Overlapping{});
     else
@@ -48,8 +49,7 @@ void AffineWalk::with_test(const F& f) const noexcept {
 }
 
 template <class Near, class Taken>
-void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near,
-                               const Taken& taken) noexcept {
+void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken) {
     const auto present = [](const AffineBoxes& boxes, int pack) {
         const int left = boxes.tree().clusters() - pack * tree_width;
         return left >= tree_width ? 0xffffu : (1u << left) - 1;
@@ -72,7 +72,7 @@ void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near,
 
 template <class Near, class Taken, class LeafTest>
 void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken,
-                             const LeafTest& leaf_test) noexcept {
+                             const LeafTest& leaf_test) {
     find_clusters(a, b, near, taken);
     for (std::size_t k = 0; k < clusters_.size(); ++k) {
         prefetch_ahead(
@@ -98,11 +98,12 @@ void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, c
                        });
     }
     counters_.leaf_pairs = static_cast<long>(leaves_.size());
+    counters_.most_pairs = static_cast<long>(std::max({clusters_.size(), blocks_.size(), leaves_.size()}));
 }
 
 template <class Near, class Taken>
 void AffineWalk::find_faces(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken,
-                            std::size_t enough, std::vector<FacePair>& pairs) noexcept {
+                            std::size_t enough, std::vector<FacePair>& pairs) {
     for (std::size_t& k = next_leaves_; k < leaves_.size() && pairs.size() < enough; ++k) {
         prefetch_ahead(
             leaves_, k, [&](int i) { a.prefetch_leaf(i); }, [&](int i) { b.prefetch_leaf(i); });
@@ -120,7 +121,7 @@ void AffineWalk::find_faces(AffineBoxes& a, AffineBoxes& b, const Near& near, co
     }
 }
 
-bool AffineWalk::begin(const AffineBoxes& a, const AffineBoxes& b, float distance) noexcept {
+bool AffineWalk::begin(const AffineBoxes& a, const AffineBoxes& b, float distance) {
     counters_ = {};
     distance_ = distance;
     clusters_.clear();
@@ -131,13 +132,12 @@ bool AffineWalk::begin(const AffineBoxes& a, const AffineBoxes& b, float distanc
 }
 
 template <class Taken>
-void AffineWalk::begin_leaves(AffineBoxes& a, AffineBoxes& b, float distance, const Taken& taken) noexcept {
+void AffineWalk::begin_leaves(AffineBoxes& a, AffineBoxes& b, float distance, const Taken& taken) {
     if (!begin(a, b, distance)) return;
     with_test([&](const auto& near) { find_leaves(a, b, near, taken, [&](int, int) { return near; }); });
 }
 
-void AffineWalk::near_faces(AffineBoxes& a, AffineBoxes& b, float distance,
-                            std::vector<FacePair>& pairs) noexcept {
+void AffineWalk::near_faces(AffineBoxes& a, AffineBoxes& b, float distance, std::vector<FacePair>& pairs) {
     pairs.clear();
     begin_leaves(a, b, distance, TwoBodies{});
     constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
@@ -145,19 +145,24 @@ void AffineWalk::near_faces(AffineBoxes& a, AffineBoxes& b, float distance,
 }
 
 std::span<const LeafPair> AffineWalk::near_leaves(AffineBoxes& a, AffineBoxes& b, float distance,
-                                                  const BlockReach& reach) noexcept {
+                                                  const BlockReach& reach) {
     if (begin(a, b, distance))
         find_leaves(a, b, Within(distance), TwoBodies{},
                     [&](int block_a, int block_b) { return Within(reach(block_a, block_b)); });
     return leaves_;
 }
 
-void AffineWalk::begin_one_body(AffineBoxes& body, float distance) noexcept {
+void AffineWalk::reserve(int packs, std::size_t pairs) {
+    for (auto* bits : {&near_a_, &near_b_}) bits->reserve(static_cast<std::size_t>(packs));
+    for (auto* level : {&clusters_, &blocks_, &leaves_}) level->reserve(pairs);
+}
+
+void AffineWalk::begin_one_body(AffineBoxes& body, float distance) {
     begin_leaves(body, body, distance, OneBody(body, nullptr));
 }
 
 bool AffineWalk::next_near_faces(AffineBoxes& body, const FacePairSet* left_out, std::size_t enough,
-                                 std::vector<FacePair>& pairs) noexcept {
+                                 std::vector<FacePair>& pairs) {
     with_test(
         [&](const auto& near) { find_faces(body, body, near, OneBody(body, left_out), enough, pairs); });
     return next_leaves_ < leaves_.size();

@@ -28,6 +28,7 @@ struct AffineWalkCounters {
     long node_tests = 0;  // pairs of boxes of clusters, blocks and leaves compared, at most
     long leaf_pairs = 0;  // pairs of leaves whose boxes are near
     long box_tests = 0;   // pairs of boxes of faces compared, at most
+    long most_pairs = 0;  // of one level that the walk held at a time, except of faces
 };
 
 /// Finds the faces of two bodies with wide trees, or of one body with itself, whose boxes are near each
@@ -36,40 +37,44 @@ class AffineWalk {
  public:
     /// Writes pairs of slots, in no order, to `pairs`. distance: metres; 0: boxes that have a point in
     /// common. No pair of faces within the distance is left out.
-    void near_faces(AffineBoxes& a, AffineBoxes& b, float distance, std::vector<FacePair>& pairs) noexcept;
+    void near_faces(AffineBoxes& a, AffineBoxes& b, float distance, std::vector<FacePair>& pairs);
 
     /// Pairs of leaves whose boxes are near, in no order; valid until the next walk. They hold the pairs of
     /// near_faces() of which the blocks are in reach.
     std::span<const LeafPair> near_leaves(AffineBoxes& a, AffineBoxes& b, float distance,
-                                          const BlockReach& reach) noexcept;
+                                          const BlockReach& reach);
 
     /// Begins a walk over one body with itself, down to the leaves; next_near_faces() goes on, and the pose
     /// must stay the same until it returns false.
-    void begin_one_body(AffineBoxes& body, float distance) noexcept;
+    void begin_one_body(AffineBoxes& body, float distance);
     /// Appends pairs of slots, each pair once, until there are `enough` or no more. Takes no pair of faces
     /// that share a vertex, nor of those left out (null: none). Returns whether there may be more.
     bool next_near_faces(AffineBoxes& body, const FacePairSet* left_out, std::size_t enough,
-                         std::vector<FacePair>& pairs) noexcept;
+                         std::vector<FacePair>& pairs);
 
     const AffineWalkCounters& counters() const noexcept { return counters_; }
+
+    /// Makes room for walks over bodies with so many packs of clusters that hold up to `pairs` pairs at a
+    /// time.
+    void reserve(int packs, std::size_t pairs);
 
  private:
     /// Calls f with the test for boxes within distance_.
     template <class F>
-    void with_test(const F& f) const noexcept;
+    void with_test(const F& f) const;
     template <class Near, class Taken>
-    void find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken) noexcept;
+    void find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken);
     /// leaf_test(block_a, block_b): the test for leaves of these blocks.
     template <class Near, class Taken, class LeafTest>
     void find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken,
-                     const LeafTest& leaf_test) noexcept;
+                     const LeafTest& leaf_test);
     template <class Near, class Taken>
     void find_faces(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken, std::size_t enough,
-                    std::vector<FacePair>& pairs) noexcept;
+                    std::vector<FacePair>& pairs);
     /// Begins a walk. Returns whether the bodies may be near each other.
-    bool begin(const AffineBoxes& a, const AffineBoxes& b, float distance) noexcept;
+    bool begin(const AffineBoxes& a, const AffineBoxes& b, float distance);
     template <class Taken>
-    void begin_leaves(AffineBoxes& a, AffineBoxes& b, float distance, const Taken& taken) noexcept;
+    void begin_leaves(AffineBoxes& a, AffineBoxes& b, float distance, const Taken& taken);
 
     float distance_ = 0;
     std::vector<std::uint16_t> near_a_, near_b_;  // a bit per cluster

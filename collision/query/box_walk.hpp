@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "collision/kernels/lane_mask.hpp"
@@ -13,12 +14,12 @@ namespace nbd {
 /// Overlapping or Within. taken: TwoBodies or OneBody. stack: scratch. near_faces: appended, pairs of slots.
 template <class Near, class Taken>
 void walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, const Near& near, const Taken& taken,
-                std::vector<NodePair>& stack, std::vector<FacePair>& near_faces,
-                QueryCounters& counters) noexcept {
+                std::vector<NodePair>& stack, std::vector<FacePair>& near_faces, QueryCounters& counters) {
     a.open(root_a);
     b.open(root_b);
     stack.assign(1, {root_a, root_b});
     while (!stack.empty()) {
+        counters.most_pairs = std::max(counters.most_pairs, static_cast<long>(stack.size()));
         const NodePair pair = stack.back();
         stack.pop_back();
         const LeafBoxes::Node &node_a = a.node(pair.a), &node_b = b.node(pair.b);

@@ -21,7 +21,7 @@ Within still_near(double most) noexcept {
 
 /// Puts the pairs of children that may be close enough into the queue. whole_t: box around all boxes of t.
 void ClosestQuery::push_children(Candidate::Level level, const BoxPack& s, unsigned in_s, int first_a,
-                                 const BoxPack& t, unsigned in_t, int first_b, const Box& whole_t) noexcept {
+                                 const BoxPack& t, unsigned in_t, int first_b, const Box& whole_t) {
     const Within near = still_near(most_);
     for_each_bit(near_boxes(s, whole_t, near) & in_s, [&](int i) {
         const Box box = s.box(i);
@@ -31,7 +31,7 @@ void ClosestQuery::push_children(Candidate::Level level, const BoxPack& s, unsig
     });
 }
 
-void ClosestQuery::open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int leaf_b) noexcept {
+void ClosestQuery::open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int leaf_b) {
     a.leaf(leaf_a);
     b.leaf(leaf_b);  // may move the first one, if both are one body
     const AffineBoxes::Leaf &s = a.leaf(leaf_a), &t = b.leaf(leaf_b);
@@ -45,7 +45,7 @@ void ClosestQuery::open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int l
                   t.whole);
 }
 
-void ClosestQuery::search_wide(AffineBoxes& a, AffineBoxes& b) noexcept {
+void ClosestQuery::search_wide(AffineBoxes& a, AffineBoxes& b) {
     if (!a.has_pose() || !b.has_pose()) return;
     for (int i = 0; i < a.tree().clusters(); ++i)
         push({least_distance(a.cluster(i), b.whole()), Candidate::bodies, i, 0});

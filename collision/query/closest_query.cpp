@@ -18,17 +18,18 @@ double least_distance(const Sphere& s, const Sphere& t) noexcept {
     return std::max(between - radii - least_distance_slack * (between + radii), 0.);
 }
 
-double least_distance(PosedTree& a, int i, PosedTree& b, int j) noexcept {
+double least_distance(PosedTree& a, int i, PosedTree& b, int j) {
     const bool boxes = is_box(a.kind()) && is_box(b.kind());
     return boxes ? least_distance(*a.box(i), *b.box(j)) : least_distance(a.sphere(i), b.sphere(j));
 }
 
 }  // namespace
 
-void ClosestQuery::push(const Candidate& candidate) noexcept {
+void ClosestQuery::push(const Candidate& candidate) {
     // A body without a pose is infinitely far away.
     if (!(candidate.distance <= most_ && std::isfinite(candidate.distance))) return;
     queue_.push_back(candidate);
+    most_candidates_ = std::max(most_candidates_, queue_.size());
     std::ranges::push_heap(queue_, std::greater());
 }
 
@@ -39,11 +40,11 @@ ClosestQuery::Candidate ClosestQuery::pop() noexcept {
     return first;
 }
 
-void ClosestQuery::push_nodes(PosedTree& a, int i, PosedTree& b, int j) noexcept {
+void ClosestQuery::push_nodes(PosedTree& a, int i, PosedTree& b, int j) {
     push({least_distance(a, i, b, j), Candidate::nodes, i, j});
 }
 
-void ClosestQuery::open_nodes(PosedTree& a, int i, PosedTree& b, int j) noexcept {
+void ClosestQuery::open_nodes(PosedTree& a, int i, PosedTree& b, int j) {
     const SphereTree::Node& node_a = a.tree().spheres.nodes[static_cast<std::size_t>(i)];
     const SphereTree::Node& node_b = b.tree().spheres.nodes[static_cast<std::size_t>(j)];
     const bool first_is_larger = node_a.face_end - node_a.face_begin >= node_b.face_end - node_b.face_begin;
@@ -63,7 +64,7 @@ void ClosestQuery::open_nodes(PosedTree& a, int i, PosedTree& b, int j) noexcept
     }
 }
 
-void ClosestQuery::open_boxes(LeafBoxes& a, int i, LeafBoxes& b, int j) noexcept {
+void ClosestQuery::open_boxes(LeafBoxes& a, int i, LeafBoxes& b, int j) {
     const LeafBoxes::Node &node_a = a.node(i), &node_b = b.node(j);
     if (node_a.has_faces() && node_b.has_faces()) {
         open_faces(a, i, b, j);
@@ -80,7 +81,7 @@ void ClosestQuery::open_boxes(LeafBoxes& a, int i, LeafBoxes& b, int j) noexcept
     }
 }
 
-void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) noexcept {
+void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) {
     const LeafBoxes::Node &node_a = a.node(i), &node_b = b.node(j);
     const LeafBoxes::Opened &boxes_a = a.open(i), &boxes_b = b.open(j);
     // Measuring one near pair right away keeps most other pairs out of the queue.
@@ -116,7 +117,7 @@ void ClosestQuery::measure(const FacePair& faces, const Triangle& s, const Trian
     }
 }
 
-void ClosestQuery::search_sphere_trees(PosedTree& a, PosedTree& b) noexcept {
+void ClosestQuery::search_sphere_trees(PosedTree& a, PosedTree& b) {
     LeafBoxes &boxes_a = a.state_->spheres().boxes, &boxes_b = b.state_->spheres().boxes;
     push_nodes(a, 0, b, 0);
     while (goes_on()) {
@@ -134,16 +135,19 @@ bool ClosestQuery::goes_on() const noexcept {
     return !queue_.empty() && queue_.front().distance <= most_ && !(closest_ && most_ == 0);
 }
 
-std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, double most) noexcept {
+std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, double most) {
     assert(most >= 0);
     queue_.clear();
     triangle_tests_ = 0;
+    most_candidates_ = 0;
     most_ = most;
     closest_.reset();
     if (choose_bounds(*a.state_, *b.state_))
         search_wide(a.state_->wide(), b.state_->wide());
     else
         search_sphere_trees(a, b);
+    a.state_->require_finite();
+    b.state_->require_finite();
     if (!closest_) return std::nullopt;
     return ClosestFaces{*closest_, closest_triangle_triangle(triangles_[0], triangles_[1])};
 }

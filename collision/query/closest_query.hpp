@@ -24,7 +24,9 @@ struct ClosestFaces {
 /// leaves and of faces, ordered by a lower bound on their distance. The search ends when no pair left can be
 /// closer than the closest faces found.
 ///
-/// Owns its scratch memory, so a warm query allocates nothing. Use one object per thread.
+/// Owns its scratch memory, which only grows: a query allocates nothing unless it holds more candidates at a
+/// time than any before it on this object, or than reserve() made room for. Errors are those of PairQuery.
+/// Use one object per thread.
 class ClosestQuery {
  public:
     /// The closest faces if they are at most `most` apart (metres, >= 0), else empty. Returns the first of
@@ -32,7 +34,12 @@ class ClosestQuery {
     /// trees never miss; learned bounds may hide the closest faces, and a pair further apart is then
     /// reported.
     std::optional<ClosestFaces> closest(PosedTree& a, PosedTree& b,
-                                        double most = std::numeric_limits<double>::infinity()) noexcept;
+                                        double most = std::numeric_limits<double>::infinity());
+
+    /// Makes room for so many candidates. See also PosedTree::reserve().
+    void reserve(std::size_t candidates) { queue_.reserve(candidates); }
+    /// Most candidates that the last query held at a time.
+    std::size_t most_candidates() const noexcept { return most_candidates_; }
 
     /// Number of face pairs whose distance the last query computed.
     long triangle_tests() const noexcept { return triangle_tests_; }
@@ -48,19 +55,19 @@ class ClosestQuery {
         auto operator<=>(const Candidate&) const = default;
     };
 
-    void push(const Candidate& candidate) noexcept;
+    void push(const Candidate& candidate);
     Candidate pop() noexcept;
     bool goes_on() const noexcept;
-    void search_sphere_trees(PosedTree& a, PosedTree& b) noexcept;
-    void search_wide(AffineBoxes& a, AffineBoxes& b) noexcept;
-    void push_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b) noexcept;
+    void search_sphere_trees(PosedTree& a, PosedTree& b);
+    void search_wide(AffineBoxes& a, AffineBoxes& b);
+    void push_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b);
     /// Replace a pair by the pairs of its parts.
-    void open_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b) noexcept;
-    void open_boxes(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b) noexcept;
-    void open_faces(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b) noexcept;
-    void open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int leaf_b) noexcept;
+    void open_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b);
+    void open_boxes(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b);
+    void open_faces(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b);
+    void open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int leaf_b);
     void push_children(Candidate::Level level, const BoxPack& s, unsigned in_s, int first_a, const BoxPack& t,
-                       unsigned in_t, int first_b, const Box& whole_t) noexcept;
+                       unsigned in_t, int first_b, const Box& whole_t);
     void measure(const FacePair& faces, const Triangle& s, const Triangle& t) noexcept;
     void test_faces(const LeafBoxes& a, int slot_a, const LeafBoxes& b, int slot_b) noexcept;
 
@@ -69,6 +76,7 @@ class ClosestQuery {
     std::optional<FacePair> closest_;    // closest faces so far
     std::array<Triangle, 2> triangles_;  // triangles of `closest_`
     long triangle_tests_ = 0;
+    std::size_t most_candidates_ = 0;
 };
 
 }  // namespace nbd

@@ -9,14 +9,14 @@ namespace {
 
 /// Box around all points within distance / 2 of the body, if the bound of its root contains the body. The
 /// boxes of two bodies within `distance` of each other touch.
-Box root_box(PosedTree& body, float distance) noexcept {
+Box root_box(PosedTree& body, float distance) {
     const Box box = body.whole();
     // Each side rounds by an ulp of its coordinate or of the distance.
     const Eigen::Array4f ulps =
         4 * std::numeric_limits<float>::epsilon() * (box.lo.abs().max(box.hi.abs()) + distance);
     const Box grown{box.lo - distance / 2 - ulps, box.hi + distance / 2 + ulps};
     if (grown.lo.hasNaN() || grown.hi.hasNaN())
-        return {-empty_box().lo, -empty_box().hi};                              // NaN: near everything
+        return {-empty_box().lo, -empty_box().hi};                              // overflow: near everything
     return grown.lo.allFinite() && grown.hi.allFinite() ? grown : empty_box();  // before the first pose
 }
 
@@ -47,6 +47,33 @@ void ManyBodyQuery::deal_out(std::size_t bodies) {
     }
 }
 
+template <class Task>
+void ManyBodyQuery::run_tasks(int count, const Task& task) {
+    errors_.assign(static_cast<std::size_t>(count), nullptr);
+    const auto guarded = [&](int i) {
+        try {
+            task(i);
+        } catch (...) {
+            errors_[static_cast<std::size_t>(i)] = std::current_exception();
+        }
+    };
+    executor_(count, std::ref(guarded));  // a reference allocates nothing
+    for (const std::exception_ptr& error : errors_)
+        if (error) std::rethrow_exception(error);
+}
+
+void ManyBodyQuery::reserve(std::span<PosedTree* const> bodies, std::size_t body_pairs, std::size_t pairs) {
+    roots_.reserve(bodies.size());
+    last_round_.reserve(bodies.size());
+    errors_.reserve(std::max(bodies.size(), body_pairs));
+    sweep_.reserve(bodies.size(), body_pairs);
+    for (auto* numbers : {&order_, &round_ends_, &waiting_}) numbers->reserve(body_pairs);
+    answers_.reserve(body_pairs);
+    if (queries_.size() < body_pairs) queries_.resize(body_pairs);
+    for (PairQuery& query : queries_)
+        for (const PosedTree* body : bodies) query.reserve(*body, *body, pairs);
+}
+
 template <class Ask>
 std::span<const TouchingBodies> ManyBodyQuery::run(std::span<PosedTree* const> bodies, float distance,
                                                    const Ask& ask) {
@@ -55,7 +82,7 @@ std::span<const TouchingBodies> ManyBodyQuery::run(std::span<PosedTree* const> b
         const auto body = static_cast<std::size_t>(i);
         roots_[body] = root_box(*bodies[body], distance);
     };
-    executor_(static_cast<int>(bodies.size()), std::ref(bound_root));  // a reference allocates nothing
+    run_tasks(static_cast<int>(bodies.size()), bound_root);
     pairs_ = sweep_.touching(roots_);
     deal_out(bodies.size());
     if (queries_.size() < pairs_.size()) queries_.resize(pairs_.size());
@@ -68,7 +95,7 @@ std::span<const TouchingBodies> ManyBodyQuery::run(std::span<PosedTree* const> b
             answers_[pair] = {p, ask(queries_[pair], *bodies[static_cast<std::size_t>(p.a)],
                                      *bodies[static_cast<std::size_t>(p.b)])};
         };
-        executor_(end - begin, std::ref(ask_pair));
+        run_tasks(end - begin, ask_pair);
         begin = end;
     }
     std::erase_if(answers_, [](const TouchingBodies& answer) { return answer.faces.empty(); });

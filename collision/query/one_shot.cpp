@@ -14,7 +14,7 @@ PosedTree posed(const char* name, const VerticesRef& x, const FacesRef& F) {
     if (F.rows() == 0) throw std::invalid_argument(message("surface ", name, " has no faces"));
     try {
         PosedTree tree(shared_exact_tree(x, F), BoundKind::boxes);
-        tree.begin_pose(x);
+        tree.begin_pose(VertexView::as_long_as(x));
         return tree;
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(message("surface ", name, ": ", error.what()));

@@ -39,11 +39,11 @@ void prefetch_ahead(const A& bounds_a, const B& bounds_b, const std::vector<Node
 template <Bound A, Bound B>
 void walk_nodes(const SphereTree& tree_a, PosedSpheres& a, A& bounds_a, const SphereTree& tree_b,
                 PosedSpheres& b, B& bounds_b, float distance, std::vector<NodePair>& level,
-                std::vector<NodePair>& next, std::vector<LeafPair>& leaf_pairs,
-                QueryCounters& counters) noexcept {
+                std::vector<NodePair>& next, std::vector<LeafPair>& leaf_pairs, QueryCounters& counters) {
     for (level.assign(1, {0, 0}); !level.empty(); std::swap(level, next)) {
         next.clear();
         counters.node_tests += static_cast<long>(level.size());
+        counters.most_pairs = std::max(counters.most_pairs, static_cast<long>(level.size()));
         for (std::size_t i = 0; i < level.size(); ++i) {
             const NodePair pair = level[i];
             prefetch_ahead(bounds_a, bounds_b, level, i);
@@ -78,7 +78,33 @@ void walk_nodes(const SphereTree& tree_a, PosedSpheres& a, A& bounds_a, const Sp
 
 }  // namespace
 
-void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {
+void PairQuery::require_finite(const PosedTree& a, const PosedTree& b) const {
+    a.state_->require_finite();
+    b.state_->require_finite();
+}
+
+template <class... Pairs>
+void PairQuery::count_held(const Pairs&... pairs) noexcept {
+    counters_.most_pairs = std::max({counters_.most_pairs, static_cast<long>(pairs.size())...});
+}
+
+void PairQuery::reserve(const PosedTree& a, const PosedTree& b, std::size_t pairs) {
+    int packs = 0, leaves = 0;
+    for (const PosedTree* body : {&a, &b}) {
+        const PosedTreeState& state = *body->state_;
+        for (const auto* wide : {&state.of_nodes, &state.of_surface, &state.of_samples}) {
+            if (!*wide) continue;
+            packs = std::max(packs, (*wide)->cluster_packs());
+            leaves = std::max(leaves, (*wide)->tree().leaves());
+        }
+    }
+    affine_walk_.reserve(packs, pairs);
+    counting_sort_.reserve(pairs, leaves);
+    for (auto* held : {&leaf_pairs_, &stack_, &next_}) held->reserve(pairs);
+    pairs_.reserve(pairs);
+}
+
+void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) {
     assert(distance >= 0 && std::isfinite(distance));
     counters_ = {};
     leaf_pairs_.clear();
@@ -97,10 +123,12 @@ void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noex
     counters_.nodes_bounded = bounded() - bounded_before;
     counters_.nodes_out_of_range = out_of_range() - out_of_range_before;
     counters_.leaf_pairs = static_cast<long>(leaf_pairs_.size());
+    count_held(leaf_pairs_);
+    require_finite(a, b);
 }
 
 template <class Walk>
-void PairQuery::walk_wide(PosedTree& a, PosedTree& b, const Walk& walk) noexcept {
+void PairQuery::walk_wide(PosedTree& a, PosedTree& b, const Walk& walk) {
     counters_ = {};
     leaf_pairs_.clear();
     AffineBoxes &boxes_a = a.state_->wide(), &boxes_b = b.state_->wide();
@@ -115,15 +143,18 @@ void PairQuery::walk_wide(PosedTree& a, PosedTree& b, const Walk& walk) noexcept
     counters_.node_tests = affine_walk_.counters().node_tests;
     counters_.leaf_pairs = affine_walk_.counters().leaf_pairs;
     counters_.box_tests = affine_walk_.counters().box_tests;
+    counters_.most_pairs = affine_walk_.counters().most_pairs;
+    require_finite(a, b);
 }
 
 template <class Narrow>
 std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b, float distance,
-                                                     const Narrow& narrow) noexcept {
+                                                     const Narrow& narrow) {
     assert(distance >= 0 && std::isfinite(distance));
     AffineBoxes &boxes_a = a.state_->wide(), &boxes_b = b.state_->wide();
     walk_wide(a, b, [&](AffineBoxes& s, AffineBoxes& t) { affine_walk_.near_faces(s, t, distance, pairs_); });
     counters_.triangle_tests = static_cast<long>(pairs_.size());
+    count_held(pairs_);
     narrow(pairs_, boxes_a, boxes_b);
     for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
     counters_.face_pairs = static_cast<long>(pairs_.size());
@@ -132,7 +163,7 @@ std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b,
 
 template <class Narrow>
 std::span<const FacePair> PairQuery::find_sphere_tree_pairs(PosedTree& a, PosedTree& b, float distance,
-                                                            const Narrow& narrow) noexcept {
+                                                            const Narrow& narrow) {
     find_leaf_pairs(a, b, distance);
     pairs_.clear();
     LeafBoxes &boxes_a = a.state_->spheres().boxes, &boxes_b = b.state_->spheres().boxes;
@@ -159,6 +190,8 @@ std::span<const FacePair> PairQuery::find_sphere_tree_pairs(PosedTree& a, PosedT
     }
     counters_.boxes_refitted = opened() - opened_before;
     counters_.triangle_tests = static_cast<long>(pairs_.size());
+    count_held(pairs_);
+    require_finite(a, b);
     narrow(pairs_, boxes_a.faces(), boxes_b.faces());
     for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
     counters_.face_pairs = static_cast<long>(pairs_.size());
@@ -167,7 +200,7 @@ std::span<const FacePair> PairQuery::find_sphere_tree_pairs(PosedTree& a, PosedT
 
 template <class Narrow>
 std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance,
-                                                     const Narrow& narrow) noexcept {
+                                                     const Narrow& narrow) {
     PosedTreeState &s = *a.state_, &t = *b.state_;
     const auto find = [&](bool wide) {
         return wide ? find_wide_pairs(a, b, distance, narrow)
@@ -204,19 +237,19 @@ std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b,
 }
 
 /// Every face belongs to one leaf, so no pair occurs twice.
-std::span<const FacePair> PairQuery::sorted_pairs() noexcept {
+std::span<const FacePair> PairQuery::sorted_pairs() {
     std::ranges::sort(pairs_);
     return pairs_;
 }
 
-std::span<const FacePair> PairQuery::intersecting(PosedTree& a, PosedTree& b) noexcept {
+std::span<const FacePair> PairQuery::intersecting(PosedTree& a, PosedTree& b) {
     find_face_pairs(a, b, 0, [](std::vector<FacePair>& pairs, const auto& in_a, const auto& in_b) {
         keep_intersecting(pairs, in_a, in_b);
     });
     return sorted_pairs();
 }
 
-std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float distance) noexcept {
+std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float distance) {
     const auto keep_near = [&](std::vector<FacePair>& pairs, const auto& in_a, const auto& in_b) {
         keep_within(pairs, in_a, in_b, distance);
     };
@@ -224,13 +257,13 @@ std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float di
     return sorted_pairs();
 }
 
-std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept {
+std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) {
     assert((a.state_->has_boxes() && b.state_->has_boxes()) || !(a.state_->in_step || b.state_->in_step));
     return find_face_pairs(a, b, distance, [](std::vector<FacePair>&, const auto&, const auto&) {});
 }
 
 std::span<const LeafPair> PairQuery::box_leaves_within(PosedTree& a, PosedTree& b, float distance,
-                                                       const BlockReach& reach) noexcept {
+                                                       const BlockReach& reach) {
     assert(distance >= 0 && std::isfinite(distance) && a.box_tree() && b.box_tree());
     choose_bounds(*a.state_, *b.state_, false);
     std::span<const LeafPair> found;
@@ -243,7 +276,7 @@ std::span<const LeafPair> PairQuery::box_leaves_within(PosedTree& a, PosedTree& 
     return leaf_pairs_;
 }
 
-std::span<const LeafPair> PairQuery::leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept {
+std::span<const LeafPair> PairQuery::leaf_pairs(PosedTree& a, PosedTree& b, float distance) {
     find_leaf_pairs(a, b, distance);
     std::ranges::sort(leaf_pairs_);
     return leaf_pairs_;

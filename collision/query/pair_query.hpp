@@ -19,6 +19,7 @@ struct QueryCounters {
     long box_tests = 0;           // pairs of boxes under leaves compared
     long triangle_tests = 0;      // face pairs whose boxes are near
     long face_pairs = 0;          // reported
+    long most_pairs = 0;          // pairs of one kind that the query held at a time, see PairQuery::reserve()
 };
 
 /// Queries between two posed trees by one walk down both sphere trees. The walk starts with the roots and
@@ -29,51 +30,63 @@ struct QueryCounters {
 /// with `affine` bounds or `boxes` are walked down their box trees instead, see AffineWalk. Two with `auto`
 /// bounds are walked in both ways while these are measured, see AutoChoice; the answer is then exact.
 ///
-/// Owns its scratch memory, so a warm query allocates nothing. Use one object per thread. Results stay valid
-/// until the next call on the same object.
+/// Owns its scratch memory, which only grows: a query allocates nothing unless it holds more pairs at a time
+/// than any before it on this object (QueryCounters::most_pairs), or than reserve() made room for; nor do the
+/// bodies, see PosedTree::reserve(). Where memory runs out, queries throw std::bad_alloc, and
+/// std::invalid_argument where they read a position that is not finite; object and bodies can be used again
+/// after either. Use one object per thread. Results stay valid until the next call on the same object.
 class PairQuery {
  public:
+    /// Makes room for queries between these bodies that hold up to `pairs` pairs at a time. Queries that hold
+    /// no more allocate nothing in this object, not even the first one.
+    void reserve(const PosedTree& a, const PosedTree& b, std::size_t pairs);
+
     /// Face pairs that have a point in common, sorted by (a, b), without repeats. This is the exact set if
     /// both trees have `exact`, `boxes` or `affine` bounds. Learned bounds give a subset: a pair is missed if
     /// a node's bound misses it.
-    std::span<const FacePair> intersecting(PosedTree& a, PosedTree& b) noexcept;
+    std::span<const FacePair> intersecting(PosedTree& a, PosedTree& b);
 
     /// Face pairs at most `distance` apart (metres, finite, >= 0); order and exactness as in intersecting().
-    std::span<const FacePair> within(PosedTree& a, PosedTree& b, float distance) noexcept;
+    std::span<const FacePair> within(PosedTree& a, PosedTree& b, float distance);
 
     /// Face pairs whose boxes come within `distance`: all pairs of within() and some more, found much faster,
     /// in no particular order, without repeats. For bodies in a step, those of their boxes over the whole
     /// step: see PosedTree::begin_step().
-    std::span<const FacePair> boxes_within(PosedTree& a, PosedTree& b, float distance) noexcept;
+    std::span<const FacePair> boxes_within(PosedTree& a, PosedTree& b, float distance);
 
     /// Leaves of the bodies' box trees, see PosedTree::box_tree(), whose boxes come within the reach of their
     /// blocks, which is `distance` at most; sorted. With that reach everywhere, all pairs of boxes_within()
     /// lie in these. Both bodies must have a box tree.
     std::span<const LeafPair> box_leaves_within(PosedTree& a, PosedTree& b, float distance,
-                                                const BlockReach& reach) noexcept;
+                                                const BlockReach& reach);
 
     /// The broad phase alone: leaf pairs whose bounds come within `distance`, sorted.
-    std::span<const LeafPair> leaf_pairs(PosedTree& a, PosedTree& b, float distance = 0) noexcept;
+    std::span<const LeafPair> leaf_pairs(PosedTree& a, PosedTree& b, float distance = 0);
 
     /// Counters of the last query.
     const QueryCounters& counters() const noexcept { return counters_; }
 
  private:
-    void find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) noexcept;
+    /// Throws std::invalid_argument if a position that was read is not finite.
+    void require_finite(const PosedTree& a, const PosedTree& b) const;
+    /// Counts the pairs that are held now.
+    template <class... Pairs>
+    void count_held(const Pairs&... pairs) noexcept;
+    void find_leaf_pairs(PosedTree& a, PosedTree& b, float distance);
     /// Walks the wide trees with walk(a, b), which sets the counters of the walk.
     template <class Walk>
-    void walk_wide(PosedTree& a, PosedTree& b, const Walk& walk) noexcept;
+    void walk_wide(PosedTree& a, PosedTree& b, const Walk& walk);
     template <class Narrow>
     std::span<const FacePair> find_face_pairs(PosedTree& a, PosedTree& b, float distance,
-                                              const Narrow& narrow) noexcept;
+                                              const Narrow& narrow);
     template <class Narrow>
     std::span<const FacePair> find_sphere_tree_pairs(PosedTree& a, PosedTree& b, float distance,
-                                                     const Narrow& narrow) noexcept;
+                                                     const Narrow& narrow);
     template <class Narrow>
     std::span<const FacePair> find_wide_pairs(PosedTree& a, PosedTree& b, float distance,
-                                              const Narrow& narrow) noexcept;
+                                              const Narrow& narrow);
 
-    std::span<const FacePair> sorted_pairs() noexcept;
+    std::span<const FacePair> sorted_pairs();
 
     QueryCounters counters_;
     AffineWalk affine_walk_;

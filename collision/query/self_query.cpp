@@ -24,8 +24,7 @@ constexpr std::size_t batch_size = 2048;
 /// needed only beside another node. stack: scratch.
 template <Bound B>
 void walk_nodes(const SphereTree& tree, PosedSpheres& posed, B& bounds, float distance,
-                std::vector<NodePair>& stack, std::vector<LeafPair>& leaf_pairs,
-                QueryCounters& counters) noexcept {
+                std::vector<NodePair>& stack, std::vector<LeafPair>& leaf_pairs, QueryCounters& counters) {
     const auto near = [&](const NodePair& pair) {
         if constexpr (BoxBound<B>)
             return !apart(bounds.box(pair.a), bounds.box(pair.b), distance);
@@ -35,6 +34,7 @@ void walk_nodes(const SphereTree& tree, PosedSpheres& posed, B& bounds, float di
         }
     };
     for (stack.assign(1, {0, 0}); !stack.empty();) {
+        counters.most_pairs = std::max(counters.most_pairs, static_cast<long>(stack.size()));
         const NodePair pair = stack.back();
         stack.pop_back();
         ++counters.node_tests;
@@ -59,17 +59,27 @@ void walk_nodes(const SphereTree& tree, PosedSpheres& posed, B& bounds, float di
 
 }  // namespace
 
-void SelfQuery::find_leaf_pairs(PosedSpheres& posed, const SphereTree& tree, float distance) noexcept {
+void SelfQuery::find_leaf_pairs(PosedSpheres& posed, const SphereTree& tree, float distance) {
     leaf_pairs_.clear();
     std::visit(
         [&](auto& bounds) { walk_nodes(tree, posed, bounds, distance, stack_, leaf_pairs_, counters_); },
         posed.bounds);
     counters_.leaf_pairs = static_cast<long>(leaf_pairs_.size());
+    counters_.most_pairs = std::max(counters_.most_pairs, counters_.leaf_pairs);
+}
+
+void SelfQuery::reserve(const PosedTree& body, std::size_t pairs) {
+    const PosedTreeState& state = *body.state_;
+    for (const auto* wide : {&state.of_nodes, &state.of_surface})
+        if (*wide) affine_walk_.reserve((*wide)->cluster_packs(), pairs);
+    for (auto* held : {&leaf_pairs_, &stack_}) held->reserve(pairs);
+    for (auto* held : {&batch_, &pairs_}) held->reserve(pairs);
 }
 
 template <class Boxes, class Posed, class Narrow>
-void SelfQuery::finish_batch(const Boxes& boxes, const Posed& posed, const Narrow& narrow) noexcept {
+void SelfQuery::finish_batch(const Boxes& boxes, const Posed& posed, const Narrow& narrow) {
     counters_.triangle_tests += static_cast<long>(batch_.size());
+    counters_.most_pairs = std::max(counters_.most_pairs, static_cast<long>(batch_.size()));
     // In the order of faces, on which the rounding of a distance depends.
     for (FacePair& slots : batch_)
         if (boxes.face(slots.a) > boxes.face(slots.b)) std::swap(slots.a, slots.b);
@@ -79,7 +89,7 @@ void SelfQuery::finish_batch(const Boxes& boxes, const Posed& posed, const Narro
 }
 
 template <class Narrow>
-void SelfQuery::find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow) noexcept {
+void SelfQuery::find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow) {
     const int fitted_before = boxes.fitted();
     affine_walk_.begin_one_body(boxes, distance);
     for (bool more = true; more;) {
@@ -90,11 +100,12 @@ void SelfQuery::find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow
     counters_.node_tests = affine_walk_.counters().node_tests;
     counters_.leaf_pairs = affine_walk_.counters().leaf_pairs;
     counters_.box_tests = affine_walk_.counters().box_tests;
+    counters_.most_pairs = std::max(counters_.most_pairs, affine_walk_.counters().most_pairs);
 }
 
 template <class Narrow>
 void SelfQuery::find_sphere_pairs(PosedSpheres& posed, const SphereTree& tree, float distance,
-                                  const Narrow& narrow) noexcept {
+                                  const Narrow& narrow) {
     const int bounded_before = posed.nodes_bounded(), out_of_range_before = posed.nodes_out_of_range();
     find_leaf_pairs(posed, tree, distance);
     counters_.nodes_bounded = posed.nodes_bounded() - bounded_before;
@@ -117,8 +128,7 @@ void SelfQuery::find_sphere_pairs(PosedSpheres& posed, const SphereTree& tree, f
 }
 
 template <class Narrow>
-std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float distance,
-                                                     const Narrow& narrow) noexcept {
+std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float distance, const Narrow& narrow) {
     assert(distance >= 0 && std::isfinite(distance));
     assert(!left_out_ || left_out_->face_count() == body.tree().faces.rows());
     counters_ = {};
@@ -128,24 +138,26 @@ std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float dist
         find_wide_pairs(body.state_->wide(), distance, narrow);
     else
         find_sphere_pairs(body.state_->spheres(), body.tree().spheres, distance, narrow);
+    body.state_->require_finite();
     std::ranges::sort(pairs_);
     counters_.face_pairs = static_cast<long>(pairs_.size());
+    counters_.most_pairs = std::max(counters_.most_pairs, counters_.face_pairs);
     return pairs_;
 }
 
-std::span<const FacePair> SelfQuery::intersecting(PosedTree& body) noexcept {
+std::span<const FacePair> SelfQuery::intersecting(PosedTree& body) {
     return find_face_pairs(body, 0, [](std::vector<FacePair>& pairs, const auto& posed) {
         keep_intersecting(pairs, posed, posed);
     });
 }
 
-std::span<const FacePair> SelfQuery::within(PosedTree& body, float distance) noexcept {
+std::span<const FacePair> SelfQuery::within(PosedTree& body, float distance) {
     return find_face_pairs(body, distance, [distance](std::vector<FacePair>& pairs, const auto& posed) {
         keep_within(pairs, posed, posed, distance);
     });
 }
 
-std::span<const FacePair> SelfQuery::boxes_within(PosedTree& body, float distance) noexcept {
+std::span<const FacePair> SelfQuery::boxes_within(PosedTree& body, float distance) {
     return find_face_pairs(body, distance, [](std::vector<FacePair>&, const auto&) {});
 }
 
@@ -153,7 +165,7 @@ std::shared_ptr<const FacePairSet> near_at_rest(VerticesRef X, FacesRef F, float
     if (!(distance >= 0 && std::isfinite(distance)))
         throw std::invalid_argument(message("distance is ", distance, " m, allowed: finite, 0 or more"));
     PosedTree body(shared_exact_tree(X, F), BoundKind::boxes);
-    body.begin_pose(X);
+    body.begin_pose(VertexView::as_long_as(X));
     return std::make_shared<const FacePairSet>(SelfQuery().within(body, distance),
                                                static_cast<int>(F.rows()));
 }

@@ -17,8 +17,8 @@ struct PosedSpheres;
 /// they are left out during the walk, and so are further pairs that were given. The walk visits every pair of
 /// nodes once. Faces that it finds are tested in batches, so that near faces never fill the memory.
 ///
-/// Owns its scratch memory, so a warm query allocates nothing. Use one object per thread. Results stay valid
-/// until the next call on the same object.
+/// Owns its scratch memory, which only grows; memory and errors are as in PairQuery. Use one object per
+/// thread. Results stay valid until the next call on the same object.
 class SelfQuery {
  public:
     SelfQuery() = default;
@@ -26,34 +26,36 @@ class SelfQuery {
     /// near_at_rest().
     explicit SelfQuery(std::shared_ptr<const FacePairSet> left_out) : left_out_(std::move(left_out)) {}
 
+    /// As PairQuery::reserve().
+    void reserve(const PosedTree& body, std::size_t pairs);
+
     /// Pairs (a, b), a < b, of faces that have a point in common but no vertex, sorted, without repeats. This
     /// is the exact set for `exact`, `boxes`, `affine` and `certified` bounds. Learned bounds give a subset.
-    std::span<const FacePair> intersecting(PosedTree& body) noexcept;
+    std::span<const FacePair> intersecting(PosedTree& body);
 
     /// Likewise pairs at most `distance` apart (metres, finite, >= 0). Faces around one vertex are often
     /// nearer to each other than that: leave out near_at_rest() faces unless they matter.
-    std::span<const FacePair> within(PosedTree& body, float distance) noexcept;
+    std::span<const FacePair> within(PosedTree& body, float distance);
 
     /// Likewise pairs whose boxes come within `distance`: all pairs of within() and some more. For `boxes`
     /// and `affine` bounds these are all pairs of such boxes; spheres may tell faces apart whose boxes are
     /// near. In a step, those of its boxes over the whole step: see PosedTree::begin_step().
-    std::span<const FacePair> boxes_within(PosedTree& body, float distance) noexcept;
+    std::span<const FacePair> boxes_within(PosedTree& body, float distance);
 
     /// Counters of the last query.
     const QueryCounters& counters() const noexcept { return counters_; }
 
  private:
     template <class Narrow>
-    std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Narrow& narrow) noexcept;
+    std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Narrow& narrow);
     template <class Narrow>
-    void find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow) noexcept;
+    void find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow);
     template <class Narrow>
-    void find_sphere_pairs(PosedSpheres& posed, const SphereTree& tree, float distance,
-                           const Narrow& narrow) noexcept;
-    void find_leaf_pairs(PosedSpheres& posed, const SphereTree& tree, float distance) noexcept;
+    void find_sphere_pairs(PosedSpheres& posed, const SphereTree& tree, float distance, const Narrow& narrow);
+    void find_leaf_pairs(PosedSpheres& posed, const SphereTree& tree, float distance);
     /// Narrows the pairs of slots in `batch_` and moves them to `pairs_`, as faces.
     template <class Boxes, class Posed, class Narrow>
-    void finish_batch(const Boxes& boxes, const Posed& posed, const Narrow& narrow) noexcept;
+    void finish_batch(const Boxes& boxes, const Posed& posed, const Narrow& narrow);
 
     std::shared_ptr<const FacePairSet> left_out_;
     QueryCounters counters_;

@@ -22,6 +22,12 @@ class Sweep {
     /// intervals. Empty boxes touch nothing.
     std::span<const BodyIndices> touching(std::span<const Box> boxes);
 
+    /// Makes room for so many boxes and pairs.
+    void reserve(std::size_t boxes, std::size_t pairs) {
+        order_.reserve(boxes);
+        pairs_.reserve(pairs);
+    }
+
  private:
     std::vector<int> order_;
     std::vector<BodyIndices> pairs_;

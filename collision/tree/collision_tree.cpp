@@ -63,6 +63,10 @@ void check_collision_tree(const CollisionTree& tree) {
     }
 }
 
+bool is_usable(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) noexcept {
+    return has_bounds(tree, kind) && (!can_miss(kind) || margin || tree.calibrations.contains(kind));
+}
+
 BoundKind exact_for_auto(const CollisionTree& tree, BoundKind kind) noexcept {
     if (kind != BoundKind::automatic) return kind;
     return tree.affine ? BoundKind::affine : BoundKind::boxes;

@@ -50,6 +50,7 @@ std::shared_ptr<const CollisionTree> shared_exact_tree(VerticesRef X, FacesRef F
 inline std::shared_ptr<const CollisionTree> refer_to(const CollisionTree& tree) noexcept {
     return {std::shared_ptr<const void>(), &tree};
 }
+std::shared_ptr<const CollisionTree> refer_to(CollisionTree&&) = delete;
 
 /// Validates a tree read from a file. Throws std::invalid_argument, saying what is wrong, unless all parts of
 /// the tree fit each other.
@@ -61,6 +62,10 @@ std::size_t bound_count(const CollisionTree& tree, BoundKind kind) noexcept;
 
 /// Whether the tree has the model that bounds of this kind need.
 bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept;
+
+/// Whether the tree has bounds of this kind that keep what they promise: bounds that never miss, or ones
+/// whose margin is calibrated in the tree or given.
+bool is_usable(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) noexcept;
 
 /// For `auto`, the exact bounds that it would choose, so that answers do not depend on a clock: `affine` if
 /// the tree has a model for them, else `boxes`. Returns other kinds unchanged.

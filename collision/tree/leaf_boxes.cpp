@@ -85,6 +85,7 @@ void LeafBoxes::list_vertices() {
 void LeafBoxes::begin_pose(const Positions& x) noexcept {
     x_ = x;
     opened_.clear();
+    met_non_finite_ = false;
 }
 
 Box LeafBoxes::whole(int i) const noexcept {
@@ -103,12 +104,17 @@ int LeafBoxes::fit(int i) noexcept {
     opened.count = count;
     Box all = empty_box();
     const PosedFaces posed = faces();
+    // Opening a root reads all of its vertices, so that nothing is left to be checked below.
+    if (n.has_faces() && n.parent < 0 && count > 0)
+        met_non_finite_ |= !is_finite(bounding_box(x_, vertices_of(n)));
     for (int k = 0; k < count; ++k) {
         Box box;
-        if (n.has_faces())
+        if (n.has_faces()) {
             box = posed.box(n.first_slot + k);
-        else
+        } else {
             box = bounding_box(x_, vertices_of(node(n.first_child + k)));
+            met_non_finite_ |= !is_finite(box);
+        }
         opened.packs[static_cast<std::size_t>(k / BoxPack::lanes)].set(k % BoxPack::lanes, box);
         all = joined(all, box);
     }

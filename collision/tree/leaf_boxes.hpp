@@ -59,6 +59,8 @@ class LeafBoxes {
     }
     /// Number of nodes opened in this pose.
     long opened() const noexcept { return static_cast<long>(opened_.size()); }
+    /// Whether a position under the nodes opened in this pose is not finite.
+    bool met_non_finite() const noexcept { return met_non_finite_; }
 
     /// Prefetch what opening a root will read, unless it is open: first its vertex list, then their
     /// positions.
@@ -112,6 +114,7 @@ class LeafBoxes {
     // gives for it names that node.
     std::vector<Opened> opened_;  // at most one per node; the capacity is reserved
     std::vector<int> at_;         // [nodes] index into `opened_`
+    bool met_non_finite_ = false;
 };
 
 }  // namespace nbd

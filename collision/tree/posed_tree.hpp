@@ -3,8 +3,10 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "collision/geometry/box.hpp"
+#include "collision/geometry/vertex_view.hpp"
 #include "collision/tree/auto_choice.hpp"
 #include "collision/tree/collision_tree.hpp"
 
@@ -30,34 +32,43 @@ class PosedTree {
     /// 1 + margin, or moves every side of a learned box outward by margin times the spread of its samples, or
     /// their residual for those that follow an affine map; no node falls back to an exact bound. Without a
     /// margin, the tree's calibration of these bounds applies: a margin per node, and exact bounds where the
-    /// input is out of range. Without a calibration the margin is 0. Throws std::invalid_argument if the
-    /// tree's parts do not fit each other (check_collision_tree), it has no model for `kind`, or the margin
-    /// is out of range.
+    /// input is out of range. Bounds that can miss need one of the two; `auto` takes none that have neither.
+    /// Throws std::invalid_argument if the tree's parts do not fit each other (check_collision_tree), it has
+    /// no model for `kind`, no calibration of bounds that can miss and no margin is given, or the margin is
+    /// out of range.
     PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, std::optional<float> margin = {});
     PosedTree(PosedTree&&) noexcept;
     PosedTree& operator=(PosedTree&&) noexcept;
     ~PosedTree();
 
     /// Starts a pose. x: [vertex_count, 3], world space, metres, finite; not copied, so the array must stay
-    /// valid until the next call; do not pass an expression that creates a temporary. `exact` and `boxes`
+    /// valid until the next call. `exact` and `boxes`
     /// read every vertex here, `bd` and `nbd` read only their representatives, `learned_spheres` and
     /// `learned_boxes` nothing. Queries later read the samples of learned nodes, and all vertices of nodes
     /// that are out of range. `auto` reads nothing here if its boxes may be learned. motion: for
     /// `certified`, one per region of the tree's model, valid as long as x; without it, `certified` uses the
     /// exact sphere of every node. The other kinds ignore it. In such a pose `affine` bodies have `boxes`.
-    void begin_pose(VerticesRef x, std::span<const RegionMotion> motion = {}) noexcept;
+    ///
+    /// This and the functions below that start a pose throw std::invalid_argument if the numbers of rows or
+    /// of motions do not fit the tree, or a number that they read is not finite. What they do not read, the
+    /// queries check when they read it; they throw likewise, and leave alone what has no part in their
+    /// answer. All of them throw std::bad_alloc if memory runs out. After an error the body has no pose, as
+    /// before the first one, and may be given another.
+    void begin_pose(VertexView x, std::span<const RegionMotion> motion = {});
+    void begin_pose(VertexView x, std::vector<RegionMotion>&& motion) = delete;
 
     /// Starts a pose with positions that are computed on demand: all of them for `exact` and `boxes`, which
     /// copy them once more, and for
     /// `learned_affine`, few for the other kinds. x: its begin_pose() was called; must stay valid until
     /// the next call.
-    void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion = {}) noexcept;
+    void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion = {});
+    void begin_pose(EmbeddedPositions& x, std::vector<RegionMotion>&& motion) = delete;
 
     /// Starts a pose of a body with `affine` bounds, or with `auto` ones and an affine model, and only of
     /// such a one: it reads the nodes that carry the surface. nodes: [node_count, 3], world space, metres,
     /// finite; valid until the next call, likewise. A pose given by EmbeddedPositions takes the nodes from
     /// there.
-    void begin_pose_of_nodes(VerticesRef nodes) noexcept;
+    void begin_pose_of_nodes(VertexView nodes);
 
     /// Starts a step of linear motion, for continuous collision detection: every vertex moves straight from
     /// its position in `start` to that in `end`, like x of begin_pose(). whole() and the boxes_within() of
@@ -65,23 +76,31 @@ class PosedTree {
     /// any one time of it. A body with `boxes` or `affine` bounds in a pose is one that does not move. All
     /// else sees the pose at the end. Bodies with spheres get the exact boxes of
     /// `boxes` in a step; in a pose they must not meet a body in a step in boxes_within().
-    void begin_step(VerticesRef start, VerticesRef end) noexcept;
+    void begin_step(VertexView start, VertexView end);
 
     /// Likewise from the nodes at both ends, for a body as begin_pose_of_nodes() takes it.
-    void begin_step_of_nodes(VerticesRef start, VerticesRef end) noexcept;
+    void begin_step_of_nodes(VertexView start, VertexView end);
 
-    /// World-space sphere of a node in this pose; for bounds that are boxes, the sphere around the box.
-    const Sphere& sphere(int node) noexcept;
+    /// Makes room for poses in which queries with bodies of its kind read all of this body. Such poses and
+    /// queries then allocate nothing in it; else they do where they read more than any before, as does the
+    /// first query with a body whose bounds are of another form. About 1.2 kB for each of the tree's leaves,
+    /// which hold up to 16 faces; nothing for bounds without a box tree.
+    void reserve();
+
+    /// World-space sphere of a node in this pose; for bounds that are boxes, the sphere around the box. Not
+    /// finite where the node's positions are not.
+    const Sphere& sphere(int node);
 
     /// World-space box of a node in this pose; empty for bounds that are spheres.
-    std::optional<Box> box(int node) noexcept;
+    std::optional<Box> box(int node);
 
     /// Box around the whole body in this pose, as its bounds have it: that of the root, or around its sphere.
-    Box whole() noexcept;
+    /// Throws std::invalid_argument if it is made from numbers that are not finite.
+    Box whole();
 
     /// Out-of-distribution score of a node's input in this pose, see GatedBound; empty for bounds without
     /// one.
-    std::optional<float> ood_score(int node) noexcept;
+    std::optional<float> ood_score(int node);
 
     /// Number of distinct nodes bounded so far in this pose.
     int nodes_bounded() const noexcept;

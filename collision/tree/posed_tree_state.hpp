@@ -30,6 +30,8 @@ struct PosedSpheres {
     void begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept;
     int nodes_bounded() const noexcept;
     int nodes_out_of_range() const noexcept;
+    /// Whether something that was read in this pose is not finite, or overflows.
+    bool met_non_finite() const noexcept;
 };
 
 /// What `auto` bounds that may be learned keep beside the pose, for their choice.
@@ -58,6 +60,8 @@ struct PosedTreeState {
     bool is_wide = false;                 // has the bounds of a wide tree, perhaps among others
     std::optional<AutoPose> automatic{};  // for `auto` bounds that may be learned
     Positions positions{};                // of the pose
+    VertexView given{}, given_start{};    // what the pose or step was given by: positions or nodes
+    bool given_nodes = false;             // it was nodes
     Vertices surface{};                   // `positions` that were made from nodes
     bool is_of_nodes = false;             // the pose or step was given by nodes
     bool in_step = false;                 // a step, whose end is the pose
@@ -69,11 +73,16 @@ struct PosedTreeState {
 
     PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundKind bounds, std::optional<float> growth);
 
-    /// Start a pose or a step, see PosedTree.
-    void begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept;
-    void begin_pose_of_nodes(VerticesRef nodes) noexcept;
-    void begin_step(VerticesRef start, VerticesRef end) noexcept;
-    void begin_step_of_nodes(VerticesRef start, VerticesRef end) noexcept;
+    /// Start a pose or a step, see PosedTree, and check what they read.
+    void begin_pose(VertexView x, std::span<const RegionMotion> motion);
+    void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion);
+    void begin_pose_of_nodes(VertexView nodes);
+    void begin_step(VertexView start, VertexView end);
+    void begin_step_of_nodes(VertexView start, VertexView end);
+
+    /// Throws std::invalid_argument, naming the first vertex or node, if a number that was read in this pose
+    /// so far is not finite. Queries call it before they answer.
+    void require_finite() const;
 
     /// Whether wide() has boxes that are not learned ones of `auto`: by the body's kind, or in a step.
     bool has_boxes() const noexcept { return is_wide || in_step; }
@@ -81,10 +90,22 @@ struct PosedTreeState {
     bool has_wide() const noexcept { return asks_learned ? of_samples.has_value() : has_boxes(); }
 
     /// The boxes of the wide tree in this pose, or the learned ones if the query asks for these.
-    AffineBoxes& wide() noexcept;
+    AffineBoxes& wide();
     /// The sphere tree in this pose. For `boxes` and `affine` it has exact boxes, and reads the whole
     /// surface.
-    PosedSpheres& spheres() noexcept;
+    PosedSpheres& spheres();
+
+ private:
+    /// Calls start(), which begins a pose or a step. If it throws, or read what is not finite, there is no
+    /// pose, and the error goes on.
+    template <class Start>
+    void begin(const Start& start);
+    void forget_pose();
+    void set_pose(const Positions& x, std::span<const RegionMotion> motion);
+    bool met_non_finite() const noexcept;
+    void check_motion(std::span<const RegionMotion> motion) const;
+    void check_rows(const char* what, const VertexView& x) const;
+    void check_nodes(const char* what, const VertexView& x) const;
 };
 
 /// Whether a body's `auto` bounds may be learned in this pose.

@@ -25,6 +25,7 @@ class SphereCache {
         ++pose_;
         bounded_ = 0;
         out_of_range_ = 0;
+        met_non_finite_ = false;
     }
 
     template <Bound B>
@@ -33,6 +34,7 @@ class SphereCache {
         if (poses_[i] != pose_) {
             spheres_[i] = compute(node, bounds);
             poses_[i] = pose_;
+            met_non_finite_ |= !(0 * (spheres_[i].c.sum() + spheres_[i].r) == 0);
             ++bounded_;
         }
         return spheres_[i];
@@ -42,6 +44,9 @@ class SphereCache {
     /// range.
     int bounded() const noexcept { return bounded_; }
     int out_of_range() const noexcept { return out_of_range_; }
+    /// Whether a sphere of this pose is not finite: a position that it was made from is not, or they
+    /// overflow.
+    bool met_non_finite() const noexcept { return met_non_finite_; }
 
  private:
     template <Bound B>
@@ -72,6 +77,7 @@ class SphereCache {
     Positions x_;
     std::uint64_t pose_ = 0;
     int bounded_ = 0, out_of_range_ = 0;
+    bool met_non_finite_ = false;
 };
 
 }  // namespace nbd

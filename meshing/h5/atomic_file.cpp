@@ -1,29 +1,22 @@
 #include "meshing/h5/atomic_file.hpp"
 
-#include <fmt/format.h>
-#include <unistd.h>
-
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <limits>
 #include <locale>
-#include <stdexcept>
 #include <streambuf>
 
-#include "meshing/h5/temporary_files.hpp"
+#include "collision/base/temporary_files.hpp"
 
 namespace nbd::h5 {
 
 namespace {
 
-/// Stream buffer over a file descriptor. Keeps the errno of the first failed write.
-class DescriptorBuffer : public std::streambuf {
+/// Stream buffer over a temporary file, which keeps the error of the first failed write.
+class FileBuffer : public std::streambuf {
  public:
-    explicit DescriptorBuffer(int descriptor) : descriptor_(descriptor) {
+    explicit FileBuffer(TemporaryFile& file) : file_(file) {
         setp(bytes_.data(), bytes_.data() + bytes_.size());
     }
-    int error() const noexcept { return error_; }
 
  protected:
     int_type overflow(int_type c) override {
@@ -33,19 +26,13 @@ class DescriptorBuffer : public std::streambuf {
     }
 
     int sync() override {
-        for (const char* p = pbase(); p < pptr() && error_ == 0;) {
-            const ssize_t n = ::write(descriptor_, p, static_cast<std::size_t>(pptr() - p));
-            if (n >= 0)
-                p += n;
-            else if (errno != EINTR)
-                error_ = errno;
-        }
+        const bool written = file_.write({pbase(), pptr()});
         setp(bytes_.data(), bytes_.data() + bytes_.size());
-        return error_ == 0 ? 0 : -1;
+        return written ? 0 : -1;
     }
 
  private:
-    int descriptor_, error_ = 0;
+    TemporaryFile& file_;
     std::array<char, 1 << 16> bytes_;
 };
 
@@ -53,9 +40,9 @@ class DescriptorBuffer : public std::streambuf {
 
 struct AtomicFile::Impl {
     TemporaryFile file;
-    DescriptorBuffer buffer;
+    FileBuffer buffer;
     std::ostream out;
-    explicit Impl(const std::filesystem::path& path) : file(path), buffer(file.descriptor()), out(&buffer) {
+    explicit Impl(const std::filesystem::path& path) : file(path), buffer(file), out(&buffer) {
         out.imbue(std::locale::classic());
         out.precision(std::numeric_limits<double>::max_digits10);
     }
@@ -69,9 +56,6 @@ std::ostream& AtomicFile::out() noexcept { return impl_->out; }
 
 void AtomicFile::commit() {
     impl_->out.flush();
-    if (const int error = impl_->buffer.error())
-        throw std::runtime_error(
-            fmt::format("{}: cannot write: {}", impl_->file.path().string(), std::strerror(error)));
     impl_->file.commit();
 }
 

@@ -125,6 +125,10 @@ bool OpenedFile::has(const std::string& item) const {
         const htri_t there = H5Lexists(file_.get(), prefix.c_str(), H5P_DEFAULT);
         if (there < 0) refuse_damaged(fmt::format("'{}'", prefix));
         if (there == 0) return false;
+        H5L_info_t link{};
+        if (H5Lget_info(file_.get(), prefix.c_str(), &link, H5P_DEFAULT) < 0)
+            refuse_damaged(fmt::format("'{}'", prefix));
+        if (link.type == H5L_TYPE_EXTERNAL) refuse(fmt::format("'{}' is in another file", prefix), whole);
     }
     return true;
 }
@@ -141,6 +145,9 @@ Handle OpenedFile::open_dataset(const std::string& name) const {
 
     if (H5Iget_type(object.get()) != H5I_DATASET)
         refuse(fmt::format("'{}' is not a dataset", name), "a dataset");
+    const Handle creation(H5Dget_create_plist(object.get()));
+    if (H5Pget_external_count(creation.get()) > 0)
+        refuse(fmt::format("the numbers of '{}' are in another file", name), whole);
     return object;
 }
 

@@ -149,7 +149,13 @@ std::optional<VirtualSource> Reader::virtual_source(const std::string& dataset) 
         get(creation.get(), 0, value.data(), value.size() + 1);
         return value;
     };
-    return VirtualSource{text(H5Pget_virtual_filename), text(H5Pget_virtual_dsetname)};
+    VirtualSource source{text(H5Pget_virtual_filename), text(H5Pget_virtual_dsetname)};
+    const auto place = std::filesystem::path(source.file).lexically_normal();
+    if (place.empty() || place.is_absolute() || *place.begin() == "..")
+        refuse(fmt::format("virtual dataset '{}' reads '{}', outside of the folder of the file", dataset,
+                           source.file),
+               "sources in that folder or below");
+    return source;
 }
 
 Shape Reader::shape(const std::string& dataset) const {

@@ -7,9 +7,9 @@
 #include <map>
 #include <stdexcept>
 
+#include "collision/base/temporary_files.hpp"
 #include "meshing/h5/file_driver.hpp"
 #include "meshing/h5/library.hpp"
-#include "meshing/h5/temporary_files.hpp"
 #include "meshing/h5/version.hpp"
 
 namespace nbd::h5 {

@@ -78,7 +78,7 @@ TEST_F(BenchLearned, ComparesEveryVariantAtEveryDepth) {
     const auto rows = nlohmann::json::parse(ran.out);
     ASSERT_EQ(rows.size(), 84U);  // two rules, two sample counts, seven fits, three depths
     for (const auto& row : rows) {
-        EXPECT_LT(row.at("radius_error").get<double>(), 0.5) << row;
+        EXPECT_LT(row.at("radius_error").get<double>(), 0.02) << row;
         EXPECT_GT(row.at("inflation").get<double>(), -0.01) << row;
         EXPECT_LE(row.at("nodes_missing").get<double>(), row.at("nodes_missing_bare").get<double>()) << row;
         const bool timed = row.at("fit") != "network 32" && row.at("fit") != "network relative";

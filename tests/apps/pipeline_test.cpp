@@ -74,9 +74,15 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     const nlohmann::json table =
         json_of({"evaluate", "tree.h5", "data.h5", "--margins", "0,0.1", "--csv", "table.csv"});
     ASSERT_EQ(table["rows"].size(), 100u);  // two sets, five bounds, two margins, five depths
-    for (const auto& row : table["rows"])
-        EXPECT_TRUE(row["bound"] == "nbd" || row["bound"] == "learned_spheres" || row["nodes_missing"] == 0)
-            << row;
+    // Networks without training are off by tens of percent; 0.1 covers what these leave out.
+    for (const auto& row : table["rows"]) {
+        const bool nbd = row["bound"] == "nbd", learned = row["bound"] == "learned_spheres";
+        if (row["margin"] == 0 && (nbd || learned)) {
+            EXPECT_LT(row["radius_error"], nbd ? 0.03 : 0.005) << row;
+        } else {
+            EXPECT_EQ(row["nodes_missing"], 0) << row;
+        }
+    }
     EXPECT_EQ(std::ranges::count(bytes("table.csv"), '\n'), 101);
 
     folder.write("scene.json", R"({"bodies": [
@@ -87,7 +93,8 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     const nlohmann::json scene = json_of({"simulate", "scene.json", "-o", "scene.h5", "--audit", "1", "--csv",
                                           "scene.csv", "--vtu", "vtu", "--picture", "scene.png"});
     EXPECT_EQ(scene["audited_frames"], 4);
-    EXPECT_GT(scene["near_pairs"], 0);
+    EXPECT_GT(scene["near_pairs"], 1000);
+    EXPECT_EQ(scene["near_pairs_missed"], 0);
     EXPECT_GT(scene["frames_in_contact"], 0);
     EXPECT_EQ(std::ranges::count(bytes("scene.csv"), '\n'), 9);  // one line per step
     for (const char* part :
@@ -108,8 +115,11 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj"), exact);
     EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", "bd"}), exact);
     EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", "certified"}), exact);
-    for (const char* bounds : {"nbd", "learned_spheres"})
-        EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "moved.obj", {"--bounds", bounds, "--margin", "10"}), exact);
+    for (const char* bounds : {"nbd", "learned_spheres", "learned_boxes"}) {  // as calibrated, and grown
+        EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", bounds}), exact);
+        EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", bounds, "--margin", "0.1"}),
+                  exact);
+    }
 
     // Affine bounds come with the tree, find the same pairs, and need no tree in a scene.
     EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@scene.h5:1:4", {"--bounds", "affine"}),

@@ -124,6 +124,45 @@ TEST_F(ResumeTest, ARunStoppedAtRandomMomentsGivesTheSameBits) {
     expect_whole(where);
 }
 
+TEST_F(ResumeTest, AutoBoundsOfALearnedTreeBoundTheSameNodesAfterAKill) {
+    // The tree has calibrated learned boxes, which `auto` chooses by a clock where answers may depend on it.
+    make({"dataset", "box.h5", "-o", "fresh.h5", "--trajectories", "3", "--seed", "5", "--steps-per-frame",
+          "1", "-q"});
+    make({"calibrate", "tree.h5", "fresh.h5", "-o", "calibrated.h5", "--miss-rate", "0.3", "--confidence",
+          "0.5", "-q"});
+    write("auto.json", R"({
+        "bodies": [
+            {"body": "box.h5", "tree": "calibrated.h5", "bounds": "auto", "transform": {"translate": [0, 0, 0.07]}},
+            {"body": "box.h5", "tree": "calibrated.h5", "bounds": "auto",
+             "transform": {"translate": [0.1, 0, 0.2]}, "velocity": [0, 0, -2]}],
+        "obstacles": [{"plane": {}}],
+        "time": {"dt": 0.002, "frames": 12, "steps_per_frame": 5}, "output": {"csv": "run.csv"}})");
+    const auto command = [](const std::string& where) {
+        return std::vector<std::string>{"simulate", "auto.json", "-o", where + "/run.h5", "-q", "--resume"};
+    };
+    for (const char* where : {"auto_whole", "auto_killed"}) fs::create_directories(folder() / where);
+    make(command("auto_whole"));
+    int stops = 0;
+    for (; stops < 4 && run_and_stop("auto_killed", command("auto_killed"), 30'000); ++stops) {
+    }
+    EXPECT_GE(stops, 2);
+    make(command("auto_killed"));
+    const std::string table = read_bytes(folder() / "auto_whole/run.csv");
+    EXPECT_EQ(without_times(read_bytes(folder() / "auto_killed/run.csv")), without_times(table));
+    EXPECT_TRUE(read_bytes(folder() / "auto_killed/run.h5") == read_bytes(folder() / "auto_whole/run.h5"));
+    // Nodes were bounded, and more of them in some steps than in others.
+    std::set<std::string> bounded;
+    std::istringstream lines(table);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream cells(line);
+        std::string cell;
+        for (int column = 0; column < 5; ++column) std::getline(cells, cell, ',');
+        bounded.insert(cell);
+    }
+    EXPECT_GT(bounded.size(), 5u);
+    EXPECT_TRUE(bounded.contains("nodes_bounded"));
+}
+
 TEST_F(ResumeTest, LeavesAFinishedRunAsItIs) {
     const std::string where = "finished";
     fs::create_directories(folder() / where);

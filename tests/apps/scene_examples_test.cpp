@@ -1,9 +1,13 @@
 // Every scene in assets/scenes must run.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
+#include "meshing/formats/read_surface.hpp"
 #include "tests/apps/command.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -42,6 +46,41 @@ TEST_P(SceneExample, IsDocumented) {
     std::ifstream file(NBD_ASSETS "/scenes/README.md");
     const std::string readme{std::istreambuf_iterator<char>(file), {}};
     EXPECT_NE(readme.find("`" + GetParam() + ".json`"), std::string::npos);
+}
+
+/// Runs a scene of the block on a slope of 20 degrees to its end. Returns how far its centre is down the
+/// slope from the start, metres, in each of its 101 frames, 10 ms apart.
+std::vector<double> way_down(const std::string& scene) {
+    const TemporaryFolder folder;
+    const Ran ran = run(folder / "", {"simulate", NBD_ASSETS "/scenes/" + scene + ".json", "-o", "run.h5",
+                                      "--obj", "frames", "--quiet"});
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    const double slope = 20 * std::numbers::pi / 180;
+    const Eigen::RowVector3d down(std::cos(slope), 0, -std::sin(slope));
+    std::vector<double> way;
+    for (int frame = 0; frame <= 100; ++frame)
+        way.push_back(read_surface(folder / fmt::format("frames/0_block_{:06d}.obj", frame))
+                          .X.colwise()
+                          .mean()
+                          .dot(down));
+    for (double& distance : way) distance -= way.front();
+    return way;
+}
+
+TEST(SlopeScenes, TheBlockHoldsByCreepingBelowTheSlipVelocity) {
+    const std::vector<double> way = way_down("slope_holds");
+    // It lands within 5 mm and creeps at the share of slip_velocity that friction needs: tan 20 / 0.5.
+    EXPECT_LT(way[20], 0.006);
+    const double speed = (way[100] - way[50]) / 0.5,
+                 creep = std::tan(20 * std::numbers::pi / 180) / 0.5 * 2e-5;
+    EXPECT_NEAR(speed, creep, 0.2 * creep);
+}
+
+TEST(SlopeScenes, TheBlockSlidesAsFastAsFrictionLets) {
+    const std::vector<double> way = way_down("slope_slides");
+    const double slope = 20 * std::numbers::pi / 180, rate = 9.81 * (std::sin(slope) - 0.2 * std::cos(slope));
+    const double from_ways = ((way[100] - way[90]) - (way[60] - way[50])) / (0.1 * 0.4);
+    EXPECT_NEAR(from_ways, rate, 0.1 * rate);  // the material's damping slows it down a little
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SceneExample, ::testing::ValuesIn(scenes()),

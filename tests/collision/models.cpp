@@ -139,7 +139,17 @@ CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeCo
     tree.nbd = random_model(tree.spheres, modes.clustered, 32, 5);
     tree.learned = random_learned_model(tree.spheres, true, 6);
     tree.learned_affine = sampled_affine_model(tree, s.X);
+    for (const BoundKind kind : bound_kinds)
+        if (can_miss(kind) && has_bounds(tree, kind)) tree.calibrations[kind] = no_margins(tree, kind);
     return tree;
+}
+
+Calibration no_margins(const CollisionTree& tree, BoundKind kind) {
+    return {.miss_rate = 0.5,
+            .confidence = 0.5,
+            .trajectories = 1,
+            .poses = 1,
+            .margins = std::vector<float>(bound_count(tree, kind), 0.f)};
 }
 
 }  // namespace nbd::shapes

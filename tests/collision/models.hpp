@@ -36,4 +36,7 @@ std::shared_ptr<const LearnedAffineModel> sampled_affine_model(const CollisionTr
 /// A tree of a surface with every kind of bounds except certified.
 CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeConfig& config = {});
 
+/// A calibration with margins of 0, for tests that ask for bounds as they are.
+Calibration no_margins(const CollisionTree& tree, BoundKind kind);
+
 }  // namespace nbd::shapes

@@ -7,7 +7,7 @@
 
 #include <csignal>
 
-#include "meshing/h5/temporary_files.hpp"
+#include "collision/base/temporary_files.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 

@@ -59,6 +59,44 @@ TEST_F(H5Test, VirtualDatasetsNameTheirSource) {
     test::expect_clear(error_of([&] { inspect(folder / "view.h5"); }), folder / "source.h5");
 }
 
+TEST_F(H5Test, ReadsNothingOutsideOfTheFilesFolder) {
+    std::filesystem::create_directories(folder / "in/shards");
+    const auto path = folder / "in/view.h5";
+    for (const char* secret : {"secret.h5", "in/shards/shard.h5"}) {
+        Writer other(folder / secret, format);
+        other.write("numbers", {6}, std::span<const float>(std::vector<float>(6, 1.5f)));
+        other.commit();
+    }
+    const auto view_of = [&](const std::string& source) {
+        Writer view(path, format);
+        view.write_virtual("numbers", Type::float32, {6}, {source, "/numbers"});
+        view.commit();
+    };
+    const std::string absolute = (folder / "secret.h5").string();
+    for (const std::string& source :
+         {std::string("../secret.h5"), std::string("shards/../../secret.h5"), absolute}) {
+        view_of(source);
+        const std::string expected =
+            path.string() + ": virtual dataset 'numbers' reads '" + source +
+            "', outside of the folder of the file; allowed: sources in that folder or "
+            "below";
+        EXPECT_EQ(error_of([&] { Reader(path, format).virtual_source("numbers"); }), expected);
+        EXPECT_EQ(error_of([&] { inspect(path); }), expected);
+    }
+    for (const char* source : {"shards/shard.h5", "./shards/../shards/shard.h5"}) {
+        view_of(source);
+        EXPECT_EQ(error_of([&] { inspect(path); }), "") << source;
+    }
+    test::EditFile(path).link_elsewhere("linked", "../secret.h5", "/numbers");
+    EXPECT_EQ(error_of([&] { Reader(path, format).read<float>("linked", {6}); }),
+              path.string() + ": 'linked' is in another file; allowed: a complete file written by nbdtree");
+    test::EditFile(path).store_elsewhere("stored", "../secret.h5");
+    EXPECT_EQ(
+        error_of([&] { Reader(path, format).read<float>("stored", {6}); }),
+        path.string() +
+            ": the numbers of 'stored' are in another file; allowed: a complete file written by nbdtree");
+}
+
 TEST_F(H5Test, RoundTripsNumbersTextsAndAttributes) {
     const auto path = folder / "a.h5";
     std::srand(1);

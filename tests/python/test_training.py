@@ -81,6 +81,15 @@ def test_learned_bounds_find_most_pairs(poses, tree_file):
     assert len(found["learned_spheres"]) >= 0.9 * len(found["boxes"])
 
 
+def test_bounds_without_calibration_need_a_margin(beam, poses):
+    tree = nbd.train(beam, poses, ["learned_spheres"], depth=3, calibration=0).tree
+    for bounds in ("learned_spheres", "learned_boxes"):
+        with pytest.raises(ValueError, match=f'"{bounds}" bounds are not calibrated.*run `nbdtree calibrate`'):
+            nbd.PosedTree(tree, bounds)
+        assert nbd.PosedTree(tree, bounds, margin=0).bounds == bounds
+    assert nbd.PosedTree(tree, "auto").bounds == "auto"
+
+
 def test_a_calibration_is_of_a_new_file(beam, poses):
     file = nbd.train(beam, poses, ["learned_spheres"], depth=4, calibration=0.4)
     tree, before = file.tree, file.tree.calibrations["learned_spheres"]["margins"]

@@ -63,6 +63,19 @@ void EditFile::reserve(const std::string& name, const Shape& shape) {
     replace_dataset(file_, name, shape, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, nullptr);
 }
 
+void EditFile::link_elsewhere(const std::string& name, const std::string& file, const std::string& dataset) {
+    H5Lcreate_external(file.c_str(), dataset.c_str(), file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT);
+}
+
+void EditFile::store_elsewhere(const std::string& name, const std::string& file) {
+    const hsize_t count = 6;
+    const hid_t space = H5Screate_simple(1, &count, nullptr), creation = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_external(creation, file.c_str(), 0, 6 * sizeof(float));
+    const hid_t dataset =
+        H5Dcreate2(file_, name.c_str(), H5T_IEEE_F32LE, space, H5P_DEFAULT, creation, H5P_DEFAULT);
+    H5Dclose(dataset), H5Pclose(creation), H5Sclose(space);
+}
+
 void EditFile::set(const std::string& name, std::size_t index, int value) {
     set_number(file_, name, index, value);
 }

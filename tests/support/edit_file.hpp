@@ -26,6 +26,10 @@ class EditFile {
     /// Creates a float64 dataset of the given shape without storing data.
     void reserve(const std::string& name, const Shape& shape);
 
+    /// Makes `name` a link to a dataset in another file, or a dataset of 6 numbers that are bytes of one.
+    void link_elsewhere(const std::string& name, const std::string& file, const std::string& dataset);
+    void store_elsewhere(const std::string& name, const std::string& file);
+
     /// Changes one number of a dataset in place. The type of `value` must be the stored type.
     void set(const std::string& name, std::size_t index, int value);
     void set(const std::string& name, std::size_t index, float value);

@@ -28,12 +28,12 @@ void score_spheres(VerticesRef X, const std::shared_ptr<const CollisionTree>& tr
                    FrameSource& source, std::span<const FrameId> frames, BoundScores& scores) {
     std::vector<PosedTree> posed;
     for (int slot = 0; slot < frame_slots; ++slot) posed.emplace_back(tree, kind, 0.f);
-    posed[0].begin_pose(X);  // ood_score() needs a pose
+    posed[0].begin_pose(VertexView::as_long_as(X));  // ood_score() needs a pose
     const bool gated = posed[0].ood_score(0).has_value();
     if (gated) scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
     source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
         PosedTree& pose = posed[static_cast<std::size_t>(slot)];
-        pose.begin_pose(x);
+        pose.begin_pose(VertexView::as_long_as(x));
         for (int i = 0; i < scores.excess.cols(); ++i) {
             scores.excess(index, i) = sphere_excess(x, tree->spheres.node_vertices(i), pose.sphere(i));
             if (gated) scores.ood_score(index, i) = *pose.ood_score(i);
@@ -49,9 +49,10 @@ void score_boxes(const CollisionTree& tree, FrameSource& source, std::span<const
     scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
     source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
         ExactBoxes& truth = exact[static_cast<std::size_t>(slot)];
-        truth.begin_pose(x);
+        const Positions positions(VertexView::as_long_as(x));
+        truth.begin_pose(positions);
         for (int i = 0; i < scores.excess.cols(); ++i) {
-            const SampleBox samples = sample_box(model, i, x);
+            const SampleBox samples = sample_box(model, i, positions);
             const float needed = outside(samples.box, truth.box(i));
             scores.excess(index, i) =
                 needed > 0 ? needed / samples.spread - model.boxes[static_cast<std::size_t>(i)].growth : -1.f;

@@ -51,7 +51,7 @@ NodeOutcome outcome(const Sphere& s, VerticesRef x, std::span<const int> vertice
 
 /// The size of a box is its diagonal.
 NodeOutcome outcome(const Box& box, VerticesRef x, std::span<const int> vertices) {
-    const Box exact = bounding_box(x, vertices);
+    const Box exact = bounding_box(VertexView::as_long_as(x), vertices);
     const auto size = [](const Box& b) { return double{(b.hi - b.lo).matrix().norm()}; };
     NodeOutcome result{0, inflation(size(box), size(exact))};
     for (const int v : vertices) {
@@ -62,7 +62,7 @@ NodeOutcome outcome(const Box& box, VerticesRef x, std::span<const int> vertices
 }
 
 void add_pose(PosedTree& posed, VerticesRef x, std::vector<DepthSums>& depths) {
-    posed.begin_pose(x);
+    posed.begin_pose(VertexView::as_long_as(x));
     const SphereTree& tree = posed.tree().spheres;
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
         const int exact_before = posed.nodes_out_of_range();

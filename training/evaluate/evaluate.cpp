@@ -48,7 +48,7 @@ struct Probe {
 
     void add_frame(VerticesRef x, std::span<const RegionMotion> motion, const std::vector<Sphere>& exact,
                    const std::vector<double>& margins) {
-        posed.begin_pose(x, motion);
+        posed.begin_pose(VertexView::as_long_as(x), motion);
         const SphereTree& tree = posed.tree().spheres;
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
             const Sphere s = posed.sphere(i), &truth = exact[static_cast<std::size_t>(i)];

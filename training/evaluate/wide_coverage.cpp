@@ -49,7 +49,7 @@ void WideCoverage::add(const Box& box, const Node& node, VerticesRef x, WideOutc
 std::span<const WideOutcome> WideCoverage::measure(VerticesRef x) {
     fit_wide_boxes(*tree_, x, exact_);
     outcomes_.clear();
-    boxes_.begin_pose(x);
+    boxes_.begin_pose(VertexView::as_long_as(x));
     // Clusters are bounded as a pose begins, so which of them are out of range shows in their number alone.
     const int out_of_range = boxes_.out_of_range();
     for (int i = 0; i < tree_->clusters(); ++i) {

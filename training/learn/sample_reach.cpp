@@ -63,12 +63,13 @@ SampleReach measure_reach(const SphereTree& tree, const LearnedModel& model, Fra
             static_cast<std::uint64_t>(f.trajectory) << 32 | static_cast<std::uint64_t>(f.frame);
         turned = x * CounterRandom(seed, stream).orientation().toRotationMatrix().cast<float>();
         fit_boxes(tree, turned, boxes);
+        const Positions positions(VertexView::as_long_as(x));
         for (Eigen::Index i = 0; i < nodes; ++i) {
             const int node = static_cast<int>(i);
             const std::span<const int> vertices = tree.node_vertices(node);
             const LearnedModel::Node& n = model.nodes[static_cast<std::size_t>(i)];
             const std::span<const int> samples = model.node_samples(node);
-            const Eigen::Vector3f c = learned_sphere(model, node, x).sphere.c;
+            const Eigen::Vector3f c = learned_sphere(model, node, positions).sphere.c;
             reach.distance(index, i) = largest_distance(x, samples, c);
             reach.exact(index, i) = bounding_sphere(x, vertices).r;
             reach.growth(index, i) = largest_distance(x, vertices, c) - reach.distance(index, i);

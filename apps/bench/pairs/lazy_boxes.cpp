@@ -106,9 +106,9 @@ std::vector<int> LazyBoxes::points_of(const Range& slots) const {
     return nodes;
 }
 
-void LazyBoxes::begin_pose(VerticesRef points) noexcept {
+void LazyBoxes::begin_pose(VertexView points) noexcept {
     points_ = points.data();
-    x_ = W_ ? VerticesRef(made_) : points;
+    x_ = W_ ? VertexView(made_) : points;
     ++pose_;
     all_ = empty_box();
     for (std::size_t c = 0; c < clusters_.size(); ++c) {

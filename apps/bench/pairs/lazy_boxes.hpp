@@ -33,7 +33,7 @@ class LazyBoxes {
     LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding& W, const LazyBoxesConfig& config = {});
 
     /// points: surface [n, 3], or nodes [N, 3] with an embedding; must last until the next pose.
-    void begin_pose(VerticesRef points) noexcept;
+    void begin_pose(VertexView points) noexcept;
 
     /// Box around the whole body in this pose.
     const Box& box() const noexcept { return all_; }

@@ -25,10 +25,10 @@ std::uint32_t spread(std::uint32_t x) noexcept {
 
 }  // namespace
 
-void LinearBvh::begin_pose(VerticesRef x) noexcept {
+void LinearBvh::begin_pose(VertexView x) noexcept {
     x_ = x;
     using Block = Eigen::Array<float, 12, 1>;  // four vertices
-    const float *p = x.data(), *end = p + x.size();
+    const float *p = x.data(), *end = p + 3 * x.count();
     Eigen::Array3f lo = Eigen::Array3f::Constant(empty_box().lo[0]), hi = -lo;
     Block block_lo = lo.replicate<4, 1>(), block_hi = -block_lo;
     for (; end - p >= Block::SizeAtCompileTime; p += Block::SizeAtCompileTime) {

@@ -19,7 +19,7 @@ class LinearBvh {
     explicit LinearBvh(FacesRef F) : corners_(F) {}
 
     /// Reads the vertices of a pose; they must last until the next one. x: [n, 3].
-    void begin_pose(VerticesRef x) noexcept;
+    void begin_pose(VertexView x) noexcept;
     /// Builds the hierarchy of the faces whose boxes have a point in common with `region`.
     void build(const Box& region);
 

@@ -19,8 +19,8 @@ class TreeMethod : public PairMethod {
         : a_(tree, kind), b_(tree, kind) {}
 
     void update(const BenchPose& a, const BenchPose& b) override {
-        a_.begin_pose(a.x);
-        b_.begin_pose(b.x);
+        a_.begin_pose(VertexView::as_long_as(a.x));
+        b_.begin_pose(VertexView::as_long_as(b.x));
     }
     std::span<const FacePair> query() override { return query_.intersecting(a_, b_); }
 
@@ -46,8 +46,8 @@ class EmbeddedTreeMethod final : public PairMethod {
         : a_(body.tree, kind), b_(body.tree, kind), x_a_(embedding(body.surface.W)), x_b_(x_a_) {}
 
     void update(const BenchPose& a, const BenchPose& b) override {
-        x_a_.begin_pose(a.nodes);
-        x_b_.begin_pose(b.nodes);
+        x_a_.begin_pose(VertexView::as_long_as(a.nodes));
+        x_b_.begin_pose(VertexView::as_long_as(b.nodes));
         a_.begin_pose(x_a_);
         b_.begin_pose(x_b_);
     }
@@ -86,8 +86,8 @@ class LazyBoxesMethod final : public PairMethod {
             a_.begin_pose(x_a_);
             b_.begin_pose(x_b_);
         } else {
-            a_.begin_pose(reads_ == Reads::nodes ? a.nodes : a.x);
-            b_.begin_pose(reads_ == Reads::nodes ? b.nodes : b.x);
+            a_.begin_pose(VertexView::as_long_as(reads_ == Reads::nodes ? a.nodes : a.x));
+            b_.begin_pose(VertexView::as_long_as(reads_ == Reads::nodes ? b.nodes : b.x));
         }
     }
     std::span<const FacePair> query() override {
@@ -111,8 +111,8 @@ class LinearBvhMethod final : public PairMethod {
     LinearBvhMethod(const BenchBody& body, Rebuilt rebuilt) : a_(body.surface.F), b_(a_), rebuilt_(rebuilt) {}
 
     void update(const BenchPose& a, const BenchPose& b) override {
-        a_.begin_pose(a.x);
-        b_.begin_pose(b.x);
+        a_.begin_pose(VertexView::as_long_as(a.x));
+        b_.begin_pose(VertexView::as_long_as(b.x));
         if (rebuilt_ != Rebuilt::all_faces) return;
         a_.build(a_.whole());
         b_.build(b_.whole());
@@ -140,8 +140,8 @@ class AffineMethod final : public TreeMethod {
     explicit AffineMethod(const BenchBody& body) : TreeMethod(body.tree, BoundKind::affine) {}
 
     void update(const BenchPose& a, const BenchPose& b) override {
-        a_.begin_pose_of_nodes(a.nodes);
-        b_.begin_pose_of_nodes(b.nodes);
+        a_.begin_pose_of_nodes(VertexView::as_long_as(a.nodes));
+        b_.begin_pose_of_nodes(VertexView::as_long_as(b.nodes));
     }
 };
 

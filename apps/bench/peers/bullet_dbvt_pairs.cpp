@@ -27,8 +27,8 @@ class DbvtFaces {
     DbvtFaces(const DbvtFaces&) = delete;
     DbvtFaces& operator=(const DbvtFaces&) = delete;
 
-    void update(VerticesRef x) {
-        faces_.x = x;
+    void update(const VerticesRef& x) {
+        faces_.x = VertexView::as_long_as(x);
         for (std::size_t i = order_.size(); i-- > 0;) {
             btDbvtNode* node = order_[i];
             if (node->isleaf())

@@ -19,8 +19,8 @@ class GimpactFaces final : public btPrimitiveManagerBase {
     GimpactFaces(const GimpactFaces&) = delete;
     GimpactFaces& operator=(const GimpactFaces&) = delete;
 
-    void update(VerticesRef x) {
-        faces_.x = x;
+    void update(const VerticesRef& x) {
+        faces_.x = VertexView::as_long_as(x);
         tree_.update();
     }
     btGImpactBvh& tree() { return tree_; }

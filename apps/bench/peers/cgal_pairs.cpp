@@ -16,8 +16,8 @@ class CgalFaces {
     explicit CgalFaces(const SurfaceBody& body)
         : faces_{&body.F, body.X}, boxes_(static_cast<std::size_t>(body.F.rows())) {}
 
-    void update(VerticesRef x) {
-        faces_.x = x;
+    void update(const VerticesRef& x) {
+        faces_.x = VertexView::as_long_as(x);
         all_ = empty_box();
         for (std::size_t f = 0; f < boxes_.size(); ++f) {
             const Box box = bounding_box(faces_.triangle(static_cast<int>(f)));

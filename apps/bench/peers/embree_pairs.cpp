@@ -35,8 +35,8 @@ class EmbreeScene {
         rtcReleaseScene(scene_);
     }
 
-    void update(VerticesRef x) {
-        faces_.x = x;
+    void update(const VerticesRef& x) {
+        faces_.x = VertexView::as_long_as(x);
         rtcCommitGeometry(geometry_);
         rtcCommitScene(scene_);
     }

@@ -46,8 +46,8 @@ class FclFaces {
             throw std::runtime_error("fcl rejects the surface");
     }
 
-    void update(VerticesRef x) {
-        faces_.x = x;
+    void update(const VerticesRef& x) {
+        faces_.x = VertexView::as_long_as(x);
         copy(x);
         model_.beginReplaceModel();
         model_.replaceSubModel(positions_);

@@ -121,7 +121,7 @@ ReferredVertices::ReferredVertices(py::handle value, const char* name, Eigen::In
                         name, describe(array), array.flags() & py::array::c_style ? "" : ", strided", rows));
     array_ = array;
     data_ = static_cast<const float*>(array.data());
-    if (check && !vertices().allFinite())
+    if (check && !vertices().rows().allFinite())
         throw std::invalid_argument(fmt::format("{}: has a number that is not finite", name));
 }
 

@@ -100,7 +100,7 @@ class ReferredVertices {
  public:
     ReferredVertices(py::handle value, const char* name, Eigen::Index rows, bool check);
 
-    VerticesRef vertices() const { return Eigen::Map<const Vertices>(data_, rows_, 3); }
+    VertexView vertices() const { return {data_, rows_}; }
     const py::object& owner() const { return array_; }
 
  private:

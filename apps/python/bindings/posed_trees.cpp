@@ -113,7 +113,7 @@ void bind_posed_trees(py::module_& m) {
         .def(py::init(&posed_tree), py::arg("tree").none(false), py::arg("bounds") = "boxes",
              py::arg("margin") = py::none(),
              "tree: shared, not copied. bounds: one of tree.bounds. margin: relative, >= 0, instead of the "
-             "tree's calibration.")
+             "tree's calibration; bounds that can miss need one of the two.")
         .def(
             "begin_pose", &begin_pose, py::arg("x"), py::arg("check") = true, py::arg("motion") = py::none(),
             "Starts a pose. x: positions of the surface [n, 3], float32 and contiguous, metres. The array is "

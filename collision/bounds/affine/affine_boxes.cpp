@@ -10,38 +10,10 @@
 namespace nbd {
 namespace {
 
-/// Box around points x + place(i), i < count. Four floats are read at once of the first `padded` points; no
-/// number may follow the others in memory.
-template <class Place>
-Box box_of_points(const float* x, std::size_t count, std::size_t padded, const Place& place) noexcept {
-    constexpr std::size_t chains = 4;  // independent minima, so that none waits for the one before
-    Eigen::Array4f lo[chains], hi[chains];
-    for (std::size_t chain = 0; chain < chains; ++chain) {
-        lo[chain] = empty_box().lo;
-        hi[chain] = empty_box().hi;
-    }
-    const auto add = [&](std::size_t chain, const auto& p) {
-        lo[chain] = lo[chain].min(p);
-        hi[chain] = hi[chain].max(p);
-    };
-    const auto four = [&](std::size_t i) { return Eigen::Map<const Eigen::Array4f>(x + place(i)); };
-    std::size_t i = 0;
-    for (; i + chains <= padded; i += chains)
-        for (std::size_t chain = 0; chain < chains; ++chain) add(chain, four(i + chain));
-    for (; i < padded; ++i) add(0, four(i));
-    for (; i < count; ++i) {
-        const float* p = x + place(i);
-        add(0, Eigen::Array4f(p[0], p[1], p[2], 0));
-    }
-    Box box{lo[0].min(lo[1]).min(lo[2].min(lo[3])), hi[0].max(hi[1]).max(hi[2].max(hi[3]))};
-    box.lo[3] = box.hi[3] = 0;
-    return box;
-}
-
 /// The numbers of some nodes, three each; copied to `own` if there is room between their rows.
-const float* contiguous(const VerticesRef& nodes, Vertices& own) noexcept {
-    if (nodes.outerStride() == 3) return nodes.data();
-    own = nodes;
+const float* contiguous(const VertexView& nodes, Vertices& own) {
+    if (nodes.stride() == 3) return nodes.data();
+    own = nodes.rows();
     return own.data();
 }
 
@@ -61,18 +33,58 @@ AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model, std::optional
     scratch_.resize(static_cast<std::size_t>(model_->scratch()));
 }
 
-void AffineBoxes::begin_pose(VerticesRef nodes) noexcept {
-    assert(nodes.rows() == model_->node_count());
+template <class Place>
+Box AffineBoxes::box_of_points(const float* x, std::size_t count, std::size_t padded,
+                               const Place& place) noexcept {
+    constexpr std::size_t chains = 4;  // independent minima, so that none waits for the one before
+    Eigen::Array4f lo[chains], hi[chains];
+    Eigen::Array4f doubt[chains];  // NaN where a number is not finite: minima lose it
+    for (std::size_t chain = 0; chain < chains; ++chain) {
+        lo[chain] = empty_box().lo;
+        hi[chain] = empty_box().hi;
+        doubt[chain].setZero();
+    }
+    const auto add = [&](std::size_t chain, const auto& p) {
+        lo[chain] = lo[chain].min(p);
+        hi[chain] = hi[chain].max(p);
+        doubt[chain] += 0 * p;
+    };
+    const auto four = [&](std::size_t i) { return Eigen::Map<const Eigen::Array4f>(x + place(i)); };
+    std::size_t i = 0;
+    for (; i + chains <= padded; i += chains)
+        for (std::size_t chain = 0; chain < chains; ++chain) add(chain, four(i + chain));
+    for (; i < padded; ++i) add(0, four(i));
+    for (; i < count; ++i) {
+        const float* p = x + place(i);
+        add(0, Eigen::Array4f(p[0], p[1], p[2], 0));
+    }
+    Box box{lo[0].min(lo[1]).min(lo[2].min(lo[3])), hi[0].max(hi[1]).max(hi[2].max(hi[3]))};
+    box.lo[3] = box.hi[3] = 0;
+    const Eigen::Array4f any = (doubt[0] + doubt[1]) + (doubt[2] + doubt[3]);
+    met_non_finite_ |= !(any.head<3>() == 0).all();
+    return box;
+}
+
+void AffineBoxes::begin_pose(VertexView nodes) {
+    assert(nodes.count() == model_->node_count());
     nodes_ = contiguous(nodes, own_);
     start_ = nullptr;
     begin();
 }
 
-void AffineBoxes::begin_step(VerticesRef start, VerticesRef end) noexcept {
-    assert(start.rows() == model_->node_count() && end.rows() == model_->node_count());
+void AffineBoxes::begin_step(VertexView start, VertexView end) {
+    assert(start.count() == model_->node_count() && end.count() == model_->node_count());
     nodes_ = contiguous(end, own_);
     start_ = contiguous(start, own_start_);
     begin();
+}
+
+void AffineBoxes::forget_pose() noexcept {
+    nodes_ = start_ = nullptr;
+    whole_ = empty_box();
+    fitted_ = 0;
+    met_non_finite_ = false;
+    if (learned_) learned_->begin_pose(nullptr);
 }
 
 void AffineBoxes::begin() noexcept {
@@ -82,6 +94,7 @@ void AffineBoxes::begin() noexcept {
     }
     leaves_in_use_ = 0;
     fitted_ = 0;
+    met_non_finite_ = false;
     whole_ = empty_box();
     if (is_learned()) learned_->begin_pose(nodes_);
     constexpr int ahead = 2;
@@ -142,18 +155,19 @@ void AffineBoxes::leaf_vertices(int i, const float* nodes, Eigen::Array4f* x) co
                    static_cast<int>(tree_->leaf_vertices(i).size()), has_last_node(places), x[0].data());
 }
 
-void AffineBoxes::leaf_boxes(int i, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) const noexcept {
+void AffineBoxes::leaf_boxes(int i, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) noexcept {
     const std::size_t count = tree_->leaf_vertices(i).size();
     whole = box_of_points(x[0].data(), count, count, [](std::size_t v) { return 4 * v; });
     kernels().triangle_boxes(x[0].data(), tree_->corners[static_cast<std::size_t>(i)].data(), boxes);
 }
 
-void AffineBoxes::fit_leaf(int i) noexcept {
+void AffineBoxes::fit_leaf(int i) {
     const auto l = static_cast<std::size_t>(i);
+    // First, since it may throw.
+    if (leaves_.size() == static_cast<std::size_t>(leaves_in_use_)) leaves_.emplace_back();
     leaf_poses_[l] = pose_;
     leaf_at_[l] = leaves_in_use_++;
     ++fitted_;
-    if (leaves_.size() < static_cast<std::size_t>(leaves_in_use_)) leaves_.emplace_back();
     Leaf& leaf = leaves_[static_cast<std::size_t>(leaf_at_[l])];
     leaf_vertices(i, nodes_, leaf.x);
     leaf_boxes(i, leaf.x, leaf.boxes, leaf.whole);
@@ -167,7 +181,7 @@ void AffineBoxes::fit_leaf(int i) noexcept {
     leaf.whole = joined(leaf.whole, whole);
 }
 
-void AffineBoxes::make_surface(Vertices& x) noexcept {
+void AffineBoxes::make_surface(Vertices& x) {
     x.setZero(tree_->vertex_count, 3);
     if (!has_pose()) return;
     Eigen::Array4f own[WideTree::max_leaf_vertices];
@@ -197,14 +211,14 @@ Box AffineBoxes::over_step(const BoxAt& box_at) const noexcept {
     return start_ ? joined(box_at(start_), box_at(nodes_)) : box_at(nodes_);
 }
 
-Box AffineBoxes::box_of_nodes(std::span<const int> nodes) const noexcept {
+Box AffineBoxes::box_of_nodes(std::span<const int> nodes) noexcept {
     const std::size_t count = nodes.size(), padded = has_last_node(nodes) ? count - 1 : count;
     return widened(over_step([&](const float* x) {
         return box_of_points(x, count, padded, [&](std::size_t i) { return nodes[i]; });
     }));
 }
 
-Box AffineBoxes::box_of_leaf_nodes(int leaf) const noexcept {
+Box AffineBoxes::box_of_leaf_nodes(int leaf) noexcept {
     const std::span<const int> nodes = model_->blocks().nodes(leaf / tree_width);
     const AffineModel::LeafWeights weights = model_->leaf_weights(leaf);
     const std::size_t count = tree_->leaf_vertices(leaf).size(), padded = has_last_node(nodes) ? 0 : count;

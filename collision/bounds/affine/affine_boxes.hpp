@@ -12,6 +12,7 @@
 #include "collision/bounds/affine/wide_tree.hpp"
 #include "collision/geometry/box.hpp"
 #include "collision/geometry/posed_faces.hpp"
+#include "collision/geometry/vertex_view.hpp"
 #include "collision/kernels/box_pack.hpp"
 
 namespace nbd {
@@ -35,17 +36,25 @@ class AffineBoxes {
     AffineBoxes(AffineBoxes&&) = default;  // no copies: they would refer to the nodes of another
     AffineBoxes& operator=(AffineBoxes&&) = default;
 
-    /// Starts a pose. nodes: [nodes, 3], must stay valid until the next pose.
-    void begin_pose(VerticesRef nodes) noexcept;
+    /// Starts a pose. nodes: [model's nodes, 3], must stay valid until the next pose.
+    void begin_pose(VertexView nodes);
 
     /// Starts a step of linear motion: every box holds what it bounds at the start, at the end and at all
     /// times between, if vertices move straight from W start to W end. Boxes of faces are the hulls of those
     /// at both ends. Positions are those at the end. start, end: like the nodes of a pose.
-    void begin_step(VerticesRef start, VerticesRef end) noexcept;
+    void begin_step(VertexView start, VertexView end);
+
+    /// Ends the pose or step: as before the first one.
+    void forget_pose() noexcept;
+    /// Makes room for poses in which all leaves are asked for.
+    void reserve() { leaves_.reserve(leaf_at_.size()); }
 
     const WideTree& tree() const noexcept { return *tree_; }
-    /// Whether begin_pose() was called.
-    bool has_pose() const noexcept { return pose_ != 0; }
+    bool has_pose() const noexcept { return nodes_ != nullptr; }
+    /// Whether a number that was read in this pose so far was not finite. Boxes of it mean nothing.
+    bool met_non_finite() const noexcept {
+        return met_non_finite_ || (learned_ && learned_->met_non_finite());
+    }
     bool in_step() const noexcept { return start_ != nullptr; }
 
     /// Box around the whole body.
@@ -78,7 +87,7 @@ class AffineBoxes {
         return leaf_boxes_[b];
     }
     /// Valid until a leaf is asked for that was not asked for before.
-    const Leaf& leaf(int i) noexcept {
+    const Leaf& leaf(int i) {
         const auto l = static_cast<std::size_t>(i);
         if (leaf_poses_[l] != pose_) fit_leaf(i);
         return leaves_[static_cast<std::size_t>(leaf_at_[l])];
@@ -93,7 +102,7 @@ class AffineBoxes {
     }
 
     /// Writes the positions of all vertices that a face uses; the others are zero.
-    void make_surface(Vertices& x) noexcept;
+    void make_surface(Vertices& x);
 
     /// Corners of the face in a slot whose leaf was asked for in this pose. Lane 3 is unspecified.
     FaceCorners corners(int slot) const noexcept {
@@ -125,10 +134,10 @@ class AffineBoxes {
     void map_children(const AffineParts& parts, int part, BoxPack& boxes) noexcept;
     void fit_cluster(int cluster) noexcept;
     void fit_block(int block) noexcept;
-    void fit_leaf(int leaf) noexcept;
+    void fit_leaf(int leaf);
     void leaf_vertices(int leaf, const float* nodes, Eigen::Array4f* x) const noexcept;
     /// Boxes of a leaf's faces, and the box around all of them, from positions of its vertices.
-    void leaf_boxes(int leaf, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) const noexcept;
+    void leaf_boxes(int leaf, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) noexcept;
     /// A box of nodes, with room for the rounding errors of what hangs on them.
     Box widened(Box box) const noexcept;
     /// nodes: ascending places.
@@ -139,9 +148,13 @@ class AffineBoxes {
     /// box_at(nodes): of the pose, or joined from both ends of the step.
     template <class BoxAt>
     Box over_step(const BoxAt& box_at) const noexcept;
-    Box box_of_nodes(std::span<const int> nodes) const noexcept;
+    Box box_of_nodes(std::span<const int> nodes) noexcept;
     /// Of a leaf whose vertices are nodes.
-    Box box_of_leaf_nodes(int leaf) const noexcept;
+    Box box_of_leaf_nodes(int leaf) noexcept;
+    /// Box around points x + place(i), i < count. Four floats are read at once of the first `padded` points;
+    /// no number may follow the others in memory.
+    template <class Place>
+    Box box_of_points(const float* x, std::size_t count, std::size_t padded, const Place& place) noexcept;
 
     std::shared_ptr<const AffineModel> model_;
     std::optional<LearnedAffineBoxes> learned_;
@@ -159,6 +172,7 @@ class AffineBoxes {
     std::vector<float> scratch_;
     std::uint32_t pose_ = 0;
     int fitted_ = 0;
+    bool met_non_finite_ = false;
 };
 
 }  // namespace nbd

@@ -20,6 +20,7 @@ float LearnedAffineBoxes::margin(int bound, float ood_score) noexcept {
 
 bool LearnedAffineBoxes::box(int cluster, Box& box) noexcept {
     const ClusterSamples samples = model_->cluster_samples(cluster, x_);
+    met_non_finite_ |= !std::isfinite(samples.spread);
     const float by = margin(cluster, model_->cluster_score(cluster, samples.spread));
     if (by < 0) return false;
     const float growth = model_->fit().clusters[static_cast<std::size_t>(cluster)].growth;
@@ -30,6 +31,7 @@ bool LearnedAffineBoxes::box(int cluster, Box& box) noexcept {
 
 bool LearnedAffineBoxes::children(int part, BoxPack& boxes) noexcept {
     const float residual = model_->map_children(part, x_, scratch_.data(), boxes);
+    met_non_finite_ |= !std::isfinite(residual);
     const float by = margin(model_->clusters() + part, model_->part_score(part, residual));
     if (by < 0) return false;
     model_->grow(part, by, residual, boxes);

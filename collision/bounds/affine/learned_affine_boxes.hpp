@@ -20,6 +20,7 @@ class LearnedAffineBoxes {
     void begin_pose(const float* x) noexcept {
         x_ = x;
         out_of_range_ = 0;
+        met_non_finite_ = false;
     }
 
     /// Box of a cluster; boxes of its blocks; boxes of a block's leaves. Return false, and nothing in the
@@ -35,6 +36,8 @@ class LearnedAffineBoxes {
 
     /// Number of bounds in this pose that were out of range.
     int out_of_range() const noexcept { return out_of_range_; }
+    /// Whether a sample that was read in this pose was not finite.
+    bool met_non_finite() const noexcept { return met_non_finite_; }
 
  private:
     bool children(int part, BoxPack& boxes) noexcept;
@@ -45,6 +48,7 @@ class LearnedAffineBoxes {
     NodeMargins margins_;
     const float* x_ = nullptr;
     int out_of_range_ = 0;
+    bool met_non_finite_ = false;
     alignas(64) std::array<float, LearnedAffineModel::scratch> scratch_{};
 };
 

@@ -19,9 +19,12 @@ ExactBoxes::ExactBoxes(const SphereTree& tree) : tree_(&tree), boxes_(tree.nodes
 }
 
 void ExactBoxes::begin_pose(const Positions& x) noexcept {
-    for (const Leaf& leaf : leaves_)
-        boxes_[static_cast<std::size_t>(leaf.node)] =
-            bounding_box(x, std::span(rows_).subspan(leaf.begin, leaf.end - leaf.begin));
+    met_non_finite_ = false;
+    for (const Leaf& leaf : leaves_) {
+        Box& box = boxes_[static_cast<std::size_t>(leaf.node)];
+        box = bounding_box(x, std::span(rows_).subspan(leaf.begin, leaf.end - leaf.begin));
+        met_non_finite_ |= !is_finite(box);
+    }
     for (std::size_t i = tree_->nodes.size(); i-- > 0;) {
         const SphereTree::Node& node = tree_->nodes[i];
         if (!node.is_leaf()) boxes_[i] = joined(box(node.first_child), box(node.first_child + 1));

@@ -21,6 +21,9 @@ class ExactBoxes {
     /// The smallest box around the node's vertices.
     const Box& box(int node) const noexcept { return boxes_[static_cast<std::size_t>(node)]; }
 
+    /// Whether a position of this pose was not finite.
+    bool met_non_finite() const noexcept { return met_non_finite_; }
+
     /// The sphere around that box.
     Sphere bound(int node) const noexcept;
 
@@ -34,6 +37,7 @@ class ExactBoxes {
     std::vector<Leaf> leaves_;
     std::vector<int> rows_;  // vertices of the leaves, ascending within each leaf
     std::vector<Box> boxes_;
+    bool met_non_finite_ = false;
 };
 
 }  // namespace nbd

@@ -5,7 +5,9 @@ namespace nbd {
 static_assert(Bound<BdBound>);
 
 BdBound::BdBound(const SphereTree& tree, const BdModel& model)
-    : tree_(&tree), model_(&model), z_(Eigen::VectorXf::Zero(model.modes.U.cols())), q_(z_), abs_q_(z_) {}
+    : tree_(&tree), model_(&model), z_(Eigen::VectorXf::Zero(model.modes.U.cols())), q_(z_), abs_q_(z_) {
+    scratch_.fit(model.modes.X.rows());
+}
 
 void BdBound::begin_pose(VerticesRef x) noexcept {
     align_ = modal_coordinates(model_->modes, x, scratch_, z_);

@@ -60,6 +60,7 @@ void LearnedBoxes::begin_pose(const Positions& x) noexcept {
     x_ = x;
     bounded_ = 0;
     out_of_range_ = 0;
+    met_non_finite_ = false;
     if (++pose_ != 0) return;
     for (Node& n : nodes_) n.pose = 0;  // the pose counter wrapped around
     pose_ = 1;
@@ -68,6 +69,7 @@ void LearnedBoxes::begin_pose(const Positions& x) noexcept {
 Box LearnedBoxes::compute(int node, const Node& n) noexcept {
     x_.require(samples_of(n));
     const SampleBox samples = sample_box(samples_of(n), n.fit, n.exact, x_);
+    met_non_finite_ |= !std::isfinite(samples.spread);
     if (n.exact) return samples.box;
     float margin = n.margin;
     if (n.limit >= 0) {
@@ -75,7 +77,9 @@ Box LearnedBoxes::compute(int node, const Node& n) noexcept {
         if (!(samples.ood_score <= n.limit)) {
             ++out_of_range_;
             x_.require(tree_->node_vertices(node));
-            return bounding_box(x_, tree_->node_vertices(node));
+            const Box exact = bounding_box(x_, tree_->node_vertices(node));
+            met_non_finite_ |= !is_finite(exact);
+            return exact;
         }
         margin *= margin_weight(samples.ood_score, n.limit);
     }

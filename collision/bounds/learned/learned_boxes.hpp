@@ -64,6 +64,8 @@ class LearnedBoxes {
     /// range.
     int bounded() const noexcept { return bounded_; }
     int out_of_range() const noexcept { return out_of_range_; }
+    /// Whether a position that was read in this pose was not finite.
+    bool met_non_finite() const noexcept { return met_non_finite_; }
 
  private:
     /// All data of a node except its samples, on one cache line.
@@ -89,6 +91,7 @@ class LearnedBoxes {
     Positions x_;
     std::uint32_t pose_ = 0;
     int bounded_ = 0, out_of_range_ = 0;
+    bool met_non_finite_ = false;
 };
 
 }  // namespace nbd

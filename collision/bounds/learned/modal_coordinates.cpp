@@ -54,8 +54,7 @@ RigidTransform match_shape(VerticesRef X, VerticesRef x, Eigen::Ref<const Eigen:
 RigidTransform modal_coordinates(const ClusteredModes& modes, VerticesRef x, ModalCoordinatesScratch& scratch,
                                  Eigen::Ref<Eigen::VectorXf> z) noexcept {
     const Eigen::Index k = modes.X.rows();
-    scratch.x.resize(k, 3);
-    if (scratch.d.size() != 3 * k) scratch.d = FixedVector(3 * k);
+    scratch.fit(k);
     for (Eigen::Index i = 0; i < k; ++i)
         scratch.x.row(i) = x.row(modes.representatives[static_cast<std::size_t>(i)]);
     const RigidTransform align = match_shape(modes.X, scratch.x, modes.w);

@@ -40,6 +40,12 @@ void check_clustered_modes(const ClusteredModes& modes, int vertex_count);
 struct ModalCoordinatesScratch {
     Vertices x;     // [k, 3]
     FixedVector d;  // [3 k]
+
+    /// Makes room for k representatives; modal_coordinates() does it if nobody did.
+    void fit(Eigen::Index k) {
+        x.resize(k, 3);
+        if (d.size() != 3 * k) d = FixedVector(3 * k);
+    }
 };
 
 /// Aligns the representatives of pose `x` with the rest pose and projects them on the modes.

@@ -15,6 +15,7 @@ NbdBound::NbdBound(const SphereTree& tree, const NbdModel& model)
       zn_(model.mode_count()),
       difference_(z_),
       whitened_(z_) {
+    scratch_.fit(model.modes.X.rows());
     const std::vector<int>& representatives = model.modes.representatives;
     const int vertex_count = tree.vertices.empty() ? 0 : std::ranges::max(tree.vertices) + 1;
     std::vector<int> row_of(static_cast<std::size_t>(vertex_count), -1);

@@ -136,8 +136,7 @@ TEST_F(LearnedModelTest, ReadsPositionsWithARowStride) {
     const Eigen::Map<const Vertices, 0, Eigen::OuterStride<>> apart(wide.data(), x.rows(), 3,
                                                                     Eigen::OuterStride<>(5));
     for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i)
-        EXPECT_EQ(learned_sphere(model, i, VerticesRef(apart)).sphere.r,
-                  learned_sphere(model, i, VerticesRef(x)).sphere.r);
+        EXPECT_EQ(learned_sphere(model, i, apart).sphere.r, learned_sphere(model, i, x).sphere.r);
 }
 
 TEST_F(LearnedModelTest, CheckReportsEachKindOfInvalidModel) {

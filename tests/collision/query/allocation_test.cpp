@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <memory>
+#include <new>
 
 #include "collision/query/closest_query.hpp"
 #include "collision/query/many_body_query.hpp"
@@ -22,29 +24,24 @@ void* __libc_memalign(std::size_t, std::size_t);
 
 namespace {
 std::atomic<long> allocations{0};
-}
+std::atomic<long> fails_at{-1};  // the allocation that finds no memory; -1: none
+
+/// Counts an allocation; returns whether there is memory for it.
+bool is_granted() { return ++allocations != fails_at; }
+}  // namespace
 
 // Counts malloc too, because Eigen's arrays bypass operator new.
 extern "C" {
-void* malloc(std::size_t size) {
-    ++allocations;
-    return __libc_malloc(size);
-}
+void* malloc(std::size_t size) { return is_granted() ? __libc_malloc(size) : nullptr; }
 void* calloc(std::size_t count, std::size_t size) {
-    ++allocations;
-    return __libc_calloc(count, size);
+    return is_granted() ? __libc_calloc(count, size) : nullptr;
 }
-void* realloc(void* old, std::size_t size) {
-    ++allocations;
-    return __libc_realloc(old, size);
-}
+void* realloc(void* old, std::size_t size) { return is_granted() ? __libc_realloc(old, size) : nullptr; }
 void* aligned_alloc(std::size_t alignment, std::size_t size) {
-    ++allocations;
-    return __libc_memalign(alignment, size);
+    return is_granted() ? __libc_memalign(alignment, size) : nullptr;
 }
 int posix_memalign(void** out, std::size_t alignment, std::size_t size) {
-    ++allocations;
-    *out = __libc_memalign(alignment, size);
+    *out = is_granted() ? __libc_memalign(alignment, size) : nullptr;
     return *out == nullptr;
 }
 }
@@ -139,6 +136,135 @@ TEST(WarmQueries, AllocateNothingWithAffineBounds) {
     expect_no_allocations(
         a, b, s.rest, [](PosedTree& body, const Vertices& x) { body.begin_pose_of_nodes(x); },
         [](PosedTree& body, const Vertices& x, const Vertices& y) { body.begin_step_of_nodes(x, y); });
+}
+
+/// Poses of a body that comes to overlap one in the last pose more and more.
+struct GrowingContact {
+    test::HungSurface hung = test::hung_on_tets(shapes::torus(40, 24), 4);
+    std::shared_ptr<const CollisionTree> tree = make_tree();
+    std::vector<Vertices> surfaces, nodes;
+
+    GrowingContact() {
+        for (int i = 0; i <= 10; ++i) {
+            const Eigen::RowVector3f by(2.6f - 0.26f * static_cast<float>(i), 0.1f, 0.05f);
+            surfaces.push_back(hung.surface.X.rowwise() + by);
+            nodes.push_back(hung.rest.rowwise() + by);
+        }
+    }
+    std::shared_ptr<const CollisionTree> make_tree() const {
+        CollisionTree made = shapes::full_tree(hung.surface, shapes::make_modes(hung.surface, 20, 200, 1));
+        hang_on_nodes(made, hung.W, hung.rest);
+        return std::make_shared<const CollisionTree>(std::move(made));
+    }
+    std::vector<BoundKind> kinds() const {
+        std::vector<BoundKind> result;
+        for (const BoundKind kind : bound_kinds)
+            if (has_bounds(*tree, kind) && kind != BoundKind::automatic) result.push_back(kind);
+        return result;
+    }
+    void begin(PosedTree& body, std::size_t pose) const {
+        if (body.kind() == BoundKind::affine)
+            body.begin_pose_of_nodes(nodes[pose]);
+        else
+            body.begin_pose(surfaces[pose]);
+    }
+};
+
+/// Everything that is asked of two bodies.
+struct AllQueries {
+    PairQuery pairs;
+    ClosestQuery closest;
+    SelfQuery self;
+    ManyBodyQuery many;
+    long found = 0;  // pairs of faces
+    std::size_t most_pairs = 0, most_candidates = 0;
+
+    void ask(PosedTree& a, PosedTree& b) {
+        const auto count = [&](const QueryCounters& counters) {
+            most_pairs = std::max(most_pairs, static_cast<std::size_t>(counters.most_pairs));
+        };
+        found = static_cast<long>(pairs.intersecting(a, b).size());
+        count(pairs.counters());
+        pairs.within(a, b, 0.05f);
+        count(pairs.counters());
+        if (!a.box_tree()) pairs.leaf_pairs(a, b, 0.05f);  // else it makes another tree
+        count(pairs.counters());
+        self.within(b, 0.01f);
+        count(self.counters());
+        closest.closest(a, b);
+        most_candidates = std::max(most_candidates, closest.most_candidates());
+        PosedTree* const bodies[] = {&a, &b};
+        many.intersecting(bodies);
+    }
+};
+
+TEST(GrowingContacts, AllocateNothingInReservedMemoryAndSomeWithoutIt) {
+    const GrowingContact scene;
+    for (const BoundKind kind : scene.kinds()) {
+        PosedTree a(scene.tree, kind), b(scene.tree, kind), c(scene.tree, kind), d(scene.tree, kind);
+        scene.begin(a, 10);
+        scene.begin(c, 10);
+        AllQueries growing, reserved;
+        long first_found = 0, allocated_late = 0;
+        for (std::size_t i = 0; i < 10; ++i) {
+            scene.begin(b, i);
+            const long before = allocations;
+            growing.ask(a, b);
+            if (i == 0) first_found = growing.found;
+            if (i > 4) allocated_late += allocations - before;
+        }
+        EXPECT_GT(growing.found, first_found + 300) << name(kind);
+        EXPECT_GT(allocated_late, 0) << name(kind);
+
+        PosedTree* const bodies[] = {&c, &d};
+        c.reserve();
+        d.reserve();
+        reserved.pairs.reserve(c, d, growing.most_pairs);
+        reserved.self.reserve(d, growing.most_pairs);
+        reserved.closest.reserve(growing.most_candidates);
+        reserved.many.reserve(bodies, 1, growing.most_pairs);
+        for (std::size_t i = 0; i < 10; ++i) {
+            const long before = allocations;
+            scene.begin(d, i);
+            reserved.ask(c, d);
+            EXPECT_EQ(allocations - before, 0) << name(kind) << ", pose " << i;
+        }
+        EXPECT_EQ(reserved.found, growing.found) << name(kind);
+    }
+}
+
+TEST(GrowingContacts, LeaveBodiesAndQueriesUsableWhereMemoryRunsOut) {
+    const GrowingContact scene;
+    for (const BoundKind kind : scene.kinds()) {
+        int failed = 0;
+        for (long n = 1;; ++n) {
+            PosedTree a(scene.tree, kind), b(scene.tree, kind);
+            AllQueries queries;
+            scene.begin(a, 10);
+            bool has_failed = false;
+            fails_at = allocations + n;
+            try {
+                scene.begin(b, 9);
+                queries.ask(a, b);
+            } catch (const std::bad_alloc&) {
+                has_failed = true;
+            }
+            fails_at = -1;
+            if (!has_failed) break;
+            ++failed;
+            if (n % 5 != 1) continue;  // the same objects go on, and answer as new ones do
+            scene.begin(b, 9);
+            queries.ask(a, b);
+            PosedTree c(scene.tree, kind), d(scene.tree, kind);
+            scene.begin(c, 10);
+            scene.begin(d, 9);
+            PairQuery fresh;
+            const auto expected = fresh.intersecting(c, d), found = queries.pairs.intersecting(a, b);
+            ASSERT_TRUE(std::ranges::equal(found, expected)) << name(kind) << ", allocation " << n;
+            ASSERT_GT(expected.size(), 300u) << name(kind);
+        }
+        EXPECT_GT(failed, 10) << name(kind);
+    }
 }
 
 }  // namespace

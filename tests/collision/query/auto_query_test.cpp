@@ -32,6 +32,7 @@ struct AutoQuery : testing::Test {
 
     static std::shared_ptr<const CollisionTree> without_sampled_maps(CollisionTree tree) {
         tree.learned_affine.reset();
+        tree.calibrations.erase(BoundKind::learned_affine);
         return std::make_shared<const CollisionTree>(std::move(tree));
     }
 

@@ -230,7 +230,8 @@ TEST(StepQuery, TakesNodesWithRoomBetweenRows) {
     PosedTree a(tree_on_nodes(hung), BoundKind::affine), b(tree_on_nodes(hung), BoundKind::affine);
     const Vertices start = both.leftCols<3>(), end = both.middleCols<3>(4);
     SelfQuery query;
-    a.begin_step_of_nodes(both.leftCols<3>(), both.middleCols<3>(4));
+    a.begin_step_of_nodes(VertexView(both.data(), both.rows(), 8),
+                          VertexView(both.data() + 4, both.rows(), 8));
     b.begin_step_of_nodes(start, end);
     const auto expected = test::sorted(query.boxes_within(b, 0));
     EXPECT_EQ(test::sorted(query.boxes_within(a, 0)), expected);

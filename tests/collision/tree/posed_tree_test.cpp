@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "collision/query/pair_query.hpp"
 #include "collision/tree/sphere_cache.hpp"
 #include "tests/collision/models.hpp"
 #include "tests/support/error_of.hpp"
@@ -68,6 +69,34 @@ TEST_F(PosedTreeTest, UsesTheCalibratedMarginsUnlessAMarginIsGiven) {
     }
 }
 
+TEST_F(PosedTreeTest, RefusesBoundsThatMissWithoutCalibrationAndMargin) {
+    auto uncalibrated = std::make_shared<CollisionTree>(*full);
+    uncalibrated->calibrations.clear();
+    int refused = 0;
+    for (const BoundKind kind : bound_kinds) {
+        if (!has_bounds(*full, kind)) continue;
+        EXPECT_EQ(test::refusal([&] { PosedTree(uncalibrated, kind); }),
+                  can_miss(kind) ? "the tree's \"" + std::string(name(kind)) +
+                                       "\" bounds are not calibrated, so that nodes miss at no stated rate; "
+                                       "run `nbdtree calibrate` on the tree, or give a margin (--margin)"
+                                 : "");
+        refused += can_miss(kind);
+        EXPECT_NO_THROW(PosedTree(full, kind));
+        if (can_miss(kind)) {
+            EXPECT_NO_THROW(PosedTree(uncalibrated, kind, 0.f));
+        }
+    }
+    EXPECT_EQ(refused, 5);
+    // `auto` takes exact boxes instead, and does not even try the learned ones.
+    PosedTree automatic(uncalibrated, BoundKind::automatic), boxes(uncalibrated, BoundKind::boxes);
+    automatic.begin_pose(s.X);
+    boxes.begin_pose(s.X);
+    PairQuery query;
+    for (int i = 0; i < AutoChoice::first_trials + 2; ++i) query.intersecting(automatic, boxes);
+    EXPECT_EQ(automatic.chosen(), BoundKind::boxes);
+    EXPECT_EQ(automatic.auto_choice().trials, 0);
+}
+
 TEST_F(PosedTreeTest, CanBeMoved) {
     PosedTree first(bare, BoundKind::exact);
     first.begin_pose(s.X);
@@ -86,6 +115,7 @@ TEST_F(PosedTreeTest, RejectsTreesWithoutTheModelAndInvalidMargins) {
               "the collision tree has no model for \"nbd\" bounds, only for exact, boxes, auto");
     auto without_bd = std::make_shared<CollisionTree>(*full);
     without_bd->bd.reset();
+    without_bd->calibrations.erase(BoundKind::bd);
     EXPECT_EQ(
         test::refusal([&] { PosedTree(without_bd, BoundKind::bd); }),
         "the collision tree has no model for \"bd\" bounds, only for exact, boxes, nbd, learned_spheres, "

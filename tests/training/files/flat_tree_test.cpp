@@ -1,8 +1,12 @@
 #include "collision/flat/flat_tree.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -317,14 +321,37 @@ TEST_F(FlatTree, ReportsWriteErrors) {
     const CollisionTree tree = random_tree();
     const auto path = folder / "no folder" / "tree.nbd";
     EXPECT_EQ(error_of([&] { save_flat_tree(path, tree); }),
-              path.string() + ": cannot be written: No such file or directory");
+              path.string() + ": cannot create a file in this folder: No such file or directory");
     std::filesystem::create_directory(folder / "taken");
     EXPECT_EQ(error_of([&] { save_flat_tree(folder / "taken", tree); }),
-              (folder / "taken").string() + ": cannot be written: Is a directory");
+              (folder / "taken").string() + ": is a folder; allowed: the name of a file to write");
     EXPECT_EQ(files_in_folder(), 1u);
     CollisionTree bad = tree;
     bad.faces(0, 0) = tree.vertex_count;
     EXPECT_NE(test::refusal([&] { save_flat_tree(folder / "bad.nbd", bad); }), "");
+    EXPECT_EQ(files_in_folder(), 1u);
+}
+
+TEST_F(FlatTree, AFailedWriteLeavesTheOldFileAndNoOther) {
+    const CollisionTree tree = random_tree();
+    const auto path = folder / "tree.nbd";
+    test::write_bytes(path, "old");
+    ASSERT_GT(write_flat_tree(tree).size(), 20'000u);
+    const pid_t child = fork();
+    if (child == 0) {
+        std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit limit{10'000, 10'000};
+        setrlimit(RLIMIT_FSIZE, &limit);
+        const std::string error = error_of([&] { save_flat_tree(path, tree); });
+        _exit(error == path.string() + ": cannot write: File too large" ? 0 : 1);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+    EXPECT_EQ(test::read_bytes(path), "old");
+    EXPECT_EQ(files_in_folder(), 1u);
+    save_flat_tree(path, tree);
+    EXPECT_EQ(write_flat_tree(load_flat_tree(path)), write_flat_tree(tree));
     EXPECT_EQ(files_in_folder(), 1u);
 }
 

@@ -98,7 +98,7 @@ TEST(AffineBoxes, TakeNodesWithRoomBetweenRows) {
     Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor> wide(hung.rest.rows(), 4);
     wide.leftCols<3>() = hung.rest;
     wide.col(3).setConstant(1e9f);
-    boxes.begin_pose(wide.leftCols<3>());
+    boxes.begin_pose(VertexView(wide.data(), wide.rows(), 4));
     expect_bounds(boxes, hung.surface.X);
 }
 

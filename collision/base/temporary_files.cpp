@@ -1,7 +1,6 @@
-#include "meshing/h5/temporary_files.hpp"
+#include "collision/base/temporary_files.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,7 +16,9 @@
 #include <string>
 #include <system_error>
 
-namespace nbd::h5 {
+#include "collision/base/message.hpp"
+
+namespace nbd {
 
 namespace {
 
@@ -65,7 +66,7 @@ void withdraw(int slot) noexcept {
 }
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& what, int error) {
-    throw std::runtime_error(fmt::format("{}: {}: {}", path.string(), what, std::strerror(error)));
+    throw std::runtime_error(message(path.string(), ": ", what, ": ", std::strerror(error)));
 }
 
 constexpr std::size_t longest_name = 200;  // a file name may have 255 bytes
@@ -81,13 +82,13 @@ std::string host_name() {
 
 /// Beginning of the names of temporary files for `path` and for all whose file names begin like its.
 std::string beginning(const std::filesystem::path& path) {
-    return fmt::format(".{}", path.filename().string().substr(0, longest_name));
+    return message('.', path.filename().string().substr(0, longest_name));
 }
 
 std::filesystem::path temporary_name(const std::filesystem::path& path) {
     static std::atomic<unsigned> counter = 0;
     return path.parent_path() /
-           fmt::format("{}.{}.{}-{}.tmp", beginning(path), host_name(), getpid(), counter++);
+           message(beginning(path), '.', host_name(), '.', getpid(), '-', counter++, ".tmp");
 }
 
 /// Process of this machine that made a temporary file; 0 if another machine did, or the name is of another
@@ -99,7 +100,7 @@ int process_of(std::string_view name) {
     if (!name.ends_with(ending) || number == std::string_view::npos) return 0;
     int process = 0;
     if (std::sscanf(name.data() + number, ".%d-", &process) != 1) return 0;
-    return name.substr(0, number).ends_with("." + host_name()) ? process : 0;
+    return name.substr(0, number).ends_with(message('.', host_name())) ? process : 0;
 }
 
 /// Best effort: some file systems cannot synchronise a folder, and the rename has already succeeded.
@@ -116,7 +117,7 @@ TemporaryFile::TemporaryFile(std::filesystem::path path) : path_(std::move(path)
     std::error_code ignored;
     if (path_.filename().empty() || std::filesystem::is_directory(path_, ignored))
         throw std::runtime_error(
-            fmt::format("{}: is a folder; allowed: the name of a file to write", path_.string()));
+            message(path_.string(), ": is a folder; allowed: the name of a file to write"));
     do {  // a killed process with our process id may have left a file of this name
         withdraw(slot_);
         temporary_ = temporary_name(std::filesystem::absolute(path_));
@@ -137,9 +138,21 @@ TemporaryFile::~TemporaryFile() {
     withdraw(slot_);
 }
 
+bool TemporaryFile::write(std::span<const char> bytes) noexcept {
+    while (!bytes.empty() && error_ == 0) {
+        const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
+        if (n >= 0)
+            bytes = bytes.subspan(static_cast<std::size_t>(n));
+        else if (errno != EINTR)
+            error_ = errno;
+    }
+    return error_ == 0;
+}
+
 void TemporaryFile::commit() {
     if (descriptor_ < 0)
-        throw std::logic_error(fmt::format("{}: commit() was called twice; allowed: once", path_.string()));
+        throw std::logic_error(message(path_.string(), ": commit() was called twice; allowed: once"));
+    if (error_ != 0) fail(path_, "cannot write", error_);
     if (fsync(descriptor_) != 0) fail(path_, "cannot write", errno);
     const std::filesystem::path target = temporary_.parent_path() / path_.filename();
     if (rename(temporary_.c_str(), target.c_str()) != 0) fail(path_, "cannot rename to this name", errno);
@@ -172,4 +185,4 @@ void remove_temporaries() noexcept {
 
 std::string_view written_files() noexcept { return {written.names.data(), written.length}; }
 
-}  // namespace nbd::h5
+}  // namespace nbd

@@ -1,9 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string_view>
 
-namespace nbd::h5 {
+namespace nbd {
 
 /// A file under construction: a new, empty, hidden file in the target folder, unique to this object. commit()
 /// moves it to `path` in one step. Readers see either the old file or the complete new one; of two writers to
@@ -22,13 +23,18 @@ class TemporaryFile {
     /// The final name, given by commit().
     const std::filesystem::path& path() const noexcept { return path_; }
 
+    /// Appends bytes. Returns whether all were written; commit() reports why not.
+    bool write(std::span<const char> bytes) noexcept;
+
     /// Flushes the file to disk, renames it and flushes the folder. Call once, after the last write. Throws
-    /// std::runtime_error with path and reason; the old file then stays under `path`.
+    /// std::runtime_error with path and reason, also of a failed write(); the old file then stays under
+    /// `path`.
     void commit();
 
  private:
     std::filesystem::path path_, temporary_;
     int descriptor_ = -1;
+    int error_ = 0;  // of the first write that failed
     int slot_ = -1;
 };
 
@@ -44,4 +50,4 @@ void remove_temporaries() noexcept;
 /// Async-signal-safe.
 std::string_view written_files() noexcept;
 
-}  // namespace nbd::h5
+}  // namespace nbd

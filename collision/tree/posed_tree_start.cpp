@@ -1,0 +1,167 @@
+// How a pose or a step starts, and what is checked of it.
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "collision/base/message.hpp"
+#include "collision/tree/make_bounds.hpp"
+#include "collision/tree/posed_tree_state.hpp"
+
+namespace nbd {
+namespace {
+
+/// Throws std::invalid_argument, naming the first row, if a number is not finite.
+void require_finite_rows(const char* what, const VertexView& x) {
+    for (Eigen::Index i = 0; i < x.count(); ++i) {
+        const auto row = x.rows().row(i);
+        if (!row.allFinite())
+            throw std::invalid_argument(message("position of ", what, " ", i, " is (", row.x(), ", ", row.y(),
+                                                ", ", row.z(), "), allowed: finite numbers"));
+    }
+}
+
+}  // namespace
+
+template <class Start>
+void PosedTreeState::begin(const Start& start) {
+    try {
+        start();
+        require_finite();
+    } catch (...) {
+        forget_pose();
+        throw;
+    }
+}
+
+void PosedTreeState::begin_pose(VertexView x, std::span<const RegionMotion> motion) {
+    begin([&] {
+        check_rows("positions", x);
+        check_motion(motion);
+        given = x;
+        given_nodes = false;
+        set_pose(Positions(x), motion);
+    });
+}
+
+void PosedTreeState::begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion) {
+    begin([&] {
+        if (x.vertex_count() != tree->vertex_count)
+            throw std::invalid_argument(message("embedded positions: of ", x.vertex_count(),
+                                                " vertices, but the surface has ", tree->vertex_count));
+        check_motion(motion);
+        given = x.nodes();
+        given_nodes = true;
+        require_finite_rows("node", given);
+        if (is_exact(kind)) x.compute_all();
+        if (kind == BoundKind::bd) x.compute(tree->bd->modes.representatives);
+        if (kind == BoundKind::nbd) x.compute(tree->nbd->modes.representatives);
+        set_pose(Positions(x), motion);
+    });
+}
+
+void PosedTreeState::set_pose(const Positions& x, std::span<const RegionMotion> motion) {
+    positions = x;
+    is_of_nodes = in_step = false;
+    wide_is_stale = samples_are_stale = spheres_are_stale = is_wide;
+    if (!is_wide) return posed_spheres->begin_pose(x, motion);
+    if (automatic)
+        automatic->end_pose();
+    else
+        wide();
+}
+
+void PosedTreeState::begin_pose_of_nodes(VertexView nodes) {
+    begin([&] {
+        check_nodes("nodes", nodes);
+        given = nodes;
+        given_nodes = true;
+        of_nodes->begin_pose(nodes);
+        is_of_nodes = samples_are_stale = spheres_are_stale = true;
+        wide_is_stale = in_step = false;
+    });
+}
+
+void PosedTreeState::begin_step(VertexView start, VertexView end) {
+    begin([&] {
+        check_rows("start", start);
+        check_rows("end", end);
+        given_start = start;
+        given = end;
+        given_nodes = false;
+        if (!of_surface) of_surface.emplace(make_wide(*tree, kind, margin));
+        of_surface->begin_step(start, end);
+        positions = end;
+        in_step = samples_are_stale = spheres_are_stale = true;
+        is_of_nodes = wide_is_stale = false;
+        if (automatic) automatic->end_pose();
+    });
+}
+
+void PosedTreeState::begin_step_of_nodes(VertexView start, VertexView end) {
+    begin([&] {
+        check_nodes("start", start);
+        check_nodes("end", end);
+        given_start = start;
+        given = end;
+        given_nodes = true;
+        of_nodes->begin_step(start, end);
+        is_of_nodes = in_step = samples_are_stale = spheres_are_stale = true;
+        wide_is_stale = false;
+    });
+}
+
+void PosedTreeState::forget_pose() {
+    given = given_start = {};
+    positions = {};
+    is_of_nodes = of_nodes.has_value();
+    in_step = wide_is_stale = samples_are_stale = spheres_are_stale = false;
+    for (auto* wide : {&of_nodes, &of_surface, &of_samples})
+        if (*wide) (*wide)->forget_pose();
+    // Spheres cannot forget a pose, but those that are made anew have none.
+    posed_spheres = is_wide ? nullptr : make_spheres(*tree, kind, margin);
+}
+
+bool PosedTreeState::met_non_finite() const noexcept {
+    if (is_of_nodes && of_nodes->met_non_finite()) return true;
+    if (!is_of_nodes && !wide_is_stale && of_surface && of_surface->met_non_finite()) return true;
+    if (!samples_are_stale && of_samples && of_samples->met_non_finite()) return true;
+    return !spheres_are_stale && posed_spheres && posed_spheres->met_non_finite();
+}
+
+void PosedTreeState::require_finite() const {
+    if (!met_non_finite()) return;
+    const char* what = given_nodes ? "node" : "vertex";
+    if (in_step) require_finite_rows(what, given_start);
+    require_finite_rows(what, given);
+    // Finite, but bounds around them overflow, and are near everything.
+}
+
+void PosedTreeState::check_rows(const char* what, const VertexView& x) const {
+    if (x.count() != tree->vertex_count)
+        throw std::invalid_argument(
+            message(what, ": ", x.count(), " rows, but the surface has ", tree->vertex_count, " vertices"));
+}
+
+void PosedTreeState::check_nodes(const char* what, const VertexView& x) const {
+    if (!of_nodes)
+        throw std::invalid_argument(
+            message("poses of nodes need affine or auto bounds and a tree that hangs on nodes; these are ",
+                    name(kind), tree->affine ? "" : ", of a tree that does not"));
+    if (x.count() != tree->affine->node_count())
+        throw std::invalid_argument(message(what, ": ", x.count(), " rows, but the surface hangs on ",
+                                            tree->affine->node_count(), " nodes"));
+}
+
+void PosedTreeState::check_motion(std::span<const RegionMotion> motion) const {
+    if (kind != BoundKind::certified || motion.empty()) return;
+    const int regions = tree->certified->regions.count();
+    if (motion.size() != static_cast<std::size_t>(regions))
+        throw std::invalid_argument(message("motions of ", motion.size(), " regions, but the tree has ",
+                                            regions, "; allowed: as many, or none"));
+    for (std::size_t i = 0; i < motion.size(); ++i)
+        if (!motion[i].G.allFinite() || !std::isfinite(motion[i].deviation) ||
+            !std::isfinite(motion[i].stretch))
+            throw std::invalid_argument(message("motion of region ", i, " is not finite"));
+}
+
+}  // namespace nbd

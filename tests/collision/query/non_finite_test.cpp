@@ -1,0 +1,226 @@
+// Poses of other sizes than the body, and with numbers that are not finite.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "collision/query/closest_query.hpp"
+#include "collision/query/many_body_query.hpp"
+#include "collision/query/pair_query.hpp"
+#include "collision/query/self_query.hpp"
+#include "tests/collision/bounds/affine/hung_surface.hpp"
+#include "tests/collision/models.hpp"
+#include "tests/support/brute_force.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+struct NonFinite : testing::Test {
+    test::HungSurface hung = test::hung_on_tets(shapes::torus(40, 24), 3);
+    shapes::Surface& s = hung.surface;
+    std::shared_ptr<const CollisionTree> tree = make_tree();
+    Vertices other = s.X.rowwise() + Eigen::RowVector3f(0.5f, 0.4f, 0.3f);
+
+    std::shared_ptr<const CollisionTree> make_tree() const {
+        CollisionTree made = shapes::full_tree(s, shapes::make_modes(s, 12, 90, 3), {.depth = 4});
+        hang_on_nodes(made, hung.W, hung.rest);
+        return std::make_shared<const CollisionTree>(std::move(made));
+    }
+    /// Bounds that can miss get a margin with which they do not.
+    PosedTree posed(BoundKind kind) const {
+        return {tree, kind,
+                can_miss(kind) || kind == BoundKind::automatic ? std::optional(2.f) : std::nullopt};
+    }
+    /// Answers about bodies in contact, without those of faces that use `vertex`.
+    std::vector<FacePair> expected(int vertex) const {
+        std::vector<FacePair> pairs = test::brute_force_intersecting(s.X, s.F, other, s.F);
+        std::erase_if(pairs, [&](const FacePair& pair) { return (s.F.row(pair.a).array() == vertex).any(); });
+        return pairs;
+    }
+    /// A vertex of a face in contact, and one far from every contact.
+    int touching_vertex() const {
+        return s.F(test::brute_force_intersecting(s.X, s.F, other, s.F).front().a, 1);
+    }
+    int far_vertex() const {
+        int vertex = 0;
+        (s.X * Eigen::Vector3f(0.5f, 0.4f, 0.3f)).minCoeff(&vertex);
+        return vertex;
+    }
+};
+
+std::vector<FacePair> as_list(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
+
+constexpr bool reads_all_at_once(BoundKind kind) {
+    return is_exact(kind) || kind == BoundKind::affine;  // without nodes, `affine` is like `boxes`
+}
+
+TEST_F(NonFinite, PositionsAreRefusedWhereTheyAreRead) {
+    for (const BoundKind kind : bound_kinds) {
+        if (!has_bounds(*tree, kind)) continue;
+        PosedTree a = posed(kind), b = posed(kind);
+        b.begin_pose(other);
+        for (const float bad : {NAN, INFINITY, -INFINITY})
+            for (const int vertex : {touching_vertex(), far_vertex()}) {
+                Vertices x = s.X;
+                x(vertex, 1) = bad;
+                const std::string expected_error = "position of vertex " + std::to_string(vertex) + " is (";
+                PairQuery query;
+                SelfQuery self;
+                ClosestQuery closest;
+                const std::string at_once = test::refusal([&] { a.begin_pose(x); });
+                if (reads_all_at_once(kind)) {
+                    EXPECT_TRUE(at_once.starts_with(expected_error)) << name(kind) << ": " << at_once;
+                    EXPECT_TRUE(at_once.ends_with("), allowed: finite numbers")) << at_once;
+                    // The body has no pose: it touches nothing, and is not near everything.
+                    EXPECT_TRUE(query.within(a, b, 10).empty()) << name(kind);
+                    EXPECT_TRUE(query.intersecting(b, a).empty()) << name(kind);
+                    EXPECT_TRUE(self.intersecting(a).empty()) << name(kind);
+                    EXPECT_FALSE(closest.closest(a, b)) << name(kind);
+                } else if (at_once.empty()) {
+                    // Either the query reads the vertex and says so, or the vertex has no part in the answer.
+                    std::vector<FacePair> pairs;
+                    const std::string in_query =
+                        test::refusal([&] { pairs = as_list(query.intersecting(a, b)); });
+                    if (vertex == touching_vertex())
+                        EXPECT_TRUE(in_query.starts_with(expected_error)) << name(kind) << ": " << in_query;
+                    else if (in_query.empty())
+                        EXPECT_EQ(pairs, expected(vertex)) << name(kind);
+                    else
+                        EXPECT_TRUE(in_query.starts_with(expected_error)) << name(kind) << ": " << in_query;
+                    // Queries that look at all of the body find it.
+                    EXPECT_TRUE(test::refusal([&] { query.within(a, b, 10); }).starts_with(expected_error))
+                        << name(kind);
+                    EXPECT_TRUE(test::refusal([&] { self.within(a, 10); }).starts_with(expected_error))
+                        << name(kind);
+                } else {
+                    EXPECT_TRUE(at_once.starts_with(expected_error)) << name(kind) << ": " << at_once;
+                }
+                a.begin_pose(s.X);
+                EXPECT_EQ(as_list(query.intersecting(a, b)),
+                          test::brute_force_intersecting(s.X, s.F, other, s.F))
+                    << name(kind);
+            }
+    }
+}
+
+TEST_F(NonFinite, NodesAreRefused) {
+    const Vertices other_nodes = hung.rest.rowwise() + Eigen::RowVector3f(0.5f, 0.4f, 0.3f);
+    for (const BoundKind kind : {BoundKind::affine, BoundKind::automatic}) {
+        PosedTree a = posed(kind), b = posed(kind);
+        b.begin_pose_of_nodes(other_nodes);
+        PairQuery query;
+        for (int node = 0; node < hung.rest.rows(); node += 7) {
+            Vertices nodes = hung.rest;
+            nodes(node, 2) = NAN;
+            const bool carries = Eigen::MatrixXf(hung.W).col(node).maxCoeff() > 0;
+            const std::string error = test::refusal([&] { a.begin_pose_of_nodes(nodes); });
+            EXPECT_EQ(error.starts_with("position of node " + std::to_string(node) + " is ("), carries)
+                << error;
+            if (carries) {
+                EXPECT_TRUE(query.within(a, b, 10).empty());
+            }
+        }
+        a.begin_pose_of_nodes(hung.rest);
+        EXPECT_FALSE(query.intersecting(a, b).empty());
+    }
+}
+
+TEST_F(NonFinite, BothEndsOfAStepAreChecked) {
+    for (const BoundKind kind : {BoundKind::boxes, BoundKind::learned_boxes, BoundKind::automatic})
+        for (const bool at_start : {true, false}) {
+            PosedTree a = posed(kind);
+            Vertices start = s.X, end = other;
+            (at_start ? start : end)(17, 0) = INFINITY;
+            EXPECT_TRUE(test::refusal([&] {
+                            a.begin_step(start, end);
+                        }).starts_with("position of vertex 17 is (inf, "))
+                << name(kind);
+        }
+}
+
+TEST_F(NonFinite, EmbeddedPositionsAndManyBodiesTellOfIt) {
+    EmbeddedPositions surface({hung.W.outerIndexPtr(), static_cast<std::size_t>(hung.W.rows()) + 1},
+                              {hung.W.innerIndexPtr(), static_cast<std::size_t>(hung.W.nonZeros())},
+                              {hung.W.valuePtr(), static_cast<std::size_t>(hung.W.nonZeros())},
+                              static_cast<int>(hung.rest.rows()));
+    Vertices nodes = hung.rest;
+    nodes(5, 1) = NAN;
+    surface.begin_pose(nodes);
+    PosedTree lazy = posed(BoundKind::learned_spheres);
+    EXPECT_TRUE(test::refusal([&] { lazy.begin_pose(surface); }).starts_with("position of node 5 is ("));
+
+    Vertices bad = s.X;
+    bad.setConstant(NAN);
+    PosedTree first = posed(BoundKind::boxes), second = posed(BoundKind::learned_boxes);
+    first.begin_pose(other);
+    second.begin_pose(bad);
+    PosedTree* const bodies[] = {&first, &second};
+    EXPECT_TRUE(test::refusal([&] {
+                    ManyBodyQuery().intersecting(bodies);
+                }).starts_with("position of vertex 0 is (nan, nan, nan)"));
+    EXPECT_TRUE(test::refusal([&] { second.whole(); }).starts_with("position of vertex 0 is ("));
+}
+
+TEST_F(NonFinite, HugeFinitePositionsAreNoError) {
+    PosedTree a = posed(BoundKind::learned_spheres), b = posed(BoundKind::boxes);
+    const Vertices huge = s.X * 1e30f;
+    a.begin_pose(huge);
+    b.begin_pose(other);
+    PairQuery query;
+    EXPECT_EQ(as_list(query.intersecting(a, b)), test::brute_force_intersecting(huge, s.F, other, s.F));
+}
+
+TEST_F(NonFinite, OtherNumbersOfRowsAreRefusedInAllBuilds) {
+    const Vertices few = s.X.topRows(20), nodes = hung.rest.topRows(3);
+    PosedTree boxes = posed(BoundKind::boxes), affine = posed(BoundKind::affine),
+              spheres(tree, BoundKind::exact);
+    for (PosedTree* body : {&boxes, &affine, &spheres}) {
+        body->begin_pose(s.X);
+        EXPECT_EQ(test::refusal([&] { body->begin_pose(few); }),
+                  "positions: 20 rows, but the surface has 960 vertices");
+        EXPECT_EQ(test::refusal([&] { body->begin_step(s.X, few); }),
+                  "end: 20 rows, but the surface has 960 vertices");
+        EXPECT_EQ(test::refusal([&] { body->begin_step(few, s.X); }),
+                  "start: 20 rows, but the surface has 960 vertices");
+        PosedTree b(tree, BoundKind::boxes);
+        b.begin_pose(s.X);
+        EXPECT_TRUE(PairQuery().intersecting(*body, b).empty()) << "the last pose is over";
+    }
+    const std::string carriers = std::to_string(hung.rest.rows());
+    EXPECT_EQ(test::refusal([&] { affine.begin_pose_of_nodes(nodes); }),
+              "nodes: 3 rows, but the surface hangs on " + carriers + " nodes");
+    EXPECT_EQ(test::refusal([&] { affine.begin_step_of_nodes(hung.rest, nodes); }),
+              "end: 3 rows, but the surface hangs on " + carriers + " nodes");
+    EXPECT_EQ(test::refusal([&] { boxes.begin_pose_of_nodes(hung.rest); }),
+              "poses of nodes need affine or auto bounds and a tree that hangs on nodes; these are boxes");
+    PosedTree plain(shared_exact_tree(s.X, s.F), BoundKind::automatic);
+    EXPECT_EQ(
+        test::refusal([&] { plain.begin_step_of_nodes(hung.rest, hung.rest); }),
+        "poses of nodes need affine or auto bounds and a tree that hangs on nodes; these are auto, of a "
+        "tree that does not");
+    EmbeddedPositions surface({hung.W.outerIndexPtr(), static_cast<std::size_t>(hung.W.rows()) + 1},
+                              {hung.W.innerIndexPtr(), static_cast<std::size_t>(hung.W.nonZeros())},
+                              {hung.W.valuePtr(), static_cast<std::size_t>(hung.W.nonZeros())},
+                              static_cast<int>(hung.rest.rows()));
+    EXPECT_EQ(test::refusal([&] { surface.begin_pose(nodes); }),
+              "nodes: 3 rows, but the surface hangs on " + carriers);
+}
+
+TEST_F(NonFinite, PositionsOfARefusedPoseAreNotReadAnyMore) {
+    // Under the address sanitizer this fails if anything still refers to the array.
+    for (const BoundKind kind : bound_kinds) {
+        if (!has_bounds(*tree, kind)) continue;
+        PosedTree a = posed(kind), b = posed(kind);
+        b.begin_pose(other);
+        {
+            const auto x = std::make_unique<Vertices>(s.X.topRows(100));
+            EXPECT_NE(test::refusal([&] { a.begin_pose(*x); }), "");
+        }
+        EXPECT_TRUE(PairQuery().within(a, b, 10).empty()) << name(kind);
+        EXPECT_FALSE(ClosestQuery().closest(a, b)) << name(kind);
+    }
+}
+
+}  // namespace
+}  // namespace nbd
