@@ -8,12 +8,12 @@
 #include "apps/cli/file_hash.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
-#include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/live/live_run.hpp"
 #include "apps/simulate/audit.hpp"
 #include "apps/simulate/contact_comparison.hpp"
 #include "apps/simulate/journal.hpp"
+#include "apps/simulate/run_paths.hpp"
 #include "apps/simulate/scene_files.hpp"
 #include "apps/simulate/simulation_outputs.hpp"
 #include "collision/base/stopwatch.hpp"
@@ -51,47 +51,6 @@ void override(SceneSpec& spec, const SimulateArguments& arguments) {
     }
     if (arguments.frames) spec.time.frames = *arguments.frames;
     if (arguments.per_group) spec.contact.per_group = *arguments.per_group;
-}
-
-/// Output paths of the run; the command line overrides the scene. A scene may come from anyone, so that the
-/// paths in it stay within the working directory and the recording's folder, unless they may go outside.
-SceneOutput output_paths(const SimulateArguments& arguments, const SceneOutput& scene) {
-    constexpr const char* allow = "; allowed: a path within it, or --allow-outside";
-    SceneOutput paths = arguments.output;
-    if (paths.recording.empty()) {
-        if (scene.recording.empty()) throw CLI::RequiredError("--output");
-        paths.recording = scene.recording;
-        if (!arguments.outside)
-            check_within(
-                ".", paths.recording,
-                fmt::format("the working directory, but {} names it as output{}", arguments.scene, allow));
-    }
-    const std::filesystem::path folder = paths.recording.parent_path();
-    for (const auto part : {&SceneOutput::csv, &SceneOutput::vtu, &SceneOutput::obj, &SceneOutput::picture})
-        if ((paths.*part).empty() && !(scene.*part).empty()) {
-            paths.*part = folder / scene.*part;
-            if (!arguments.outside)
-                check_within(folder, paths.*part,
-                             fmt::format("the recording's folder, but {} names it as output{}",
-                                         arguments.scene, allow));
-        }
-    return paths;
-}
-
-std::filesystem::path journal_path(const SceneOutput& paths) { return paths.recording.string() + ".journal"; }
-
-void check_outputs(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs) {
-    check_distinct({{"recording", paths.recording},
-                    {"journal", journal_path(paths)},
-                    {"csv", paths.csv},
-                    {"picture", paths.picture},
-                    {"vtu", paths.vtu}});
-    check_distinct(
-        {{"recording", paths.recording}, {"csv", paths.csv}, {"picture", paths.picture}, {"obj", paths.obj}});
-    for (const auto& path : {paths.recording, paths.csv, paths.picture})
-        if (!path.empty()) check_output(path, inputs);
-    for (const auto& folder : {paths.vtu, paths.obj})
-        if (!folder.empty()) check_output_folder(folder);
 }
 
 /// Everything that determines what a run computes.
@@ -220,7 +179,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     override(spec, arguments);
     std::vector<std::filesystem::path> inputs = scene_inputs(spec);
     inputs.push_back(arguments.scene);
-    const SceneOutput paths = output_paths(arguments, spec.output);
+    const SceneOutput paths = output_paths(arguments.output, spec.output, arguments.scene, arguments.outside);
     check_outputs(paths, inputs);
     if (arguments.resume && is_finished(paths, inputs)) {
         out.text(fmt::format("{}: is finished, nothing to continue; without --resume the scene runs anew",

@@ -5,6 +5,7 @@
 
 #include "collision/base/message.hpp"
 #include "collision/tree/make_bounds.hpp"
+#include "collision/tree/make_wide.hpp"
 #include "collision/tree/posed_tree_state.hpp"
 
 namespace nbd {

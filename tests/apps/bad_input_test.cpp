@@ -11,14 +11,6 @@
 namespace nbd::test {
 namespace {
 
-/// An invalid command line, its exit status, and the text on stderr after "nbdtree: error: ". A text that
-/// ends in "..." is only the beginning.
-struct Case {
-    std::vector<std::string> arguments;
-    int status;
-    std::string error;
-};
-
 class BadInputTest : public SmallFiles {
  protected:
     static void SetUpTestSuite() {
@@ -45,31 +37,6 @@ class BadInputTest : public SmallFiles {
         write("other.obj", obj_file(box(0.3, 0.1, 0.1, 3)));
         make({"mesh", "other.obj", "-o", "other.h5", "-q"});
         make({"mesh", "box.obj", "-o", "still.h5", "-q"});  // without modes
-    }
-
-    /// Expects one line on stderr, nothing on stdout and no new file in the folder.
-    static void expect_refused(const std::vector<Case>& cases) {
-        for (const Case& c : cases) {
-            std::string line = "nbdtree";
-            for (const std::string& argument : c.arguments) line += ' ' + argument;
-            SCOPED_TRACE(line);
-            const auto before = listing(folder());
-            const Ran ran = run(folder(), c.arguments);
-            EXPECT_EQ(ran.status, c.status);
-            EXPECT_EQ(ran.out, "");
-            std::string error = "nbdtree: error: " + c.error;
-            std::string said = ran.err;
-            if (error.ends_with("...")) {
-                error.resize(error.size() - 3);
-                said = said.substr(0, error.size());
-            } else {
-                error += '\n';
-            }
-            EXPECT_EQ(said, error);
-            EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
-            EXPECT_LT(ran.err.size(), 400u) << ran.err;
-            EXPECT_EQ(listing(folder()), before);
-        }
     }
 
     static std::string here(const std::string& name) { return (folder() / name).string(); }
@@ -359,83 +326,6 @@ TEST_F(BadInputTest, RejectsInvalidPosesOfCollide) {
         {collide("tree.h5@data.h5:0:50"), 1, "data.h5: no frame 50 in trajectory 0, it has 50"},
         {collide("tree.h5@data.h5:0"), 1, "data.h5:0: no such file"},
     });
-}
-
-TEST_F(BadInputTest, ScenesCannotWriteOutsideOfTheRecordingsFolder) {
-    const std::filesystem::path root = std::filesystem::weakly_canonical(folder());
-    std::filesystem::create_directories(root / "inner/sub");
-    std::filesystem::create_directory_symlink(root, root / "inner/link");
-    write("victim.csv", "precious");
-    const auto scene = [](const std::string& name, const std::string& output) {
-        write(name, R"({"bodies": [{"body": "box.h5"}], "time": {"frames": 1}, "output": {)" + output + "}}");
-        return std::vector<std::string>{"simulate", name, "-q"};
-    };
-    const auto with_recording = [](std::vector<std::string> command) {
-        command.insert(command.end(), {"-o", "inner/x.h5"});
-        return command;
-    };
-    const auto outside = [&](const std::string& path, const std::string& name) {
-        return path + ": cannot be written: it is outside of " + (root / "inner").string() +
-               ", the recording's folder, but " + name +
-               " names it as output; allowed: a path within it, or --allow-outside";
-    };
-    const auto climbing = scene("climbing.json", R"("csv": "../victim.csv")");
-    const std::string absolute = (root / "victim.csv").string();
-    expect_refused({
-        {with_recording(climbing), 1, outside("inner/../victim.csv", "climbing.json")},
-        {with_recording(scene("hidden.json", R"("obj": "sub/../../frames")")), 1,
-         outside("inner/sub/../../frames", "hidden.json")},
-        {with_recording(scene("absolute.json", R"("picture": ")" + absolute + '"')), 1,
-         outside(absolute, "absolute.json")},
-        {with_recording(scene("linked.json", R"("csv": "link/victim.csv")")), 1,
-         outside("inner/link/victim.csv", "linked.json")},
-        {scene("recording.json", R"("recording": "../x.h5")"), 1,
-         "../x.h5: cannot be written: it is outside of " + root.string() +
-             ", the working directory, but recording.json names it as output; allowed: a path within it, or "
-             "--allow-outside"},
-    });
-    EXPECT_EQ(read_bytes(root / "victim.csv"), "precious");
-    make(with_recording(scene("good_paths.json", R"("csv": "sub/../run.csv", "vtu": "sub/vtu")")));
-    EXPECT_TRUE(std::filesystem::exists(root / "inner/run.csv"));
-    auto allowed = with_recording(climbing);
-    allowed.push_back("--allow-outside");
-    make(allowed);
-    EXPECT_NE(read_bytes(root / "victim.csv"), "precious");
-}
-
-TEST_F(BadInputTest, LearnedBoundsWithoutCalibrationNeedAMargin) {
-    const auto advice = [](const std::string& bounds) {
-        return "the tree's \"" + bounds +
-               "\" bounds are not calibrated, so that nodes miss at no stated rate; run `nbdtree calibrate` "
-               "on "
-               "the tree, or give a margin (--margin)";
-    };
-    write("uncalibrated.json", R"({"bodies": [{"body": "box.h5", "tree": "tree.h5", "bounds": "nbd"},
-        {"body": "box.h5", "tree": "tree.h5", "bounds": "nbd", "transform": {"translate": [1, 0, 0]}}],
-        "time": {"frames": 1}})");
-    const std::string pose = "tree.h5@data.h5:0:";
-    const auto collide = [&](const std::string& bounds) {
-        return std::vector<std::string>{"collide", pose + "3", pose + "9", "--bounds", bounds};
-    };
-    std::vector<Case> refused;
-    for (const char* bounds : {"nbd", "bd", "learned_spheres", "learned_boxes"}) {
-        refused.push_back({collide(bounds), 1, advice(bounds)});
-        refused.push_back({{"view", pose + "3", "--bounds", bounds, "-o", "x.html"}, 1, advice(bounds)});
-    }
-    refused.push_back(
-        {{"simulate", "uncalibrated.json", "-o", "x.h5"}, 1, "bodies[0] (box): " + advice("nbd")});
-    refused.push_back(
-        {{"race", "uncalibrated.json", "--bounds", "nbd"}, 1, "bodies[0] (box): " + advice("nbd")});
-    expect_refused(refused);
-    for (const char* bounds : {"nbd", "learned_spheres", "auto", "boxes"}) {
-        std::vector<std::string> command = collide(bounds);
-        if (bounds == std::string("nbd") || bounds == std::string("learned_spheres"))
-            command.insert(command.end(), {"--margin", "0.1"});
-        command.push_back("-q");
-        make(command);
-    }
-    make({"simulate", "uncalibrated.json", "-o", "margin.h5", "--margin", "0.1", "-q"});
-    make({"evaluate", "tree.h5", "data.h5", "-q"});  // tells of bounds at the margins that it is given
 }
 
 TEST_F(BadInputTest, RejectsInvalidScenes) {

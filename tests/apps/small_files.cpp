@@ -1,5 +1,7 @@
 #include "tests/apps/small_files.hpp"
 
+#include <algorithm>
+
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
 
@@ -28,6 +30,30 @@ void SmallFiles::SetUpTestSuite() {
     make({"dataset", "box.h5", "-o", "data.h5", "--trajectories", "3", "--steps-per-frame", "1", "-q"});
     make({"train", "box.h5", "data.h5", "-o", "tree.h5", "--depth", "2", "-m", "8", "-k", "16", "--epochs",
           "5", "--held-out", "0", "--calibration", "0", "-q"});
+}
+
+void BoxFolder::expect_refused(const std::vector<Refusal>& cases) {
+    for (const Refusal& c : cases) {
+        std::string line = "nbdtree";
+        for (const std::string& argument : c.arguments) line += ' ' + argument;
+        SCOPED_TRACE(line);
+        const auto before = listing(folder());
+        const Ran ran = run(folder(), c.arguments);
+        EXPECT_EQ(ran.status, c.status);
+        EXPECT_EQ(ran.out, "");
+        std::string error = "nbdtree: error: " + c.error;
+        std::string said = ran.err;
+        if (error.ends_with("...")) {
+            error.resize(error.size() - 3);
+            said = said.substr(0, error.size());
+        } else {
+            error += '\n';
+        }
+        EXPECT_EQ(said, error);
+        EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
+        EXPECT_LT(ran.err.size(), 400u) << ran.err;
+        EXPECT_EQ(listing(folder()), before);
+    }
 }
 
 }  // namespace nbd::test

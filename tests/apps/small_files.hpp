@@ -13,6 +13,14 @@
 
 namespace nbd::test {
 
+/// An invalid command line, its exit status, and the text on stderr after "nbdtree: error: ". A text that
+/// ends in "..." is only the beginning.
+struct Refusal {
+    std::vector<std::string> arguments;
+    int status;
+    std::string error;
+};
+
 /// A folder with box.obj (108 faces) and box.h5 with 8 modes, made by the command.
 class BoxFolder : public ::testing::Test {
  protected:
@@ -26,6 +34,9 @@ class BoxFolder : public ::testing::Test {
 
     /// Runs a command, which must succeed.
     static void make(const std::vector<std::string>& arguments);
+
+    /// Expects one line on stderr, nothing on stdout and no new file in the folder.
+    static void expect_refused(const std::vector<Refusal>& cases);
 
  private:
     static inline std::unique_ptr<TemporaryFolder> folder_;

@@ -15,7 +15,6 @@ void bind_posed_trees(pybind11::module_& module);  // poses of trees
 void bind_queries(pybind11::module_& module);      // queries between posed trees
 void bind_worlds(pybind11::module_& module);       // worlds and what their steps report
 void bind_recordings(pybind11::module_& module);   // recordings, read and written
-void bind_remap(pybind11::module_& module);        // recordings for another surface
 void bind_datasets(pybind11::module_& module);     // make_dataset
 void bind_training(pybind11::module_& module);     // tree files, training, calibration
 void bind_evaluation(pybind11::module_& module);   // what bounds cost and miss

@@ -49,7 +49,6 @@ PYBIND11_MODULE(_nbdtree, module) {
     bind_queries(module);
     bind_worlds(module);
     bind_recordings(module);
-    bind_remap(module);
     bind_datasets(module);
     bind_training(module);
     bind_evaluation(module);

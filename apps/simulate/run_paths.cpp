@@ -1,0 +1,51 @@
+#include "apps/simulate/run_paths.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "apps/cli/output_paths.hpp"
+
+namespace nbd {
+
+SceneOutput output_paths(const SceneOutput& typed, const SceneOutput& scene, const std::string& scene_file,
+                         bool outside) {
+    constexpr const char* allow = "; allowed: a path within it, or --allow-outside";
+    SceneOutput paths = typed;
+    if (paths.recording.empty()) {
+        if (scene.recording.empty()) throw CLI::RequiredError("--output");
+        paths.recording = scene.recording;
+        if (!outside)
+            check_within(
+                ".", paths.recording,
+                fmt::format("the working directory, but {} names it as output{}", scene_file, allow));
+    }
+    const std::filesystem::path folder = paths.recording.parent_path();
+    for (const auto part : {&SceneOutput::csv, &SceneOutput::vtu, &SceneOutput::obj, &SceneOutput::picture})
+        if ((paths.*part).empty() && !(scene.*part).empty()) {
+            paths.*part = folder / scene.*part;
+            if (!outside)
+                check_within(
+                    folder, paths.*part,
+                    fmt::format("the recording's folder, but {} names it as output{}", scene_file, allow));
+        }
+    return paths;
+}
+
+std::filesystem::path journal_path(const SceneOutput& paths) { return paths.recording.string() + ".journal"; }
+
+void check_outputs(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs) {
+    check_distinct({{"recording", paths.recording},
+                    {"journal", journal_path(paths)},
+                    {"csv", paths.csv},
+                    {"picture", paths.picture},
+                    {"vtu", paths.vtu}});
+    check_distinct(
+        {{"recording", paths.recording}, {"csv", paths.csv}, {"picture", paths.picture}, {"obj", paths.obj}});
+    for (const auto& path : {paths.recording, paths.csv, paths.picture})
+        if (!path.empty()) check_output(path, inputs);
+    for (const auto& folder : {paths.vtu, paths.obj})
+        if (!folder.empty()) check_output_folder(folder);
+}
+
+}  // namespace nbd
