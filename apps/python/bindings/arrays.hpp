@@ -14,6 +14,7 @@
 
 #include "collision/geometry/embedding.hpp"
 #include "collision/geometry/geometry.hpp"
+#include "collision/geometry/vertex_view.hpp"
 #include "collision/geometry/tet_mesh.hpp"
 
 // Arrays on their way between numpy and Eigen. Results own their memory or keep its owner alive; arguments
