@@ -55,7 +55,7 @@ TEST_F(TransferTree, BoundsTheSameNodesOfAFinerSurface) {
         Vertices x;
         apply_embedding(fine.body.W, fine.frame(99, frame % 5, frame), x);
         for (int i = 0; i < static_cast<int>(after.tree.spheres.nodes.size()); ++i) {
-            const Sphere s = learned_sphere(*after.tree.learned, i, VerticesRef(x)).sphere;
+            const Sphere s = learned_sphere(*after.tree.learned, i, x).sphere;
             float most = 0;
             for (const int v : after.tree.spheres.node_vertices(i))
                 most = std::max(most, (x.row(v).transpose() - s.c).norm());
