@@ -1,5 +1,4 @@
 // How a pose or a step starts, and what is checked of it.
-#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -160,9 +159,10 @@ void PosedTreeState::check_motion(std::span<const RegionMotion> motion) const {
         throw std::invalid_argument(message("motions of ", motion.size(), " regions, but the tree has ",
                                             regions, "; allowed: as many, or none"));
     for (std::size_t i = 0; i < motion.size(); ++i)
-        if (!motion[i].G.allFinite() || !std::isfinite(motion[i].deviation) ||
-            !std::isfinite(motion[i].stretch))
-            throw std::invalid_argument(message("motion of region ", i, " is not finite"));
+        if (!motion[i].G.allFinite() || !(motion[i].deviation >= 0) || !(motion[i].stretch >= 0))
+            throw std::invalid_argument(message("motion of region ", i,
+                                                " is not known; allowed: a finite gradient, deviation and "
+                                                "stretch of 0 or more, or infinite"));
 }
 
 }  // namespace nbd

@@ -143,8 +143,8 @@ class World {
 
     /// Advances by dt seconds, > 0. On a failure, see the report, the bodies are left as they were before the
     /// part that failed. Throws std::invalid_argument on a bad dt, and before the first step without
-    /// intersections if surfaces intersect; StopAsked as stop_if_asked(), and the world is as before the step,
-    /// without contact forces.
+    /// intersections if surfaces intersect; StopAsked as stop_if_asked(), and the world is as before the
+    /// step, without contact forces.
     WorldReport step(double dt);
 
     int body_count() const noexcept { return static_cast<int>(bodies_.size()); }

@@ -159,7 +159,7 @@ TEST_F(ResumeTest, AutoBoundsOfALearnedTreeBoundTheSameNodesAfterAKill) {
         for (int column = 0; column < 5; ++column) std::getline(cells, cell, ',');
         bounded.insert(cell);
     }
-    EXPECT_GT(bounded.size(), 5u);
+    EXPECT_GT(bounded.size(), 2u);  // the column's name and two numbers
     EXPECT_TRUE(bounded.contains("nodes_bounded"));
 }
 

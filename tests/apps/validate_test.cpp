@@ -11,7 +11,8 @@ class ValidateTest : public SmallFiles {
  protected:
     static void SetUpTestSuite() {
         SmallFiles::SetUpTestSuite();
-        write("good.json", R"({"bodies": [{"body": "box.h5", "tree": "tree.h5", "bounds": "nbd"}]})");
+        write("good.json", R"({"bodies": [{"body": "box.h5", "tree": "tree.h5", "bounds": "nbd",
+            "margin": 0.1}]})");
         write("bad.json", R"({
             "bodies": [{"body": "box.h5", "pins": [{"sphere": {"centre": [0, 0, 9], "radius": 1}}]},
                        {"surface": "box.obj", "transform": {"translate": [0.1, 0.01, 0.02]}},

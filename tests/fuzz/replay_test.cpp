@@ -7,6 +7,10 @@
 #include "tests/support/temporary_folder.hpp"
 
 namespace nbd::test {
+
+/// Names a reader in the names of tests.
+static void PrintTo(const Reader& reader, std::ostream* out) { *out << reader.name; }
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -169,7 +169,7 @@ def made_by_the_program(program, folder):
     yield "frame/start.bin", record(journal, 1)
     yield "checkpoint/long.h5", checkpoint
     yield "body/body.h5", folder / "body.h5"
-    for shard in sorted((folder / "poses.h5.shards").glob("*.h5")):
+    for shard in sorted((folder / "poses.shards").glob("*.h5")):
         yield f"recording/{shard.name}", shard
     yield "dataset/poses.h5", folder / "poses.h5"
     yield "tree/tree.h5", folder / "tree.h5"

@@ -191,7 +191,7 @@ def test_formats_and_versions_are_those_of_the_table(files):
         row = rows["recording, shard" if kind == "recording" else kind]
         for name in names:
             with h5py.File(files / name) as file:
-                assert (file.attrs["format"].decode(), int(file.attrs["format_version"])) == (row[1].strip("`"), int(row[2]))
+                assert (file.attrs["format"].decode(), int(file.attrs["format_version"])) == (row[1].strip('`"'), int(row[2]))
     flat = (files / "tree.nbd").read_bytes()
     assert flat.startswith(rows["flat tree"][1].strip("`").encode() + b"\n")
     assert int(np.frombuffer(flat[12:16], "<u4")[0]) == int(rows["flat tree"][2])

@@ -14,8 +14,8 @@
 
 #include "collision/geometry/embedding.hpp"
 #include "collision/geometry/geometry.hpp"
-#include "collision/geometry/vertex_view.hpp"
 #include "collision/geometry/tet_mesh.hpp"
+#include "collision/geometry/vertex_view.hpp"
 
 // Arrays on their way between numpy and Eigen. Results own their memory or keep its owner alive; arguments
 // are converted where numpy can do so without loss, and refused with one line where it cannot.

@@ -214,7 +214,9 @@ TEST_F(Coverage, HoldsOverRandomSplitsOfTheUnseenTrajectories) {
 TEST_F(Coverage, ContactScenesCountMissedPairs) {
     const RecordingReader data(folder / "data.h5");
     auto shrunk = std::make_shared<CollisionTree>(file.tree);
-    shrunk->calibrations.clear();
+    Calibration& calibration = shrunk->calibrations.at(BoundKind::learned_spheres);
+    std::ranges::fill(calibration.margins, 0.f);
+    std::ranges::fill(calibration.limits, 1e9f);
     LearnedModel& learned = *shrunk->learned;
     for (const LearnedModel::Node& node : learned.nodes) {
         const auto block = static_cast<std::size_t>(

@@ -80,8 +80,8 @@ TEST_F(TransferTree, KeepsNbdSpheres) {
     const TreeFile before = train_tree(coarse.body, RecordingReader(folder / "data.h5"), config);
     const TreeFile after = transfer_tree(before, fine.body);
     EXPECT_NO_THROW(check_collision_tree(after.tree));
-    PosedTree a(std::make_shared<const CollisionTree>(before.tree), BoundKind::nbd),
-        b(std::make_shared<const CollisionTree>(after.tree), BoundKind::nbd);
+    PosedTree a(std::make_shared<const CollisionTree>(before.tree), BoundKind::nbd, 0.f),
+        b(std::make_shared<const CollisionTree>(after.tree), BoundKind::nbd, 0.f);
     float moved = 0;
     for (int frame = 0; frame < 5; ++frame) {
         Vertices x, y;
