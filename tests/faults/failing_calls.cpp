@@ -173,13 +173,11 @@ int open(const char* path, int flags, ...) {
 }
 
 int open64(const char* path, int flags, ...) {
-    static const auto real = next(&open64, "open64");
     va_list arguments;
     va_start(arguments, flags);
     const int mode = open_mode(flags, arguments);
     va_end(arguments);
-    if (changes(flags) && fails(Call::open)) return failed(EMFILE, -1);
-    return real(path, flags, mode);
+    return open(path, flags, mode);
 }
 
 std::FILE* fopen(const char* path, const char* mode) {
@@ -188,11 +186,7 @@ std::FILE* fopen(const char* path, const char* mode) {
     return real(path, mode);
 }
 
-std::FILE* fopen64(const char* path, const char* mode) {
-    static const auto real = next(&fopen64, "fopen64");
-    if (mode[0] != 'r' && fails(Call::open)) return failed<std::FILE*>(EMFILE, nullptr);
-    return real(path, mode);
-}
+std::FILE* fopen64(const char* path, const char* mode) { return fopen(path, mode); }
 
 ssize_t read(int descriptor, void* bytes, std::size_t size) {
     static const auto real = next(&read, "read");
