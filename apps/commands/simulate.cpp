@@ -161,15 +161,33 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
          {"audit_exact_us", total.audit.exact_us}});
 }
 
-/// Whether an earlier run has written all outputs, and no input has changed since.
-bool is_finished(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs) {
+/// Whether every trajectory of a recording has as many frames, and what its frames are to hold.
+bool has_all(const std::filesystem::path& path, int frames, const ExtrasRequest& extras) {
+    const RecordingReader recording(path);
+    for (int i = 0; i < static_cast<int>(recording.trajectories().size()); ++i) {
+        if (recording.trajectories()[static_cast<std::size_t>(i)].frames != frames) return false;
+        const FrameContents& contents = recording.contents(i);
+        if (extras.contact_edges && !contents.contact_edges) return false;
+        for (const FrameFieldName& field : frame_fields)
+            if (extras.fields[field.field] && !contents.fields[field.field]) return false;
+    }
+    return true;
+}
+
+/// Whether an earlier run has written all outputs, and no input has changed since. frames: that a recording
+/// holds in the end.
+bool is_finished(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs, int frames,
+                 const ExtrasRequest& extras) {
     for (const auto& output : {paths.recording, paths.csv, paths.vtu, paths.obj, paths.picture})
         if (!output.empty() && !std::filesystem::exists(output)) return false;
     const auto written = std::filesystem::last_write_time(paths.recording);
     return !std::filesystem::exists(journal_path(paths)) &&
-           std::ranges::none_of(inputs, [&](const std::filesystem::path& input) {
-               return std::filesystem::exists(input) && std::filesystem::last_write_time(input) >= written;
-           });
+           std::ranges::none_of(inputs,
+                                [&](const std::filesystem::path& input) {
+                                    return std::filesystem::exists(input) &&
+                                           std::filesystem::last_write_time(input) >= written;
+                                }) &&
+           has_all(paths.recording, frames, extras);
 }
 
 void run(const SimulateArguments& arguments, Output& out) {
@@ -181,7 +199,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     inputs.push_back(arguments.scene);
     const SceneOutput paths = output_paths(arguments.output, spec.output, arguments.scene, arguments.outside);
     check_outputs(paths, inputs);
-    if (arguments.resume && is_finished(paths, inputs)) {
+    if (arguments.resume && is_finished(paths, inputs, spec.time.frames + 1, arguments.extras)) {
         out.text(fmt::format("{}: is finished, nothing to continue; without --resume the scene runs anew",
                              paths.recording.string()));
         out.result({{"finished", true}});
@@ -210,7 +228,9 @@ void run(const SimulateArguments& arguments, Output& out) {
     }
     make_trees(spec, bodies);
     std::vector<StartMove> moves;
-    World world = build_world(spec, bodies, &moves);
+    // Shared with the page of a run, which another thread makes.
+    const auto shared_world = std::make_shared<World>(build_world(spec, bodies, &moves));
+    World& world = *shared_world;
     for (const auto& [body, by] : moves)
         out.warning(
             fmt::format("body {} '{}' intersects at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m",
@@ -220,7 +240,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     if (arguments.audit > 0) audit.emplace(spec, bodies);
     std::optional<ContactComparison> comparison;
     if (arguments.compare) comparison.emplace(spec, bodies);
-    if (live) live->begin(spec, bodies, world, paths.recording.filename().string());
+    if (live) live->begin(spec, bodies, shared_world, paths.recording.filename().string());
     finish_on_interrupt();
     if (!opened) open_journal();
     Journal& journal = *opened;

@@ -81,29 +81,37 @@ std::optional<LiveFrame> LiveFrames::take_frame(std::size_t i) {
 /// Makes the page if there is a first frame. Call it with making_ held.
 void LiveFrames::begin_page() {
     if (!page_.empty()) return;
-    std::optional<LiveFrame> first = take_frame(0);
-    if (!first) return;
-    make_scene(std::move(*first));
     std::ostringstream out;
-    write_page(out, scene_, facts_);
+    if (!with_scene(0, [&] { write_page(out, scene_, facts_); })) return;
     page_ = std::move(out).str();
     clear_fixed(scene_);
 }
 
-void LiveFrames::make_scene(LiveFrame frame) {
-    current_ = std::move(frame);
-    clear_frames(scene_);
-    scene_.times = {current_.time};
-    scene_.numbers = {current_.number};
-    maker_.add_frame(0, scene_);
+/// Makes the scene of frame i and calls use(), unless the frame is not there or was used. If either throws,
+/// the frame is there again. Call it with making_ held.
+template <class Use>
+bool LiveFrames::with_scene(std::size_t i, const Use& use) {
+    std::optional<LiveFrame> frame = take_frame(i);
+    if (!frame) return false;
+    current_ = std::move(*frame);
+    try {
+        clear_frames(scene_);
+        scene_.times = {current_.time};
+        scene_.numbers = {current_.number};
+        maker_.add_frame(0, scene_);
+        use();
+    } catch (...) {
+        const std::lock_guard lock(guard_);
+        entries_[i].frame = std::move(current_);
+        throw;
+    }
+    return true;
 }
 
 /// Makes the text of a frame that does not have one. Call it with making_ held.
 void LiveFrames::make_text(std::size_t i) {
-    std::optional<LiveFrame> frame = take_frame(i);
-    if (!frame) return;
-    make_scene(std::move(*frame));
-    std::string text = frames_text(scene_);
+    std::string text;
+    if (!with_scene(i, [&] { text = frames_text(scene_); })) return;
     const std::lock_guard lock(guard_);
     entries_[i].text = std::move(text);
 }
@@ -111,6 +119,7 @@ void LiveFrames::make_text(std::size_t i) {
 const std::string& LiveFrames::page() {
     const std::lock_guard lock(making_);
     begin_page();
+    ++pages_;
     return page_;
 }
 
@@ -134,7 +143,7 @@ std::string LiveFrames::answer(const std::string& run, std::size_t from) {
         const std::lock_guard lock(guard_);
         frames += (frames.empty() ? "" : ",") + entries_[next].text;
     }
-    if (state != RunState::running && frames.empty()) told_end_ = true;
+    if (state != RunState::running && from >= count) ++ends_told_;
     const nlohmann::json told = message;
     return fmt::format(R"({{"state":"{}","message":{},"frames":[{}]}})", name_of(state),
                        told.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace), frames);

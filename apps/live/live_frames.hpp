@@ -37,7 +37,8 @@ class LiveFrames {
     /// message: why the run failed.
     void end(RunState state, std::string message);
 
-    /// The page, with the first frame, which must have been added.
+    /// The page, with the first frame, which must have been added. It and answer() throw where a frame cannot
+    /// be shown, such as one with numbers that are not finite.
     const std::string& page();
 
     /// What a page of the run is told that has the first `from` frames, as JSON: the state of the run and
@@ -45,8 +46,9 @@ class LiveFrames {
     /// the page is of another run.
     std::string answer(const std::string& run, std::size_t from);
 
-    /// Whether a page was told that the run has ended, and has all frames.
-    bool told_end() const noexcept { return told_end_; }
+    /// Whether as many pages as were made were told that the run has ended, and have all frames; one at
+    /// least.
+    bool told_end() const noexcept { return ends_told_ > 0 && ends_told_ >= pages_; }
 
  private:
     struct Entry {
@@ -56,7 +58,8 @@ class LiveFrames {
 
     std::optional<LiveFrame> take_frame(std::size_t i);
     void begin_page();
-    void make_scene(LiveFrame frame);
+    template <class Use>
+    bool with_scene(std::size_t i, const Use& use);
     void make_text(std::size_t i);
 
     const LivePage facts_;
@@ -70,7 +73,7 @@ class LiveFrames {
     std::deque<Entry> entries_;
     RunState state_ = RunState::running;
     std::string message_;
-    std::atomic<bool> told_end_ = false;
+    std::atomic<int> pages_ = 0, ends_told_ = 0;  // answers: of the page, and that the run has ended
 };
 
 }  // namespace nbd

@@ -23,14 +23,13 @@ std::string run_name() {
 
 }  // namespace
 
-void LiveRun::begin(const SceneSpec& spec, std::span<const LoadedBody> bodies, const World& world,
-                    std::string title) {
-    ViewSources sources =
-        sources_of_scene(spec, bodies, std::shared_ptr<const World>(std::shared_ptr<void>(), &world));
+void LiveRun::begin(const SceneSpec& spec, std::span<const LoadedBody> bodies,
+                    const std::shared_ptr<const World>& world, std::string title) {
+    ViewSources sources = sources_of_scene(spec, bodies, world);
     std::size_t bytes = 0;  // of a frame
-    for (int b = 0; b < world.body_count(); ++b) {
+    for (int b = 0; b < world->body_count(); ++b) {
         ViewSource& source = sources.bodies[static_cast<std::size_t>(b)];
-        source.start = world.state(b).x.cast<float>();
+        source.start = world->state(b).x.cast<float>();
         source.has_forces = true;
         bytes += 6 * sizeof(float) * static_cast<std::size_t>(source.start.rows());
     }
@@ -57,8 +56,9 @@ void LiveRun::add(const SimulationFrame& frame) {
 
 void LiveRun::end(RunState state, const std::string& message) {
     frames_->end(state, message);
-    // An open page asks five times a second, one in the background or on a busy machine less often.
-    for (int i = 0; i < 600; ++i, wait(50))
+    // An open page asks again within five seconds, and has to draw in between.
+    const bool was_interrupted = interrupted();
+    for (int i = 0; i < 600 && interrupted() == was_interrupted; ++i, wait(50))
         if (server_.idle_seconds() > (frames_->told_end() ? 1.2 : 10)) return;
 }
 

@@ -25,9 +25,9 @@ class LiveRun {
     /// Takes the port; 0: any that is free. Throws std::runtime_error if it cannot be had.
     explicit LiveRun(int port) : server_(port) {}
 
-    /// Prepares the page. title: of it. world: of the scene, at its start; must outlive this object.
-    void begin(const SceneSpec& spec, std::span<const LoadedBody> bodies, const World& world,
-               std::string title);
+    /// Prepares the page. title: of it. world: of the scene, at its start.
+    void begin(const SceneSpec& spec, std::span<const LoadedBody> bodies,
+               const std::shared_ptr<const World>& world, std::string title);
 
     std::string url() const { return server_.url(); }
 

@@ -9,7 +9,8 @@ const nextPicture = () => Promise.race([
 
 class Live {
     /** run: its name, which every question holds. next: number of frames that the page has. take(frames): adds them;
-     * told(state, message): hears of every answer. States: running, done, stopped, failed; lost without an answer. */
+     * told(state, message): hears of every answer. States: running, done, stopped, failed; lost without an answer. Whoever
+     * catches what follow() throws tells that the page has failed. */
     constructor(run, next, take, told) {
         Object.assign(this, {run, next, take, told, state: "running", failures: 0});
     }
@@ -26,7 +27,8 @@ class Live {
     }
 
     /** Asks again and again. Between two questions it rests three times as long as it took to add and draw the frames, so
-     * that a browser that draws on the processor leaves most of it to the run. */
+     * that a browser that draws on the processor leaves most of it to the run. Throws what take() throws, and then asks no
+     * more. */
     async follow() {
         for (;;) {
             let answer = {frames: []}, spent = 0;

@@ -152,7 +152,10 @@ async function start() {
     });
     if (live) {
         live.tell("running", "");
-        live.ended = live.follow();
+        live.ended = live.follow().catch((error) => {
+            live.tell("failed", `this page cannot show the next frames: ${error.message || error}`);
+            throw error;
+        });
     }
     await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
     // For tests and for the console.

@@ -15,17 +15,13 @@ import tempfile
 import unittest
 from pathlib import Path
 
-try:
-    import h5py
-    import numpy as np
-    from PIL import Image
-    from browser import Browser
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
-if not (shutil.which("chromium") and shutil.which("chromedriver")):
-    print("skipped: no chromium with chromedriver")
-    sys.exit(77)
+from needs import need
+
+need("h5py", "numpy", "PIL")
+import h5py
+import numpy as np
+from browser import Browser
+from PIL import Image
 
 NBDTREE, ASSETS = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
 

@@ -18,16 +18,12 @@ import time
 import unittest
 from pathlib import Path
 
-try:
-    import h5py
-    import numpy as np
-    from browser import Browser
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
-if not (shutil.which("chromium") and shutil.which("chromedriver")):
-    print("skipped: no chromium with chromedriver")
-    sys.exit(77)
+from needs import need
+
+need("h5py", "numpy")
+import h5py
+import numpy as np
+from browser import Browser
 
 NBDTREE, ASSETS = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
 RINGS = ASSETS / "scenes" / "rings.json"
@@ -204,6 +200,16 @@ class LiveTest(unittest.TestCase):
             run.process.communicate()
             self.wait_for("document.getElementById('live').className === 'lost'")
         self.assertTrue(all("ERR_CONNECTION" in complaint for complaint in self.browser.complaints()))
+
+    def test_a_page_that_cannot_take_a_frame_says_so(self):
+        with Run(self.folder, RINGS, "-o", "untaken.h5", "--frames", 400, "--live") as run:
+            self.browser.open(run.url)
+            self.browser.run("nbdtree.live.take = async () => { throw new Error('no memory'); };")
+            self.wait_for("document.getElementById('live').className === 'failed'")
+            self.assertRegex(self.browser.driver.find_element("id", "live").text,
+                             "^Failed: this page cannot show the next frames: no memory · ")
+            self.assertIsNone(run.process.poll())
+        self.assertIn("no memory", self.browser.complaints()[0])
 
     def test_answers_only_reads_of_its_own_name_on_the_loopback_address(self):
         with Run(self.folder, RINGS, "-o", "asked.h5", "--frames", 400, "--live") as run:
