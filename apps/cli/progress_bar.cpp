@@ -42,10 +42,11 @@ ProgressBar::~ProgressBar() { end(); }
 void ProgressBar::start(std::string_view what, double done) {
     what_ = what;
     note_.clear();
-    started_ = last_ = Clock::now();
+    started_ = Clock::now();
     done_before_ = done;
     is_counted_ = false;
     if (redraws_.joinable()) return;
+    begun_ = last_ = started_;
     redraws_ = std::jthread([this](const std::stop_token& stop) {
         std::unique_lock lock(mutex_);
         while (!wake_.wait_for(lock, stop, pause, [] { return false; }) && !stop.stop_requested())
@@ -102,7 +103,7 @@ std::string ProgressBar::text() const {
 
 void ProgressBar::draw() {
     const auto now = Clock::now();
-    if (now - started_ < patience) return;
+    if (now - begun_ < patience) return;
     last_ = now;
     is_drawn_ = true;
     clear_line_on_interrupt(true);

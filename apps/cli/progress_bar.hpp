@@ -10,7 +10,8 @@
 namespace nbd {
 
 /// A line on the terminal behind standard error that says how far the work is: a bar and the time left where
-/// steps are counted, else the time so far. It redraws itself, and appears once the work has taken a second.
+/// steps are counted, else the time so far. It redraws itself, and appears once there has been work for
+/// a second, whatever it was.
 class ProgressBar {
  public:
     ProgressBar() = default;
@@ -48,6 +49,7 @@ class ProgressBar {
     std::string what_, note_;  // what is shown; what_ empty: nothing
     double done_before_ = 0, done_ = 0, total_ = 0;
     bool is_counted_ = false, is_drawn_ = false;
+    Clock::time_point begun_;  // the first of the works, each of which may be short
     Clock::time_point work_started_, started_, last_;
     std::condition_variable_any wake_;
     std::jthread redraws_;  // while there is work

@@ -18,7 +18,12 @@ void set_progress_handler(ProgressHandler handler) { listener() = std::move(hand
 void tell_progress(std::string_view what, double done, double total) {
     static std::mutex telling;
     if (!listener()) return;
-    if (const std::unique_lock lock(telling, std::try_to_lock); lock) listener()(what, done, total);
+    std::unique_lock lock(telling, std::defer_lock);
+    if (done == total)
+        lock.lock();
+    else if (!lock.try_lock())
+        return;
+    listener()(what, done, total);
 }
 
 }  // namespace nbd

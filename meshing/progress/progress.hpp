@@ -13,7 +13,7 @@ using ProgressHandler = std::function<void(std::string_view what, double done, d
 void set_progress_handler(ProgressHandler handler);
 
 /// Tells how far a piece of long work is, from any thread. Calls that come while another one is being told
-/// are dropped, so that threads do not wait for each other.
+/// are dropped, so that threads do not wait for each other, but for the last one, where done is total.
 void tell_progress(std::string_view what, double done, double total);
 
 }  // namespace nbd
