@@ -24,9 +24,11 @@
 namespace nbd {
 namespace {
 
-/// Prints an error as one line, even if a library's message has several.
-int fail(std::string_view program, int status, std::string_view message) {
-    fmt::print(stderr, "{}: error: {}\n", program, message.substr(0, message.find('\n')));
+/// Prints an error as one line, even if a library's message has several, or a path has control characters.
+int fail(std::string_view program, int status, std::string message) {
+    std::ranges::replace_if(
+        message, [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+    fmt::print(stderr, "{}: error: {}\n", program, message.substr(0, message.find_last_not_of(' ') + 1));
     return status;
 }
 

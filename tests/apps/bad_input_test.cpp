@@ -51,6 +51,7 @@ TEST_F(BadInputTest, RejectsWhatAPageCannotShow) {
          2,
          "--frames: Value 0 not in range 1 to 100000"},
         {{"view", "none.h5", "-o", "x.html"}, 1, "none.h5: No such file or directory..."},
+        {{"view", "no\n\033ne.h5", "-o", "x.html"}, 1, "no  ne.h5: No such file or directory..."},
         {{"view", "text.h5", "-o", "x.html"}, 1, "text.h5: ..."},
         {{"view", "half_data.h5", "-o", "x.html"}, 1, "half_data.h5: ..."},
         {{"view", "data.h5", "-o", "x.html"},
