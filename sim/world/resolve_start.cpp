@@ -21,6 +21,7 @@ Eigen::Vector3d middle(const Nodes& x) {
 }  // namespace
 
 std::vector<StartMove> World::resolve_start() {
+    const WorldSnapshot start = snapshot();
     std::vector<StartMove> moves;
     for (int b = 0; b < body_count(); ++b) moves.push_back({b, Eigen::Vector3d::Zero()});
     const auto can_move = [&](int body) {
@@ -36,7 +37,7 @@ std::vector<StartMove> World::resolve_start() {
     int stuck = -1;  // a body that is in an obstacle
     for (int round = 0; round < max_rounds; ++round) {
         if (stop_asked()) {
-            forget_contacts();
+            reset(start);
             throw StopAsked();
         }
         stuck = -1;

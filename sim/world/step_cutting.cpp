@@ -69,6 +69,8 @@ WorldReport World::step(double dt) {
             rejection = try_part(part, report);
         } catch (const StopAsked&) {
             take_back(*first);
+            for (Body& body : bodies_)  // nodes driven in this step move in the next one
+                if (body.driven.start == begin) body.driven.end = begin;
             throw;
         }
         if (rejection) report.rejection = fmt::format("at {:.6g} s: {}", part.end, rejection.reason);

@@ -185,7 +185,7 @@ class World {
 
     /// Moves bodies without grips apart, and out of obstacles, until nothing intersects. Returns the moves.
     /// Throws std::invalid_argument, naming the faces, where that does not help: bodies that intersect
-    /// themselves, or that are held.
+    /// themselves, or that are held; StopAsked as stop_if_asked(), and the world is as before.
     std::vector<StartMove> resolve_start();
 
     /// Starts the pose of a tree over a body's surface as the world does for its own trees: from the body's

@@ -72,6 +72,54 @@ TEST_P(StoppedStep, IsTakenBackAndBeginsAgainWithTheSameBits) {
     }
 }
 
+TEST(StoppedDrive, LeavesDrivenNodesToTheNextStep) {
+    const Model box({1, 0.4, 0.3}, {6, 3, 2});
+    World world((WorldConfig()));
+    world.add_body(box.at({0, 0, 0}));
+    const std::vector<int> nodes{0, 1, 2};
+    const Nodes targets = world.state(0).x(nodes, Eigen::all).array() + 0.01;
+    world.drive(0, nodes, targets);
+    const std::atomic<bool> asked = true;
+    EXPECT_THROW(
+        {
+            const StopScope scope(asked);
+            world.step(0.02);
+        },
+        StopAsked);
+    ASSERT_EQ(world.step(0.01).failure, "");
+    EXPECT_LT((world.state(0).x(nodes, Eigen::all) - targets).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(StoppedStart, LeavesBodiesWhereTheyWere) {
+    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
+    WorldConfig config;
+    config.contact.intersection_free = true;
+    World world(config);
+    world.add_obstacle(floor_at(-0.15));
+    for (int b = 0; b < 4; ++b) world.add_body(box.at({0.3 * b, 0.1 * b, 0.02 * b}));
+    const Nodes before = world.state(3).x;
+    std::atomic<bool> asked = false;
+    int stops = 0;
+    for (int wait_us = 0; wait_us < 4000; wait_us += 200) {
+        asked = false;
+        std::thread asks([&] {
+            std::this_thread::sleep_for(std::chrono::microseconds(wait_us));
+            asked = true;
+        });
+        const WorldSnapshot start = world.snapshot();
+        try {
+            const StopScope scope(asked);
+            world.resolve_start();
+            world.restore(start);
+        } catch (const StopAsked&) {
+            ++stops;
+        }
+        asks.join();
+        ASSERT_EQ(world.state(3).x, before) << wait_us;
+    }
+    EXPECT_GT(stops, 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutIntersections, StoppedStep, ::testing::Bool());
 
 TEST(StopScope, TheInnermostOfAThreadCounts) {
