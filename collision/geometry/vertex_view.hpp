@@ -19,7 +19,7 @@ struct IsVertexMap<Eigen::Ref<Matrix, options, Stride>> : std::negation<std::is_
 
 /// What a VertexView can refer to without a copy: three float columns, row after row, that live longer than
 /// the expression. This is a matrix with a name, an Eigen::Map, or an Eigen::Ref through which one may write.
-/// An Eigen::Ref to constant numbers is none, since it may hold a copy of its own.
+/// An Eigen::Ref to constant numbers does not qualify, since it may hold a copy of its own.
 template <class X>
 concept VertexRows = requires {
     typename std::remove_cvref_t<X>::Scalar;

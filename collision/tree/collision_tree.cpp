@@ -78,6 +78,14 @@ std::size_t bound_count(const CollisionTree& tree, BoundKind kind) noexcept {
     return tree.spheres.nodes.size();
 }
 
+NodeMargins node_margins(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {
+    const auto calibration =
+        tree.calibrations.find(kind == BoundKind::automatic ? BoundKind::learned_boxes : kind);
+    if (margin || calibration == tree.calibrations.end())
+        return {std::vector<float>(bound_count(tree, kind), margin.value_or(0.f)), {}};
+    return {calibration->second.margins, calibration->second.limits};
+}
+
 bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
     switch (kind) {
         case BoundKind::exact:

@@ -11,6 +11,7 @@
 #include "collision/bounds/learned/bd_model.hpp"
 #include "collision/bounds/learned/learned_model.hpp"
 #include "collision/bounds/learned/nbd_model.hpp"
+#include "collision/bounds/node_margins.hpp"
 #include "collision/topology/sphere_tree.hpp"
 #include "collision/tree/bound_kind.hpp"
 
@@ -59,6 +60,9 @@ void check_collision_tree(const CollisionTree& tree);
 /// Number of bounds of this kind that have a margin of their own: nodes of the sphere tree, or of a model
 /// over a wide tree.
 std::size_t bound_count(const CollisionTree& tree, BoundKind kind) noexcept;
+
+/// The margins of bounds of a kind, as PosedTree takes them: those of the calibration unless one is given.
+NodeMargins node_margins(const CollisionTree& tree, BoundKind kind, std::optional<float> margin);
 
 /// Whether the tree has the model that bounds of this kind need.
 bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept;

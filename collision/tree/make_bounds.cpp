@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "collision/base/message.hpp"
-#include "collision/tree/make_wide.hpp"
 
 namespace nbd {
 namespace {

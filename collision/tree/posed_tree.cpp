@@ -213,6 +213,8 @@ Box PosedTree::whole() {
 }
 
 std::optional<float> PosedTree::ood_score(int node) {
+    PosedSpheres& posed = state_->spheres();
+    if (state_->positions.rows().rows() == 0) return std::nullopt;
     return std::visit(
         [node](auto& bounds) -> std::optional<float> {
             if constexpr (GatedBound<std::remove_cvref_t<decltype(bounds)>>) {
@@ -222,7 +224,7 @@ std::optional<float> PosedTree::ood_score(int node) {
                 return std::nullopt;
             }
         },
-        state_->spheres().bounds);
+        posed.bounds);
 }
 
 int PosedTree::nodes_bounded() const noexcept {

@@ -99,7 +99,7 @@ class PosedTree {
     Box whole();
 
     /// Out-of-distribution score of a node's input in this pose, see GatedBound; empty for bounds without
-    /// one.
+    /// one, and where there is no pose.
     std::optional<float> ood_score(int node);
 
     /// Number of distinct nodes bounded so far in this pose.

@@ -63,7 +63,10 @@ void PosedTreeState::set_pose(const Positions& x, std::span<const RegionMotion> 
     positions = x;
     is_of_nodes = in_step = false;
     wide_is_stale = samples_are_stale = spheres_are_stale = is_wide;
-    if (!is_wide) return posed_spheres->begin_pose(x, motion);
+    if (!is_wide) {
+        if (!posed_spheres) posed_spheres = make_spheres(*tree, kind, margin);
+        return posed_spheres->begin_pose(x, motion);
+    }
     if (automatic)
         automatic->end_pose();
     else
@@ -110,15 +113,14 @@ void PosedTreeState::begin_step_of_nodes(VertexView start, VertexView end) {
     });
 }
 
-void PosedTreeState::forget_pose() {
+void PosedTreeState::forget_pose() noexcept {
     given = given_start = {};
     positions = {};
     is_of_nodes = of_nodes.has_value();
     in_step = wide_is_stale = samples_are_stale = spheres_are_stale = false;
     for (auto* wide : {&of_nodes, &of_surface, &of_samples})
         if (*wide) (*wide)->forget_pose();
-    // Spheres cannot forget a pose, but those that are made anew have none.
-    posed_spheres = is_wide ? nullptr : make_spheres(*tree, kind, margin);
+    posed_spheres.reset();  // they cannot forget a pose, but those that are made anew have none
 }
 
 bool PosedTreeState::met_non_finite() const noexcept {

@@ -100,7 +100,7 @@ struct PosedTreeState {
     /// pose, and the error goes on.
     template <class Start>
     void begin(const Start& start);
-    void forget_pose();
+    void forget_pose() noexcept;
     void set_pose(const Positions& x, std::span<const RegionMotion> motion);
     bool met_non_finite() const noexcept;
     void check_motion(std::span<const RegionMotion> motion) const;
