@@ -245,6 +245,25 @@ def test_a_process_forked_beside_a_call_ends(beam_file):
     """, beam_file).endswith("0\n")
 
 
+def test_a_process_forked_beside_a_call_that_holds_files_is_told_so(beam_file, poses, tmp_path):
+    assert python("""
+        import os, sys, threading, time, nbdtree as nbd
+        body, path = nbd.load_body(sys.argv[1]), sys.argv[2]
+        call = threading.Thread(target=lambda: nbd.make_dataset(body, path, trajectories=2, frames=400))
+        call.start()
+        time.sleep(0.3)
+        child = os.fork()
+        if child == 0:
+            try:
+                nbd.load_body(sys.argv[1])
+            except RuntimeError as error:
+                os._exit(7 if "when this process was forked" in str(error) else 8)
+            os._exit(9)
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+        call.join()
+    """, beam_file, tmp_path / "made.h5") == "7\n"
+
+
 def test_the_end_of_the_interpreter_finds_everything_alive(beam_file):
     assert python("""
         import atexit, builtins, sys, nbdtree as nbd

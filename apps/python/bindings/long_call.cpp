@@ -1,5 +1,6 @@
 #include "apps/python/bindings/long_call.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <condition_variable>
@@ -39,7 +40,20 @@ void note_and_pass_on(int signal) {
     before.sa_handler(signal);
 }
 
+/// Ends what note_and_pass_on() does.
+void handle_as_before() {
+    struct sigaction now {};
+    sigaction(SIGINT, nullptr, &now);
+    if (now.sa_handler == note_and_pass_on) sigaction(SIGINT, &before, nullptr);
+}
+
+// What this thread does.
 thread_local bool is_in_progress = false;
+thread_local std::vector<std::atomic<bool>*>
+    own_flags;  // of its calls that can be stopped, each in the one before
+
+std::atomic<bool> files_are_held = false;  // by a FileCall
+bool files_are_lost = false;               // a fork left the thread that held them behind
 
 }  // namespace
 
@@ -82,20 +96,45 @@ void end_calls() {
     none_running.wait(lock, [] { return running == 0; });
 }
 
-void forget_calls() {
-    const std::scoped_lock lock(counting);
+void before_fork() {
+    counting.lock();
+    handling.lock();
+    collecting.lock();
+}
+
+void after_fork_in_parent() {
+    collecting.unlock();
+    handling.unlock();
+    counting.unlock();
+}
+
+void after_fork_in_child() {
     running = is_in_progress ? 1 : 0;
+    files_are_lost = files_are_held && !is_in_progress;
+    for (auto& flag : flags_of_calls)
+        if (std::ranges::find(own_flags, flag.load()) == own_flags.end()) flag = nullptr;
+    handlers = static_cast<int>(own_flags.size());
+    if (handlers == 0) handle_as_before();
+    after_fork_in_parent();
 }
 
 std::mutex& FileCall::files() {
     static std::mutex one;
     if (is_in_progress)
         throw std::runtime_error("progress: must not call functions that read or write files of nbdtree");
+    if (files_are_lost)
+        throw std::runtime_error(
+            "files of nbdtree were in use by another thread when this process was forked; allowed: processes "
+            "that are started anew (spawn), or a fork while no thread uses files");
     return one;
 }
 
+FileCall::Turn::Turn(std::mutex& mutex) : lock(mutex) { files_are_held = true; }
+FileCall::Turn::~Turn() { files_are_held = false; }
+
 Stoppable::Stoppable() {
     const std::scoped_lock lock(handling);
+    own_flags.push_back(&asked_);
     for (auto& flag : flags_of_calls) {
         std::atomic<bool>* free = nullptr;
         if (flag.compare_exchange_strong(free, &asked_)) break;
@@ -115,10 +154,8 @@ Stoppable::~Stoppable() {
         std::atomic<bool>* ours = &asked_;
         flag.compare_exchange_strong(ours, nullptr);
     }
-    if (--handlers > 0) return;
-    struct sigaction now {};
-    sigaction(SIGINT, nullptr, &now);
-    if (now.sa_handler == note_and_pass_on) sigaction(SIGINT, &before, nullptr);
+    own_flags.pop_back();
+    if (--handlers == 0) handle_as_before();
 }
 
 void raise_stop(const std::string& what_is_kept) {

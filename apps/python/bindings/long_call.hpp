@@ -16,7 +16,7 @@ namespace nbd::python {
 
 namespace py = pybind11;
 
-/// Thrown by a long call that Ctrl-C stopped; Python sees KeyboardInterrupt.
+/// Thrown by a long call that Ctrl-C stopped; Python sees a subclass of KeyboardInterrupt.
 struct Stopped : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -40,14 +40,19 @@ class LongCall {
 
 /// A long call that reads or writes HDF5 files, whose library serves one thread at a time: such calls of
 /// several threads wait for each other. Throws std::runtime_error inside a Progress, whose call holds the
-/// files.
+/// files, and in a child of a fork that another thread's FileCall held them at.
 class FileCall : public LongCall {
  public:
     FileCall() : one_(files()) {}
 
  private:
+    struct Turn {
+        explicit Turn(std::mutex& mutex);
+        ~Turn();
+        std::scoped_lock<std::mutex> lock;
+    };
     static std::mutex& files();
-    std::scoped_lock<std::mutex> one_;
+    Turn one_;
 };
 
 /// While alive, Ctrl-C sets asked(), beside what Python does, and stop_if_asked() of this thread looks at it.
@@ -109,8 +114,12 @@ void collect_notices() noexcept;
 /// interpreter, which threads that hold objects of C++ must not see.
 void end_calls();
 
-/// For the child of a fork, which has only the thread that forked: calls of other threads will never end.
-void forget_calls();
+/// For a fork, whose child has only the thread that forked: calls of other threads never end there. What they
+/// share is held over the fork, and the child forgets them. Call them before it, and after it in the parent
+/// and in the child.
+void before_fork();
+void after_fork_in_parent();
+void after_fork_in_child();
 
 /// An object of ours that only one thread at a time may use.
 class Lockable {

@@ -53,8 +53,10 @@ PYBIND11_MODULE(_nbdtree, module) {
     bind_training(module);
     bind_evaluation(module);
     guard(module);
-    py::module_::import("os").attr("register_at_fork")(py::arg("after_in_child") =
-                                                           py::cpp_function(forget_calls));
+    py::module_::import("os").attr("register_at_fork")(
+        py::arg("before") = py::cpp_function(before_fork),
+        py::arg("after_in_parent") = py::cpp_function(after_fork_in_parent),
+        py::arg("after_in_child") = py::cpp_function(after_fork_in_child));
     py::module_::import("atexit").attr("register")(py::cpp_function([] {
         end_calls();
         thread_limit.reset();  // while TBB is still there

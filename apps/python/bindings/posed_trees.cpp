@@ -40,11 +40,7 @@ void begin_pose(PosedTreeObject& self, py::handle x, bool check, const py::objec
     const ReferredVertices positions(x, "x", self.tree.tree().vertex_count, check);
     const auto motions = motions_for(self.tree, motion.cast<const RegionMotions*>());
     const Use use(self.lock, "PosedTree");
-    {
-        const LongCall call;
-        self.tree.begin_pose(positions.vertices(), motions);
-    }
-    self.refer_to(positions.owner(), motion);
+    self.pose([&] { self.tree.begin_pose(positions.vertices(), motions); }, positions.owner(), motion);
 }
 
 Eigen::Index carrying_nodes(const PosedTreeObject& self) {
@@ -61,22 +57,14 @@ Eigen::Index carrying_nodes(const PosedTreeObject& self) {
 void begin_pose_of_nodes(PosedTreeObject& self, py::handle x, bool check) {
     const ReferredVertices nodes(x, "nodes", carrying_nodes(self), check);
     const Use use(self.lock, "PosedTree");
-    {
-        const LongCall call;
-        self.tree.begin_pose_of_nodes(nodes.vertices());
-    }
-    self.refer_to(nodes.owner());
+    self.pose([&] { self.tree.begin_pose_of_nodes(nodes.vertices()); }, nodes.owner());
 }
 
 void begin_step(PosedTreeObject& self, py::handle x, py::handle y, bool check) {
     const Eigen::Index rows = self.tree.tree().vertex_count;
     const ReferredVertices start(x, "start", rows, check), end(y, "end", rows, check);
     const Use use(self.lock, "PosedTree");
-    {
-        const LongCall call;
-        self.tree.begin_step(start.vertices(), end.vertices());
-    }
-    self.refer_to(start.owner(), end.owner());
+    self.pose([&] { self.tree.begin_step(start.vertices(), end.vertices()); }, start.owner(), end.owner());
 }
 
 /// Marks the tree as used, as UsePoses does. Throws std::runtime_error before the first pose.

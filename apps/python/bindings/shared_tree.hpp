@@ -27,10 +27,17 @@ struct PosedTreeObject {
     PosedTreeObject(const SharedTree& shared, BoundKind kind, std::optional<float> margin)
         : tree(shared, kind, margin) {}
 
-    /// The pose refers to these objects of the caller from now on.
-    void refer_to(py::object first, py::object second = py::none()) {
-        refers_to = {std::move(first), std::move(second)};
+    /// Starts a pose by start(), as a long call. The pose refers to these objects of the caller from then on.
+    /// There is none if start() throws.
+    template <class Start>
+    void pose(const Start& start, py::object first, py::object second = py::none()) {
+        const auto before = std::exchange(refers_to, {});  // until the pose that they belong to has ended
         world.reset();
+        {
+            const LongCall call;
+            start();
+        }
+        refers_to = {std::move(first), std::move(second)};
     }
 
     PosedTree tree;

@@ -166,11 +166,7 @@ void begin_pose_of_world(WorldObject& self, int body, PosedTreeObject& tree) {
         self.bodies[static_cast<std::size_t>(body)].tree->certified->regions.of_tet !=
             asked.certified->regions.of_tet)
         throw std::invalid_argument("PosedTree: its certified bounds have other regions than the world's");
-    {
-        const LongCall call;
-        self.world.begin_pose(body, tree.tree);
-    }
-    tree.refer_to(py::cast(&self));
+    tree.pose([&] { self.world.begin_pose(body, tree.tree); }, py::cast(&self));
     tree.world = self.posing;
     tree.world_changes = self.posing->changes;
 }
