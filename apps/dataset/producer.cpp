@@ -15,6 +15,7 @@
 #include "apps/dataset/self_intersections.hpp"
 #include "apps/dataset/shard.hpp"
 #include "apps/dataset/variety.hpp"
+#include "collision/base/temporary_files.hpp"
 #include "sim/contact/self_contact.hpp"
 #include "training/files/dataset_manifest.hpp"
 #include "training/files/recording_format.hpp"
@@ -283,22 +284,22 @@ bool Producer::merge() {
     const auto split = draw_held_out(complete, plan_.held_out_share, plan_.excitation.seed);
     manifest.train_trajectories = split.train;
     manifest.held_out_trajectories = split.held_out;
-    if (!plan_.hold_out.empty() && !recipes.empty())
-        manifest.splits.push_back(split_by_parameter(parse_hold_out(plan_.hold_out), recipes));
+    if (!plan_.hold_out.empty() && !recipes.empty()) add_split_by_parameter(recipes, manifest);
     write_dataset_view(folder_.view(), manifest);
     return true;
 }
 
+void Producer::add_split_by_parameter(const std::map<int, std::string>& recipes, DatasetManifest& manifest) {
+    try {
+        manifest.splits.push_back(split_by_parameter(parse_hold_out(plan_.hold_out), recipes));
+    } catch (const std::invalid_argument& error) {
+        warn(fmt::format("{}; the dataset has no split '{}'", error.what(), parameter_split));
+    }
+}
+
 void Producer::remove_leftovers() const {
-    const auto clean = [](const std::filesystem::path& folder, const std::string& prefix) {
-        for (const auto& entry : std::filesystem::directory_iterator(folder))
-            if (const std::string name = entry.path().filename();
-                name.starts_with(prefix) && name.ends_with(".tmp"))
-                std::filesystem::remove(entry.path());
-    };
-    clean(folder_.path(), ".");
-    clean(std::filesystem::absolute(folder_.view()).parent_path(),
-          fmt::format(".{}.", folder_.view().filename().string()));
+    remove_abandoned(folder_.path() / "");
+    remove_abandoned(folder_.view());
 }
 
 }  // namespace nbd

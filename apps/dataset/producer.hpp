@@ -50,8 +50,10 @@ class Producer {
     void simulate(int index);
     void make(int index, bool wait);
     void finish_shard(int shard);
-    /// Removes temporary files of killed processes. Call when all shards exist, so that no process writes
-    /// any.
+    /// Adds the split of the plan's rule; warns instead where failed trajectories leave a part of it empty.
+    /// recipes: of the complete trajectories, by their ids.
+    void add_split_by_parameter(const std::map<int, std::string>& recipes, DatasetManifest& manifest);
+    /// Removes temporary files of killed processes of this machine.
     void remove_leftovers() const;
     bool fits(int shard, const std::string& sha256, const std::string& wanted);
 
