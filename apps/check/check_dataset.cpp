@@ -8,9 +8,9 @@
 #include <set>
 #include <stdexcept>
 
+#include "apps/check/check_shards.hpp"
 #include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/plan.hpp"
-#include "apps/dataset/shard.hpp"
 #include "meshing/h5/reader.hpp"
 #include "training/files/dataset_manifest.hpp"
 #include "training/files/recording_format.hpp"
@@ -37,12 +37,7 @@ class DatasetCheck {
             check_rule(split);
         }
         check_obstacles();
-        for (const DatasetShard& shard : manifest_.shards) {
-            const std::filesystem::path file = view_.path().parent_path() / shard.file;
-            if (const std::string is = file_sha256(file); is != shard.sha256)
-                refuse("shard {} has SHA-256 {}; allowed: {}, as in the manifest", shard.file, is,
-                       shard.sha256);
-        }
+        check_shards(view_.path(), manifest_);
     }
 
  private:
@@ -87,11 +82,12 @@ class DatasetCheck {
                 const TrajectoryInfo& copy = view_.trajectories()[static_cast<std::size_t>(v)];
                 if (copy.recipe != info.recipe || copy.failure != info.failure || copy.seed != info.seed ||
                     copy.body_hash != info.body_hash || view_.times(v) != source.times(i) ||
-                    view_.facts(v) != source.facts(i) ||
+                    view_.facts(v) != source.facts(i) || view_.nodes(v) != source.nodes(i) ||
+                    view_.contents(v) != source.contents(i) ||
                     view_.contact_edge_offsets(v) != source.contact_edge_offsets(i))
                     refuse(
                         "trajectory {} differs from its shard {}; allowed: the same attributes, recipe, "
-                        "times and counts",
+                        "times, counts and arrays",
                         info.id, shard.file);
                 places.erase(place);
                 ++i;
@@ -165,6 +161,13 @@ class DatasetCheck {
 
 }  // namespace
 
-void check_dataset(const RecordingReader& view) { DatasetCheck(view).run(); }
+void check_dataset(const RecordingReader& view) {
+    try {
+        DatasetCheck(view).run();
+    } catch (const nlohmann::json::exception& error) {
+        throw std::runtime_error(fmt::format("{}: a plan, rule or recipe is not as nbdtree writes it: {}",
+                                             view.path().string(), error.what()));
+    }
+}
 
 }  // namespace nbd

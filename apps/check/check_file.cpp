@@ -80,6 +80,9 @@ std::string check_file(const std::filesystem::path& path, const std::filesystem:
     }
     if (!begins_as_flat_tree(path)) return check_container(path, body ? &*body : nullptr);
     const CollisionTree tree = load_flat_tree(path);
+    if (body && (tree.vertex_count != body->body.surface.X.rows() || tree.faces != body->body.surface.F))
+        throw std::runtime_error(
+            fmt::format("{}: is of another surface; allowed: that of {}", path.string(), body->file));
     return fmt::format("{}: no defect found in this flat tree: {}", path.string(),
                        counted(tree.spheres.nodes.size(), "node"));
 }

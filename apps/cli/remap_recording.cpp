@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "apps/cli/load_body.hpp"
+#include "collision/base/notice.hpp"
 #include "collision/base/stop.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/recording_hash.hpp"
@@ -25,13 +26,10 @@ void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& t
         stop_if_asked();
         const int count = std::min(frames_at_once, info.frames - begin);
         from.read(trajectory, begin, count, x);
-        std::vector<FrameExtras> extras = from.read_extras(trajectory, begin, count);
-        for (int i = 0; i < count; ++i) {
-            FrameExtras& more = extras[static_cast<std::size_t>(i)];
-            more.contact_edges.clear();
+        const std::vector<FrameExtras> extras = from.read_fields(trajectory, begin, count);
+        for (int i = 0; i < count; ++i)
             to.add_frame(handle, times[static_cast<std::size_t>(begin + i)], x.middleRows(nodes * i, nodes),
-                         more);
-        }
+                         extras[static_cast<std::size_t>(i)]);
     }
     FrameFacts facts = from.facts(trajectory);
     facts.self_intersections.clear();  // of the other surface
@@ -50,6 +48,11 @@ RemappedFrames remap_recording(const std::filesystem::path& path, const NamedBod
     const auto all = static_cast<int>(infos.size());
     RemappedFrames result{.trajectories = trajectories > 0 ? std::min(trajectories, all) : all};
 
+    bool has_edges = false;
+    for (int i = 0; i < result.trajectories; ++i)
+        has_edges = has_edges || recording.contents(i).contact_edges;
+    if (has_edges)
+        notice(fmt::format("{}: contact edges are left out, they are of the other surface", path.string()));
     RecordingWriter writer(output);
     writer.label("remapped_from_sha256", recording_hash(recording));
     for (int i = 0; i < result.trajectories; ++i) {

@@ -19,9 +19,9 @@ struct RemappedFrames {
 };
 
 /// Writes a recording of `from` as one of `to`, which has the same tetrahedra and another surface. Leaves out
-/// counts of self-intersections, which are of the surface.
-/// trajectories: at most so many, starting with the first; 0: all. progress: called after each. Throws
-/// std::runtime_error if the tetrahedra differ or a trajectory is of another body; StopAsked as
+/// contact edges and counts of self-intersections, which are of the surface, and gives a notice of it where
+/// there are edges. trajectories: at most so many, starting with the first; 0: all. progress: called after
+/// each. Throws std::runtime_error if the tetrahedra differ or a trajectory is of another body; StopAsked as
 /// stop_if_asked(). Nothing is written then.
 RemappedFrames remap_recording(const std::filesystem::path& recording, const NamedBody& from,
                                const NamedBody& to, const std::filesystem::path& output, int trajectories,

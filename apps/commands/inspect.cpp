@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "apps/check/check_file.hpp"
+#include "apps/check/check_shards.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/dataset/shard.hpp"
 #include "apps/dataset/variety.hpp"
 #include "collision/flat/flat_file.hpp"
 #include "collision/flat/flat_tree.hpp"
@@ -22,14 +22,7 @@ namespace {
 std::string inspect_dataset(const std::filesystem::path& path, const Output& out) {
     const DatasetManifest manifest = read_dataset_manifest(path);
     out.work("comparing with the manifest");
-    double done = 0;
-    for (const DatasetShard& shard : manifest.shards) {
-        out.progress_of_work("files", done++, static_cast<double>(manifest.shards.size()));
-        const std::filesystem::path file = path.parent_path() / shard.file;
-        if (const std::string is = file_sha256(file); is != shard.sha256)
-            throw std::runtime_error(fmt::format("{}: has SHA-256 {}; allowed: {}, as in {}", file.string(),
-                                                 is, shard.sha256, path.string()));
-    }
+    check_shards(path, manifest);
     std::string text = fmt::format("{} with the SHA-256 of the manifest; {} to train on, {} held out\n",
                                    counted(manifest.shards.size(), "file"),
                                    counted_trajectories(manifest.train_trajectories.size()),

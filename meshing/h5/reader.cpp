@@ -64,6 +64,11 @@ struct Reader::Impl {
     }
 };
 
+bool stays_in_folder(const std::filesystem::path& path) {
+    const std::filesystem::path place = path.lexically_normal();
+    return !place.empty() && !place.is_absolute() && *place.begin() != "..";
+}
+
 Reader::Reader(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {}
 
 Reader::Reader(const std::filesystem::path& path, const Format& expected) : Reader(path) {
@@ -150,8 +155,7 @@ std::optional<VirtualSource> Reader::virtual_source(const std::string& dataset) 
         return value;
     };
     VirtualSource source{text(H5Pget_virtual_filename), text(H5Pget_virtual_dsetname)};
-    const auto place = std::filesystem::path(source.file).lexically_normal();
-    if (place.empty() || place.is_absolute() || *place.begin() == "..")
+    if (!stays_in_folder(source.file))
         refuse(fmt::format("virtual dataset '{}' reads '{}', outside of the folder of the file", dataset,
                            source.file),
                "sources in that folder or below");

@@ -11,6 +11,10 @@
 
 namespace nbd::h5 {
 
+/// Whether a path that a file names, relative to the file's folder, leads to that folder or below. By its
+/// text alone, whatever links there are.
+bool stays_in_folder(const std::filesystem::path& path);
+
 /// Reads an nbdtree file. Every call throws std::runtime_error with path, item, what it holds and what was
 /// allowed if something is missing, damaged, or of another type or shape. May be used from any thread, one at
 /// a time.

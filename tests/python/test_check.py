@@ -87,6 +87,14 @@ def set_attribute(name, item, attribute, value):
     return seed
 
 
+def remove(name, item):
+    @edit(name)
+    def seed(file):
+        del file[item]
+
+    return seed
+
+
 def remove_shard(folder):
     (folder / SHARD).unlink()
 
@@ -152,11 +160,26 @@ DATASET = [
      "node 7 in frame 2 of trajectory 3 is not finite"),
     ("a stress that is not finite", set_value(SHARD, f"{THREE}/first_piola_stress", (1, 9, 0, 0), np.inf),
      "first_piola_stress of tetrahedron 9 in frame 1 of trajectory 3 is not finite"),
+    ("a contact force that is not finite", set_value(SHARD, f"{THREE}/contact_forces", (3, 4, 2), -np.inf),
+     "contact_forces of node 4 in frame 3 of trajectory 3 is not finite"),
+    ("a deformation gradient that is not a number",
+     set_value(SHARD, f"{THREE}/deformation_gradients", (5, 8, 2, 1), np.nan),
+     "deformation_gradients of tetrahedron 8 in frame 5 of trajectory 3 is not finite"),
     ("times that do not grow", set_value("data.h5", f"{THREE}/times", 4, 0.0), f"frame 4 of '{THREE}' has time 0 s"),
     ("times that are not those of the shard", set_value("data.h5", f"{THREE}/times", 5, 1e6),
      "trajectory 3 differs from its shard"),
     ("another body", set_attribute("data.h5", THREE, "body_sha256", np.bytes_("0" * 64)),
      "trajectory 3 is of body 0000000000000000"),
+    ("a distance of edges that is not the shard's",
+     set_attribute("data.h5", f"{THREE}/contact_edges", "distance", 0.5), "trajectory 3 differs from its shard"),
+    ("a field that only the shard has", remove("data.h5", f"{THREE}/contact_forces"),
+     "trajectory 3 differs from its shard"),
+    ("a rule that is no text", set_text("data.h5", "dataset/splits/parameter/rule", '"rule":"kind=thrown"', '"rule":5'),
+     "is not as nbdtree writes it"),
+    ("a shard elsewhere", set_text("data.h5", "dataset/shards", "  data.shards", "  ../data.shards"),
+     "outside of the folder of the file"),
+    ("a shard of another dataset", set_attribute(SHARD, "/", "dataset", np.bytes_("0" * 64)),
+     "belongs to another dataset"),
     ("a missing shard", remove_shard, "No such file or directory"),
     ("a wrong checksum in the manifest", set_digit_of_a_checksum, "as in the manifest"),
     ("a damaged chunk", flip_a_byte, f"dataset '/{THREE}/positions' is damaged"),
@@ -196,7 +219,8 @@ BODY = [
 ]
 
 TREE = [
-    ("a face out of range", set_value("tree.h5", "topology/faces", 0, 10**6), "tree.h5: "),
+    ("a face out of range", set_value("tree.h5", "topology/faces", 0, 10**6),
+     "lists face 1000000, but the surface has 1504 faces"),
     ("a negative margin", set_value("tree.h5", "calibration/learned_spheres/margins", 0, -1.0), "margin"),
     ("weights that do not sum to 1", set_value("tree.h5", "embedding/values", 0, 9.0), "weights of vertex"),
 ]
@@ -234,6 +258,16 @@ def test_files_of_another_body_are_refused(whole, check, assets, tmp_path):
     for name in ("data.h5", "tree.h5", "beam.h5"):
         ran = check(whole / name, "--body", other)
         assert ran.returncode == 1 and f"which is {other}" in ran.stderr, ran.stderr
+
+
+def test_a_flat_tree_of_another_body_is_refused(whole, check, assets, tmp_path):
+    tree = nbd.load_tree(whole / "tree.h5").tree
+    nbd.save_flat_tree(tmp_path / "tree.nbd", tree)
+    assert check(tmp_path / "tree.nbd", "--body", whole / "beam.h5").returncode == 0
+    other = tmp_path / "gear.h5"
+    nbd.save_body(other, nbd.mesh_file(assets / "gear.obj"))
+    ran = check(tmp_path / "tree.nbd", "--body", other)
+    assert ran.returncode == 1 and f"allowed: that of {other}" in ran.stderr, ran.stderr
 
 
 def test_faces_beyond_the_body_are_refused(whole, check, beam, tmp_path):

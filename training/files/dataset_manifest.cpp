@@ -31,7 +31,11 @@ std::vector<DatasetShard> parse_checksum_list(const h5::Reader& file, const std:
     for (std::string line; std::getline(lines, line);) {
         if (line.size() <= hash_length + 2)
             file.refuse(fmt::format("'dataset/shards' has the line '{}'", line), "a SHA-256 and a file name");
-        shards.push_back({line.substr(hash_length + 2), line.substr(0, hash_length)});
+        const std::string shard = line.substr(hash_length + 2);
+        if (!h5::stays_in_folder(shard))
+            file.refuse(fmt::format("'dataset/shards' names '{}', outside of the folder of the file", shard),
+                        "files in that folder or below");
+        shards.push_back({shard, line.substr(0, hash_length)});
     }
     return shards;
 }

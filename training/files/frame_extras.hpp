@@ -32,6 +32,7 @@ struct PerField {
     std::array<T, frame_fields.size()> values{};
     T& operator[](FrameField field) noexcept { return values[static_cast<std::size_t>(field)]; }
     const T& operator[](FrameField field) const noexcept { return values[static_cast<std::size_t>(field)]; }
+    bool operator==(const PerField&) const = default;
 };
 
 /// A face that touches something in a frame.
@@ -56,6 +57,7 @@ struct FrameContents {
     int tets = 0;  // number of tetrahedra; only for fields of these
     PerField<bool> fields{};
     std::optional<ContactDistances> contact_edges{};  // if the frames have such edges
+    bool operator==(const FrameContents&) const = default;
 };
 
 /// What one frame has besides positions, as its trajectory's FrameContents say; else empty.

@@ -101,7 +101,9 @@ class RecordingReader {
     std::vector<std::vector<ContactEdge>> read_contact_edges(int trajectory, int begin, int count) const;
     /// Where the contact edges of each frame begin, and their number: [frames + 1]; empty if it has none.
     const std::vector<std::int64_t>& contact_edge_offsets(int trajectory) const;
-    /// Reads everything that frames [begin, begin + count) have besides positions.
+    /// Reads the arrays that frames [begin, begin + count) have besides positions.
+    std::vector<FrameExtras> read_fields(int trajectory, int begin, int count) const;
+    /// Likewise, and their contact edges.
     std::vector<FrameExtras> read_extras(int trajectory, int begin, int count) const;
     /// How many frames read() has read so far, each as often as it was read.
     std::int64_t frames_read() const noexcept;

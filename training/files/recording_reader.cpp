@@ -271,7 +271,7 @@ const std::vector<std::int64_t>& RecordingReader::contact_edge_offsets(int traje
     return impl_->at(trajectory).edge_offsets;
 }
 
-std::vector<FrameExtras> RecordingReader::read_extras(int trajectory, int begin, int count) const {
+std::vector<FrameExtras> RecordingReader::read_fields(int trajectory, int begin, int count) const {
     const FrameContents& contents = this->contents(trajectory);
     std::vector<FrameExtras> extras(static_cast<std::size_t>(count));
     Vertices rows;
@@ -283,7 +283,12 @@ std::vector<FrameExtras> RecordingReader::read_extras(int trajectory, int begin,
             extras[static_cast<std::size_t>(i)].fields[field.field] =
                 rows.middleRows(i * per_frame, per_frame);
     }
-    if (!contents.contact_edges) return extras;
+    return extras;
+}
+
+std::vector<FrameExtras> RecordingReader::read_extras(int trajectory, int begin, int count) const {
+    std::vector<FrameExtras> extras = read_fields(trajectory, begin, count);
+    if (!contents(trajectory).contact_edges) return extras;
     auto edges = read_contact_edges(trajectory, begin, count);
     for (std::size_t i = 0; i < extras.size(); ++i) extras[i].contact_edges = std::move(edges[i]);
     return extras;

@@ -100,6 +100,16 @@ int RecordingWriter::begin_trajectory(const TrajectoryInfo& info, int nodes, con
         impl_->refuse(fmt::format("trajectory id {}; allowed: at least 0, each once", info.id));
     if (nodes < 1)
         impl_->refuse(fmt::format("trajectory {} has {} nodes; allowed: at least 1", info.id, nodes));
+    for (const FrameFieldName& field : frame_fields)
+        if (contents.fields[field.field] && field.of_tets && contents.tets < 1)
+            impl_->refuse(fmt::format("trajectory {} has {} of {} tetrahedra; allowed: at least 1", info.id,
+                                      field.name, contents.tets));
+    if (contents.contact_edges)
+        for (const double distance : {contents.contact_edges->bodies, contents.contact_edges->self})
+            if (!(distance >= 0 && std::isfinite(distance)))
+                impl_->refuse(
+                    fmt::format("trajectory {} has contact edges within {} m; allowed: finite, at least 0",
+                                info.id, distance));
     h5::Writer& file = impl_->file;
     const std::string group = trajectory_group(info.id);
     file.group(group);
@@ -114,9 +124,6 @@ int RecordingWriter::begin_trajectory(const TrajectoryInfo& info, int nodes, con
     t.times = file.begin_growing(group + "/times", h5::Type::float64, {}, 256);
     for (const FrameFieldName& field : frame_fields) {
         if (!contents.fields[field.field]) continue;
-        if (field.of_tets && contents.tets < 1)
-            impl_->refuse(fmt::format("trajectory {} has {} of {} tetrahedra; allowed: at least 1", info.id,
-                                      field.name, contents.tets));
         const h5::Shape row = field.of_tets ? h5::Shape{tets, 3, 3} : h5::Shape{n, 3};
         t.fields[field.field] = file.begin_growing(fmt::format("{}/{}", group, field.name), h5::Type::float32,
                                                    row, frames_per_chunk(h5::element_count(row)));
