@@ -38,7 +38,7 @@ nlohmann::ordered_json to_json(const EvaluationRow& row) {
             {"vertices", row.vertices}};
 }
 
-/// As evaluate(); its messages about the bounds name the tree's file.
+/// As evaluate(); messages about what was asked of the tree name its file.
 std::vector<EvaluationRow> evaluated(const std::string& path, const TreeFile& tree,
                                      const RecordingReader& recording, const EvaluateConfig& config) {
     try {

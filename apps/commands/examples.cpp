@@ -50,7 +50,8 @@ std::map<std::string, std::string> command_examples() {
          "  nbdtree export --flat tree.h5 -o tree.nbd         # for programs that embed the library\n"
          "  nbdtree export tree.h5 --torch networks.h5\n"
          "  nbdtree export run.h5 --gltf clip.glb --frames 60 # a short clip, as morph targets\n"
-         "  nbdtree export run.h5 --mdd clip.mdd              # a point cache, and clip.obj that it moves"},
+         "  nbdtree export run.h5 --mdd clip.mdd              # a point cache, and clip_rest.obj that it "
+         "moves"},
         {"coverage",
          "  nbdtree coverage tree.h5 poses.h5 --contacts 20\n"
          "  nbdtree coverage tree.h5 poses.h5 --bounds learned_affine --csv coverage.csv"},

@@ -36,14 +36,12 @@ void write_torch(const std::string& path, const TreeFile& file, Output& out) {
 }
 
 void write_flat(const std::string& path, const CollisionTree& tree, Output& out) {
-    const std::vector<std::byte> bytes = write_flat_tree(tree);
-    h5::AtomicFile file(path);
-    file.out().write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    file.commit();
+    save_flat_tree(path, tree);
+    const std::uintmax_t bytes = fs::file_size(path);
     out.text(
         fmt::format("{}: the collision tree of {} faces, {} bytes; collision/flat/flat_tree.hpp loads it",
-                    path, tree.faces.rows(), bytes.size()));
-    out.result({{"faces", tree.faces.rows()}, {"bytes", bytes.size()}});
+                    path, tree.faces.rows(), bytes));
+    out.result({{"faces", tree.faces.rows()}, {"bytes", bytes}});
 }
 
 void export_tree(const ExportArguments& arguments, Output& out) {
@@ -97,8 +95,7 @@ std::vector<fs::path> write_caches(const fs::path& asked, const ShownRecording& 
     std::vector<fs::path> written;
     for (std::size_t b = 0; b < clip.bodies.size(); ++b) {
         const fs::path cache = body_path(asked, clip, b);
-        fs::path surface = cache;
-        surface.replace_extension(".obj");
+        const fs::path surface = cache.parent_path() / fmt::format("{}_rest.obj", cache.stem().string());
         for (const fs::path& path : {cache, surface}) check_output(path, inputs);
         written.insert(written.end(), {cache, surface});
     }
@@ -169,8 +166,9 @@ void add_export(CLI::App& app, Output& out) {
         "--gltf", arguments->gltf,
         fmt::format("Binary glTF to write (.glb), with a morph target for each of at most {} frames",
                     most_glb_frames));
-    CLI::Option* mdd = form->add_option(
-        "--mdd", arguments->mdd, "Point cache to write (.mdd), and beside it the surface at rest (.obj)");
+    CLI::Option* mdd =
+        form->add_option("--mdd", arguments->mdd,
+                         "Point cache to write (.mdd), and beside it the surface at rest (NAME_rest.obj)");
     CLI::Option* pc2 = form->add_option("--pc2", arguments->pc2, "Likewise (.pc2)");
     form->require_option(1);
     flat->needs(
@@ -185,7 +183,8 @@ void add_export(CLI::App& app, Output& out) {
                             "Scene file, or its folder, of a recording that was moved away from it")};
     for (CLI::Option* option : of_clips)
         for (CLI::Option* other : form->get_options())
-            if (other != gltf && other != mdd && other != pc2) option->excludes(other);
+            if (other != gltf && other != mdd && other != pc2 && other != form->get_help_ptr())
+                option->excludes(other);
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

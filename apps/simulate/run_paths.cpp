@@ -35,6 +35,7 @@ SceneOutput output_paths(const SceneOutput& typed, const SceneOutput& scene, con
 std::filesystem::path journal_path(const SceneOutput& paths) { return paths.recording.string() + ".journal"; }
 
 void check_outputs(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs) {
+    // Twice, since the folders of VTU and OBJ files may be one.
     check_distinct({{"recording", paths.recording},
                     {"journal", journal_path(paths)},
                     {"csv", paths.csv},

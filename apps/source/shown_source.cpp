@@ -122,9 +122,6 @@ ShownRecording open_frames(const SourceArgument& argument, const std::string& tr
     scene.title = fs::path(argument.source).filename().string();
     scene.displacement_from = "rest";
     scene.recorded_frames = info.frames;
-    if (scene.recorded_frames == 0)
-        throw std::runtime_error(
-            fmt::format("{}: trajectory {} has no frames", frames.path, frames.trajectory));
     scene.numbers =
         frames.frame ? std::vector{*frames.frame} : even_frames(scene.recorded_frames, argument.frames);
     const std::vector<double> times = recording->times(trajectory);

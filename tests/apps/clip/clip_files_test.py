@@ -187,7 +187,7 @@ class ClipTest(unittest.TestCase):
 
     def test_point_caches_hold_each_body_with_its_surface_at_rest(self):
         told = json.loads(self.make("export", "run.h5", "--mdd", "run.mdd", "--json"))
-        self.assertEqual(told["files"], ["run_0_low___beam.mdd", "run_0_low___beam.obj", "run_1_high.mdd", "run_1_high.obj"])
+        self.assertEqual(told["files"], ["run_0_low___beam.mdd", "run_0_low___beam_rest.obj", "run_1_high.mdd", "run_1_high_rest.obj"])
         self.make("export", "run.h5", "--pc2", "run.pc2", "-q")
         for body, name in enumerate(("run_0_low___beam", "run_1_high")):
             surfaces, times = self.recorded("run.h5", body)
@@ -195,17 +195,17 @@ class ClipTest(unittest.TestCase):
             self.assert_close(shown, surfaces)
             np.testing.assert_allclose(shown_times, times, rtol=1e-6, atol=1e-9)
             self.assert_close(self.read_pc2(f"{name}.pc2"), surfaces)
-            self.check_obj(f"{name}.obj")
+            self.check_obj(f"{name}_rest.obj")
 
     def test_a_point_cache_of_a_trajectory_has_the_name_asked_for(self):
         self.make("export", "poses.h5:0", "--body", "beam.h5", "--mdd", "pose.mdd", "-q")
         self.assert_close(self.read_mdd("pose.mdd")[0], self.recorded("poses.h5", 0)[0])
-        self.check_obj("pose.obj")
+        self.check_obj("pose_rest.obj")
 
     def test_wrong_use_is_one_line_and_writes_nothing(self):
         self.make("simulate", "beams.json", "-o", "long.h5", "--frames", 240, "-q")
-        shutil.copy(ASSETS / "beam.obj", self.folder / "mine.obj")
-        (self.folder / "named.json").write_text(json.dumps({"bodies": [{"surface": "mine.obj"}], "time": {"frames": 1}}))
+        shutil.copy(ASSETS / "beam.obj", self.folder / "mine_rest.obj")
+        (self.folder / "named.json").write_text(json.dumps({"bodies": [{"surface": "mine_rest.obj"}], "time": {"frames": 1}}))
         self.make("simulate", "named.json", "-o", "named.h5", "-q")
         before = sorted(self.folder.iterdir())
         for arguments, expected in [
@@ -213,11 +213,11 @@ class ClipTest(unittest.TestCase):
              "most 240; --frames picks some, a point cache (--mdd, --pc2) holds all"),
             (["poses.h5:0", "--gltf", "no.glb"], "poses.h5:0: a trajectory alone does not have a surface"),
             (["beam.h5", "--gltf", "no.glb"], "beam.h5: "),
-            (["mine.obj", "--mdd", "no.mdd"], "mine.obj: is not a recording; allowed: "),
+            (["mine_rest.obj", "--mdd", "no.mdd"], "mine_rest.obj: is not a recording; allowed: "),
             (["poses.h5:9", "--body", "beam.h5", "--pc2", "no.pc2"], "poses.h5: no trajectory 9, it has 2"),
             (["run.h5", "--gltf", "absent/no.glb"], "absent"),
             (["run.h5", "--gltf", "run.h5"], "run.h5"),
-            (["named.h5", "--mdd", "mine.mdd"], "mine.obj"),
+            (["named.h5", "--mdd", "mine.mdd"], "mine_rest.obj"),
             (["run.h5", "--gltf", "no.glb", "--mdd", "no.mdd"], "Exactly 1 option from ["),
             (["run.h5", "--gltf", "no.glb", "--frames", 0], "--frames"),
         ]:
