@@ -7,7 +7,6 @@ BUILD: build folder with apps/nbdtree and python/. Exit status 77, for ctest: mk
 """
 import json
 import re
-import shutil
 import subprocess
 import sys
 import time
@@ -21,6 +20,8 @@ BUILD = Path(sys.argv.pop(1)).resolve()
 SITE = BUILD / "site"
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(PROJECT / "tests" / "apps" / "view"))
+from needs import missing
+
 PAGES = ["index.html", "apps/docs/first_steps.html", "apps/docs/how_it_works.html", "apps/docs/faq.html",
          "apps/docs/speed.html", "reference/commands/train.html", "reference/scene.html", "reference/recipe.html",
          "reference/python.html", "reference/cpp/index.html"]
@@ -84,21 +85,31 @@ class SiteTest(unittest.TestCase):
                   for match in re.findall(r"(?:url\(|@import )[\"']?(https?:[^)\"']+)", path.read_text())]
         self.assertEqual(styles, [])
 
+    def check_pages(self, program, folder, at_least):
+        """Each command of a program has a page with all of its options. Returns the pages' texts by the commands' names."""
+        def help_of(*command):
+            return subprocess.run([BUILD / "apps" / program, *command, "--help"], check=True, capture_output=True, text=True).stdout
+
+        names = re.findall(r"^  (\w+) ", help_of().split("Subcommands:")[1], re.M)
+        self.assertGreaterEqual(len(names), at_least)
+        pages = {name: (SITE / "reference" / folder / f"{name}.html").read_text() for name in names}
+        for name, page in pages.items():
+            options = re.findall(r"^(?:  |    )(-[-\w,]+)", help_of(name), re.M)  # those of a group are indented by four
+            self.assertIn("-h,--help", options, name)
+            cells = re.findall(r"<td><code>(-[^<]*)</code></td>", page)
+            self.assertEqual(sorted(cells), sorted(option.replace(",", ", ") for option in options), name)
+        return pages
+
     def test_every_command_has_a_page_with_options_and_examples(self):
-        listed = subprocess.run([BUILD / "apps" / "nbdtree", "--help"], check=True, capture_output=True, text=True).stdout
-        names = re.findall(r"^  (\w+) ", listed.split("Subcommands:")[1], re.M)
-        self.assertGreater(len(names), 15)
-        for name in names:
-            help_text = subprocess.run([BUILD / "apps" / "nbdtree", name, "--help"], check=True, capture_output=True,
-                                       text=True).stdout
-            page = (SITE / "reference" / "commands" / f"{name}.html").read_text()
-            options = set(re.findall(r"^  (-[-\w,]+)", help_text, re.M))
-            self.assertGreater(len(options), 0, name)
-            for option in options:
-                self.assertIn(f"<code>{option.replace(',', ', ')}", page, name)
+        pages = self.check_pages("nbdtree", "commands", 16)
+        for name, page in pages.items():
             text = re.sub(r"<[^>]*>", "", page.split("<article")[1])
             self.assertGreaterEqual(text.count(f"nbdtree {name} "), 3, name)  # the usage and two examples
-        self.assertIn("SOURCE: the recording of a scene", (SITE / "reference" / "commands" / "view.html").read_text())
+        self.assertIn("SOURCE: the recording of a scene", pages["view"])
+        self.assertIn("<code>--gltf</code>", pages["export"])  # of a group
+
+    def test_every_benchmark_has_a_page_with_its_options(self):
+        self.check_pages("nbdtree-bench", "benchmarks", 10)
 
     def test_search_index_has_the_pages(self):
         script = (SITE / "search" / "offline.js").read_text()
@@ -112,12 +123,9 @@ class SiteTest(unittest.TestCase):
 class BrowserTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        try:
-            from browser import Browser
-        except ImportError as missing:
-            raise unittest.SkipTest(str(missing))
-        if not (shutil.which("chromium") and shutil.which("chromedriver")):
-            raise unittest.SkipTest("no chromium with chromedriver")
+        if names := missing():
+            raise unittest.SkipTest(f"missing: {names}")
+        from browser import Browser
         cls.browser = Browser()
         cls.addClassCleanup(cls.browser.driver.quit)
 

@@ -19,12 +19,13 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
-from command_page import command_page, commands_of, common_page
+from command_page import command_page, commands_of, common_options, list_page
 from python_page import python_page
 from schema_page import SchemaPage
 from staging import Staging
 
 THEME = Path("/usr/share/mkdocs/themes/material")
+MARKER = ".made_by_build_site"  # in the folders that a build makes; mkdocs leaves hidden files in place
 REFERENCES = {"assets/scenes/scene.schema.json": "reference/scene.md", "assets/recipes/recipe.schema.json": "reference/recipe.md",
               "apps/python/nbdtree/__init__.pyi": "reference/python.md"}
 SCENE = """Keys of a [scene file](../assets/scenes/README.md), made from `assets/scenes/scene.schema.json`, which a test holds against the
@@ -58,7 +59,7 @@ class Failure(Exception):
 
 
 def write_references(staging, source, build):
-    """Writes the pages that are made from something else. Returns the navigation of the commands."""
+    """Writes the pages that are made from something else. Returns the navigation of each program's commands."""
     for path, title, introduction in (("assets/scenes/scene.schema.json", "Scene reference", SCENE),
                                       ("assets/recipes/recipe.schema.json", "Recipe reference", RECIPE)):
         schema = json.loads((source / path).read_text())
@@ -67,18 +68,30 @@ def write_references(staging, source, build):
     module = importlib.import_module("nbdtree")
     stubs = (source / "apps/python/nbdtree/__init__.pyi").read_text()
     staging.write(Path("reference/python.md"), python_page(module, stubs))
-    commands = {"Common options": "reference/commands/README.md"}
-    staging.write(Path("reference/commands/README.md"), common_page(build / "apps"))
-    for name in commands_of(build / "apps" / "nbdtree"):
-        commands[name] = f"reference/commands/{name}.md"
-        staging.write(Path(commands[name]), command_page(build / "apps", name))
-    return commands
+    return {"Commands": write_commands(staging, build / "apps" / "nbdtree", "commands", "Commands", "README.md"),
+            "Benchmarks": write_commands(staging, build / "apps" / "nbdtree-bench", "benchmarks", "Benchmarks",
+                                         "../commands/README.md")}
+
+
+def write_commands(staging, program, folder, title, options):
+    """Writes a page for each command of a program and one that lists them. Returns their navigation.
+
+    options: link from these pages to the page of the common options."""
+    pages = Path("reference") / folder
+    text = list_page(program, title)
+    staging.write(pages / "README.md", text + common_options(program) if options == "README.md" else text)
+    navigation = {title: str(pages / "README.md")}
+    for name in commands_of(program):
+        navigation[name] = str(pages / f"{name}.md")
+        staging.write(pages / f"{name}.md", command_page(program, name, options))
+    return navigation
 
 
 def configuration(pages, site, commands):
     navigation = [{section: [{title: path} for title, path in entries.items()]} for section, entries in NAVIGATION.items()]
     reference = next(entry["Reference"] for entry in navigation if "Reference" in entry)
-    reference.insert(0, {"Commands": [{title: path} for title, path in commands.items()]})
+    for place, (title, entries) in enumerate(commands.items()):
+        reference.insert(place, {title: [{name: path} for name, path in entries.items()]})
     return {
         "site_name": "nbdtree", "site_url": "", "docs_dir": str(pages), "site_dir": str(site), "use_directory_urls": False,
         "theme": {"name": "material", "custom_dir": str(HERE / "theme"), "font": False, "favicon": "assets/images/favicon.png",
@@ -135,10 +148,22 @@ def write_cpp_reference(source, work, target):
             page.write_text(text.replace(link, ""))
 
 
+def clear_folders(*folders):
+    """Makes these folders, without what an earlier build left there. Raises Failure, and removes nothing, if one of them
+    holds something else."""
+    for folder in folders:
+        if folder.exists() and not (folder.is_dir() and (not any(folder.iterdir()) or (folder / MARKER).is_file())):
+            raise Failure(f"{folder}: exists and was not made by this program; allowed: a new or empty folder, or an earlier site")
+    for folder in folders:
+        if folder.exists():
+            shutil.rmtree(folder)
+        folder.mkdir(parents=True)
+        (folder / MARKER).touch()
+
+
 def build_site(source, build, site):
     work = Path(f"{site}_pages")
-    for folder in (work, site):
-        shutil.rmtree(folder, ignore_errors=True)
+    clear_folders(work, site)
     staging = Staging(source, work / "pages", REFERENCES)
     staging.run()
     commands = write_references(staging, source, build)

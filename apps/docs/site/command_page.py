@@ -1,4 +1,4 @@
-"""Makes a page for each command of nbdtree from what its --help prints."""
+"""Makes a page for each command of a program from what its --help prints."""
 import re
 import subprocess
 from dataclasses import dataclass
@@ -23,10 +23,24 @@ class Entry:
     meaning: str
 
 
+def without_groups(text):
+    """The lines of a help text, with the options of groups among the others: CLI11 puts them behind and indents them."""
+    in_group = False
+    for line in text.splitlines():
+        if line.startswith("[Option Group"):
+            in_group = True
+        elif not in_group or not line:
+            in_group = False
+            yield line
+        elif line.startswith("    "):
+            yield line[2:]
+        # What is left are titles, such as "  [Exactly 1 of the following options is required]" and "  Options:".
+
+
 def sections(text):
     """The parts of a help text by their titles; "" is what stands before the first."""
     found, title = {"": []}, ""
-    for line in text.splitlines():
+    for line in without_groups(text):
         head = re.fullmatch(r"(\w+):", line)
         if head:
             title = head.group(1)
@@ -59,10 +73,11 @@ def value_of(rest):
 
 def entry_of(head, meaning):
     names, _, rest = head.partition(" ")
-    excludes = re.search(r"\s*Excludes: (.*)$", rest)
-    if excludes:
-        rest = rest[:excludes.start()]
-        meaning += f" (not with {', '.join(f'`{name}`' for name in excludes.group(1).split())})"
+    for word, how in (("Excludes", "not"), ("Needs", "only")):
+        others = re.search(rf"\s*\b{word}: (.*)$", rest)
+        if others:
+            rest = rest[:others.start()]
+            meaning += f" ({how} with {', '.join(f'`{name}`' for name in others.group(1).split())})"
     is_required = rest.endswith(" REQUIRED")
     takes, default = value_of(rest.removesuffix(" REQUIRED"))
     return Entry(names.replace(",", ", "), takes, "required" if is_required else default, meaning)
@@ -89,27 +104,35 @@ def table(lines):
     return rows
 
 
-def command_page(programs, name):
-    parts = sections(help_of(programs / "nbdtree", name))
+def command_page(program, name, common_options):
+    """common_options: link to the page of the options that every command has."""
+    parts = sections(help_of(program, name))
     description, usage = parts[""][0], next(line for line in parts[""] if line.startswith("Usage:"))
-    text = f"# nbdtree {name}\n\n{description}.\n\n```text\n{usage.removeprefix('Usage: ')}\n```\n\n"
+    text = f"# {program.name} {name}\n\n{description.rstrip('.')}.\n\n```text\n{usage.removeprefix('Usage: ')}\n```\n\n"
     if "Positionals" in parts:
         text += f"## Arguments\n\n{table(parts['Positionals'])}\n"
     notes = [line for line in parts[""][1:] if line and not line.startswith("Usage:")]
     if notes:
         text += " ".join(notes) + "\n\n"
-    text += f"## Options\n\n{table(parts['Options'])}\n[Common options](README.md) work with every command.\n\n"
-    examples = "\n".join(line.strip() for line in parts["Examples"] if line.strip())
-    return text + f"## Examples\n\n```sh\n{examples}\n```\n"
+    text += f"## Options\n\n{table(parts['Options'])}\n[Common options]({common_options}) work with every command.\n\n"
+    examples = "\n".join(line.strip() for line in parts.get("Examples", []) if line.strip())
+    return text + (f"## Examples\n\n```sh\n{examples}\n```\n" if examples else "")
 
 
-def common_page(programs):
-    parts = sections(help_of(programs / "nbdtree"))
-    text = "# Commands\n\nEach command has `--help`; these pages are made from it.\n\n| command | what it does |\n| --- | --- |\n"
+def list_page(program, title):
+    """The commands of a program, each with a link to its page in the same folder."""
+    parts = sections(help_of(program))
+    text = f"# {title}\n\n{parts[''][0]} Each command has `--help`; these pages are made from it.\n\n"
+    text += "| command | what it does |\n| --- | --- |\n"
     for entry in entries(parts["Subcommands"]):
-        text += f"| [`nbdtree {entry.names}`]({entry.names}.md) | {entry.meaning} |\n"
-    text += f"\n## Common options\n\nThey stand before or behind the command.\n\n{table(parts['Options'])}\n"
-    return text + """
+        text += f"| [`{program.name} {entry.names}`]({entry.names}.md) | {entry.meaning} |\n"
+    return text
+
+
+def common_options(program):
+    """The options of every command, and the exit statuses."""
+    parts = sections(help_of(program))
+    return f"\n## Common options\n\nThey stand before or behind the command.\n\n{table(parts['Options'])}\n" + """
 Exit status: 0 done, 1 failed, 2 wrong usage, 130 interrupted. An error is one line on standard error. On a terminal, work of more
 than a second shows how far it is.
 """
