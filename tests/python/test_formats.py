@@ -1,5 +1,5 @@
 """The specification of the files, apps/docs/formats.md, against real files: each item of a file must be in it with
-its type and shape, and each item in it must be in a file."""
+its type and shape, each item in it must be in a file, and a file has all items that go with those it has."""
 
 import json
 import pathlib
@@ -30,12 +30,22 @@ def tables(heading):
     return rows
 
 
+def pattern(name):
+    """Matches the name of an item or, with a slash at the end, of a group; a group of one capital letter stands for any."""
+    return re.compile(re.sub(r"/([A-Z])(?=[/@])", r"/(?P<\1>[^/@]+)", re.escape(name)))
+
+
+def filled(name, letters):
+    """The name with its groups of one capital letter filled in."""
+    return re.sub(r"/([A-Z])(?=[/@])", lambda letter: "/" + letters[letter[1]], name)
+
+
 class Item:
     def __init__(self, cells):
-        name, self.presence, self.type, self.shape = (cell.strip("`") for cell in cells[:4])
-        self.name = name
-        # A group of one capital letter stands for any.
-        self.pattern = re.compile(re.sub(r"/[A-Z](?=[/@])", "/[^/@]+", re.escape(name).replace("\\/", "/")))
+        self.name, presence, self.type, self.shape = (cell.replace("`", "") for cell in cells[:4])
+        self.presence, _, self.owner = presence.partition(" ")  # "with" its owner, an item or a group
+        assert self.presence in ("always", "optional", "with") and bool(self.owner) == (self.presence == "with"), cells
+        self.pattern = pattern(self.name)
 
     def dims(self):
         return [d.strip() for d in self.shape.strip("[]").split(",")] if self.shape else []
@@ -106,6 +116,20 @@ def value(dim, scope, letters):
     return letter(dim)
 
 
+def check_owners(spec, there, path):
+    """Each item that goes with another item or a group is there if that one is, and only then."""
+    for item in spec:
+        if item.presence != "with":
+            continue
+        for name in there:
+            if owner := pattern(item.owner).fullmatch(name):
+                wanted = filled(item.name, owner.groupdict())
+                assert wanted in there, f"{path}: lacks {wanted}, which goes with {name}"
+            if own := item.pattern.fullmatch(name):
+                wanted = filled(item.owner, own.groupdict())
+                assert wanted in there, f"{path}: has {name} without {wanted}"
+
+
 def check(path, kind):
     """Holds a file against the specification; returns the names of the items that it has."""
     spec = specified(kind)
@@ -120,6 +144,7 @@ def check(path, kind):
     for name, item in matched.items():
         for size, dim in zip(found[name][1], item.dims()):
             assert dim == "?" or value(dim, name.rpartition("/")[0], letters) == size, f"{name}: {item.shape}"
+    check_owners(spec, {*found, *(group + "/" for group in groups)}, path)
     for item in spec:
         if item.presence != "always":
             continue
@@ -199,15 +224,14 @@ def test_formats_and_versions_are_those_of_the_table(files):
 
 def test_the_comparison_finds_what_differs(files, tmp_path):
     """A file with one item more, one less, of another type or of another shape is not as specified."""
-    source = files / "scene.h5"
 
-    def refused(change, text):
+    def refused(change, text, source="scene.h5", kind="recording", group="trajectories/000000"):
         copy = tmp_path / "copy.h5"
-        copy.write_bytes(source.read_bytes())
+        copy.write_bytes((files / source).read_bytes())
         with h5py.File(copy, "r+") as file:
-            change(file["trajectories/000000"])
+            change(file[group])
         with pytest.raises(AssertionError) as error:
-            check(copy, "recording")
+            check(copy, kind)
         assert text in str(error.value)
 
     def replace(group, name, values):
@@ -219,6 +243,16 @@ def test_the_comparison_finds_what_differs(files, tmp_path):
     refused(lambda t: replace(t, "times", np.float32(t["times"][:])), "is float32, not float64")
     refused(lambda t: replace(t, "times", t["times"][:2]), "frames is")
     refused(lambda t: replace(t, "contact_edge_offsets", t["contact_edge_offsets"][:-1]), "[frames + 1]")
+    refused(lambda t: t.pop("contact_edge_offsets"),
+            "lacks trajectories/000000/contact_edge_offsets, which goes with trajectories/000000/contact_edges")
+    refused(lambda t: t.pop("contact_edges"), "has trajectories/000000/contact_edge")
+    tree = {"source": "tree.h5", "kind": "tree", "group": "/"}
+    refused(lambda t: t.pop("nbd/out_scale"), "lacks nbd/out_scale, which goes with nbd/", **tree)
+    refused(lambda t: t.pop("nbd/z_whitening"), "lacks nbd/z_whitening, which goes with nbd/z_mean", **tree)
+    refused(lambda t: t.pop("solid/tets"), "lacks solid/tets, which goes with certified/", **tree)
+    refused(lambda t: t.pop("certified"), "without certified/", **tree)
+    refused(lambda t: t.pop("calibration/nbd/margins"),
+            "lacks calibration/nbd/margins, which goes with calibration/nbd/", **tree)
 
 
 def test_files_of_the_first_release_still_load(assets):
