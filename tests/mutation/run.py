@@ -53,7 +53,7 @@ class Copy:
             must(["git", "clone", "--quiet", PROJECT, self.source])
         must(["git", "-C", self.source, "fetch", "--quiet", PROJECT, "HEAD"])
         must(["git", "-C", self.source, "reset", "--quiet", "--hard", "FETCH_HEAD"])
-        options = ["-DNBD_BENCH=OFF", *shlex.split(os.environ.get("NBD_CMAKE_OPTIONS", ""))]
+        options = shlex.split(os.environ.get("NBD_CMAKE_OPTIONS", ""))
         must(["cmake", "--preset", "release", "-Wno-dev", *options], cwd=self.source)
 
     def make(self, programs):
