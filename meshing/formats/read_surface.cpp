@@ -1,5 +1,6 @@
 #include "meshing/formats/read_surface.hpp"
 
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
@@ -11,7 +12,9 @@
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
+#include "meshing/formats/check_glb.hpp"
 #include "meshing/formats/polygon_soup.hpp"
 #include "meshing/formats/read_off.hpp"
 #include "meshing/formats/read_ply.hpp"
@@ -68,10 +71,25 @@ void append(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
     for (unsigned i = 0; i < node.mNumChildren; ++i) append(scene, *node.mChildren[i], transform, soup);
 }
 
+/// Opens one file and no other, such as a material library that a surface names.
+class OneFile : public Assimp::DefaultIOSystem {
+ public:
+    explicit OneFile(std::string path) : path_(std::move(path)) {}
+
+    bool Exists(const char* path) const override { return path == path_; }
+    Assimp::IOStream* Open(const char* path, const char* mode) override {
+        return path == path_ ? DefaultIOSystem::Open(path, mode) : nullptr;
+    }
+
+ private:
+    std::string path_;
+};
+
 /// Runs only the validation step of assimp's post-processing: the other steps abort the process or drop faces
 /// on damaged input.
 PolygonSoup read_by_assimp(const fs::path& path) {
     Assimp::Importer importer;
+    importer.SetIOHandler(new OneFile(path.string()));  // which the importer deletes
     const aiScene* scene = importer.ReadFile(path.string(), aiProcess_ValidateDataStructure);
     if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
     PolygonSoup soup;
@@ -83,6 +101,7 @@ PolygonSoup read_by_assimp(const fs::path& path) {
 
 TriMesh read_surface(const fs::path& path) try {
     const std::string extension = check_file(path);
+    if (extension == ".glb") check_glb_depth(path);
     return weld(triangulate(extension == ".ply"   ? read_ply(path)
                             : extension == ".off" ? read_off(path)
                                                   : read_by_assimp(path)));

@@ -1,6 +1,7 @@
 #include "meshing/formats/read_surface.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <Eigen/Geometry>
 #include <array>
@@ -353,6 +354,33 @@ TEST(WriteSurface, LeavesNoFileBehindOnFailure) {
     int entries = 0;
     for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder / "")) ++entries;
     EXPECT_EQ(entries, 1);
+}
+
+/// A .glb file of which node 0 is the first of a chain of `length` more.
+std::string chain_of_nodes(int length) {
+    std::string nodes = "\"children\":[1]}";
+    for (int n = 1; n < length; ++n) nodes += ",{\"children\":[" + std::to_string(n + 1) + "]}";
+    return glb_file(tetrahedron(), nodes + ",{\"name\":\"last\"");
+}
+
+TEST(ReadSurface, RefusesNodesOrValuesThatAreNestedTooDeeply) {
+    const TemporaryFolder folder;
+    EXPECT_EQ(read_surface(folder.write("some.glb", chain_of_nodes(500))).F.rows(), 4);
+    EXPECT_NE(reading_error(folder.write("deep.glb", chain_of_nodes(200'000)))
+                  .find("nodes are nested more than 1000"),
+              std::string::npos);
+    const std::string values = "\"extras\":" + std::string(100'000, '[') + std::string(100'000, ']');
+    EXPECT_NE(
+        reading_error(folder.write("values.glb", glb_file(tetrahedron(), values))).find("values are nested"),
+        std::string::npos);
+    EXPECT_NE(reading_error(folder.write("cycle.glb", glb_file(tetrahedron(), "\"children\":[0]"))), "");
+}
+
+TEST(ReadSurface, OpensNoOtherFile) {
+    const TemporaryFolder folder;
+    ASSERT_EQ(mkfifo((folder / "endless.mtl").c_str(), 0600), 0);  // opening it would wait for a writer
+    const std::string text = "mtllib endless.mtl\n" + obj_file(tetrahedron());
+    EXPECT_EQ(read_surface(folder.write("a.obj", text)).F.rows(), 4);
 }
 
 }  // namespace
