@@ -83,6 +83,20 @@ std::string quoted(std::string_view argument) {
 /// Refuses an empty argument, which is usually an unset variable in a script.
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
+/// Refuses whole numbers that CLI11 would read in another base: 010 and 0x10.
+std::string decimal(const std::string& text) {
+    const std::size_t digit = text.find_first_not_of("+-");
+    const bool is_other = digit != text.npos && digit + 1 < text.size() && text[digit] == '0' &&
+                          std::isalnum(static_cast<unsigned char>(text[digit + 1])) != 0;
+    return is_other ? fmt::format("'{}' has a leading zero; allowed: a decimal number", text)
+                    : not_empty(text);
+}
+
+bool takes_whole_numbers(const CLI::Option& option) {
+    const std::string kind = option.get_type_name();
+    return kind.starts_with("INT") || kind.starts_with("UINT");
+}
+
 /// Makes queries use the kernels that the command line names.
 void choose_kernels(const std::string& instructions) {
     const auto refuse = [&](const std::string& why) {
@@ -173,7 +187,8 @@ int run(const Program& program, Output& out, int argc, char** argv) {
     }
     for (CLI::App* command : app.get_subcommands(nullptr))
         for (CLI::Option* option : command->get_options())
-            if (option->get_expected_max() > 0) option->check(not_empty);
+            if (option->get_expected_max() > 0)
+                option->check(takes_whole_numbers(*option) ? decimal : not_empty);
 
     // Commands are final callbacks, which run after everything, including --threads, has been parsed.
     std::optional<tbb::global_control> limit;
