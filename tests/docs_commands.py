@@ -181,19 +181,20 @@ def check(text, help_of, folder):
 
 
 def check_examples(help_of, folder):
-    """The examples in the --help of each command: two at least. Returns their number."""
+    """The examples in the --help of each command of our programs: two at least. Returns their number."""
     examples = 0
-    for command in re.findall(r"^  (\w+) ", help_of.text("nbdtree").split("Subcommands:")[1], re.M):
-        text = help_of.text("nbdtree", command)
-        lines = re.findall(r"^  ((?:mpirun .*)?nbdtree .*)", text.split("Examples:")[-1], re.M)
-        if "Examples:" not in text or len(lines) < 2:
-            raise Failure(f"nbdtree {command} --help: shows {len(lines)} examples; wanted: 2")
-        for below in re.findall(r"([A-Z]+) .*see below$", text, re.M):
-            if not re.search(rf"^{below}: ", text, re.M):
-                raise Failure(f"nbdtree {command} --help: nothing about {below} stands below")
-        for line in lines:
-            check(line, help_of, folder)
-        examples += len(lines)
+    for program in (name for name in OURS if shutil.which(name, path=help_of.environment["PATH"])):
+        for command in re.findall(r"^  (\w+) ", help_of.text(program).split("Subcommands:")[1], re.M):
+            text = help_of.text(program, command)
+            lines = re.findall(rf"^  ((?:mpirun .*)?{program} .*)", text.split("Examples:")[-1], re.M)
+            if "Examples:" not in text or len(lines) < 2:
+                raise Failure(f"{program} {command} --help: shows {len(lines)} examples; wanted: 2")
+            for below in re.findall(r"([A-Z]+) .*see below$", text, re.M):
+                if not re.search(rf"^{below}: ", text, re.M):
+                    raise Failure(f"{program} {command} --help: nothing about {below} stands below")
+            for line in lines:
+                check(line, help_of, folder)
+            examples += len(lines)
     return examples
 
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <map>
+#include <string>
 
 #include "apps/cli/output.hpp"
 
@@ -21,5 +23,8 @@ void add_bench_fig5(CLI::App& app, Output& out);
 void add_bench_scaling(CLI::App& app, Output& out);
 void add_bench_networks(CLI::App& app, Output& out);
 void add_bench_strengths(CLI::App& app, Output& out);
+
+/// Lines that end the --help of each benchmark.
+std::map<std::string, std::string> bench_examples();
 
 }  // namespace nbd

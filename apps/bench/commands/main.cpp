@@ -24,7 +24,9 @@ nbd::Program describe() {
     return {.name = "nbdtree-bench",
             .description = "Measures nbdtree beside other methods and libraries.",
             .add_commands = add_commands,
-            .old_names = {{"local", "learned"}}};
+            .old_names = {{"local", "learned"}},
+            .first_steps = {},
+            .examples = nbd::bench_examples()};
 }
 
 }  // namespace

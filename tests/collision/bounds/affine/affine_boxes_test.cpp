@@ -71,6 +71,23 @@ TEST(AffineBoxes, ContainTheSurfaceInWildPoses) {
     }
 }
 
+TEST(AffineBoxes, HoldPositionsThatRoundOutOfThePlaneOfTheirNodes) {
+    Eigen::Index rounded = 0;
+    for (const HungSurface& hung : hung_surfaces()) {
+        AffineBoxes boxes(model_of(hung));
+        for (const float height : {0.1f, 1.7f, -1234.5f}) {
+            Vertices nodes = hung.rest;
+            nodes.col(2).setConstant(height);
+            const Vertices x = embedded(hung.W, nodes);
+            rounded += (x.col(2).array() != height).count();
+            boxes.begin_pose(nodes);
+            expect_bounds(boxes, x);
+            if (HasFatalFailure()) FAIL() << "height " << height;
+        }
+    }
+    EXPECT_GT(rounded, 100);
+}
+
 TEST(AffineBoxes, FromNodesAreTightWhereTheMotionIsAffine) {
     const HungSurface hung = test::hung_on_lattice(shapes::torus(200, 100), 4);
     AffineBoxes boxes(model_of(hung));
