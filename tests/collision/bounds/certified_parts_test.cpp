@@ -138,6 +138,15 @@ TEST(SegmentWalk, StaysInsideAConvexBodyAndStopsAtAGap) {
         EXPECT_NEAR(sum, 1, 1e-7);
     }
     EXPECT_GT(found, 9 * tried / 10);
+    // A segment that begins outside of the tetrahedron named as its home, and would pass through it, is not
+    // inside.
+    for (int t = 0; t < box.T.rows(); ++t) {
+        Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+        for (const int n : box.T.row(t)) middle += box.X.row(n).transpose() / 4;
+        const int home[] = {t};
+        EXPECT_TRUE(walk.inside(middle, middle + Eigen::Vector3d(1e-6, 2e-6, 3e-6), home, pieces)) << t;
+        EXPECT_FALSE(walk.inside(middle - Eigen::Vector3d(9, 0, 0), middle, home, pieces)) << t;
+    }
 
     const test::SolidBody fork = test::solid_fork();
     const SegmentWalk between(fork.solid);

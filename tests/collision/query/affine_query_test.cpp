@@ -85,6 +85,23 @@ TEST(AffineQuery, AgreesWithBruteForceInWildPoses) {
     EXPECT_GT(apart, 5);
 }
 
+TEST(AffineQuery, FindsFacesWithinADistanceOfBodiesWhoseBoxesAreApart) {
+    const HungSurface torus = test::hung_on_tets(shapes::torus(24, 12), 3);
+    PosedTree a(tree_of(torus), BoundKind::affine), b(tree_of(torus), BoundKind::affine);
+    const Eigen::RowVector3f side(torus.rest.col(0).maxCoeff() - torus.rest.col(0).minCoeff() + 0.05f, 0, 0);
+    const Vertices moved = torus.rest.rowwise() + side, x = embedded(torus.W, torus.rest),
+                   y = embedded(torus.W, moved);
+    a.begin_pose_of_nodes(torus.rest);
+    b.begin_pose_of_nodes(moved);
+    ASSERT_LT(a.whole().hi[0], b.whole().lo[0]);
+    const auto gap =
+        static_cast<float>(test::brute_force_closest(x, torus.surface.F, y, torus.surface.F).distance);
+    const auto expected = test::brute_force_within(x, torus.surface.F, y, torus.surface.F, 1.2f * gap);
+    EXPECT_FALSE(expected.empty());
+    EXPECT_EQ(as_list(PairQuery().within(a, b, 1.2f * gap)), expected);
+    EXPECT_TRUE(PairQuery().within(a, b, 0.9f * gap).empty());
+}
+
 TEST(AffineQuery, MeetsBodiesWithOtherBounds) {
     std::mt19937 random(2);
     const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3),

@@ -272,6 +272,10 @@ TEST(FacePairSet, HoldsPairsInEitherOrder) {
                   FacePairSet(std::vector<FacePair>{{0, 1}, {1, 5}}, 5);
               }),
               "the pair (1, 5) is of faces that are not there; allowed: 0 to 4");
+    std::vector<FacePair> odd;  // more than a list that is read at once
+    for (int b = 1; b < 400; b += 2) odd.push_back({0, b});
+    const FacePairSet many(odd, 400);
+    for (int b = 1; b < 400; ++b) EXPECT_EQ(many.contains(0, b), b % 2 == 1) << b;
     const Surface s = shapes::torus(12, 8);
     EXPECT_EQ(test::error_of([&] { near_at_rest(s.X, s.F, -1); }),
               "distance is -1 m, allowed: finite, 0 or more");

@@ -191,6 +191,28 @@ TEST_F(CrumpledBoxes, LeaveShortEdgesToTheirVertices) {
     EXPECT_EQ(edges(0.4, ContactDetail::enough), 0);
 }
 
+TEST_F(CrumpledBoxes, HaveContactsOfEdgesThatPointFromOneEdgeToTheOther) {
+    const ContactReach reach{.apart = 0.06, .inside = 0.06};
+    int apart = 0, inside = 0;
+    for (std::uint64_t seed = 0; seed < 6; ++seed) {
+        const ContactSurface a = crumpled(seed, {0, 0, 0}),
+                             b = crumpled(seed + 100, {0.1, 0.05, seed < 3 ? 0.33 : 0.27});
+        for (const Contact& contact : contacts(a, b, reach)) {
+            if (contact.a.count != 2) continue;
+            const auto place = [](const SurfacePoint& point, const ContactSurface& surface) {
+                return Eigen::Vector3d(point.weights[0] * surface.x(point.vertices[0]) +
+                                       point.weights[1] * surface.x(point.vertices[1]));
+            };
+            const Eigen::Vector3d from_b = place(contact.a, a) - place(contact.b, b);
+            EXPECT_LT((from_b - contact.gap * contact.normal).norm(), 1e-12);
+            EXPECT_NEAR(contact.normal.norm(), 1, 1e-12);
+            (contact.gap > 0 ? apart : inside) += 1;
+        }
+    }
+    EXPECT_GT(apart, 10);
+    EXPECT_GT(inside, 10);
+}
+
 TEST_F(CrumpledBoxes, HaveEveryContactOfEdgesThatAreNoFartherApartThanTheyAreLong) {
     const ContactReach reach{.apart = 0.06, .inside = 0.06};
     int expected_contacts = 0, too_far = 0;

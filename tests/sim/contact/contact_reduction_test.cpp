@@ -95,6 +95,20 @@ TEST_F(FineBoxes, KeepTheDeepestContactAmongTheOthers) {
     }));
 }
 
+TEST_F(FineBoxes, KeepTheDeepestOfContactsAtOnePlace) {
+    const ContactSurface a = surface(), b = surface();
+    std::vector<Contact> some(5, contacts().front());
+    const std::vector<double> gaps{0.004, 0.009, -0.003, 0.001, 0.006};
+    for (std::size_t c = 0; c < some.size(); ++c) {
+        some[c].gap = gaps[c];
+        some[c].normal = Eigen::Vector3d(0, static_cast<double>(c), 1).normalized();
+    }
+    const Eigen::Vector3d deepest = some[2].normal;
+    ContactReduction().reduce(some, 0, 4, a, b, thickness, 3);
+    ASSERT_EQ(some.size(), 1u);
+    EXPECT_EQ(some[0].normal, deepest);
+}
+
 TEST_F(FineBoxes, KeepContactsBeforeTheFirstAndGroupsThatAreSmall) {
     const ContactSurface a = surface(), b = surface();
     const std::vector<Contact> all = contacts();

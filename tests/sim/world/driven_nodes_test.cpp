@@ -70,6 +70,26 @@ TEST(DrivenNodes, CarryAGivenBodyAlongEveryStep) {
     EXPECT_NEAR(box.world.state(0).x.col(1).mean() - start, 0.1, 0.03);
 }
 
+TEST(DrivenNodes, DoNotGiveWayToContact) {
+    WorldConfig config;
+    config.contact.thickness = 0.01;
+    for (const bool iterates : {false, true}) {
+        config.step.newton_iterations = iterates ? 6 : 1;
+        HeldBox box(config);
+        box.world.add_obstacle(test::floor_at(-0.102));
+        const Nodes places = box.places();
+        box.world.drive(0, box.left, places);
+        int contacts = 0;
+        for (int step = 0; step < 5; ++step) {
+            const WorldReport report = box.world.step(0.005);
+            ASSERT_EQ(report.failure, "");
+            contacts += report.contacts;
+            EXPECT_LT((box.places() - places).cwiseAbs().maxCoeff(), 1e-12) << step;
+        }
+        EXPECT_GT(contacts, 0);
+    }
+}
+
 TEST(DrivenNodes, MoveToTheirTargetsFromARestoredState) {
     HeldBox box;
     const WorldSnapshot start = box.world.snapshot();
