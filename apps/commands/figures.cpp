@@ -13,6 +13,7 @@
 #include "apps/commands/commands.hpp"
 #include "apps/figures/body_figures.hpp"
 #include "meshing/h5/atomic_file.hpp"
+#include "meshing/surface/counted.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
 
@@ -73,7 +74,9 @@ void run(const FiguresArguments& arguments, Output& out) {
     write_text(folder / "bounds.csv", to_csv(bodies));
     write_page(folder / "figure6", to_page(outside_by_depth(bodies)));
     write_page(folder / "figure7", to_page(radius_error_by_depth(bodies)));
-    out.text(fmt::format("{}: figures 6, 7, 8 and 10 of {} bodies", folder.string(), bodies.size()));
+    out.text(fmt::format("{}: figures 6, 7, 8 and 10 of {}", folder.string(),
+                         counted(bodies.size(), "body", "bodies")));
+    out.result({{"folder", folder.string()}, {"bodies", bodies.size()}});
 }
 
 }  // namespace

@@ -27,8 +27,10 @@ std::filesystem::path made(const std::filesystem::path& folder) {
     return folder;
 }
 
-std::filesystem::path mark(const std::filesystem::path& folder, int rank) {
-    return folder / fmt::format("left-{}", rank);
+/// What a rank leaves behind that needs the folder no more. It names the run, whose marks stay if it is
+/// killed.
+std::filesystem::path mark(const std::filesystem::path& folder, const Rank& run, int rank) {
+    return folder / fmt::format("left-{}-{}", run.job, rank);
 }
 
 /// Networks of one training, in this process and in the shared folder.
@@ -111,7 +113,7 @@ void SharedTraining::train(const PoseRows& inputs, const PoseRows& targets, cons
                            const TrainingHooks& hooks, std::vector<TrainedMlp>& networks) const {
     check_mlp_config(config);
     Networks work(folder_, inputs, targets, config, hooks, networks);
-    std::filesystem::remove(mark(folder_, rank_.number));  // may be left by an earlier run that was killed
+    std::filesystem::remove(mark(folder_, rank_, rank_.number));  // of an earlier run without a name
     const int nodes = static_cast<int>(networks.size());
     const int start = static_cast<int>(std::int64_t{nodes} * rank_.number / rank_.count);
     // First the networks that no other process has claimed, then the rest.
@@ -127,9 +129,9 @@ void SharedTraining::train(const PoseRows& inputs, const PoseRows& targets, cons
 }
 
 void SharedTraining::leave() const {
-    std::ofstream(mark(folder_, rank_.number)).flush();
+    std::ofstream(mark(folder_, rank_, rank_.number)).flush();
     for (int rank = 0; rank < rank_.count; ++rank)
-        if (!std::filesystem::exists(mark(folder_, rank))) return;
+        if (!std::filesystem::exists(mark(folder_, rank_, rank))) return;
     std::error_code another_did;
     std::filesystem::remove_all(folder_, another_did);
 }
