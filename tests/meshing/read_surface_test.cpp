@@ -205,6 +205,7 @@ TEST(ReadSurface, ReportsErrorsInOffFiles) {
         {"OFF\n3 999999999 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "ends early, before face 1 of 999999999"},
         {"OFF\n4 1 0\n0 0 0\n1 0 0\n0 1 0\n", "ends early, before vertex 3 of 4"},
         {"OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n", "vertex 1 of 3 ends early"},
+        {"OFF\n3 1 0\n0 0 0\n1x 0 0\n0 1 0\n3 0 1 2\n", "\"1x\" is not a number"},
         {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9 0 1 2\n", "face 0 of 1 ends early"},
         {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
          "face 0 refers to vertex 7, but the file has 3 vertices"},

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Puts faults into the code, one at a time, and says which of them the tests notice.
 
-    tests/mutation/run.py [--folder build/mutation] [--csv FILE] [--areas bounds queries ...] [--only TEXT]
+    tests/mutation/run.py [--folder build/mutation] [--csv FILE] [--areas bounds queries ...] [--only TEXT] [--again]
 
 The faults are those of mutants.toml beside this file. The folder gets a clone of the last commit, which is built and
 whose tests must pass; then each fault is put in, the programs that should notice it are built again and run until a
-test fails, and the fault is taken out. NBD_CMAKE_OPTIONS adds options for CMake. Exit status 1 if a fault without a
+test fails, and the fault is taken out. With --again, rows of the table whose fault was noticed stay as they are, and
+the others are tried again. NBD_CMAKE_OPTIONS adds options for CMake. Exit status 1 if a fault without a
 reason stays unnoticed, or does not compile.
 """
 
@@ -80,6 +81,14 @@ def read_mutants(chosen):
     return [m for m in mutants if (not chosen.areas or m["area"] in chosen.areas) and chosen.only in m["what"]]
 
 
+def noticed_before(chosen):
+    """The rows of the table whose faults were noticed, by fault."""
+    if not chosen.again:
+        return {}
+    with chosen.csv.open(newline="") as file:
+        return {row[1]: row for row in csv.reader(file) if row[3] == "noticed"}
+
+
 def try_mutant(copy, mutant, timeouts):
     """What becomes of a fault, and the test that notices it."""
     path = copy.source / mutant["file"]
@@ -105,14 +114,16 @@ def main():
     parser.add_argument("--csv", type=Path, help="the table to write")
     parser.add_argument("--areas", nargs="+", help="the areas to put faults into; all where not given")
     parser.add_argument("--only", default="", help="a part of the text of the faults to put in")
+    parser.add_argument("--again", action="store_true", help="try only what the table of --csv does not call noticed")
     chosen = parser.parse_args()
     mutants = read_mutants(chosen)
+    known = noticed_before(chosen)
     if not mutants:
         sys.exit("error: no fault is of these areas and has this text")
 
     copy = Copy(chosen.folder)
     timeouts = {}
-    programs = sorted({name for mutant in mutants for name in mutant["tests"]})
+    programs = sorted({name for mutant in mutants if mutant["what"] not in known for name in mutant["tests"]})
     built, output = copy.make(programs)
     if not built:
         sys.exit(f"error: the code without a fault does not build:\n{output[-4000:]}")
@@ -124,6 +135,9 @@ def main():
 
     rows = []
     for mutant in mutants:
+        if mutant["what"] in known:
+            rows.append(known[mutant["what"]])
+            continue
         begin = time.monotonic()
         outcome, test = try_mutant(copy, mutant, timeouts)
         rows.append([mutant["area"], mutant["what"], mutant["file"], outcome, test, f"{time.monotonic() - begin:.0f}"])

@@ -217,6 +217,39 @@ TEST(Calibration, KeepsTheShapesMarginsWhereCalibrationPosesAreMild) {
     EXPECT_EQ(missed.sum(), missed.cols());
 }
 
+TEST(Calibration, RaisesTheMarginsOfADepthByWhatItsCalibrationPosesNeed) {
+    const MadeUpBound bound(false);
+    BoundScores shape = bound.scores(30, 20, 4), scores = bound.scores(30, 20, 5);
+    shape.excess.setConstant(-1);
+    scores.excess.setConstant(0.3f);
+    for (const float margin : calibrate(bound.tree(), shape, scores, {.miss_rate = 0.02}).margins)
+        EXPECT_NEAR(margin, 0.3f, 1e-5f);
+}
+
+TEST(Calibration, AsksLessOfPosesThatScoreLow) {
+    const MadeUpBound bound(true);
+    BoundScores scores = bound.scores(30, 20, 4);
+    constexpr float limit = 569 / 600.f;  // exceeded by 30 of 600 poses
+    for (Eigen::Index p = 0; p < scores.excess.rows(); ++p) {
+        scores.ood_score.row(p).setConstant(static_cast<float>(p) / 600);
+        scores.excess.row(p).setConstant(
+            p % 2 == 0 && p < 300 ? 0.2f * margin_weight(static_cast<float>(p) / 600, limit) : -1.f);
+    }
+    const Calibration calibration =
+        calibrate(bound.tree(), scores, scores, {.miss_rate = 0.02, .out_of_range = 0.05});
+    EXPECT_NEAR(calibration.limits[0], limit, 1e-6f);
+    for (const float margin : calibration.margins) EXPECT_NEAR(margin, 0.2f, 1e-4f);
+}
+
+TEST(SphereExcess, IsThatOfTheFarthestVertex) {
+    Vertices x(5, 3);
+    x << 1, 0, 0, 0, 1, 0, 9, 9, 9, 0, 0, 1, 0, -1.5f, 0;
+    const std::vector<int> four{0, 1, 3, 4};
+    EXPECT_FLOAT_EQ(sphere_excess(x, four, {{0, 0, 0}, 1}), 0.5f);
+    EXPECT_FLOAT_EQ(sphere_excess(x, four, {{0, 0, 0}, 2}), -0.25f);
+    EXPECT_EQ(sphere_excess(x, std::vector<int>{2}, {{9, 9, 9}, 0}), -1);
+}
+
 TEST(Calibration, GivesNoMarginToNodesThatAreAlwaysExact) {
     const MadeUpBound bound(true);
     BoundScores shape = bound.scores(20, 20, 6), scores = bound.scores(20, 20, 7);

@@ -129,6 +129,29 @@ TEST_F(Coverage, OfSpheresAgreesWithADirectCount) {
         std::string::npos);
 }
 
+TEST_F(Coverage, CountsEveryVertexOutsideOfSpheresThatAreTooSmall) {
+    std::ranges::fill(file.tree.calibrations.at(BoundKind::learned_spheres).margins, -0.05f);
+    const auto shrunken = std::make_shared<const CollisionTree>(file.tree);
+    const RecordingReader data(folder / "data.h5");
+    const auto rows = measure_coverage(bar.body, shrunken, BoundKind::learned_spheres, data, held_out);
+    PosedTree posed(shrunken, BoundKind::learned_spheres);
+    Vertices nodes, x;
+    long outside = 0, all = 0;
+    for (const FrameId& frame : held_out) {
+        data.read(frame.trajectory, frame.frame, 1, nodes);
+        apply_embedding(bar.body.W, nodes, x);
+        posed.begin_pose(x);
+        for (int i = 7; i < 15; ++i)
+            for (const int v : shrunken->spheres.node_vertices(i)) {
+                const double r = posed.sphere(i).r;
+                outside += (x.row(v).transpose() - posed.sphere(i).c).cast<double>().squaredNorm() > r * r;
+                ++all;
+            }
+    }
+    EXPECT_GT(outside, 10);
+    EXPECT_NEAR(rows[3].vertices_outside, static_cast<double>(outside) / static_cast<double>(all), 1e-9);
+}
+
 TEST_F(Coverage, OfLearnedSpheresHoldsFarOutOfDistribution) {
     RecordingWriter writer(folder / "flat.h5");
     const int handle =
@@ -215,7 +238,7 @@ TEST_F(Coverage, ContactScenesCountMissedPairs) {
     const RecordingReader data(folder / "data.h5");
     auto shrunk = std::make_shared<CollisionTree>(file.tree);
     Calibration& calibration = shrunk->calibrations.at(BoundKind::learned_spheres);
-    std::ranges::fill(calibration.margins, 0.f);
+    std::ranges::fill(calibration.margins, -0.05f);
     std::ranges::fill(calibration.limits, 1e9f);
     LearnedModel& learned = *shrunk->learned;
     for (const LearnedModel::Node& node : learned.nodes) {
