@@ -130,7 +130,11 @@ TEST_F(Coverage, OfSpheresAgreesWithADirectCount) {
 }
 
 TEST_F(Coverage, CountsEveryVertexOutsideOfSpheresThatAreTooSmall) {
-    std::ranges::fill(file.tree.calibrations.at(BoundKind::learned_spheres).margins, -0.05f);
+    LearnedModel& model = *file.tree.learned;
+    for (const LearnedModel::Node& node : model.nodes)  // what the spheres of the samples grow by
+        model.values[static_cast<std::size_t>(node.value_begin +
+                                              LearnedModel::block_size(node.sample_count, model.network) -
+                                              LearnedModel::lanes)] = -0.02f;
     const auto shrunken = std::make_shared<const CollisionTree>(file.tree);
     const RecordingReader data(folder / "data.h5");
     const auto rows = measure_coverage(bar.body, shrunken, BoundKind::learned_spheres, data, held_out);
@@ -238,7 +242,7 @@ TEST_F(Coverage, ContactScenesCountMissedPairs) {
     const RecordingReader data(folder / "data.h5");
     auto shrunk = std::make_shared<CollisionTree>(file.tree);
     Calibration& calibration = shrunk->calibrations.at(BoundKind::learned_spheres);
-    std::ranges::fill(calibration.margins, -0.05f);
+    std::ranges::fill(calibration.margins, 0.f);
     std::ranges::fill(calibration.limits, 1e9f);
     LearnedModel& learned = *shrunk->learned;
     for (const LearnedModel::Node& node : learned.nodes) {
