@@ -29,11 +29,11 @@ std::string json_text(const std::filesystem::path& path) {
         char kind[4];
     } start{};
     std::ifstream file(path, std::ios::binary);
-    std::error_code error;
-    if (!file.read(reinterpret_cast<char*>(&start), sizeof start) ||
-        std::memcmp(start.magic, "glTF", 4) != 0 ||
-        start.json_bytes > std::filesystem::file_size(path, error))
+    if (!file.read(reinterpret_cast<char*>(&start), sizeof start) || std::memcmp(start.magic, "glTF", 4) != 0)
         return {};
+    if (const std::uintmax_t bytes = std::filesystem::file_size(path); start.json_bytes > bytes)
+        throw std::runtime_error(
+            fmt::format("glTF: its JSON text has {} bytes, but the file has {}", start.json_bytes, bytes));
     std::string text(start.json_bytes, '\0');
     return file.read(text.data(), static_cast<std::streamsize>(text.size())) ? text : std::string();
 }
@@ -87,7 +87,7 @@ void check_nodes(const json& nodes) {
 
 }  // namespace
 
-void check_glb_depth(const std::filesystem::path& path) {
+void check_glb(const std::filesystem::path& path) {
     const std::string text = json_text(path);
     check_values(text);
     const json file = json::parse(text, nullptr, false);

@@ -101,7 +101,7 @@ PolygonSoup read_by_assimp(const fs::path& path) {
 
 TriMesh read_surface(const fs::path& path) try {
     const std::string extension = check_file(path);
-    if (extension == ".glb") check_glb_depth(path);
+    if (extension == ".glb") check_glb(path);
     return weld(triangulate(extension == ".ply"   ? read_ply(path)
                             : extension == ".off" ? read_off(path)
                                                   : read_by_assimp(path)));

@@ -377,6 +377,13 @@ TEST(ReadSurface, RefusesNodesOrValuesThatAreNestedTooDeeply) {
     EXPECT_NE(reading_error(folder.write("cycle.glb", glb_file(tetrahedron(), "\"children\":[0]"))), "");
 }
 
+TEST(ReadSurface, RefusesAJsonTextThatIsLongerThanTheFile) {
+    const TemporaryFolder folder;
+    std::string file = glb_file(tetrahedron());
+    file[15] = 9;  // the highest byte of the text's length
+    EXPECT_NE(reading_error(folder.write("long.glb", file)).find("its JSON text has 15"), std::string::npos);
+}
+
 TEST(ReadSurface, OpensNoOtherFile) {
     const TemporaryFolder folder;
     ASSERT_EQ(mkfifo((folder / "endless.mtl").c_str(), 0600), 0);  // opening it would wait for a writer
