@@ -49,7 +49,7 @@ struct NonFinite : testing::Test {
     }
 };
 
-std::vector<FacePair> listed(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
+std::vector<FacePair> in_a_list(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
 
 constexpr bool reads_all_at_once(BoundKind kind) {
     return is_exact(kind) || kind == BoundKind::affine;  // without nodes, `affine` is like `boxes`
@@ -81,7 +81,7 @@ TEST_F(NonFinite, PositionsAreRefusedWhereTheyAreRead) {
                     // Either the query reads the vertex and says so, or the vertex has no part in the answer.
                     std::vector<FacePair> pairs;
                     const std::string in_query =
-                        test::refusal([&] { pairs = listed(query.intersecting(a, b)); });
+                        test::refusal([&] { pairs = in_a_list(query.intersecting(a, b)); });
                     if (vertex == touching_vertex())
                         EXPECT_TRUE(in_query.starts_with(expected_error)) << name(kind) << ": " << in_query;
                     else if (in_query.empty())
@@ -97,7 +97,7 @@ TEST_F(NonFinite, PositionsAreRefusedWhereTheyAreRead) {
                     EXPECT_TRUE(at_once.starts_with(expected_error)) << name(kind) << ": " << at_once;
                 }
                 a.begin_pose(s.X);
-                EXPECT_EQ(listed(query.intersecting(a, b)), contact) << name(kind);
+                EXPECT_EQ(in_a_list(query.intersecting(a, b)), contact) << name(kind);
             }
     }
 }
@@ -166,7 +166,7 @@ TEST_F(NonFinite, HugeFinitePositionsAreNoError) {
     a.begin_pose(huge);
     b.begin_pose(other);
     PairQuery query;
-    EXPECT_EQ(listed(query.intersecting(a, b)), test::brute_force_intersecting(huge, s.F, other, s.F));
+    EXPECT_EQ(in_a_list(query.intersecting(a, b)), test::brute_force_intersecting(huge, s.F, other, s.F));
 }
 
 TEST_F(NonFinite, OtherNumbersOfRowsAreRefusedInAllBuilds) {
