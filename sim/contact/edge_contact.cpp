@@ -33,6 +33,11 @@ Segment segment(const ContactSurface& surface, int edge) {
     return {surface.x(ends[0]), surface.x(ends[1])};
 }
 
+double length_of(const ContactSurface& surface, int edge) {
+    const Segment s = segment(surface, edge);
+    return (s.q - s.p).norm();
+}
+
 SurfacePoint edge_point(int body, const ContactSurface& surface, int edge, double t) {
     const auto ends = surface.topology().edges.row(edge);
     return {.body = body, .count = 2, .vertices = {ends[0], ends[1]}, .weights = {1 - t, t}};
@@ -219,7 +224,13 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
     std::vector<EdgePair> facing;
     for (const std::vector<EdgePair>& part : found) facing.insert(facing.end(), part.begin(), part.end());
     std::ranges::sort(facing);
+    const double shortest = detail == ContactDetail::enough ? short_share * reach.apart : 0;
     for (const EdgePair& pair : facing) {
+        // Patches with short edges alone were left out; of the others, edges are judged one by one, so that
+        // contacts do not depend on which edges lie in one patch.
+        if (std::max(length_of(a.patches.surface(), pair.a), length_of(b.patches.surface(), pair.b)) <=
+            shortest)
+            continue;
         const double motion =
             std::min(reach.approach, double{relative_motion(a.patches, pair.a, b.patches, pair.b)});
         if (const std::optional<Contact> contact = edge_contact(

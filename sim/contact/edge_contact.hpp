@@ -32,7 +32,7 @@ std::optional<Contact> edge_contact(const EdgeOfBody& a, const EdgeOfBody& b,
 /// face of the other body. Each contact is appended once, by ascending edges; stiffness and friction stay
 /// zero.
 /// pairs: patches that were required, without repeats: all that own edges within reach of each other; more do
-/// no harm. detail: with `enough`, patches whose edges are short beside the contact distance are left to
+/// no harm. detail: with `enough`, pairs of edges that are both short beside the contact distance are left to
 /// their vertices.
 void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<const PatchPair> pairs,
                         const ContactReach& reach, ContactDetail detail, std::vector<Contact>& contacts);

@@ -6,7 +6,9 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "collision/base/counter_random.hpp"
@@ -94,11 +96,20 @@ class CrumpledBoxes : public testing::Test {
         body_.surface = fine.mesh;
     }
 
-    ContactSurface crumpled(std::uint64_t seed, const Eigen::RowVector3d& centre) const {
+    /// tree: whose leaves are the patches; null: one over the rest pose.
+    ContactSurface crumpled(std::uint64_t seed, const Eigen::RowVector3d& centre,
+                            const WideTree* tree = nullptr) const {
         CounterRandom random(seed, 0);
         Nodes x = body_.tets.X.rowwise() + centre;
         for (double& coordinate : x.reshaped()) coordinate += 0.05 * (random.unit() - 0.5);
-        return {std::make_shared<const ContactShape>(body_.W, body_.surface.F, body_.tets.X), x};
+        return {std::make_shared<const ContactShape>(body_.W, body_.surface.F, body_.tets.X, tree), x};
+    }
+
+    /// A tree whose leaves are faces that follow each other in the file.
+    WideTree tree_in_file_order() const {
+        std::vector<int> order(static_cast<std::size_t>(body_.surface.F.rows()));
+        std::iota(order.begin(), order.end(), 0);
+        return build_wide_tree(order, body_.surface.F, static_cast<int>(body_.W.rows()));
     }
 
     /// The contacts of a first find(), from all pairs of patches.
@@ -189,6 +200,31 @@ TEST_F(CrumpledBoxes, LeaveShortEdgesToTheirVertices) {
         << "long beside the distance";
     EXPECT_GT(edges(0.4, ContactDetail::all), 10);
     EXPECT_EQ(edges(0.4, ContactDetail::enough), 0);
+}
+
+TEST_F(CrumpledBoxes, HaveContactsThatDoNotDependOnThePatches) {
+    const WideTree other = tree_in_file_order();
+    int edges = 0, left_out = 0;
+    for (const double apart : {0.1, 0.15, 0.2, 0.25}) {
+        const auto found = [&](const WideTree* tree, ContactDetail detail) {
+            const ContactSurface a = crumpled(1, {0, 0, 0}, tree), b = crumpled(101, {0.1, 0.05, 0.33}, tree);
+            std::vector<std::tuple<int, std::array<int, 3>, std::array<int, 3>, double>> all;
+            for (const Contact& c :
+                 contacts(a, b, {.apart = apart, .inside = apart}, Eigen::RowVector3d::Zero(), detail))
+                all.emplace_back(c.a.count, c.a.vertices, c.b.vertices, c.gap);
+            std::ranges::sort(all);
+            return all;
+        };
+        const auto enough = found(nullptr, ContactDetail::enough);
+        EXPECT_EQ(enough, found(&other, ContactDetail::enough)) << apart;
+        const auto all = found(nullptr, ContactDetail::all);
+        EXPECT_EQ(all, found(&other, ContactDetail::all)) << apart;
+        edges += static_cast<int>(
+            std::ranges::count_if(enough, [](const auto& c) { return std::get<0>(c) == 2; }));
+        left_out += static_cast<int>(all.size() - enough.size());
+    }
+    EXPECT_GT(edges, 10);
+    EXPECT_GT(left_out, 10);
 }
 
 TEST_F(CrumpledBoxes, HaveContactsOfEdgesThatPointFromOneEdgeToTheOther) {
