@@ -97,6 +97,12 @@ bool takes_whole_numbers(const CLI::Option& option) {
     return kind.starts_with("INT") || kind.starts_with("UINT");
 }
 
+/// Makes the options of a command refuse texts that none of their kind has.
+void check_texts(CLI::App& command) {
+    for (CLI::Option* option : command.get_options())
+        if (option->get_expected_max() > 0) option->check(takes_whole_numbers(*option) ? decimal : not_empty);
+}
+
 /// Makes queries use the kernels that the command line names.
 void choose_kernels(const std::string& instructions) {
     const auto refuse = [&](const std::string& why) {
@@ -185,10 +191,8 @@ int run(const Program& program, Output& out, int argc, char** argv) {
         const std::string notes = command->get_footer();
         command->footer(fmt::format("{}{}Examples:\n{}", notes, notes.empty() ? "" : "\n\n", lines));
     }
-    for (CLI::App* command : app.get_subcommands(nullptr))
-        for (CLI::Option* option : command->get_options())
-            if (option->get_expected_max() > 0)
-                option->check(takes_whole_numbers(*option) ? decimal : not_empty);
+    check_texts(app);
+    for (CLI::App* command : app.get_subcommands(nullptr)) check_texts(*command);
 
     // Commands are final callbacks, which run after everything, including --threads, has been parsed.
     std::optional<tbb::global_control> limit;

@@ -157,19 +157,18 @@ void add_export(CLI::App& app, Output& out) {
                      "Tree file; or a recording, or a trajectory of one, as `view` takes it")
         ->required();
     CLI::Option_group* form = command->add_option_group("form");
-    form->add_option("--torch", arguments->torch,
-                     "File of plain arrays to write, for PyTorch (see training/torch)");
+    CLI::Option* torch = form->add_option("--torch", arguments->torch,
+                                          "File of plain arrays to write, for PyTorch (see training/torch)");
     CLI::Option* flat = form->add_flag("--flat", arguments->is_flat,
                                        "Write the whole tree as one file of plain arrays, for programs "
                                        "that embed nbd::collision (see collision/flat)");
-    CLI::Option* gltf = form->add_option(
+    form->add_option(
         "--gltf", arguments->gltf,
         fmt::format("Binary glTF to write (.glb), with a morph target for each of at most {} frames",
                     most_glb_frames));
-    CLI::Option* mdd =
-        form->add_option("--mdd", arguments->mdd,
-                         "Point cache to write (.mdd), and beside it the surface at rest (NAME_rest.obj)");
-    CLI::Option* pc2 = form->add_option("--pc2", arguments->pc2, "Likewise (.pc2)");
+    form->add_option("--mdd", arguments->mdd,
+                     "Point cache to write (.mdd), and beside it the surface at rest (NAME_rest.obj)");
+    form->add_option("--pc2", arguments->pc2, "Likewise (.pc2)");
     form->require_option(1);
     flat->needs(
         command->add_option("-o,--output", arguments->flat, "Flat file to write, TREE.nbd")->needs(flat));
@@ -182,9 +181,7 @@ void add_export(CLI::App& app, Output& out) {
         command->add_option("--scene", source.scene,
                             "Scene file, or its folder, of a recording that was moved away from it")};
     for (CLI::Option* option : of_clips)
-        for (CLI::Option* other : form->get_options())
-            if (other != gltf && other != mdd && other != pc2 && other != form->get_help_ptr())
-                option->excludes(other);
+        for (CLI::Option* of_tree : {torch, flat}) option->excludes(of_tree);
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -180,14 +180,12 @@ bool is_finished(const SceneOutput& paths, const std::vector<std::filesystem::pa
                  const ExtrasRequest& extras) {
     for (const auto& output : {paths.recording, paths.csv, paths.vtu, paths.obj, paths.picture})
         if (!output.empty() && !std::filesystem::exists(output)) return false;
+    if (std::filesystem::exists(journal_path(paths))) return false;
     const auto written = std::filesystem::last_write_time(paths.recording);
-    return !std::filesystem::exists(journal_path(paths)) &&
-           std::ranges::none_of(inputs,
-                                [&](const std::filesystem::path& input) {
-                                    return std::filesystem::exists(input) &&
-                                           std::filesystem::last_write_time(input) >= written;
-                                }) &&
-           has_all(paths.recording, frames, extras);
+    for (const std::filesystem::path& input : inputs)
+        if (std::filesystem::exists(input) && std::filesystem::last_write_time(input) >= written)
+            return false;
+    return has_all(paths.recording, frames, extras);
 }
 
 void run(const SimulateArguments& arguments, Output& out) {

@@ -113,7 +113,8 @@ void SharedTraining::train(const PoseRows& inputs, const PoseRows& targets, cons
                            const TrainingHooks& hooks, std::vector<TrainedMlp>& networks) const {
     check_mlp_config(config);
     Networks work(folder_, inputs, targets, config, hooks, networks);
-    std::filesystem::remove(mark(folder_, rank_, rank_.number));  // of an earlier run without a name
+    std::filesystem::remove(
+        mark(folder_, rank_, rank_.number));  // a killed run without a name may have left it
     const int nodes = static_cast<int>(networks.size());
     const int start = static_cast<int>(std::int64_t{nodes} * rank_.number / rank_.count);
     // First the networks that no other process has claimed, then the rest.

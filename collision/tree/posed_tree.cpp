@@ -62,7 +62,7 @@ PosedTreeState::PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundK
         of_samples.emplace(make_wide(*tree, BoundKind::learned_affine, margin));
     if (is_auto && (of_samples || is_usable(*tree, BoundKind::learned_boxes, margin))) automatic.emplace();
     is_wide = of_nodes || of_surface;
-    if (!is_wide) posed_spheres = make_spheres(*tree, kind, margin);
+    if (!is_wide) made_spheres();
     is_of_nodes = of_nodes.has_value();  // before the first pose too
 }
 
@@ -89,8 +89,13 @@ AffineBoxes& PosedTreeState::wide() {
     return *of_surface;
 }
 
-PosedSpheres& PosedTreeState::spheres() {
+PosedSpheres& PosedTreeState::made_spheres() {
     if (!posed_spheres) posed_spheres = make_spheres(*tree, kind, margin);
+    return *posed_spheres;
+}
+
+PosedSpheres& PosedTreeState::spheres() {
+    made_spheres();
     if (spheres_are_stale) {
         const Stopwatch watch;
         if (is_of_nodes) {

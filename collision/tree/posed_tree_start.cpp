@@ -63,10 +63,7 @@ void PosedTreeState::set_pose(const Positions& x, std::span<const RegionMotion> 
     positions = x;
     is_of_nodes = in_step = false;
     wide_is_stale = samples_are_stale = spheres_are_stale = is_wide;
-    if (!is_wide) {
-        if (!posed_spheres) posed_spheres = make_spheres(*tree, kind, margin);
-        return posed_spheres->begin_pose(x, motion);
-    }
+    if (!is_wide) return made_spheres().begin_pose(x, motion);
     if (automatic)
         automatic->end_pose();
     else

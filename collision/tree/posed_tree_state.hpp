@@ -101,6 +101,7 @@ struct PosedTreeState {
     template <class Start>
     void begin(const Start& start);
     void forget_pose() noexcept;
+    PosedSpheres& made_spheres();  // in whatever pose
     void set_pose(const Positions& x, std::span<const RegionMotion> motion);
     bool met_non_finite() const noexcept;
     void check_motion(std::span<const RegionMotion> motion) const;

@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace nbd {
@@ -38,6 +37,7 @@ std::string json_text(const std::filesystem::path& path) {
     return file.read(text.data(), static_cast<std::streamsize>(text.size())) ? text : std::string();
 }
 
+/// Counts how deeply the brackets outside of strings are nested.
 void check_values(const std::string& text) {
     int depth = 0;
     bool in_string = false;

@@ -68,18 +68,19 @@ def write_references(staging, source, build):
     module = importlib.import_module("nbdtree")
     stubs = (source / "apps/python/nbdtree/__init__.pyi").read_text()
     staging.write(Path("reference/python.md"), python_page(module, stubs))
-    return {"Commands": write_commands(staging, build / "apps" / "nbdtree", "commands", "Commands", "README.md"),
-            "Benchmarks": write_commands(staging, build / "apps" / "nbdtree-bench", "benchmarks", "Benchmarks",
+    program, benchmarks = build / "apps" / "nbdtree", build / "apps" / "nbdtree-bench"
+    commands = list_page(program, "Commands") + common_options(program)
+    return {"Commands": write_commands(staging, program, "commands", "Commands", commands, "README.md"),
+            "Benchmarks": write_commands(staging, benchmarks, "benchmarks", "Benchmarks", list_page(benchmarks, "Benchmarks"),
                                          "../commands/README.md")}
 
 
-def write_commands(staging, program, folder, title, options):
-    """Writes a page for each command of a program and one that lists them. Returns their navigation.
+def write_commands(staging, program, folder, title, first, options):
+    """Writes a page for each command of a program, after the first one. Returns their navigation.
 
-    options: link from these pages to the page of the common options."""
+    first: text of the page that lists the commands. options: link from the others to that of the common options."""
     pages = Path("reference") / folder
-    text = list_page(program, title)
-    staging.write(pages / "README.md", text + common_options(program) if options == "README.md" else text)
+    staging.write(pages / "README.md", first)
     navigation = {title: str(pages / "README.md")}
     for name in commands_of(program):
         navigation[name] = str(pages / f"{name}.md")

@@ -40,7 +40,7 @@ class LongCall {
 
 /// A long call that reads or writes HDF5 files, whose library serves one thread at a time: such calls of
 /// several threads wait for each other. Throws std::runtime_error inside a Progress, whose call holds the
-/// files, and in a child of a fork that another thread's FileCall held them at.
+/// files, and in the child of a fork during which another thread held them.
 class FileCall : public LongCall {
  public:
     FileCall() : one_(files()) {}

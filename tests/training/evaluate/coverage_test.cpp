@@ -40,6 +40,19 @@ class Coverage : public test::FileTest {
         held_out = frames_of(data, file.facts.split, FrameSet::held_out);
     }
 
+    /// Poses the tree as in each held-out frame and calls look(x), with the positions of the surface.
+    template <class Look>
+    void for_each_pose(PosedTree& posed, const Look& look) const {
+        const RecordingReader data(folder / "data.h5");
+        Vertices nodes, x;
+        for (const FrameId& frame : held_out) {
+            data.read(frame.trajectory, frame.frame, 1, nodes);
+            apply_embedding(bar.body.W, nodes, x);
+            posed.begin_pose(x);
+            look(x);
+        }
+    }
+
     Bar bar{0, 5}, bar_with_modes{8, 5};
     TreeFile file;
     std::shared_ptr<const CollisionTree> tree;
@@ -65,12 +78,8 @@ TEST_F(Coverage, OfBoxesAgreesWithADirectCount) {
     const auto rows = measure_coverage(bar.body, tree, BoundKind::learned_boxes, data, held_out);
     ASSERT_EQ(rows.size(), 4u);
     PosedTree posed(tree, BoundKind::learned_boxes);
-    Vertices nodes, x;
     double missing = 0;
-    for (const FrameId& frame : held_out) {
-        data.read(frame.trajectory, frame.frame, 1, nodes);
-        apply_embedding(bar.body.W, nodes, x);
-        posed.begin_pose(x);
+    for_each_pose(posed, [&](const Vertices& x) {
         for (int i = 7; i < 15; ++i) {
             bool inside = true;
             for (const int v : tree->spheres.node_vertices(i))
@@ -79,7 +88,7 @@ TEST_F(Coverage, OfBoxesAgreesWithADirectCount) {
                              x(v, axis) <= posed.box(i)->hi[axis];
             missing += !inside;
         }
-    }
+    });
     EXPECT_NEAR(rows[3].nodes_missing, missing / (8. * static_cast<double>(held_out.size())), 1e-9);
     EXPECT_GT(rows[3].inflation, 0);
     EXPECT_LT(rows[3].inflation, 0.5);
@@ -91,12 +100,8 @@ TEST_F(Coverage, OfSpheresAgreesWithADirectCount) {
     ASSERT_EQ(rows.size(), 4u);
     // Counts depth 3 directly.
     PosedTree posed(tree, BoundKind::learned_spheres);
-    Vertices nodes, x;
     double missing = 0, inflation = 0;
-    for (const FrameId& frame : held_out) {
-        data.read(frame.trajectory, frame.frame, 1, nodes);
-        apply_embedding(bar.body.W, nodes, x);
-        posed.begin_pose(x);
+    for_each_pose(posed, [&](const Vertices& x) {
         for (int i = 7; i < 15; ++i) {
             const Sphere s = posed.sphere(i);
             float farthest = 0, exact = 0;
@@ -110,7 +115,7 @@ TEST_F(Coverage, OfSpheresAgreesWithADirectCount) {
             missing += farthest > s.r;
             inflation += s.r / exact - 1;
         }
-    }
+    });
     const double all = static_cast<double>(held_out.size()) * 8;
     EXPECT_NEAR(rows[3].nodes_missing, missing / all, 1.5 / all);
     EXPECT_NEAR(rows[3].inflation, inflation / all, 1e-4);
@@ -139,19 +144,15 @@ TEST_F(Coverage, CountsEveryVertexOutsideOfSpheresThatAreTooSmall) {
     const RecordingReader data(folder / "data.h5");
     const auto rows = measure_coverage(bar.body, shrunken, BoundKind::learned_spheres, data, held_out);
     PosedTree posed(shrunken, BoundKind::learned_spheres);
-    Vertices nodes, x;
     long outside = 0, all = 0;
-    for (const FrameId& frame : held_out) {
-        data.read(frame.trajectory, frame.frame, 1, nodes);
-        apply_embedding(bar.body.W, nodes, x);
-        posed.begin_pose(x);
+    for_each_pose(posed, [&](const Vertices& x) {
         for (int i = 7; i < 15; ++i)
             for (const int v : shrunken->spheres.node_vertices(i)) {
                 const double r = posed.sphere(i).r;
                 outside += (x.row(v).transpose() - posed.sphere(i).c).cast<double>().squaredNorm() > r * r;
                 ++all;
             }
-    }
+    });
     EXPECT_GT(outside, 10);
     EXPECT_NEAR(rows[3].vertices_outside, static_cast<double>(outside) / static_cast<double>(all), 1e-9);
 }
