@@ -1,14 +1,20 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
+#include "collision/tree/posed_tree.hpp"
+#include "meshing/body/body.hpp"
 #include "tests/apps/small_files.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
 #include "tests/support/file_damage.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/split.hpp"
+#include "training/files/tree_file.hpp"
 
 namespace nbd::test {
 namespace {
@@ -57,6 +63,62 @@ TEST_F(FiguresTest, WritesEveryFigureAsTableAndPictures) {
     ASSERT_EQ(ours.size(), 2 * evaluated.size() - 1);
     EXPECT_EQ(ours[0], "body," + evaluated[0]);
     for (std::size_t i = 1; i < evaluated.size(); ++i) EXPECT_EQ(ours[i], "ONE," + evaluated[i]);
+}
+
+/// The share of vertices outside of the spheres of one depth and the mean of r / r_exact - 1, counted here
+/// over all test frames.
+struct DirectCount {
+    double outside = 0, inflation = 0;
+
+    DirectCount(const std::filesystem::path& folder, BoundKind kind, float margin, int depth) {
+        const TreeFile file = load_tree(folder / "tree.h5");
+        const Body body = load_body(folder / "box.h5");
+        const RecordingReader data(folder / "data.h5");
+        PosedTree posed(std::make_shared<const CollisionTree>(file.tree), kind, margin);
+        Vertices nodes;
+        long vertices = 0, spheres = 0;
+        for (const FrameId& frame : frames_of(data, file.facts.split, FrameSet::random_test)) {
+            data.read(frame.trajectory, frame.frame, 1, nodes);
+            const Vertices x = body.W.cast<float>() * nodes;
+            posed.begin_pose(x);
+            for (int i = (1 << depth) - 1; i < (2 << depth) - 1; ++i) {
+                const auto listed = file.tree.spheres.node_vertices(i);
+                const Sphere s = posed.sphere(i);
+                Eigen::RowVector3f mean = Eigen::RowVector3f::Zero();
+                for (const int v : listed) mean += x.row(v) / static_cast<float>(listed.size());
+                float exact = 0;
+                for (const int v : listed) {
+                    exact = std::max(exact, (x.row(v) - mean).norm());
+                    outside += (x.row(v).transpose() - s.c).norm() > s.r;
+                }
+                inflation += s.r / exact - 1;
+                vertices += static_cast<long>(listed.size());
+                ++spheres;
+            }
+        }
+        outside /= static_cast<double>(vertices);
+        inflation /= static_cast<double>(spheres);
+    }
+};
+
+TEST_F(FiguresTest, TellsWhatADirectCountTells) {
+    make({"figures", "-o", "counted", "--body", "ONE", "tree.h5", "data.h5", "-q"});
+    constexpr std::array counted{BoundKind::bd, BoundKind::nbd, BoundKind::learned_spheres};
+    int compared = 0;
+    double most_outside = 0;
+    for (const std::string& line : lines(read_bytes(folder() / "counted/bounds.csv"))) {
+        const auto row = cells(line);  // body, frames, bound, margin, depth, radius_error, inflation, ...
+        const auto kind = std::ranges::find(counted, row[2], [](BoundKind k) { return name(k); });
+        if (kind == counted.end() || (row[3] != "0" && row[3] != "0.02")) continue;
+        SCOPED_TRACE(line);
+        const DirectCount count(folder(), *kind, std::stof(row[3]), std::stoi(row[4]));
+        EXPECT_NEAR(std::stod(row[6]), count.inflation, 1e-4);
+        EXPECT_NEAR(std::stod(row[8]), count.outside, 0.5 / std::stod(row[12]));
+        most_outside = std::max(most_outside, count.outside);
+        ++compared;
+    }
+    EXPECT_EQ(compared, 3 * 2 * 3);  // bounds, margins, depths
+    EXPECT_GT(most_outside, 0);
 }
 
 TEST_F(FiguresTest, DrawsSpheresAndCountsProtrudingVertices) {

@@ -1,7 +1,9 @@
 """Opens the output of `nbdtree simulate --vtu --obj` with VTK's own readers, as ParaView does, and compares it with the
 recording.
 
-Usage: read_with_vtk.py RECORDING FOLDER OBJ_FOLDER FRAMES STEP_SECONDS
+Usage: read_with_vtk.py RECORDING BODY FOLDER OBJ_FOLDER FRAMES STEP_SECONDS
+
+BODY is the file of both bodies.
 """
 import pathlib
 import sys
@@ -14,7 +16,7 @@ from vtkmodules.vtkCommonCore import vtkCommand
 from vtkmodules.vtkIOGeometry import vtkOBJReader
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-folder, obj_folder, frames, dt = pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3]), int(sys.argv[4]), float(sys.argv[5])
+folder, obj_folder, frames, dt = pathlib.Path(sys.argv[3]), pathlib.Path(sys.argv[4]), int(sys.argv[5]), float(sys.argv[6])
 complaints = []
 
 
@@ -39,6 +41,9 @@ def field(data, name, rows, columns):
 with h5py.File(sys.argv[1]) as recording:
     bodies = [t["positions"][:] for _, t in sorted(recording["trajectories"].items())]
     times = recording["trajectories/000000/times"][:]
+with h5py.File(sys.argv[2]) as body:
+    first, nodes, weights = (body["embedding"][name][:] for name in ("rows", "cols", "values"))
+    faces = len(body["surface/faces"])
 positions = np.concatenate(bodies, axis=1)
 assert len(positions) == frames
 assert len(bodies) == 2
@@ -76,7 +81,8 @@ for f, entry in enumerate(entries):
     for b, name in enumerate(("0_lower", "1_upper")):
         surface = read(vtkOBJReader(), obj_folder / f"{name}_{f:06}.obj")
         vertices = vtk_to_numpy(surface.GetPoints().GetData())
-        assert surface.GetNumberOfPolys() == 108
-        assert np.allclose(vertices, bodies[b][f][: len(vertices)], atol=1e-6)  # surface vertices come first
+        assert surface.GetNumberOfPolys() == faces
+        embedded = np.add.reduceat(weights[:, None] * bodies[b][f][nodes], first[:-1])
+        assert np.allclose(vertices, embedded, atol=1e-6)
 assert largest_stress > 10 and largest_force > 0.01, (largest_stress, largest_force)
 assert not complaints, complaints

@@ -24,10 +24,11 @@ TEST_F(VtkTest, FramesAndSurfacesAgreeWithTheRecording) {
     EXPECT_EQ(listing(folder() / "frames").size(), 22u);
     EXPECT_EQ(listing(folder() / "surfaces").size(), 42u);
     const std::string folder_name = folder().string();
-    EXPECT_EQ(std::system(("cd '" + folder_name +
-                           "' && /usr/bin/python3 " NBD_READ_WITH_VTK " run.h5 frames surfaces 21 0.002")
-                              .c_str()),
-              0);
+    EXPECT_EQ(
+        std::system(("cd '" + folder_name +
+                     "' && /usr/bin/python3 " NBD_READ_WITH_VTK " run.h5 box.h5 frames surfaces 21 0.002")
+                        .c_str()),
+        0);
 }
 
 }  // namespace

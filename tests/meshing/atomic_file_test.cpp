@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
+#include <stdexcept>
 
 #include "collision/base/temporary_files.hpp"
 #include "tests/support/error_of.hpp"
@@ -70,13 +72,32 @@ TEST_F(AtomicFileTest, ReportsWhereItCannotWrite) {
               folder.string() + ": is a folder; allowed: the name of a file to write");
 }
 
+/// While it lives, root acts as a user without rights; another user stays who he is.
+class WithoutRights {
+ public:
+    WithoutRights() {
+        if (geteuid() == 0 && seteuid(nobody) != 0)
+            throw std::runtime_error("root cannot become another user");
+    }
+    ~WithoutRights() {
+        if (getuid() == 0 && seteuid(0) != 0) std::abort();
+    }
+    WithoutRights(const WithoutRights&) = delete;
+    WithoutRights& operator=(const WithoutRights&) = delete;
+
+ private:
+    static constexpr uid_t nobody = 65534;
+};
+
 TEST_F(AtomicFileTest, RejectsAReadOnlyFolder) {
-    if (geteuid() == 0) GTEST_SKIP() << "root can write everywhere";
-    std::filesystem::permissions(folder,
-                                 std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
-    EXPECT_EQ(error_of([&] { AtomicFile(folder / "a.csv"); }),
-              (folder / "a.csv").string() + ": cannot create a file in this folder: Permission denied");
-    std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
+    using enum std::filesystem::perms;
+    std::filesystem::permissions(folder, owner_read | owner_exec | others_read | others_exec);
+    {
+        const WithoutRights guard;
+        EXPECT_EQ(error_of([&] { AtomicFile(folder / "a.csv"); }),
+                  (folder / "a.csv").string() + ": cannot create a file in this folder: Permission denied");
+    }
+    std::filesystem::permissions(folder, owner_all);
 }
 
 /// Runs `action` in a separate process and returns its exit status.

@@ -264,6 +264,16 @@ TEST(CageBody, HoldsTheStanfordBunny) {
     EXPECT_GT(made.report.volume, 7.5e-4);
 }
 
+TEST(CageBody, HoldsAGeckoWithHoles) {
+    TriMesh gecko = read_surface(std::filesystem::path(NBD_ASSETS) / "gecko.obj");
+    const Eigen::Index kept = gecko.F.rows() - 40;  // the last faces: a hole, or several
+    gecko.F.conservativeResize(kept, 3);
+    const CageBody made = checked_body(without_loose_vertices(gecko), 2000);
+    EXPECT_GT(made.report.soup.given.open_edges, 5);
+    EXPECT_EQ(made.report.soup.given.shells, 1);
+    EXPECT_GT(made.report.volume, 0);
+}
+
 TEST(Cage, SplitsEdgesWhereTetrahedraAreFlatOnTheBoundary) {
     const TriMesh gear = read_surface(std::filesystem::path(NBD_ASSETS) / "gear.obj");
     const CageBody made = checked_body(gear, 200);

@@ -98,5 +98,14 @@ TEST(MakeBody, MakesTheFinerArmadillosOfThePaper) {
     EXPECT_EQ(make_body("ARMAUHD", surface, tets, {}, 2).surface.F.rows(), 259264);
 }
 
+TEST(MakeBody, MakesFinerGeckos) {
+    const TriMesh surface = read_surface(std::filesystem::path(NBD_ASSETS) / "gecko.obj");
+    const TetMesh tets = tetrahedralize(surface).tets;
+    const Eigen::Index faces = surface.F.rows();
+    EXPECT_EQ(make_body("gecko", surface, tets).surface.F.rows(), faces);
+    EXPECT_EQ(make_body("gecko", surface, tets, {}, 1).surface.F.rows(), 4 * faces);
+    EXPECT_EQ(make_body("gecko", surface, tets, {}, 2).surface.F.rows(), 16 * faces);
+}
+
 }  // namespace
 }  // namespace nbd

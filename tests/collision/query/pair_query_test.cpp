@@ -319,23 +319,35 @@ Surface read_obj(const std::filesystem::path& path) {
     return s;
 }
 
+/// Two wobbled surfaces, the second moved at random: the query finds the pairs that brute force finds, more
+/// than `least`.
+void expect_pairs_of_brute_force(const Surface& first, const Surface& second, std::size_t least) {
+    PosedTree a = exact_tree(first), b = exact_tree(second);
+    PairQuery query;
+    std::mt19937 random(4);
+    const Vertices x = shapes::wobbled(first.X, random, 0.02f);
+    const Vertices y =
+        shapes::moved(shapes::wobbled(second.X, random, 0.02f), shapes::random_motion(random, 0.2f));
+    a.begin_pose(x);
+    b.begin_pose(y);
+    const auto expected = brute_force_intersecting(x, first.F, y, second.F);
+    EXPECT_GT(expected.size(), least);
+    EXPECT_EQ(copied(query.intersecting(a, b)), expected);
+}
+
 TEST(PairQuery, AgreesWithBruteForceOnScannedMeshes) {
     const std::filesystem::path folder = NBD_SHARED_MESHES;
     if (!std::filesystem::exists(folder / "bob.obj")) GTEST_SKIP() << "no meshes at " << folder;
     const Surface bob = read_obj(folder / "bob.obj"), spot = read_obj(folder / "spot.obj");
     ASSERT_EQ(bob.F.rows(), 6000);
     ASSERT_EQ(spot.X.rows(), 3002);
-    PosedTree a = exact_tree(bob), b = exact_tree(spot);
-    PairQuery query;
-    std::mt19937 random(4);
-    const Vertices x = shapes::wobbled(bob.X, random, 0.02f);
-    const Vertices y =
-        shapes::moved(shapes::wobbled(spot.X, random, 0.02f), shapes::random_motion(random, 0.2f));
-    a.begin_pose(x);
-    b.begin_pose(y);
-    const auto expected = brute_force_intersecting(x, bob.F, y, spot.F);
-    EXPECT_GT(expected.size(), 50u);
-    EXPECT_EQ(copied(query.intersecting(a, b)), expected);
+    expect_pairs_of_brute_force(bob, spot, 50);
+}
+
+TEST(PairQuery, AgreesWithBruteForceOnTheAssets) {
+    const std::filesystem::path folder = NBD_ASSETS;
+    expect_pairs_of_brute_force(read_obj(folder / "gecko.obj"), read_obj(folder / "ring.obj"), 50);
+    expect_pairs_of_brute_force(read_obj(folder / "gear.obj"), read_obj(folder / "beam.obj"), 20);
 }
 
 }  // namespace
