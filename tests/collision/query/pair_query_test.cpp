@@ -346,7 +346,7 @@ TEST(PairQuery, AgreesWithBruteForceOnScannedMeshes) {
 
 TEST(PairQuery, AgreesWithBruteForceOnTheAssets) {
     const std::filesystem::path folder = NBD_ASSETS;
-    expect_pairs_of_brute_force(read_obj(folder / "gecko.obj"), read_obj(folder / "ring.obj"), 50);
+    expect_pairs_of_brute_force(read_obj(folder / "gecko.obj"), read_obj(folder / "ring.obj"), 20);
     expect_pairs_of_brute_force(read_obj(folder / "gear.obj"), read_obj(folder / "beam.obj"), 20);
 }
 
