@@ -1,4 +1,3 @@
-// This file is compiled without fused products.
 #include "collision/geometry/embedding.hpp"
 
 #include <algorithm>

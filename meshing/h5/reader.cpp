@@ -34,15 +34,15 @@ bool fits(const Shape& shape, const Shape& expected) {
         shape, expected, [](std::size_t has, std::size_t wanted) { return wanted == any || has == wanted; });
 }
 
-/// Whether the file can hold this shape. Deflate packs at most 1032 to 1, so a larger claim is false; without
-/// this check it would be allocated before the error shows.
-bool is_credible(const Shape& shape, std::size_t element_size, std::size_t file_bytes) {
+/// Whether so many stored bytes can hold this shape. Deflate packs at most 1032 to 1, so a larger claim is
+/// false; without this check it would be allocated before the error shows.
+bool is_credible(const Shape& shape, std::size_t element_size, std::size_t stored_bytes) {
     double bytes = static_cast<double>(element_size);
     for (const std::size_t d : shape) {
         if (d > INT_MAX) return false;
         bytes *= static_cast<double>(d);
     }
-    return bytes <= 1100. * static_cast<double>(file_bytes);
+    return bytes <= 1100. * static_cast<double>(stored_bytes);
 }
 
 }  // namespace
@@ -186,8 +186,9 @@ Shape Reader::check(const std::string& dataset, Type type, const Shape& expected
     const Shape shape = this->shape(dataset);
     if (!fits(shape, expected))
         refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), text(expected));
-    const bool elsewhere = is_virtual(impl_->file.open_dataset(dataset).get());
-    if (!elsewhere && !is_credible(shape, size_of(type), impl_->file.bytes()))
+    const Handle opened = impl_->file.open_dataset(dataset);
+    const std::size_t stored = std::min<std::size_t>(H5Dget_storage_size(opened.get()), impl_->file.bytes());
+    if (!is_virtual(opened.get()) && !is_credible(shape, size_of(type), stored))
         refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), "a size that the file can hold");
     return shape;
 }

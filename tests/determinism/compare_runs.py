@@ -1,13 +1,11 @@
 #!/usr/bin/env python3
 """Runs scenes in several ways and compares the bits of every frame.
 
-    compare_runs.py PROGRAM [--others OTHER_BUILD ...] [--scenes rings pile ...] [--frames 10] [--csv determinism.csv]
+    compare_runs.py PROGRAM [--others "clang 16=OTHER_PROGRAM" ...] [--scenes rings pile ...] [--frames 10] [--csv determinism.csv]
 
-Each scene runs on one thread and on two, and with every instruction set of the collision kernels that the processor
-has; all frames must have the same bits: exit status 1 if one differs. Programs of --others, built with another compiler
-or without optimisation, are compared as well; the table says from which frame on they differ, which is no error: the
-compiler may fuse products. Its columns `reference` and `hash` are 16 hex digits over all frames, of the run on one thread
-and of the one that is compared with it.
+Each scene runs on one thread and on two, with every instruction set of the collision kernels that the processor has, and
+with the programs of --others, built by another compiler or without optimisation. All frames must have the same bits: exit
+status 1 if one differs. The column `hash` is 16 hex digits over all frames.
 
 Exit status 77, for ctest: h5py is not there.
 """
@@ -63,26 +61,27 @@ def first_difference(frames, reference):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
-    parser.add_argument("--others", nargs="*", default=[])
+    parser.add_argument("--others", nargs="*", default=[], metavar="NAME=PROGRAM")
     parser.add_argument("--scenes", nargs="+", choices=known_scenes(), default=known_scenes())
     parser.add_argument("--frames", type=int, default=10)
     parser.add_argument("--csv")
     options = parser.parse_args()
 
+    others = [other.split("=", 1) for other in options.others]
     rows, wrong = [], 0
     for scene in options.scenes:
         reference = hashes(options.program, scene, options.frames, ["--threads", "1"])
         ways = [("two threads", options.program, ["--threads", "2"])]
         ways += [(f"kernels {s}", options.program, ["--threads", "1", "--instructions", s]) for s in SETS]
-        ways += [(other, other, ["--threads", "1"]) for other in options.others]
+        ways += [(name, other, ["--threads", "1"]) for name, other in others]
         for name, program, arguments in ways:
             frames = hashes(program, scene, options.frames, arguments)
             place = None if frames is None else first_difference(frames, reference)
-            differs = frames is not None and place is not None
-            wrong += differs and program == options.program
+            wrong += place is not None
             rows.append({"scene": scene, "frames": len(reference), "compared": name,
-                         "result": "not run" if frames is None else f"differs from frame {place}" if differs else "same bits",
-                         "reference": of_all(reference), "hash": "" if frames is None else of_all(frames)})
+                         "result": "not run" if frames is None else
+                         "same bits" if place is None else f"differs from frame {place}",
+                         "hash": "" if frames is None else of_all(frames)})
             print("  ".join(f"{k} {v}" for k, v in rows[-1].items()), flush=True)
         if len(set(reference)) < len(reference):
             raise SystemExit(f"{scene}: nothing moves, so the comparison shows nothing")

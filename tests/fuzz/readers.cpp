@@ -19,6 +19,7 @@
 #include "meshing/h5/inspect.hpp"
 #include "sim/excitation/recipe_ranges.hpp"
 #include "sim/scene/scene.hpp"
+#include "tests/fuzz/memory_meter.hpp"
 #include "training/files/dataset_manifest.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
@@ -30,6 +31,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t longest_message = 2000;
+/// Deflate packs at most 1032 to 1, and a reader may hold what it unpacks twice.
+constexpr int deflated = 2100;
+constexpr int plain = 200;
 
 std::string text_of(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
@@ -72,25 +76,26 @@ void read_checkpoint(const fs::path& file) {
 }
 
 constexpr std::array list{
-    Reader{"obj", ".obj", [](const fs::path& file) { read_surface(file); }},
-    Reader{"ply", ".ply", [](const fs::path& file) { read_surface(file); }},
-    Reader{"stl", ".stl", [](const fs::path& file) { read_surface(file); }},
-    Reader{"off", ".off", [](const fs::path& file) { read_surface(file); }},
-    Reader{"glb", ".glb", [](const fs::path& file) { read_surface(file); }},
-    Reader{"msh", ".msh", [](const fs::path& file) { read_tets(file); }},
-    Reader{"mesh", ".mesh", [](const fs::path& file) { read_tets(file); }},
-    Reader{"vtk", ".vtk", [](const fs::path& file) { read_tets(file); }},
-    Reader{"scene", ".json", [](const fs::path& file) { parse_scene(text_of(file), file.parent_path()); }},
-    Reader{"recipe", ".json", [](const fs::path& file) { parse_recipe_ranges(text_of(file)); }},
-    Reader{"body", ".h5", [](const fs::path& file) { load_body(file); }},
-    Reader{"recording", ".h5", read_recording},
-    Reader{"dataset", ".h5", [](const fs::path& file) { read_dataset_manifest(file); }},
-    Reader{"tree", ".h5", [](const fs::path& file) { load_tree(file); }},
-    Reader{"flat", ".nbd", read_flat},
-    Reader{"journal", ".journal", read_journal},
-    Reader{"frame", ".bin", [](const fs::path& file) { frame_from(text_of(file)); }},
-    Reader{"checkpoint", ".h5", read_checkpoint},
-    Reader{"inspect", ".h5", [](const fs::path& file) { h5::inspect(file); }},
+    Reader{"obj", ".obj", [](const fs::path& file) { read_surface(file); }, plain},
+    Reader{"ply", ".ply", [](const fs::path& file) { read_surface(file); }, plain},
+    Reader{"stl", ".stl", [](const fs::path& file) { read_surface(file); }, plain},
+    Reader{"off", ".off", [](const fs::path& file) { read_surface(file); }, plain},
+    Reader{"glb", ".glb", [](const fs::path& file) { read_surface(file); }, plain},
+    Reader{"msh", ".msh", [](const fs::path& file) { read_tets(file); }, plain},
+    Reader{"mesh", ".mesh", [](const fs::path& file) { read_tets(file); }, plain},
+    Reader{"vtk", ".vtk", [](const fs::path& file) { read_tets(file); }, plain},
+    Reader{"scene", ".json", [](const fs::path& file) { parse_scene(text_of(file), file.parent_path()); },
+           plain},
+    Reader{"recipe", ".json", [](const fs::path& file) { parse_recipe_ranges(text_of(file)); }, plain},
+    Reader{"body", ".h5", [](const fs::path& file) { load_body(file); }, deflated},
+    Reader{"recording", ".h5", read_recording, deflated},
+    Reader{"dataset", ".h5", [](const fs::path& file) { read_dataset_manifest(file); }, deflated},
+    Reader{"tree", ".h5", [](const fs::path& file) { load_tree(file); }, deflated},
+    Reader{"flat", ".nbd", read_flat, plain},
+    Reader{"journal", ".journal", read_journal, plain},
+    Reader{"frame", ".bin", [](const fs::path& file) { frame_from(text_of(file)); }, plain},
+    Reader{"checkpoint", ".h5", read_checkpoint, deflated},
+    Reader{"inspect", ".h5", [](const fs::path& file) { h5::inspect(file); }, deflated},
 };
 
 [[noreturn]] void complain(const Reader& reader, std::string_view what, std::string_view message) {
@@ -98,16 +103,7 @@ constexpr std::array list{
     std::abort();
 }
 
-}  // namespace
-
-std::span<const Reader> readers() { return list; }
-
-const Reader* find_reader(std::string_view name) {
-    const auto found = std::ranges::find(list, name, &Reader::name);
-    return found == list.end() ? nullptr : &*found;
-}
-
-bool read_or_refuse(const Reader& reader, const fs::path& file) {
+bool is_accepted(const Reader& reader, const fs::path& file) {
     try {
         reader.read(file);
         return true;
@@ -121,6 +117,25 @@ bool read_or_refuse(const Reader& reader, const fs::path& file) {
             complain(reader, "a message of several lines", message);
         return false;
     }
+}
+
+}  // namespace
+
+std::span<const Reader> readers() { return list; }
+
+const Reader* find_reader(std::string_view name) {
+    const auto found = std::ranges::find(list, name, &Reader::name);
+    return found == list.end() ? nullptr : &*found;
+}
+
+bool read_or_refuse(const Reader& reader, const fs::path& file) {
+    const std::size_t size = fs::file_size(file);
+    const MemoryMeter meter;
+    const bool accepted = is_accepted(reader, file);
+    if (const std::size_t most = meter.most();
+        most > free_memory + static_cast<std::size_t>(reader.memory_per_byte) * size)
+        complain(reader, "takes too much memory", fmt::format("{} bytes for a file of {} bytes", most, size));
+    return accepted;
 }
 
 }  // namespace nbd::test

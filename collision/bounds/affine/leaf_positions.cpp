@@ -1,4 +1,3 @@
-// This file is compiled without fused products.
 #include "collision/bounds/affine/leaf_positions.hpp"
 
 #include <cstring>

@@ -125,7 +125,7 @@ TEST_F(Coverage, OfSpheresAgreesWithADirectCount) {
         EXPECT_LE(row.nodes_missing_mean.low, row.nodes_missing);
         EXPECT_GE(row.nodes_missing_mean.high, row.nodes_missing);
         EXPECT_LE(row.keeping_share.low, row.keeping / 15.0);
-        EXPECT_GE(row.keeping, 10);  // of 15; the stated share is 0.9
+        EXPECT_GE(row.keeping, 14) << row.depth;  // of 15; the stated share is 0.9
     }
     const std::string csv = to_csv(rows), text = to_text(rows);
     EXPECT_EQ(std::ranges::count(csv, '\n'), 5);
@@ -234,8 +234,8 @@ TEST_F(Coverage, HoldsOverRandomSplitsOfTheUnseenTrajectories) {
     ASSERT_EQ(rows.size(), 4u);
     for (const RandomSplitsRow& row : rows) {
         EXPECT_EQ(row.calibration + row.test, 30);
-        EXPECT_GE(row.keeping, 0.9 - 0.05) << row.depth;
-        EXPECT_LE(row.nodes_missing, 0.02 + 1.0 / 16) << row.depth;
+        EXPECT_GE(row.keeping, 0.9) << row.depth;
+        EXPECT_LE(row.nodes_missing, 0.02) << row.depth;
     }
 }
 
