@@ -1,10 +1,13 @@
 #include <fmt/core.h>
 
 #include <memory>
+#include <optional>
 
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/calibration_options.hpp"
 #include "apps/commands/commands.hpp"
+#include "apps/commands/memory_option.hpp"
+#include "training/files/frame_source.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
 
@@ -14,13 +17,16 @@ namespace {
 struct CalibrateArguments {
     std::string tree, recording, output;
     CalibrateConfig config;
+    std::optional<std::size_t> memory;  // MiB
 };
 
 void run(const CalibrateArguments& arguments, Output& out) {
     check_output(arguments.output, {arguments.recording});
     out.work("calibrating");
     TreeFile file = load_tree(arguments.tree);
-    calibrate(file, RecordingReader(arguments.recording), arguments.config);
+    const RecordingReader recording(arguments.recording);
+    FrameSource source(file.W, recording, frame_memory(arguments.memory));
+    calibrate(file, source, arguments.config);
     save_tree(arguments.output, file);
     nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
     for (const auto& [kind, calibration] : file.tree.calibrations) {
@@ -50,6 +56,7 @@ void add_calibrate(CLI::App& app, Output& out) {
     command->add_option("DATA", arguments->recording, "Recording of the body")->required();
     command->add_option("-o,--output", arguments->output, "Tree file to write; may be TREE")->required();
     add_calibration_options(*command, arguments->config);
+    add_memory_option(*command, arguments->memory);
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -68,17 +68,20 @@ ProducerHooks hooks_for(const ShardFolder& folder, Output& out) {
             .stop_if_asked = stop_if_asked};
 }
 
+/// Writes the card and the table of a merged dataset. Every rank does, since any other may have been killed.
+void write_summaries(const DatasetArguments& arguments, const ShardFolder& folder, const Body& body) {
+    write_card(folder, body, std::filesystem::path(arguments.body).filename().string(), arguments.licence);
+    if (arguments.csv.empty()) return;
+    h5::AtomicFile file(arguments.csv);
+    file.out() << to_csv(variety_from_json(read_dataset_manifest(folder.view()).variety));
+    file.commit();
+}
+
 void report(const DatasetArguments& arguments, const ShardFolder& folder, const Body& body,
             const Output& out) {
     const DatasetManifest manifest = read_dataset_manifest(folder.view());
-    write_card(folder, body, std::filesystem::path(arguments.body).filename().string(), arguments.licence);
     const auto nodes = body.tets.X.rows();
     const Variety variety = variety_from_json(manifest.variety);
-    if (!arguments.csv.empty()) {
-        h5::AtomicFile file(arguments.csv);
-        file.out() << to_csv(variety);
-        file.commit();
-    }
     int failed = 0;
     for (const auto& [name, kind] : variety.kinds) failed += kind.failed;
     out.text(fmt::format("{}: {} in {}, {} of {}, {} failed", arguments.output,
@@ -144,6 +147,7 @@ void run(const DatasetArguments& arguments, Output& out) {
     while (arguments.shard.empty() && !merge());
 
     if (arguments.shard.empty()) {
+        write_summaries(arguments, folder, body);
         if (rank.number == 0) report(arguments, folder, body, out);
         return;
     }

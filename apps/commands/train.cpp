@@ -12,6 +12,7 @@
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/calibration_options.hpp"
 #include "apps/commands/commands.hpp"
+#include "apps/commands/memory_option.hpp"
 #include "apps/sharing/rank.hpp"
 #include "apps/train/shared_training.hpp"
 #include "collision/base/stopwatch.hpp"
@@ -34,12 +35,6 @@ struct TrainArguments {
     CalibrateConfig calibrate;
     std::optional<std::size_t> memory;  // MiB
 };
-
-/// Bytes of positions to keep: as the user says, or a share of what the processes of this training have.
-std::size_t frame_memory(const TrainArguments& arguments, const Rank& rank) {
-    if (arguments.memory) return *arguments.memory << 20;
-    return default_frame_memory() / static_cast<std::size_t>(rank.count);
-}
 
 TrainConfig train_config(const TrainArguments& arguments) {
     TrainConfig config = arguments.config;
@@ -102,7 +97,7 @@ void run(const TrainArguments& arguments, Output& out) {
     const RecordingReader recording(arguments.recording);
     SurfaceBody surface = surface_body(body);
     config.tree.depth = arguments.depth.value_or(default_depth(config.bounds, surface.F.rows()));
-    FrameSource source(surface.W, recording, frame_memory(arguments, rank));
+    FrameSource source(surface.W, recording, frame_memory(arguments.memory, rank.count));
     TreeFile file;
     try {
         file = train_tree(std::move(surface), source, config, settings);
@@ -259,11 +254,7 @@ void add_train(CLI::App& app, Output& out) {
                      "Samples per node of learned bounds, a multiple of 16; 0: as few as are accurate")
         ->capture_default_str()
         ->check(sample_count());
-    command
-        ->add_option("--memory", arguments->memory,
-                     "MiB of positions kept in memory at most, so that the recording is read fewer times; "
-                     "default: a quarter of this machine's memory")
-        ->check(CLI::Range(std::size_t{0}, std::size_t{1} << 30));
+    add_memory_option(*command, arguments->memory);
     command->add_option("--seed", config.seed, "Seed of the split, the clustering and the networks")
         ->capture_default_str()
         ->check(seed_check());

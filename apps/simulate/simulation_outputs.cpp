@@ -57,7 +57,12 @@ std::string body_file_name(std::size_t body, std::string name) {
 SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& spec, const World& world,
                                      const std::vector<std::string>& body_hashes,
                                      const RecordingExtras& extras)
-    : paths_(paths), world_(world), recording_(paths.recording), extras_(extras.of_frames), film_(spec, 6) {
+    : paths_(paths),
+      world_(world),
+      recording_(paths.recording),
+      extras_(extras.of_frames),
+      film_(spec, 6),
+      table_(paths.csv.empty() ? StepTable() : StepTable(paths.csv)) {
     if (!extras.scene_file.empty())
         recording_.label(scene_file_label, relative_to(paths.recording, extras.scene_file));
     if (extras_.contact_edges) contact_edges_.emplace(contact_edge_finder(world));
@@ -141,7 +146,7 @@ void SimulationOutputs::add_surfaces(const SimulationFrame& frame) {
 void SimulationOutputs::finish(const std::string& failure) {
     for (const int handle : handles_) recording_.end_trajectory(handle, failure, {.troubled = troubled_});
     recording_.finish();
-    if (!paths_.csv.empty()) table_.write(paths_.csv);
+    table_.finish();
     if (!paths_.picture.empty()) film_.write(paths_.picture);
 }
 

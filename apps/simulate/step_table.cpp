@@ -4,8 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "meshing/h5/atomic_file.hpp"
+#include <utility>
 
 namespace nbd {
 
@@ -35,63 +34,69 @@ StepRow step_row(int frame, const WorldReport& report) {
             .least_distance = report.least_distance};
 }
 
-StepTotals StepTable::totals() const {
-    StepTotals total;
-    int last_in_contact = 0;
-    for (const StepRow& row : rows_) {
-        ++total.steps;
-        total.time = row.time;
-        if (row.contacts > 0 && std::exchange(last_in_contact, row.frame) != row.frame)
-            ++total.frames_in_contact;
-        total.deepest_penetration = std::max(total.deepest_penetration, row.deepest_penetration);
-        total.update_us += row.update_us;
-        total.collision_us += row.collision_us;
-        total.detect_us += row.detect_us;
-        total.assemble_us += row.assemble_us;
-        total.solve_us += row.solve_us;
-        total.rest_us += row.rest_us;
-        total.nodes_bounded += static_cast<double>(row.nodes_bounded);
-        total.nodes_out_of_range += row.nodes_out_of_range;
-        total.least_distance = std::min(total.least_distance, row.least_distance);
-        total.troubled_steps += row.trouble != StepTrouble::none;
-        if (!row.audited) continue;
-        ++total.audited_frames;
-        total.audit += row.audit;
-    }
-    for (double* sum : {&total.update_us, &total.collision_us, &total.detect_us, &total.assemble_us,
-                        &total.solve_us, &total.rest_us, &total.nodes_bounded})
-        *sum /= std::max(1, total.steps);
-    return total;
-}
-
-void StepTable::write(const std::filesystem::path& path) const {
-    h5::AtomicFile file(path);
-    file.out()
+StepTable::StepTable(const std::filesystem::path& path) : file_(path) {
+    file_->out()
         << "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,collision_us,"
            "detect_us,assemble_us,solve_us,rest_us,substeps,"
            "newton_iterations,solver_iterations,"
            "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
            "inverted_elements,trouble,least_distance,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
            "near_pairs_missed,audit_tests,audit_exact_tests,audit_us,audit_exact_us\n";
-    for (const StepRow& row : rows_) {
-        file.out() << fmt::format(
-            "{},{:.9g},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g}"
-            ",{:.6g},{},{},{}",
-            row.frame, row.time, row.contacts, row.face_pairs, row.nodes_bounded, row.nodes_out_of_range,
-            row.update_us, row.collision_us, row.detect_us, row.assemble_us, row.solve_us, row.rest_us,
-            row.substeps, row.newton_iterations, row.solver_iterations, row.solver_converged ? 1 : 0,
-            row.kinetic_energy, row.elastic_energy, row.gravity_energy, row.deepest_penetration,
-            row.inverted_elements, name(row.trouble),
-            std::isfinite(row.least_distance) ? fmt::format("{:.6g}", row.least_distance) : "");
-        if (row.audited)
-            file.out() << fmt::format(",{},{},{},{},{},{},{:.6g},{:.6g}\n", row.audit.intersecting,
-                                      row.audit.intersecting_missed, row.audit.near, row.audit.near_missed,
-                                      row.audit.tests, row.audit.exact_tests, row.audit.us,
-                                      row.audit.exact_us);
-        else
-            file.out() << ",,,,,,,,\n";
+}
+
+void StepTable::add(const std::vector<StepRow>& rows) {
+    for (const StepRow& row : rows) {
+        ++sums_.steps;
+        sums_.time = row.time;
+        if (row.contacts > 0 && std::exchange(last_frame_in_contact_, row.frame) != row.frame)
+            ++sums_.frames_in_contact;
+        sums_.deepest_penetration = std::max(sums_.deepest_penetration, row.deepest_penetration);
+        sums_.update_us += row.update_us;
+        sums_.collision_us += row.collision_us;
+        sums_.detect_us += row.detect_us;
+        sums_.assemble_us += row.assemble_us;
+        sums_.solve_us += row.solve_us;
+        sums_.rest_us += row.rest_us;
+        sums_.nodes_bounded += static_cast<double>(row.nodes_bounded);
+        sums_.nodes_out_of_range += row.nodes_out_of_range;
+        sums_.least_distance = std::min(sums_.least_distance, row.least_distance);
+        sums_.troubled_steps += row.trouble != StepTrouble::none;
+        if (row.audited) {
+            ++sums_.audited_frames;
+            sums_.audit += row.audit;
+        }
+        if (file_) write(row);
     }
-    file.commit();
+}
+
+StepTotals StepTable::totals() const {
+    StepTotals total = sums_;
+    for (double* sum : {&total.update_us, &total.collision_us, &total.detect_us, &total.assemble_us,
+                        &total.solve_us, &total.rest_us, &total.nodes_bounded})
+        *sum /= std::max(1, total.steps);
+    return total;
+}
+
+void StepTable::write(const StepRow& row) {
+    file_->out() << fmt::format(
+        "{},{:.9g},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g}"
+        ",{:.6g},{},{},{}",
+        row.frame, row.time, row.contacts, row.face_pairs, row.nodes_bounded, row.nodes_out_of_range,
+        row.update_us, row.collision_us, row.detect_us, row.assemble_us, row.solve_us, row.rest_us,
+        row.substeps, row.newton_iterations, row.solver_iterations, row.solver_converged ? 1 : 0,
+        row.kinetic_energy, row.elastic_energy, row.gravity_energy, row.deepest_penetration,
+        row.inverted_elements, name(row.trouble),
+        std::isfinite(row.least_distance) ? fmt::format("{:.6g}", row.least_distance) : "");
+    if (row.audited)
+        file_->out() << fmt::format(",{},{},{},{},{},{},{:.6g},{:.6g}\n", row.audit.intersecting,
+                                    row.audit.intersecting_missed, row.audit.near, row.audit.near_missed,
+                                    row.audit.tests, row.audit.exact_tests, row.audit.us, row.audit.exact_us);
+    else
+        file_->out() << ",,,,,,,,\n";
+}
+
+void StepTable::finish() {
+    if (file_) file_->commit();
 }
 
 }  // namespace nbd

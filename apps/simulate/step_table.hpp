@@ -2,9 +2,11 @@
 
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "apps/simulate/audit.hpp"
+#include "meshing/h5/atomic_file.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {
@@ -43,19 +45,27 @@ struct StepTotals {
     double step_us() const noexcept { return search_us() + detect_us + assemble_us + solve_us + rest_us; }
 };
 
-/// Results of a scene's steps, one row per step.
+/// Results of a scene's steps: their totals and, where a file is named, a row for each. Memory does not grow
+/// with the steps.
 class StepTable {
  public:
-    void add(const std::vector<StepRow>& rows) { rows_.insert(rows_.end(), rows.begin(), rows.end()); }
-    StepTotals totals() const;
+    /// Totals alone.
+    StepTable() = default;
+    /// Also writes CSV, one line per step: SI units, costs in microseconds; an audited frame's pairs are in
+    /// its last step. The file appears at finish(). Throws std::runtime_error if it cannot be created.
+    explicit StepTable(const std::filesystem::path& path);
 
-    /// Writes CSV, one line per step: SI units, costs in microseconds; an audited frame's pairs are in its
-    /// last step.
-    /// Atomic.
-    void write(const std::filesystem::path& path) const;
+    void add(const std::vector<StepRow>& rows);
+    StepTotals totals() const;
+    /// Throws std::runtime_error if a row could not be written.
+    void finish();
 
  private:
-    std::vector<StepRow> rows_;
+    void write(const StepRow& row);
+
+    StepTotals sums_;  // of costs, too
+    int last_frame_in_contact_ = 0;
+    std::optional<h5::AtomicFile> file_;
 };
 
 }  // namespace nbd

@@ -47,8 +47,9 @@ std::vector<RandomSplitsRow> check_random_splits(const BoundLevels& levels, cons
     return rows;
 }
 
-std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind kind,
-                                                 const RecordingReader& recording, int splits) {
+std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind kind, FrameSource& source,
+                                                 int splits) {
+    const RecordingReader& recording = source.recording();
     const auto tree = refer_to(file.tree);
     std::vector<FrameId> pool = frames_of(recording, file.facts.split, FrameSet::calibration);
     const std::vector<FrameId> held_out = frames_of(recording, file.facts.split, FrameSet::held_out);
@@ -62,11 +63,16 @@ std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind
     std::vector<FrameId> used = known;
     used.insert(used.end(), pool.begin(), pool.end());
     std::ranges::sort(used);
-    FrameSource source(file.W, recording);
     if (source.hash(used) != file.facts.recording_hash)
         throw std::invalid_argument("random splits need the recording of the training");
     return check_random_splits(BoundLevels(*tree, kind), score_shape(file.X, tree, kind, source, known),
                                score_bounds(file.X, tree, kind, source, pool), config, splits);
+}
+
+std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind kind,
+                                                 const RecordingReader& recording, int splits) {
+    FrameSource source(file.W, recording);
+    return check_random_splits(file, kind, source, splits);
 }
 
 std::string to_text(const std::vector<RandomSplitsRow>& rows) {

@@ -25,9 +25,13 @@ std::vector<RandomSplitsRow> check_random_splits(const BoundLevels& levels, cons
                                                  const BoundScores& pool, const CalibrateConfig& config,
                                                  int splits, std::uint64_t seed = 1);
 
-/// As above for a trained tree and its training recording, with the miss rate and confidence of its
-/// calibration. The pool is all trajectories that training did not see. Throws std::invalid_argument on
-/// another recording.
+/// As above for a trained tree, with the miss rate and confidence of its calibration. source: of the training
+/// recording. The pool is all trajectories that training did not see. Throws std::invalid_argument on another
+/// recording.
+std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind kind, FrameSource& source,
+                                                 int splits);
+
+/// Likewise, with the default memory of frames.
 std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind kind,
                                                  const RecordingReader& recording, int splits);
 

@@ -50,8 +50,8 @@ FrameSource::FrameSource(SurfaceEmbedding W, const RecordingReader& recording, s
     : W_(std::move(W)), recording_(&recording), memory_(memory) {
     std::size_t frames = 0;
     for (const TrajectoryInfo& info : recording.trajectories()) {
-        kept_.emplace_back(static_cast<std::size_t>(info.frames));
-        frames += kept_.back().size();
+        kept_.emplace_back(static_cast<std::size_t>(memory_ > 0 ? info.frames : 0));
+        frames += static_cast<std::size_t>(info.frames);
     }
     const auto bytes = [](Eigen::Index rows) { return static_cast<std::size_t>(rows) * 3 * sizeof(float); };
     keeps_surfaces_ = W_.rows() <= W_.cols() || frames * bytes(W_.rows()) <= memory_;
@@ -80,24 +80,23 @@ const std::string& FrameSource::hash(std::span<const FrameId> frames) {
             [&](int i) {
                 const FrameId& id = chosen[static_cast<std::size_t>(i)];
                 const Rows rows = rows_of(nodes, W_.cols(), begin, id.frame);
-                Vertices& kept =
-                    kept_[static_cast<std::size_t>(id.trajectory)][static_cast<std::size_t>(id.frame)];
                 if (keeps_surfaces_)
-                    apply_embedding(W_, rows, kept);
+                    apply_embedding(W_, rows, kept(id));
                 else
-                    kept = rows;
+                    kept(id) = rows;
             },
             1);
     });
     return hash_;
 }
 
-const Vertices& FrameSource::kept(const FrameId& id) const {
+Vertices& FrameSource::kept(const FrameId& id) {
     return kept_.at(static_cast<std::size_t>(id.trajectory)).at(static_cast<std::size_t>(id.frame));
 }
 
 /// Takes the room of a frame that is to be kept.
 FrameSource::Use FrameSource::use(const FrameId& id, bool with_nodes) {
+    if (memory_ == 0) return Use::stream;
     if (kept(id).size() > 0) return with_nodes && keeps_surfaces_ ? Use::stream : Use::kept;
     if (frame_bytes_ > memory_ - kept_bytes_) return Use::stream;
     kept_bytes_ += frame_bytes_;
@@ -141,15 +140,15 @@ void FrameSource::visit(std::span<const FrameId> frames, bool with_nodes, const 
             [&](int i) {
                 const auto slot = static_cast<std::size_t>(i);
                 const int frame = batch[slot].frame;
-                Vertices& kept = kept_[static_cast<std::size_t>(trajectory)][static_cast<std::size_t>(frame)];
+                Vertices* const place = uses[slot] == Use::stream ? nullptr : &kept(batch[slot]);
                 if (uses[slot] == Use::kept && keeps_surfaces_)
-                    return visitor(i, index + i, kept, Rows(nullptr, 0, 3));
-                const Rows rows = uses[slot] == Use::kept ? Rows(kept.data(), kept.rows(), 3)
+                    return visitor(i, index + i, *place, Rows(nullptr, 0, 3));
+                const Rows rows = uses[slot] == Use::kept ? Rows(place->data(), place->rows(), 3)
                                                           : rows_of(nodes, W_.cols(), begin, frame);
                 const bool keep = uses[slot] == Use::keep;
-                Vertices& x = keep && keeps_surfaces_ ? kept : surfaces[slot];
+                Vertices& x = keep && keeps_surfaces_ ? *place : surfaces[slot];
                 apply_embedding(W_, rows, x);
-                if (keep && !keeps_surfaces_) kept = rows;
+                if (keep && !keeps_surfaces_) *place = rows;
                 visitor(i, index + i, x, rows);
             },
             1);

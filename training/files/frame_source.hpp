@@ -60,7 +60,7 @@ class FrameSource {
     /// What becomes of a frame in a pass.
     enum class Use { kept, keep, stream };
 
-    const Vertices& kept(const FrameId& id) const;
+    Vertices& kept(const FrameId& id);
     Use use(const FrameId& id, bool with_nodes);
     void check_nodes(int trajectory) const;
     void visit(std::span<const FrameId> frames, bool with_nodes, const PoseVisitor& visit);

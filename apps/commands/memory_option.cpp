@@ -1,0 +1,19 @@
+#include "apps/commands/memory_option.hpp"
+
+#include "training/files/frame_source.hpp"
+
+namespace nbd {
+
+void add_memory_option(CLI::App& command, std::optional<std::size_t>& memory) {
+    command
+        .add_option("--memory", memory,
+                    "MiB of positions kept in memory at most, so that the recording is read fewer times; "
+                    "default: a quarter of this machine's memory")
+        ->check(CLI::Range(std::size_t{0}, std::size_t{1} << 30));
+}
+
+std::size_t frame_memory(const std::optional<std::size_t>& memory, int processes) {
+    return memory ? *memory << 20 : default_frame_memory() / static_cast<std::size_t>(processes);
+}
+
+}  // namespace nbd
