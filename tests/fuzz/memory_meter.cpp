@@ -9,10 +9,15 @@
 #endif
 
 #ifdef NBD_METERS_MEMORY
-#include <sanitizer/allocator_interface.h>
-
 #include <algorithm>
 #include <atomic>
+
+// Of the sanitizer's allocator. g++ comes without the header that declares them.
+extern "C" {
+int __sanitizer_install_malloc_and_free_hooks(void (*allocated)(const volatile void*, std::size_t),
+                                              void (*freed)(const volatile void*));
+std::size_t __sanitizer_get_current_allocated_bytes();
+}
 #endif
 
 namespace nbd::test {
