@@ -17,8 +17,9 @@ struct Reader {
     int memory_per_byte;
 };
 
-/// Memory that a reader may take for any file: buffers and caches of libraries.
-inline constexpr std::size_t free_memory = std::size_t{8} << 20;
+/// Memory that a reader may take for any file: buffers and caches of libraries. assimp takes 16 MiB for lines
+/// of OBJ.
+inline constexpr std::size_t free_memory = std::size_t{24} << 20;
 
 /// All kinds.
 std::span<const Reader> readers();
