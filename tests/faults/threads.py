@@ -9,6 +9,7 @@ if anything was found. tests/thread_sanitizer builds the program and calls this 
 """
 
 import argparse
+import os
 import shutil
 import sys
 import tempfile
@@ -20,7 +21,7 @@ from commands import ASSETS, EVERY, Checks, Command, fresh, make_inputs, run
 HERE = Path(__file__).resolve().parent
 # TBB's library is built without the sanitizer. Its templates in our code hand their own fields from thread to thread
 # through it, which the sanitizer cannot see; ForkJoin tells it what our code does in order.
-ENVIRONMENT = {"TSAN_OPTIONS": f"suppressions={HERE / 'thread_sanitizer.supp'} exitcode=66 history_size=7"}
+OPTIONS = f"suppressions={HERE / 'thread_sanitizer.supp'} exitcode=66 history_size=7"
 TIMEOUT = 1800
 
 
@@ -40,15 +41,16 @@ def main():
     options = parser.parse_args()
     runs = [c for c in [*EVERY, *scenes(options.frames)] if not options.only or c.name in options.only]
 
+    os.environ["TSAN_OPTIONS"] = OPTIONS
     checks = Checks(options.program)
     with tempfile.TemporaryDirectory(prefix="threads-inputs-") as folder:
         inputs = Path(folder)
         make_inputs(inputs, options.program)
         for line in ["train body.h5 poses.h5 -o nbd.h5 --depth 3 --epochs 2", "simulate scene.json -o run.h5 --frames 3"]:
-            run([checks.program, *line.split(), "--quiet"], inputs, ENVIRONMENT, TIMEOUT).check_returncode()
+            run([checks.program, *line.split(), "--quiet"], inputs, timeout=TIMEOUT).check_returncode()
         for command in runs:
             begun, copy = time.monotonic(), fresh(inputs)
-            done = run([checks.program, *command.arguments, "--quiet", "--threads", "4"], copy, ENVIRONMENT, TIMEOUT)
+            done = run([checks.program, *command.arguments, "--quiet", "--threads", "4"], copy, timeout=TIMEOUT)
             shutil.rmtree(copy)
             races = done.stderr.count("WARNING: ThreadSanitizer")
             if races or done.returncode != 0:
