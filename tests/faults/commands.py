@@ -119,6 +119,13 @@ def make_inputs(folder, program):
         ' "obstacles": [{"plane": {"normal": [0, 0, 1]}}]}')
 
 
+def make_all_inputs(folder, program):
+    """Those of make_inputs() and what the other commands of EVERY read: a tree with networks and a run."""
+    make_inputs(folder, program)
+    for line in ["train body.h5 poses.h5 -o nbd.h5 --depth 3 --epochs 2", "simulate scene.json -o run.h5 --frames 3"]:
+        run([Path(program).resolve(), *line.split(), "--quiet"], folder).check_returncode()
+
+
 class Checks:
     """Checks of runs, which collect what was wrong and the rows of a table."""
 

@@ -37,7 +37,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from commands import COMMANDS, DATASET, EVERY, SIMULATE, TIMEOUT, TRAIN, Checks, add_old, digest, fresh, \
-    has_expected_lines, listing, make_inputs, run, state
+    has_expected_lines, listing, make_all_inputs, run, state
 from comparison import comparable
 from small_disk import continue_with_own_mounts, has_own_mounts, small_disk
 from terminal import run_on_terminal
@@ -291,9 +291,7 @@ def main():
 
     with tempfile.TemporaryDirectory(prefix="faults-inputs-") as folder:
         inputs = Path(folder)
-        make_inputs(inputs, options.program)
-        for line in ["train body.h5 poses.h5 -o nbd.h5 --depth 3 --epochs 2", "simulate scene.json -o run.h5 --frames 3"]:
-            run([options.program.resolve(), *line.split(), "--quiet"], inputs).check_returncode()
+        make_all_inputs(inputs, options.program)
         attacks = Surroundings(options, inputs)
         for attack in options.only:
             if why := skipped(attack):

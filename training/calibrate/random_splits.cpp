@@ -69,12 +69,6 @@ std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind
                                score_bounds(file.X, tree, kind, source, pool), config, splits);
 }
 
-std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind kind,
-                                                 const RecordingReader& recording, int splits) {
-    FrameSource source(file.W, recording);
-    return check_random_splits(file, kind, source, splits);
-}
-
 std::string to_text(const std::vector<RandomSplitsRow>& rows) {
     std::string text = fmt::format(
         "{} random splits, {} trajectories to calibrate on and {} to test on; stated: {:.4g} % keep the "

@@ -31,10 +31,6 @@ std::vector<RandomSplitsRow> check_random_splits(const BoundLevels& levels, cons
 std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind kind, FrameSource& source,
                                                  int splits);
 
-/// Likewise, with the default memory of frames.
-std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind kind,
-                                                 const RecordingReader& recording, int splits);
-
 std::string to_text(const std::vector<RandomSplitsRow>& rows);
 
 }  // namespace nbd

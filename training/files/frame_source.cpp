@@ -49,10 +49,8 @@ std::size_t default_frame_memory() {
 FrameSource::FrameSource(SurfaceEmbedding W, const RecordingReader& recording, std::size_t memory)
     : W_(std::move(W)), recording_(&recording), memory_(memory) {
     std::size_t frames = 0;
-    for (const TrajectoryInfo& info : recording.trajectories()) {
-        kept_.emplace_back(static_cast<std::size_t>(memory_ > 0 ? info.frames : 0));
+    for (const TrajectoryInfo& info : recording.trajectories())
         frames += static_cast<std::size_t>(info.frames);
-    }
     const auto bytes = [](Eigen::Index rows) { return static_cast<std::size_t>(rows) * 3 * sizeof(float); };
     keeps_surfaces_ = W_.rows() <= W_.cols() || frames * bytes(W_.rows()) <= memory_;
     frame_bytes_ = bytes(keeps_surfaces_ ? W_.rows() : W_.cols());
@@ -81,25 +79,22 @@ const std::string& FrameSource::hash(std::span<const FrameId> frames) {
                 const FrameId& id = chosen[static_cast<std::size_t>(i)];
                 const Rows rows = rows_of(nodes, W_.cols(), begin, id.frame);
                 if (keeps_surfaces_)
-                    apply_embedding(W_, rows, kept(id));
+                    apply_embedding(W_, rows, kept_.at(id));
                 else
-                    kept(id) = rows;
+                    kept_.at(id) = rows;
             },
             1);
     });
     return hash_;
 }
 
-Vertices& FrameSource::kept(const FrameId& id) {
-    return kept_.at(static_cast<std::size_t>(id.trajectory)).at(static_cast<std::size_t>(id.frame));
-}
-
 /// Takes the room of a frame that is to be kept.
 FrameSource::Use FrameSource::use(const FrameId& id, bool with_nodes) {
-    if (memory_ == 0) return Use::stream;
-    if (kept(id).size() > 0) return with_nodes && keeps_surfaces_ ? Use::stream : Use::kept;
+    if (const auto found = kept_.find(id); found != kept_.end() && found->second.size() > 0)
+        return with_nodes && keeps_surfaces_ ? Use::stream : Use::kept;
     if (frame_bytes_ > memory_ - kept_bytes_) return Use::stream;
     kept_bytes_ += frame_bytes_;
+    kept_[id];
     return Use::keep;
 }
 
@@ -140,7 +135,7 @@ void FrameSource::visit(std::span<const FrameId> frames, bool with_nodes, const 
             [&](int i) {
                 const auto slot = static_cast<std::size_t>(i);
                 const int frame = batch[slot].frame;
-                Vertices* const place = uses[slot] == Use::stream ? nullptr : &kept(batch[slot]);
+                Vertices* const place = uses[slot] == Use::stream ? nullptr : &kept_.at(batch[slot]);
                 if (uses[slot] == Use::kept && keeps_surfaces_)
                     return visitor(i, index + i, *place, Rows(nullptr, 0, 3));
                 const Rows rows = uses[slot] == Use::kept ? Rows(place->data(), place->rows(), 3)

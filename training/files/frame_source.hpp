@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -60,7 +61,6 @@ class FrameSource {
     /// What becomes of a frame in a pass.
     enum class Use { kept, keep, stream };
 
-    Vertices& kept(const FrameId& id);
     Use use(const FrameId& id, bool with_nodes);
     void check_nodes(int trajectory) const;
     void visit(std::span<const FrameId> frames, bool with_nodes, const PoseVisitor& visit);
@@ -69,7 +69,7 @@ class FrameSource {
     const RecordingReader* recording_;
     std::size_t memory_, kept_bytes_ = 0, frame_bytes_ = 0;
     bool keeps_surfaces_ = true;
-    std::vector<std::vector<Vertices>> kept_;  // [trajectories][frames], surface or nodes; empty: not kept
+    std::map<FrameId, Vertices> kept_;  // surface or nodes; empty: not read yet
     std::string hash_;
 };
 

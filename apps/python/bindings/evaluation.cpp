@@ -73,8 +73,11 @@ std::vector<RandomSplitsRow> random_splits(const TreeFile& file, const path& dat
     if (splits < 1) throw std::invalid_argument(fmt::format("splits: is {}; allowed: at least 1", splits));
     if (!file.tree.calibrations.contains(kind))
         throw std::invalid_argument(fmt::format("{} bounds of the tree are not calibrated", name(kind)));
-    return stoppable<FileCall>(
-        [&] { return check_random_splits(file, kind, RecordingReader(data), splits); });
+    return stoppable<FileCall>([&] {
+        const RecordingReader recording(data);
+        FrameSource source(file.W, recording);
+        return check_random_splits(file, kind, source, splits);
+    });
 }
 
 template <class Row>

@@ -230,7 +230,8 @@ TEST_F(Coverage, CalibratesOnHalvesOfAnotherRecording) {
 
 TEST_F(Coverage, HoldsOverRandomSplitsOfTheUnseenTrajectories) {
     const RecordingReader data(folder / "data.h5");
-    const auto rows = check_random_splits(file, BoundKind::learned_spheres, data, 40);
+    FrameSource source(file.W, data);
+    const auto rows = check_random_splits(file, BoundKind::learned_spheres, source, 40);
     ASSERT_EQ(rows.size(), 4u);
     for (const RandomSplitsRow& row : rows) {
         EXPECT_EQ(row.calibration + row.test, 30);
