@@ -130,7 +130,7 @@ ShownRecording open_frames(const SourceArgument& argument, const std::string& tr
     subject.source.has_forces = recording->has(trajectory, FrameField::contact_forces);
     sources.bodies.push_back(std::move(subject.source));
     try {
-        sources.obstacles = recipe_obstacles(info.recipe);
+        sources.obstacles = recipe_obstacles(info.recipe.str());
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(
             fmt::format("{}: trajectory {}: {}", frames.path, frames.trajectory, error.what()));

@@ -77,7 +77,7 @@ void copy_trajectories(h5::Writer& view, const std::string& key, const std::file
         view.attribute(group, "seed", info.seed);
         view.attribute(group, "body_sha256", info.body_hash);
         view.attribute(group, "failure", info.failure);
-        view.write_text(group + "/recipe", info.recipe);
+        view.write_text(group + "/recipe", info.recipe.str());
         view.write(group + "/times", source.times(i));
         for (const FrameFactName& fact : frame_facts)
             if (const auto& list = source.facts(i).*fact.list; !list.empty())

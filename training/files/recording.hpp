@@ -10,6 +10,7 @@
 
 #include "collision/geometry/geometry.hpp"
 #include "training/files/frame_extras.hpp"
+#include "training/files/shared_text.hpp"
 
 namespace nbd {
 
@@ -18,7 +19,7 @@ struct TrajectoryInfo {
     int id = 0;              // number of the trajectory in a dataset, or of the body in a scene's recording
     std::uint64_t seed = 0;  // seed of the dataset or scene
     std::string body_hash;   // body_hash() of the moving body
-    std::string recipe;      // JSON text: the scene or excitation that produced it
+    SharedText recipe;       // JSON text: the scene or excitation that produced it
     std::string failure;     // empty if complete; otherwise why the run stopped after the last good frame
     int frames = 0;          // number of frames; set by the writer
 };

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -80,7 +81,18 @@ void find_fields(const h5::Reader& file, StoredTrajectory& t) {
     }
 }
 
-StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& group) {
+/// Texts that were read, by the names of their datasets.
+using Recipes = std::map<std::string, SharedText>;
+
+/// Equal recipes are soft links to one dataset, which is read once.
+SharedText read_recipe(const h5::Reader& file, const std::string& name, Recipes& known) {
+    const std::string target = file.link_target(name);
+    const std::string stored = target.starts_with('/') ? target : "/" + name;
+    if (const auto found = known.find(stored); found != known.end()) return found->second;
+    return known[stored] = file.read_text(name);
+}
+
+StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& group, Recipes& recipes) {
     StoredTrajectory t;
     t.group = group;
     const std::int64_t id = file.int_attribute(group, "id");
@@ -90,7 +102,7 @@ StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& grou
     t.info.seed = file.uint_attribute(group, "seed");
     t.info.body_hash = file.text_attribute(group, "body_sha256");
     t.info.failure = file.text_attribute(group, "failure");
-    t.info.recipe = file.read_text(group + "/recipe");
+    t.info.recipe = read_recipe(file, group + "/recipe", recipes);
     t.positions = find_array(file, group + "/positions", h5::Type::float32, {h5::any, h5::any, 3});
     const h5::Shape& shape = t.positions.shape;
     if (shape[1] == 0) file.refuse(fmt::format("'{}/positions' has no nodes", group), "at least 1");
@@ -121,8 +133,9 @@ struct RecordingReader::Impl {
     std::int64_t frames_read = 0;
 
     explicit Impl(const std::filesystem::path& path) : file(path, view_format) {
+        Recipes recipes;
         for (const std::string& name : file.children("trajectories"))
-            stored.push_back(read_trajectory(file, "trajectories/" + name));
+            stored.push_back(read_trajectory(file, "trajectories/" + name, recipes));
         std::ranges::sort(stored, {}, [](const StoredTrajectory& t) { return t.info.id; });
         for (const StoredTrajectory& t : stored) {
             if (!infos.empty() && infos.back().id == t.info.id)

@@ -36,6 +36,7 @@ struct RecordingWriter::Impl {
     std::map<int, OpenTrajectory> open;
     std::set<int> ids;
     std::set<std::string> bodies;
+    std::string last_recipe, last_recipe_name;  // of the recipe that was written last
 
     explicit Impl(const std::filesystem::path& path) : file(path, recording_format) {}
 
@@ -48,6 +49,17 @@ struct RecordingWriter::Impl {
             const Vertices dense = rows;
             file.append<float>(dataset, std::span(dense.data(), count));
         }
+    }
+
+    /// The bodies of a scene have one recipe: those after the first link to it.
+    void write_recipe(const std::string& name, const std::string& recipe) {
+        if (!last_recipe_name.empty() && recipe == last_recipe) {
+            file.link(name, "/" + last_recipe_name);
+            return;
+        }
+        file.write_text(name, recipe);
+        last_recipe = recipe;
+        last_recipe_name = name;
     }
 
     void append_edges(OpenTrajectory& t, const std::vector<ContactEdge>& edges) {
@@ -116,7 +128,7 @@ int RecordingWriter::begin_trajectory(const TrajectoryInfo& info, int nodes, con
     file.attribute(group, "id", info.id);
     file.attribute(group, "seed", info.seed);
     file.attribute(group, "body_sha256", info.body_hash);
-    file.write_text(group + "/recipe", info.recipe);
+    impl_->write_recipe(group + "/recipe", info.recipe);
     const auto n = static_cast<std::size_t>(nodes), tets = static_cast<std::size_t>(contents.tets);
     OpenTrajectory t{.id = info.id, .nodes = nodes, .contents = contents};
     t.positions =

@@ -137,7 +137,9 @@ void bind_reader(py::module_& m) {
         .def_readonly("id", &TrajectoryInfo::id)
         .def_readonly("seed", &TrajectoryInfo::seed)
         .def_readonly("body_hash", &TrajectoryInfo::body_hash)
-        .def_readonly("recipe", &TrajectoryInfo::recipe, "JSON text: the scene or excitation behind it.")
+        .def_property_readonly(
+            "recipe", [](const TrajectoryInfo& t) { return t.recipe.str(); },
+            "JSON text: the scene or excitation behind it.")
         .def_readonly("failure", &TrajectoryInfo::failure, "Empty, or why the run stopped early.")
         .def_readonly("frames", &TrajectoryInfo::frames);
     py::class_<ReaderObject>(m, "RecordingReader", py::is_final(),

@@ -6,9 +6,11 @@
 #include <limits>
 #include <sstream>
 
+#include "meshing/h5/reader.hpp"
 #include "tests/support/edit_file.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
+#include "training/files/recording_format.hpp"
 #include "training/files/recording_hash.hpp"
 
 namespace nbd {
@@ -98,6 +100,31 @@ TEST_F(RecordingFile, RoundTripsExtrasOfTrajectoriesThatHaveThem) {
               path.string() + ": trajectory 1 has no contact_forces");
     EXPECT_EQ(error_of([&] { file.read_contact_edges(1, 0, 1); }),
               path.string() + ": trajectory 1 has no contact edges");
+}
+
+TEST_F(RecordingFile, StoresTheRecipeOfTheBodiesOfASceneOnce) {
+    const auto path = folder / "scene.h5";
+    const std::vector<std::string> recipes{"the scene", "the scene", "another", "another", "the scene", ""};
+    {
+        RecordingWriter file(path);
+        for (int id = 0; const std::string& recipe : recipes) {
+            TrajectoryInfo info = info_of(id++);
+            info.recipe = recipe;
+            file.begin_trajectory(info, 7);
+        }
+        file.finish();
+    }
+    const h5::Reader stored(path, recording_format);
+    const auto link = [&](int id) { return stored.link_target(trajectory_group(id) + "/recipe"); };
+    EXPECT_EQ(link(0), "");
+    EXPECT_EQ(link(1), "/" + trajectory_group(0) + "/recipe");
+    EXPECT_EQ(link(3), "/" + trajectory_group(2) + "/recipe");
+    const RecordingReader file(path);
+    const auto recipe = [&](int id) -> const std::string& {
+        return file.trajectories()[static_cast<std::size_t>(id)].recipe;
+    };
+    for (int id = 0; const std::string& expected : recipes) EXPECT_EQ(recipe(id++), expected);
+    EXPECT_EQ(&recipe(0), &recipe(1)) << "equal recipes share their memory";
 }
 
 TEST_F(RecordingFile, RefusesExtrasThatAreNotAsAnnounced) {
