@@ -1,5 +1,6 @@
 #include "meshing/formats/read_surface.hpp"
 
+#include <assimp/BaseImporter.h>
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -9,7 +10,9 @@
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cctype>
+#include <cstddef>
 #include <fstream>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -85,10 +88,24 @@ class OneFile : public Assimp::DefaultIOSystem {
     std::string path_;
 };
 
+/// Takes away the importers of other files. Where a file does not begin as its name says, assimp would try
+/// all that it has, some of which trust a file's numbers.
+void keep_importers_of(const std::string& extension, Assimp::Importer& importer) {
+    for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
+        Assimp::BaseImporter* reader = importer.GetImporter(i);
+        std::set<std::string> extensions;
+        reader->GetExtensionList(extensions);
+        if (extensions.contains(extension.substr(1))) continue;
+        importer.UnregisterLoader(reader);
+        delete reader;  // which is the caller's now
+    }
+}
+
 /// Runs only the validation step of assimp's post-processing: the other steps abort the process or drop faces
 /// on damaged input.
-PolygonSoup read_by_assimp(const fs::path& path) {
+PolygonSoup read_by_assimp(const fs::path& path, const std::string& extension) {
     Assimp::Importer importer;
+    keep_importers_of(extension, importer);
     importer.SetIOHandler(new OneFile(path.string()));  // which the importer deletes
     const aiScene* scene = importer.ReadFile(path.string(), aiProcess_ValidateDataStructure);
     if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
@@ -104,7 +121,7 @@ TriMesh read_surface(const fs::path& path) try {
     if (extension == ".glb") check_glb(path);
     return weld(triangulate(extension == ".ply"   ? read_ply(path)
                             : extension == ".off" ? read_off(path)
-                                                  : read_by_assimp(path)));
+                                                  : read_by_assimp(path, extension)));
 } catch (const std::exception& error) {
     std::string reason = error.what();
     std::ranges::replace_if(
