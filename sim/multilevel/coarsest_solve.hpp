@@ -13,21 +13,37 @@ namespace nbd {
 /// The coarsest level of a coupled system, which is factorised. Rows of all bodies stand one below the other.
 class CoarsestSolve {
  public:
-    /// matrices: of the bodies. Throws std::runtime_error if the sum is not positive definite.
-    void factorize(std::span<const BlockSparse<6, 6>* const> matrices, const LevelCouplings<6>& couplings,
-                   std::span<const ActingCoupling> acting);
+    /// Begins the matrices of the bodies, without couplings, and factorises them. They must outlive this
+    /// object. Throws std::runtime_error if one is not positive definite.
+    void begin(std::vector<const BlockSparse<6, 6>*> matrices);
+
+    /// Begins other couplings, which must outlive their use; none acts until set_acting().
+    void begin_couplings(const LevelCouplings<6>& couplings);
+
+    /// Factorises the matrices with these couplings. Places of those that acted since begin_couplings() are
+    /// kept, because another analysis costs more than they do. Throws std::runtime_error if the sum is not
+    /// positive definite.
+    void set_acting(std::span<const ActingCoupling> acting);
 
     /// x = A^-1 b, [6 rows].
     void solve(std::span<const float> b, std::span<float> x);
 
- private:
-    void add(int row, int column, const Eigen::Matrix<double, 6, 6>& block);
+    int rows() const noexcept { return first_.back(); }
 
-    struct Row {
-        std::vector<int> columns;
-        std::vector<Eigen::Matrix<double, 6, 6>> blocks;
-    };
-    std::vector<Row> rows_;  // blocks of columns >= the row
+ private:
+    using Block = Eigen::Matrix<double, 6, 6>;
+    void analyze();
+    bool fill(std::span<const ActingCoupling> acting);
+    bool add(int row, int column, const Block& block);
+
+    std::vector<const BlockSparse<6, 6>*> matrices_;
+    std::vector<int> first_{0};  // [bodies + 1] first row of each body
+    const LevelCouplings<6>* couplings_ = nullptr;
+    std::vector<char> acted_;  // [couplings] non-zero for those that have acted
+    bool is_new_ = true;       // nothing was factorised since the couplings began
+    bool has_couplings_ = false;
+    BlockPattern pattern_;  // the lower half; each row is two nodes of three unknowns
+    SparseMatrix A_;        // likewise
     Cholesky cholesky_;
     Eigen::VectorXd x_;
 };

@@ -6,6 +6,25 @@
 #include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
+namespace {
+
+/// Numbers of levels of the bodies, so that the last ones have few enough aggregates to be factorised at each
+/// change of the couplings: of a body at most RestHierarchy::coarse_enough, and of all at most four times as
+/// many, if the bodies can be coarsened so far.
+std::vector<std::size_t> choose_depths(const std::vector<std::shared_ptr<const RestHierarchy>>& hierarchies) {
+    std::vector<std::size_t> depths(hierarchies.size());
+    for (int most = RestHierarchy::coarse_enough; most > 0; most /= 2) {
+        int total = 0;
+        for (std::size_t b = 0; b < hierarchies.size(); ++b) {
+            depths[b] = hierarchies[b]->depth(most);
+            total += hierarchies[b]->levels[depths[b] - 1].A.rows();
+        }
+        if (total <= 4 * RestHierarchy::coarse_enough) break;
+    }
+    return depths;
+}
+
+}  // namespace
 
 void MultilevelCycle::begin(const CoupledSystem& system, RestHierarchies& hierarchies) {
     std::vector<std::shared_ptr<const RestHierarchy>> found;
@@ -35,19 +54,17 @@ void MultilevelCycle::begin_nodes(const CoupledSystem& system) {
 
 /// The level of a body, whose depth may be less than that of others.
 const RestLevel& MultilevelCycle::rest_level(std::size_t body, std::size_t level) const {
-    const auto& levels = hierarchies_[body]->levels;
-    return levels[std::min(level, levels.size() - 1)];
+    return hierarchies_[body]->levels[std::min(level, depth_[body] - 1)];
 }
 
 /// Whether a body is coarsened between a level and the next; else its unknowns are the same.
 bool MultilevelCycle::is_coarsened(std::size_t body, std::size_t level) const {
-    return level + 1 < hierarchies_[body]->levels.size();
+    return level + 1 < depth_[body];
 }
 
 void MultilevelCycle::begin_aggregates() {
-    std::size_t depth = 0;
-    for (const auto& hierarchy : hierarchies_) depth = std::max(depth, hierarchy->levels.size());
-    levels_.resize(depth);
+    depth_ = choose_depths(hierarchies_);
+    levels_.resize(depth_.empty() ? 0 : std::ranges::max(depth_));
     for (std::size_t k = 0; k < levels_.size(); ++k) {
         std::vector<const SweepMatrix<6>*> matrices;
         std::vector<Level::Diagonal> diagonals;
@@ -58,8 +75,10 @@ void MultilevelCycle::begin_aggregates() {
         }
         levels_[k].begin(std::move(matrices), std::move(diagonals));
     }
-    acting_.clear();
-    factorize_coarsest();
+    std::vector<const BlockSparse<6, 6>*> coarsest;
+    for (std::size_t b = 0; b < hierarchies_.size(); ++b)
+        coarsest.push_back(&rest_level(b, levels_.size()).to_factorize);
+    coarsest_.begin(std::move(coarsest));
 }
 
 /// The terms of a coupling at the first level of aggregates.
@@ -130,6 +149,7 @@ void MultilevelCycle::begin_couplings(const CoupledSystem& system) {
         for (const Part& part : parts) at_level.append(part.levels[k]);
         levels_[k].begin_couplings(std::move(at_level));
     }
+    coarsest_.begin_couplings(levels_.back().couplings());
 }
 
 void MultilevelCycle::set_couplings(const CoupledSystem& system) {
@@ -139,14 +159,7 @@ void MultilevelCycle::set_couplings(const CoupledSystem& system) {
             acting_.push_back({c, A.cast<float>()});
     nodes_.set_acting(acting_);
     for (std::size_t k = 0; k + 1 < levels_.size(); ++k) levels_[k].set_acting(acting_);
-    if (factor_has_couplings_ || !acting_.empty()) factorize_coarsest();
-}
-
-void MultilevelCycle::factorize_coarsest() {
-    std::vector<const BlockSparse<6, 6>*> matrices;
-    for (const auto& hierarchy : hierarchies_) matrices.push_back(&hierarchy->coarsest);
-    factor_has_couplings_ = !acting_.empty();
-    coarsest_.factorize(matrices, levels_.back().couplings(), acting_);
+    coarsest_.set_acting(acting_);
 }
 
 void MultilevelCycle::restrict_nodes() {

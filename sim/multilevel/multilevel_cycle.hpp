@@ -15,7 +15,7 @@ namespace nbd {
 /// A preconditioner of a coupled system, symmetric and positive definite: a multilevel V-cycle in single
 /// precision. It smooths with the actual matrix of the nodes. The coarser levels are those of the rest pose,
 /// turned with the nodes, and have the couplings of the step. The coarsest level of all bodies is solved
-/// directly.
+/// directly; the more bodies, the coarser it is.
 class MultilevelCycle {
  public:
     /// Begins the matrices of a step; none of its couplings acts yet. The system must outlive the cycles.
@@ -42,7 +42,6 @@ class MultilevelCycle {
     void couple_aggregates(std::span<const LevelCouplings<3>::Term> nodes, LevelCouplings<6>& out) const;
     void couple_coarser(std::size_t level, std::span<const LevelCouplings<6>::Term> terms,
                         LevelCouplings<6>& out) const;
-    void factorize_coarsest();
     void restrict_nodes();
     void prolong_to_nodes();
     void move_between(std::size_t level, FloatBlocks<6, 6> Transfer<6>::*transfer,
@@ -51,12 +50,12 @@ class MultilevelCycle {
     bool is_coarsened(std::size_t body, std::size_t level) const;
 
     std::vector<std::shared_ptr<const RestHierarchy>> hierarchies_;  // [bodies]
+    std::vector<std::size_t> depth_;                                 // [bodies] number of levels in use
     std::vector<std::vector<Eigen::Matrix3f>> rotations_;            // [bodies][nodes]
     CoupledLevel<3> nodes_;
     std::vector<Level> levels_;  // finest first
     std::vector<float> turned_;  // [unknowns] residual in the rest frame
     std::vector<ActingCoupling> acting_;
-    bool factor_has_couplings_ = false;
     CoarsestSolve coarsest_;
 };
 

@@ -10,10 +10,9 @@ namespace nbd {
 namespace {
 
 constexpr double strong_share = 0.08;  // see strong_neighbours(), on the finest level
-constexpr int coarse_enough = 48;      // aggregates that are solved directly
 constexpr double worthwhile = 0.7;  // a level with a larger share of the rows of the one before is left out
-constexpr int aggregates_per_part = 64;  // of sweeps
-constexpr int max_entries_of_body = 8;   // a body's oldest entry is dropped beyond this number
+constexpr int aggregates_per_part = 64;         // of sweeps
+constexpr std::size_t max_entries_of_body = 8;  // a body's oldest entry is dropped beyond this number
 
 template <int B>
 using Square = Eigen::Matrix<double, B, B>;
@@ -151,45 +150,47 @@ RestHierarchy::RestHierarchy(const ElasticBody& body, double mass_scale, double 
     Coarser<3> first = coarsen<3>(A, inverse, most, rigid_modes(body.rest().X), share);
     A = {};
     fine = std::move(first.transfer);
-    coarsest = std::move(first.A);
+    BlockSparse<6, 6> current = std::move(first.A);
     RigidModes<6> modes = std::move(first.modes);
     for (bool going = true; going;) {
         share /= 2;  // coarser matrices are denser [Vanek96]
         RestLevel level;
-        level.diagonal = take_diagonal(coarsest);
-        level.A = sweep_matrix(coarsest);
+        level.diagonal = take_diagonal(current);
+        level.A = sweep_matrix(current);
         const auto level_inverse = inverses(level.diagonal);
-        const double level_most = largest_eigenvalue(coarsest, level_inverse);
-        going = false;
-        if (coarsest.rows() > coarse_enough) {
-            Coarser<6> next = coarsen<6>(coarsest, level_inverse, level_most, modes, share);
-            going = next.A.rows() > 0 && next.A.rows() < worthwhile * coarsest.rows();
-            if (going) {
-                level.coarser = std::move(next.transfer);
-                coarsest = std::move(next.A);
-                modes = std::move(next.modes);
-            }
+        const double level_most = largest_eigenvalue(current, level_inverse);
+        Coarser<6> next = coarsen<6>(current, level_inverse, level_most, modes, share);
+        going = next.A.rows() > 0 && next.A.rows() < worthwhile * current.rows();
+        if (current.rows() <= coarse_enough || !going) level.to_factorize = std::move(current);
+        if (going) {
+            level.coarser = std::move(next.transfer);
+            current = std::move(next.A);
+            modes = std::move(next.modes);
         }
         levels.push_back(std::move(level));
     }
+}
+
+std::size_t RestHierarchy::depth(int aggregates) const {
+    const auto few = [&](const RestLevel& level) { return level.A.rows() <= aggregates; };
+    const auto found = std::ranges::find_if(levels, few);
+    return std::min(static_cast<std::size_t>(found - levels.begin()) + 1, levels.size());
 }
 
 std::shared_ptr<const RestHierarchy> RestHierarchies::get(const ElasticBody& body, double mass_scale,
                                                           double stiffness_scale,
                                                           const std::vector<char>& prescribed) {
     const std::lock_guard lock(mutex_);
-    const auto known = std::ranges::find_if(entries_, [&](const Entry& e) {
-        return e.body == &body && e.mass_scale == mass_scale && e.stiffness_scale == stiffness_scale &&
+    std::vector<Entry>& entries = entries_[&body];
+    const auto known = std::ranges::find_if(entries, [&](const Entry& e) {
+        return e.mass_scale == mass_scale && e.stiffness_scale == stiffness_scale &&
                e.prescribed == prescribed;
     });
-    if (known != entries_.end()) return known->hierarchy;
-    const auto of_body = [&](const Entry& e) { return e.body == &body; };
-    if (std::ranges::count_if(entries_, of_body) == max_entries_of_body)
-        entries_.erase(std::ranges::find_if(entries_, of_body));
-    entries_.push_back(
-        {&body, mass_scale, stiffness_scale, prescribed,
-         std::make_shared<const RestHierarchy>(body, mass_scale, stiffness_scale, prescribed)});
-    return entries_.back().hierarchy;
+    if (known != entries.end()) return known->hierarchy;
+    if (entries.size() == max_entries_of_body) entries.erase(entries.begin());
+    entries.push_back({mass_scale, stiffness_scale, prescribed,
+                       std::make_shared<const RestHierarchy>(body, mass_scale, stiffness_scale, prescribed)});
+    return entries.back().hierarchy;
 }
 
 }  // namespace nbd

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -23,6 +24,7 @@ struct Transfer {
 struct RestLevel {
     SweepMatrix<6> A;
     std::vector<Eigen::Matrix<double, 6, 6>> diagonal;  // blocks of A
+    BlockSparse<6, 6> to_factorize{};                   // A, if it is small enough to be solved directly
     Transfer<6> coarser{};                              // from the next level; empty at the coarsest
 };
 
@@ -30,14 +32,18 @@ struct RestLevel {
 /// rigid motions of groups of nodes, smoothed once. With a rotation at each node they approximate the
 /// coarser versions of the matrix of any pose, as stiffness warping does [MuellerGross04].
 struct RestHierarchy {
+    static constexpr int coarse_enough = 48;  // aggregates of a body that are solved directly
+
     /// Coarsens mass_scale M + stiffness_scale K(rest), with rows and columns of prescribed nodes replaced
     /// by the identity. prescribed: [N], non-zero for these nodes.
     RestHierarchy(const ElasticBody& body, double mass_scale, double stiffness_scale,
                   const std::vector<char>& prescribed);
 
+    /// Number of levels down to the first one of at most so many aggregates, or else of all levels.
+    std::size_t depth(int aggregates) const;
+
     Transfer<3> fine;               // from the first level to the nodes, in the rest frame
     std::vector<RestLevel> levels;  // at least one, finest first
-    BlockSparse<6, 6> coarsest;     // A of the last level
 };
 
 /// Cache of hierarchies by body, time step and set of prescribed nodes. Thread-safe. Bodies must outlive it.
@@ -48,13 +54,12 @@ class RestHierarchies {
 
  private:
     struct Entry {
-        const ElasticBody* body;
         double mass_scale, stiffness_scale;
         std::vector<char> prescribed;
         std::shared_ptr<const RestHierarchy> hierarchy;
     };
     std::mutex mutex_;
-    std::vector<Entry> entries_;
+    std::map<const ElasticBody*, std::vector<Entry>> entries_;  // oldest first
 };
 
 }  // namespace nbd

@@ -1,5 +1,6 @@
 #include "sim/multilevel/multilevel_cycle.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +11,7 @@
 namespace nbd {
 namespace {
 
-/// Two bent bars of different sizes, one of them held at an end, and stiff springs between them.
+/// A bent bar, held at an end, small ones, and stiff springs between it and them.
 struct Scene {
     ElasticBody large{test::box_mesh({2, 0.4, 0.4}, {30, 6, 6}), {.young = 1e5}},
         small{test::box_mesh({0.4, 0.4, 0.4}, {2, 2, 2}), {.young = 1e6}};
@@ -19,23 +20,30 @@ struct Scene {
     std::vector<CouplingTerm> terms;
     std::vector<Coupling> couplings;
 
-    Scene() {
-        for (const ElasticBody* body : {&large, &small}) {
-            BodyState state{body->rest().X, Nodes::Zero(body->node_count(), 3)};
-            state.x.col(1) = state.x.col(1).array() + 0.3 * state.x.col(0).array().square();
-            systems.emplace_back(*body);
-            systems.back().assemble(state, 0.01, {});
-            first_unknown.push_back(first_unknown.back() + body->unknown_count());
-        }
+    explicit Scene(int small_bodies = 1) {
+        add(large);
         systems[0].prescribe({.nodes = {0, 1, 2, 3}, .v = Nodes::Zero(4, 3)});
-        for (int k = 4; k < 20; ++k) {
-            terms.push_back({0, 20 * k, 3 * 20 * k, 1, false});
-            terms.push_back({1, k, first_unknown[1] + 3 * k, -0.5, false});
-            terms.push_back({1, k + 1, first_unknown[1] + 3 * (k + 1), -0.5, false});
-            const Eigen::Vector3d n = Eigen::Vector3d(std::sin(k), std::cos(k), 0.3).normalized();
-            const int end = static_cast<int>(terms.size());
-            couplings.push_back({end - 3, end, 100 * n * n.transpose()});
+        for (int b = 1; b <= small_bodies; ++b) {
+            add(small);
+            for (int k = 4; k < 20; ++k) connect(b, k);
         }
+    }
+    void add(const ElasticBody& body) {
+        BodyState state{body.rest().X, Nodes::Zero(body.node_count(), 3)};
+        state.x.col(1) = state.x.col(1).array() + 0.3 * state.x.col(0).array().square();
+        systems.emplace_back(body);
+        systems.back().assemble(state, 0.01, {});
+        first_unknown.push_back(first_unknown.back() + body.unknown_count());
+    }
+    /// A spring between the middle of nodes k and k + 1 of a small body and a node of the large one.
+    void connect(int body, int k) {
+        const int first = first_unknown[static_cast<std::size_t>(body)], held = 20 * k + body - 1;
+        terms.push_back({0, held, 3 * held, 1, false});
+        terms.push_back({body, k, first + 3 * k, -0.5, false});
+        terms.push_back({body, k + 1, first + 3 * (k + 1), -0.5, false});
+        const Eigen::Vector3d n = Eigen::Vector3d(std::sin(k), std::cos(k), 0.3).normalized();
+        const int end = static_cast<int>(terms.size());
+        couplings.push_back({end - 3, end, 100 * n * n.transpose()});
     }
     CoupledSystem system() const { return {systems, first_unknown, terms, couplings}; }
 };
@@ -58,8 +66,10 @@ Eigen::VectorXf irregular(Eigen::Index size, double phase) {
     return v;
 }
 
-TEST(MultilevelCycle, IsSymmetricAndPositive) {
-    const Scene scene;
+class MultilevelCycleOf : public ::testing::TestWithParam<int> {};
+
+TEST_P(MultilevelCycleOf, IsSymmetricAndPositive) {
+    const Scene scene(GetParam());
     RestHierarchies hierarchies;
     MultilevelCycle cycle;
     cycle.begin(scene.system(), hierarchies);
@@ -88,8 +98,8 @@ TEST(MultilevelCycle, MultipliesAsTheSystemDoes) {
     EXPECT_LT((minus.cast<double>() + expected).norm(), 1e-5 * expected.norm());
 }
 
-TEST(MultilevelCycle, ReducesEveryKindOfError) {
-    const Scene scene;
+TEST_P(MultilevelCycleOf, ReducesEveryKindOfError) {
+    const Scene scene(GetParam());
     CoupledCycle coupled(scene);
     // The error e of an iteration v += G (b - A v) is (I - G A) e, in the norm of A.
     Eigen::VectorXd e = irregular(scene.system().size(), 0.1).cast<double>(), Ae(e.size());
@@ -108,6 +118,24 @@ TEST(MultilevelCycle, ReducesEveryKindOfError) {
         e /= std::sqrt(e.dot(Ae));
     }
     EXPECT_LT(share, 0.95);
+}
+
+INSTANTIATE_TEST_SUITE_P(, MultilevelCycleOf, ::testing::Values(1, 120),
+                         [](const auto& info) { return fmt::format("{}SmallBodies", info.param); });
+
+TEST(RestHierarchy, GoesDownToAFewAggregates) {
+    const Scene scene;
+    const RestHierarchy hierarchy(scene.large, 1, 1e-4, scene.systems[0].prescribed());
+    const std::size_t depth = hierarchy.depth(RestHierarchy::coarse_enough);
+    ASSERT_GT(depth, 1u);
+    EXPECT_GT(hierarchy.levels[depth - 2].A.rows(), RestHierarchy::coarse_enough);
+    EXPECT_EQ(hierarchy.depth(1), hierarchy.levels.size());
+    EXPECT_LE(hierarchy.levels.back().A.rows(), 4);
+    for (std::size_t k = depth; k <= hierarchy.levels.size(); ++k) {
+        const RestLevel& level = hierarchy.levels[k - 1];
+        EXPECT_LE(level.A.rows(), RestHierarchy::coarse_enough);
+        EXPECT_EQ(level.to_factorize.rows(), level.A.rows()) << "every small level can be factorised";
+    }
 }
 
 TEST(MultilevelCycle, GivesTheSameBitsOnAnyNumberOfThreads) {
