@@ -52,8 +52,8 @@ struct ContactConfig {
     int per_group = 4;  // contacts kept of those that the same nodes carry, see ContactReduction; 0: all
     bool self_contact = false;  // bodies meet themselves, see SelfContactFinder
     bool intersection_free =
-        false;           // steps by a barrier, which end without intersecting faces; includes self_contact
-    int iterations = 8;  // maximum number of solves per step to settle which contacts press and slip
+        false;            // steps by a barrier, which end without intersecting faces; includes self_contact
+    int iterations = 16;  // maximum number of solves per step to settle which contacts press and slip
     double tolerance = 1e-4;  // relative residual, contacts included, at which they count as settled
 };
 

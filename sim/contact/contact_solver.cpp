@@ -52,14 +52,22 @@ Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v) const {
     return out;
 }
 
-void ContactSolver::linearise(const Eigen::VectorXd& v) { linearise(v, false); }
+void ContactSolver::linearise(const Eigen::VectorXd& v) {
+    released_.assign(contacts_.size(), 0);
+    linearise(v, false);
+}
 
-/// keep_drag: contacts that already press keep their operator, including the drag of friction.
+/// keep_drag: contacts that already press keep their operator, including the drag of friction. One that lets
+/// go and then presses again does so without friction, because its drag may be what pulls it away: it would
+/// let go and press in turn.
 void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep_drag) {
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const Eigen::Vector3d u = relative_velocity(c, v);
-        const ContactImpulse impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
+        Contact contact = contacts_[c];
+        if (released_[c]) contact.friction = 0;
+        const ContactImpulse impulse = contact_impulse(contact, *config_, thickness_, dt_, u);
         if (keep_drag && impulse.active() && presses(c)) continue;
+        released_[c] = released_[c] || (keep_drag && presses(c));
         operators_[c].A = impulse.A;
         push_[c] = impulse.b + impulse.A * contacts_[c].wall_velocity;
     }

@@ -74,6 +74,7 @@ class ContactSolver {
     ContactTerms terms_;
     std::vector<Coupling> operators_;    // [contacts] from the last linearise()
     std::vector<Eigen::Vector3d> push_;  // [contacts] b of the contact impulses, from the last linearise()
+    std::vector<char> released_;         // [contacts] non-zero for those that let go after a pass
     double tolerance_;                   // relative tolerance of the linear solves
     CoupledSolver linear_;
     Eigen::VectorXd rhs_, product_;
