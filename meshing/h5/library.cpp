@@ -15,8 +15,9 @@ herr_t keep_description(unsigned, const H5E_error2_t* error, void* text) {
 
 }  // namespace
 
+/// Each thread has its own stack of errors, which HDF5 prints unless that thread says no.
 LibraryLock::LibraryLock() : lock_(mutex) {
-    static const bool quiet = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
+    thread_local const bool quiet = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
     static_cast<void>(quiet);
 }
 
