@@ -20,9 +20,9 @@ class CoarsestSolve {
     /// Begins other couplings, which must outlive their use; none acts until set_acting().
     void begin_couplings(const LevelCouplings<6>& couplings);
 
-    /// Factorises the matrices with these couplings. Places of those that acted since begin_couplings() are
-    /// kept, because another analysis costs more than they do. Throws std::runtime_error if the sum is not
-    /// positive definite.
+    /// Factorises the matrices with these couplings. The places in the matrix of those that acted since
+    /// begin_couplings() are kept, because another analysis costs more than they do. Throws
+    /// std::runtime_error if the sum is not positive definite.
     void set_acting(std::span<const ActingCoupling> acting);
 
     /// x = A^-1 b, [6 rows].
@@ -32,18 +32,24 @@ class CoarsestSolve {
 
  private:
     using Block = Eigen::Matrix<double, 6, 6>;
-    void analyze();
-    bool fill(std::span<const ActingCoupling> acting);
+    /// Blocks at and right of the diagonal, in any order.
+    struct Row {
+        std::vector<int> columns;
+        std::vector<Block> blocks;
+    };
     bool add(int row, int column, const Block& block);
+    bool sum(std::span<const ActingCoupling> acting);
+    void analyze();
+    void fill();
 
     std::vector<const BlockSparse<6, 6>*> matrices_;
     std::vector<int> first_{0};  // [bodies + 1] first row of each body
     const LevelCouplings<6>* couplings_ = nullptr;
-    std::vector<char> acted_;  // [couplings] non-zero for those that have acted
-    bool is_new_ = true;       // nothing was factorised since the couplings began
-    bool has_couplings_ = false;
-    BlockPattern pattern_;  // the lower half; each row is two nodes of three unknowns
-    SparseMatrix A_;        // likewise
+    std::vector<Row> rows_;       // of the sum; grow with the couplings that act
+    bool is_new_ = true;          // nothing was factorised since the couplings began
+    bool has_couplings_ = false;  // the factor has some
+    BlockPattern pattern_;        // of the sum, the lower half; each row is two nodes of three unknowns
+    SparseMatrix A_;              // likewise
     Cholesky cholesky_;
     Eigen::VectorXd x_;
 };
