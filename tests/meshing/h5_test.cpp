@@ -199,6 +199,17 @@ TEST_F(H5Test, RejectsForeignFiles) {
     EXPECT_EQ(error(), path.string() + ": is not a regular file" + ours);
 }
 
+TEST_F(H5Test, PrintsNothingInAnyThread) {
+    const auto path = folder / "a.h5";
+    test::write_bytes(path, "\x89HDF\r\n\x1a\n");
+    std::string errors[2];
+    ::testing::internal::CaptureStderr();
+    for (std::string& error : errors)
+        std::thread([&] { error = error_of([&] { Reader(path, format); }); }).join();
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+    for (const std::string& error : errors) EXPECT_NE(error, "");
+}
+
 TEST_F(H5Test, RemovesItsTemporaryFileOnAnException) {
     const std::string error = error_of([&] {
         Writer file(folder / "a.h5", format);
