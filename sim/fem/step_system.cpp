@@ -48,8 +48,9 @@ void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Lo
     Eigen::Map<Nodes> b(b_.data(), body_.node_count(), 3);
     body_.mass_product((c * start.v).rowwise() + dt * loads.gravity.transpose(), product_);
     b = product_ + dt * force_;
-    body_.stiffness_product(elements_, iterate, forces_, product_);
-    b += dt * dt * product_;
+    free_ = iterate;
+    body_.stiffness_product(elements_, free_, forces_, image_);
+    b += dt * dt * image_;
     std::fill(prescribed_.begin(), prescribed_.end(), 0);
 }
 
@@ -57,10 +58,15 @@ void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref
     const Eigen::Index nodes = body_.node_count();
     const Eigen::Map<const Nodes> given(v.data(), nodes, 3);
     Eigen::Map<Nodes> result(out.data(), nodes, 3);
-    free_ = given;
-    for (Eigen::Index i = 0; i < nodes; ++i)
-        if (prescribed_[static_cast<std::size_t>(i)]) free_.row(i).setZero();
-    body_.stiffness_product(elements_, free_, forces_, image_);
+    bool is_known = true;
+    for (Eigen::Index i = 0; i < nodes; ++i) {
+        const Eigen::RowVector3d row = prescribed_[static_cast<std::size_t>(i)]
+                                           ? Eigen::RowVector3d::Zero()
+                                           : Eigen::RowVector3d(given.row(i));
+        is_known = is_known && free_.row(i) == row;
+        free_.row(i) = row;
+    }
+    if (!is_known) body_.stiffness_product(elements_, free_, forces_, image_);
     body_.mass_product(free_, result);
     result = mass_scale_ * result + stiffness_scale_ * image_;
     for (Eigen::Index i = 0; i < nodes; ++i)

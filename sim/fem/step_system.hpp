@@ -60,7 +60,8 @@ class StepSystem {
     bool is_prescribed(int node) const noexcept { return prescribed_[node] != 0; }
     const std::vector<char>& prescribed() const noexcept { return prescribed_; }  // [N]
 
-    /// out = A v, in double precision, element by element; out must not overlap v. Not for several threads.
+    /// out = A v, in double precision, element by element; out must not overlap v. Costs little for the v of
+    /// the call before, and first for w. Not for several threads.
     void multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const;
 
     /// A to single precision.
@@ -77,7 +78,7 @@ class StepSystem {
     Eigen::VectorXd shift_, shifted_;  // [3 N] scratch of prescribe()
     Nodes x_, force_, product_;        // [N, 3] scratch of assemble()
     mutable ElementForces forces_;     // scratch
-    mutable Nodes free_, image_;       // [N, 3] scratch of multiply()
+    mutable Nodes free_, image_;       // [N, 3] velocities of the last product with K, and the product
 };
 
 }  // namespace nbd

@@ -70,6 +70,36 @@ TEST_F(StepSystemOfABar, AssembleClearsPrescribedNodes) {
     EXPECT_FALSE(system.is_prescribed(3));
 }
 
+TEST_F(StepSystemOfABar, MultipliesTheSameWhateverItMultipliedBefore) {
+    const auto product = [](const StepSystem& A, const Nodes& v) {
+        Eigen::VectorXd result(v.size());
+        A.multiply(v.reshaped<Eigen::RowMajor>(), result);
+        return result;
+    };
+    const Nodes other = test::wild_field(body.rest().X, 0.3);
+    system.assemble(state, dt, {});
+    const Eigen::VectorXd of_velocities = product(system, state.v), of_other = product(system, other);
+    EXPECT_NE(of_velocities, of_other);
+    EXPECT_EQ(product(system, state.v), of_velocities);
+    EXPECT_EQ(product(system, state.v), of_velocities);
+
+    state.x *= 1.1;
+    state.x.col(0).swap(state.x.col(1));
+    system.assemble(state, dt, {});
+    StepSystem fresh(body);
+    fresh.assemble(state, dt, {});
+    const Eigen::VectorXd of_another_pose = product(fresh, other);
+    EXPECT_NE(of_another_pose, of_other);
+    EXPECT_EQ(product(system, other), of_another_pose);
+    EXPECT_EQ(product(system, state.v), product(fresh, state.v));
+
+    const PrescribedNodes held{{3}, Nodes::Zero(1, 3)};
+    system.prescribe(held);
+    fresh.prescribe(held);
+    product(system, state.v);
+    EXPECT_EQ(product(system, state.v), product(fresh, state.v));
+}
+
 TEST_F(StepSystemOfABar, RejectsInvalidArguments) {
     const BodyState bad{state.x.topRows(7), state.v};
     EXPECT_EQ(test::refusal([&] { system.assemble(bad, dt, {}); }),
