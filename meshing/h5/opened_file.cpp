@@ -20,11 +20,12 @@ namespace {
 constexpr const char* ours = "a file written by nbdtree";
 constexpr const char* whole = "a complete file written by nbdtree";
 
-bool has_signature(int descriptor) {
+bool has_signature(DrivenFile& file) {
     static constexpr std::array<unsigned char, 8> signature = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
     std::array<unsigned char, 8> bytes{};
-    return pread(descriptor, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size()) &&
-           bytes == signature;
+    const ssize_t count = pread(file.descriptor, bytes.data(), bytes.size(), 0);
+    if (count < 0) file.error = errno;
+    return count == static_cast<ssize_t>(bytes.size()) && bytes == signature;
 }
 
 std::string quoted(const std::string& object, const std::string& name) {
@@ -67,14 +68,19 @@ OpenedFile::OpenedFile(const std::filesystem::path& path) : path_(path) {
     driven_.descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (driven_.descriptor < 0) refuse(std::strerror(errno), "a readable file");
     try {
-        if (!has_signature(driven_.descriptor)) refuse("is not an HDF5 file", ours);
+        const bool has_ours = has_signature(driven_);
+        check_reads();
+        if (!has_ours) refuse("is not an HDF5 file", ours);
         const LibraryLock lock;
         const Handle access(H5Pcreate(H5P_FILE_ACCESS));
         set_file_driver(access.get(), driven_);
         H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
         file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()));
+        check_reads();
         if (!file_) refuse(fmt::format("is truncated or damaged: {}", last_error()), whole);
-        if (H5Aexists(file_.get(), "format") <= 0) refuse("is an HDF5 file without attribute 'format'", ours);
+        const htri_t has_format = H5Aexists(file_.get(), "format");
+        check_reads();
+        if (has_format <= 0) refuse("is an HDF5 file without attribute 'format'", ours);
         format_.name = text_attribute("/", "format");
         std::int64_t version = 0;
         number_attribute("/", "format_version", Type::int64, &version);
@@ -99,8 +105,13 @@ void OpenedFile::refuse(const std::string& what, const std::string& allowed) con
     throw std::runtime_error(fmt::format("{}: {}; allowed: {}", path_.string(), what, allowed));
 }
 
+void OpenedFile::check_reads() const {
+    if (driven_.error != 0)
+        throw ReadError(fmt::format("{}: cannot be read: {}", path_.string(), std::strerror(driven_.error)));
+}
+
 void OpenedFile::refuse_damaged(const std::string& item) const {
-    if (driven_.error != 0) refuse(fmt::format("cannot be read: {}", std::strerror(driven_.error)), whole);
+    check_reads();
     refuse(fmt::format("{} is damaged: {}", item, last_error()), whole);
 }
 

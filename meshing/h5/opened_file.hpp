@@ -26,7 +26,10 @@ class OpenedFile {
 
     /// Throws std::runtime_error "path: what; allowed: allowed".
     [[noreturn]] void refuse(const std::string& what, const std::string& allowed) const;
-    /// Like refuse(), with the reason of the HDF5 call that has just failed.
+    /// Throws ReadError if the system could not read the file. Call it where HDF5 would give an answer like
+    /// another.
+    void check_reads() const;
+    /// Like refuse(), with the reason of the HDF5 call that has just failed; or check_reads().
     [[noreturn]] void refuse_damaged(const std::string& item) const;
 
     /// Maps item names that begin with `name` to names that begin with `stored`. The longest matching name

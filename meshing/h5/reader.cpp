@@ -188,6 +188,7 @@ Shape Reader::check(const std::string& dataset, Type type, const Shape& expected
         refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), text(expected));
     const Handle opened = impl_->file.open_dataset(dataset);
     const std::size_t stored = std::min<std::size_t>(H5Dget_storage_size(opened.get()), impl_->file.bytes());
+    impl_->file.check_reads();
     if (!is_virtual(opened.get()) && !is_credible(shape, size_of(type), stored))
         refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), "a size that the file can hold");
     return shape;
@@ -256,8 +257,10 @@ std::uint64_t Reader::uint_attribute(const std::string& object, const std::strin
 
 bool Reader::has_attribute(const std::string& object, const std::string& name) const {
     const LibraryLock lock;
-    return H5Aexists_by_name(impl_->file.id(), impl_->file.stored_name(object).c_str(), name.c_str(),
-                             H5P_DEFAULT) > 0;
+    const htri_t there = H5Aexists_by_name(impl_->file.id(), impl_->file.stored_name(object).c_str(),
+                                           name.c_str(), H5P_DEFAULT);
+    if (there < 0) impl_->file.refuse_damaged(fmt::format("'{}'", object));
+    return there > 0;
 }
 
 std::vector<std::string> Reader::attributes(const std::string& object) const {

@@ -3,6 +3,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,11 @@ namespace nbd::h5 {
 struct Format {
     std::string name;
     int version = 1;
+};
+
+/// The system could not read a file, which may be whole.
+class ReadError : public std::runtime_error {
+    using std::runtime_error::runtime_error;
 };
 
 /// Dimensions, slowest first, as in HDF5 and NumPy.

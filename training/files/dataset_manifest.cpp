@@ -95,7 +95,7 @@ void write_dataset_view(const std::filesystem::path& path, const DatasetManifest
     view.group("trajectories");
     for (const DatasetShard& shard : manifest.shards)
         copy_trajectories(view, manifest.key, path.parent_path(), shard);
-    view.write_text("dataset/plan", manifest.plan);
+    view.write_text(dataset_plan, manifest.plan);
     view.write_text("dataset/shards", checksum_list(manifest.shards));
     view.write_text("dataset/variety", manifest.variety);
     view.write("dataset/split/train", manifest.train_trajectories);
@@ -122,7 +122,9 @@ DatasetSplit DatasetManifest::split(std::string_view name) const {
 
 bool is_dataset_view(const std::filesystem::path& path) {
     try {
-        return h5::Reader(path, view_format).has("dataset/plan");
+        return h5::Reader(path, view_format).has(dataset_plan);
+    } catch (const h5::ReadError&) {
+        throw;
     } catch (const std::runtime_error&) {
         return false;
     }
@@ -148,7 +150,7 @@ std::vector<DatasetSplit> read_splits(const h5::Reader& file) {
 DatasetManifest read_dataset_manifest(const std::filesystem::path& path) {
     const h5::Reader file(path, view_format);
     return {.key = file.text_attribute("/", dataset_label),
-            .plan = file.read_text("dataset/plan"),
+            .plan = file.read_text(dataset_plan),
             .shards = parse_checksum_list(file, file.read_text("dataset/shards")),
             .train_trajectories = file.read<int>("dataset/split/train", {h5::any}),
             .held_out_trajectories = file.read<int>("dataset/split/held_out", {h5::any}),

@@ -45,7 +45,7 @@ struct DatasetManifest {
 /// if the view cannot be written.
 void write_dataset_view(const std::filesystem::path& view, const DatasetManifest& manifest);
 
-/// True if the file is a merged view; false if it is missing or anything else.
+/// True if the file is a merged view; false if it is missing or anything else. Throws h5::ReadError.
 bool is_dataset_view(const std::filesystem::path& path);
 
 /// Throws std::runtime_error on a missing, truncated, damaged or foreign file.

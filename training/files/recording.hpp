@@ -112,6 +112,8 @@ class RecordingReader {
     std::int64_t frames() const noexcept;
     std::vector<double> times(int trajectory) const;
     const FrameFacts& facts(int trajectory) const;
+    /// Whether the recording is the merged view of a dataset, see dataset_manifest.hpp.
+    bool is_dataset() const;
     /// The value that RecordingWriter::label() wrote; "" if there is none.
     std::string label(const std::string& name) const;
 

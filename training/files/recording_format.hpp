@@ -12,6 +12,7 @@ namespace nbd {
 inline const h5::Format recording_format{"nbdtree recording", 1};
 inline const h5::Format view_format{"nbdtree recording", 2};
 inline constexpr const char* dataset_label = "dataset";
+inline constexpr const char* dataset_plan = "dataset/plan";  // a text that views have
 
 /// In the group of a trajectory: edges of all frames, [edges, 3], and where those of each frame begin.
 inline constexpr const char* contact_edges_name = "contact_edges";

@@ -228,6 +228,8 @@ std::int64_t RecordingReader::frames() const noexcept {
 std::vector<double> RecordingReader::times(int trajectory) const { return impl_->at(trajectory).times; }
 const FrameFacts& RecordingReader::facts(int trajectory) const { return impl_->at(trajectory).facts; }
 
+bool RecordingReader::is_dataset() const { return impl_->file.has(dataset_plan); }
+
 std::string RecordingReader::label(const std::string& name) const {
     return impl_->file.has_attribute("/", name) ? impl_->file.text_attribute("/", name) : "";
 }

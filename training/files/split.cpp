@@ -30,15 +30,15 @@ std::vector<int> frames_of(const RecordingReader& recording, int trajectory, boo
     return frames;
 }
 
-HeldOut stored_split(const std::filesystem::path& recording, const std::string& name) {
-    if (!is_dataset_view(recording))
+HeldOut stored_split(const RecordingReader& recording, const std::string& name) {
+    if (!recording.is_dataset())
         throw std::runtime_error(
-            fmt::format("{}: is not a dataset, so it has no split \"{}\"", recording.string(), name));
+            fmt::format("{}: is not a dataset, so it has no split \"{}\"", recording.path().string(), name));
     try {
-        DatasetSplit split = read_dataset_manifest(recording).split(name);
+        DatasetSplit split = read_dataset_manifest(recording.path()).split(name);
         return {std::move(split.train), std::move(split.held_out)};
     } catch (const std::invalid_argument& error) {
-        throw std::runtime_error(fmt::format("{}: {}", recording.string(), error.what()));
+        throw std::runtime_error(fmt::format("{}: {}", recording.path().string(), error.what()));
     }
 }
 
@@ -73,9 +73,9 @@ TrainingSplit make_split(const RecordingReader& recording, std::optional<double>
     const double share = held_out_share.value_or(0.2);
     HeldOut split;
     if (!split_name.empty()) {
-        split = stored_split(recording.path(), split_name);
-    } else if (!held_out_share && is_dataset_view(recording.path())) {
-        split = stored_split(recording.path(), trajectory_split);
+        split = stored_split(recording, split_name);
+    } else if (!held_out_share && recording.is_dataset()) {
+        split = stored_split(recording, trajectory_split);
     } else {
         std::vector<int> ids;
         for (const TrajectoryInfo& t : recording.trajectories())

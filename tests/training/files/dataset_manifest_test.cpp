@@ -73,6 +73,8 @@ TEST_F(DatasetView, RoundTripsItsManifest) {
     EXPECT_TRUE(is_dataset_view(folder / "data.h5"));
     EXPECT_FALSE(is_dataset_view(folder / "a.h5"));
     EXPECT_FALSE(is_dataset_view(folder / "none.h5"));
+    EXPECT_TRUE(RecordingReader(folder / "data.h5").is_dataset());
+    EXPECT_FALSE(RecordingReader(folder / "a.h5").is_dataset());
     const DatasetManifest read = read_dataset_manifest(folder / "data.h5"), written = manifest();
     EXPECT_EQ(read.key, written.key);
     EXPECT_EQ(read.plan, written.plan);
