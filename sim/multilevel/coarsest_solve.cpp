@@ -12,7 +12,7 @@ void CoarsestSolve::begin(std::vector<const BlockSparse<6, 6>*> matrices) {
     for (const BlockSparse<6, 6>* A : matrices_) first_.push_back(first_.back() + A->rows());
     x_.resize(6 * rows());
     couplings_ = nullptr;
-    is_new_ = has_couplings_ = true;
+    is_new_ = has_places_ = true;
     set_acting({});
 }
 
@@ -22,12 +22,12 @@ void CoarsestSolve::begin_couplings(const LevelCouplings<6>& couplings) {
 }
 
 void CoarsestSolve::set_acting(std::span<const ActingCoupling> acting) {
-    if (rows() == 0 || (acting.empty() && !has_couplings_)) return;
+    if (rows() == 0 || (acting.empty() && !has_places_)) return;
     if (is_new_) rows_.assign(static_cast<std::size_t>(rows()), {});
     if (sum(acting)) analyze();
     fill();
+    has_places_ = !acting.empty() || (has_places_ && !is_new_);
     is_new_ = false;
-    has_couplings_ = !acting.empty();
     cholesky_.factorize(A_);
 }
 

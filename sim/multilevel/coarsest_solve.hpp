@@ -28,8 +28,6 @@ class CoarsestSolve {
     /// x = A^-1 b, [6 rows].
     void solve(std::span<const float> b, std::span<float> x);
 
-    int rows() const noexcept { return first_.back(); }
-
  private:
     using Block = Eigen::Matrix<double, 6, 6>;
     /// Blocks at and right of the diagonal, in any order.
@@ -37,6 +35,7 @@ class CoarsestSolve {
         std::vector<int> columns;
         std::vector<Block> blocks;
     };
+    int rows() const noexcept { return first_.back(); }
     bool add(int row, int column, const Block& block);
     bool sum(std::span<const ActingCoupling> acting);
     void analyze();
@@ -45,11 +44,11 @@ class CoarsestSolve {
     std::vector<const BlockSparse<6, 6>*> matrices_;
     std::vector<int> first_{0};  // [bodies + 1] first row of each body
     const LevelCouplings<6>* couplings_ = nullptr;
-    std::vector<Row> rows_;       // of the sum; grow with the couplings that act
-    bool is_new_ = true;          // nothing was factorised since the couplings began
-    bool has_couplings_ = false;  // the factor has some
-    BlockPattern pattern_;        // of the sum, the lower half; each row is two nodes of three unknowns
-    SparseMatrix A_;              // likewise
+    std::vector<Row> rows_;    // of the sum; grow with the couplings that act
+    bool is_new_ = true;       // nothing was factorised since the couplings began
+    bool has_places_ = false;  // the factor has some of couplings
+    BlockPattern pattern_;     // of the sum, the lower half; each row is two nodes of three unknowns
+    SparseMatrix A_;           // likewise
     Cholesky cholesky_;
     Eigen::VectorXd x_;
 };
