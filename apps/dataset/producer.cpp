@@ -68,6 +68,8 @@ std::string with_attempts(const std::string& recipe, int steps_per_frame,
 DatasetManifest standing_manifest(const std::filesystem::path& view) {
     try {
         return read_dataset_manifest(view);
+    } catch (const h5::ReadError&) {
+        throw;
     } catch (const std::runtime_error&) {
         return {};
     }

@@ -60,6 +60,8 @@ std::string shard_defect(const std::filesystem::path& path, const std::string& k
                                end - 1);
         recording_hash(recording);
         read_all_extras(recording);
+    } catch (const h5::ReadError&) {
+        throw;
     } catch (const std::runtime_error& error) {
         return error.what();
     }

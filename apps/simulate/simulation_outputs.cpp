@@ -66,13 +66,11 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
     if (!extras.scene_file.empty())
         recording_.label(scene_file_label, relative_to(paths.recording, extras.scene_file));
     if (extras_.contact_edges) contact_edges_.emplace(contact_edge_finder(world));
+    TrajectoryInfo info{.seed = spec.seed, .body_hash = {}, .recipe = spec.text, .failure = {}};
     for (int b = 0; b < world.body_count(); ++b) {
         const auto i = static_cast<std::size_t>(b);
-        TrajectoryInfo info;
         info.id = b;
-        info.seed = spec.seed;
         info.body_hash = body_hashes[i];
-        info.recipe = spec.text;
         FrameContents contents{.tets = world.elastic(b).element_count(), .fields = extras_.fields};
         if (contact_edges_) contents.contact_edges = contact_edges_->distances(i);
         handles_.push_back(recording_.begin_trajectory(info, world.elastic(b).node_count(), contents));

@@ -11,8 +11,8 @@
 // HDF5 helpers for the .cpp files of this folder.
 namespace nbd::h5 {
 
-/// Lock to hold during every use of HDF5, which is not thread-safe. Recursive. The first lock turns off
-/// HDF5's own error printing.
+/// Lock to hold during every use of HDF5, which is not thread-safe. Recursive. The first lock of each
+/// thread turns off HDF5's own error printing.
 class LibraryLock {
  public:
     LibraryLock();

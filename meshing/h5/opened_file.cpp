@@ -20,10 +20,13 @@ namespace {
 constexpr const char* ours = "a file written by nbdtree";
 constexpr const char* whole = "a complete file written by nbdtree";
 
-bool has_signature(DrivenFile& file) {
+/// Whether the file begins as HDF5 files do. A failed read leaves its error in `file`.
+bool read_signature(DrivenFile& file) {
     static constexpr std::array<unsigned char, 8> signature = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
     std::array<unsigned char, 8> bytes{};
-    const ssize_t count = pread(file.descriptor, bytes.data(), bytes.size(), 0);
+    ssize_t count = 0;
+    do count = pread(file.descriptor, bytes.data(), bytes.size(), 0);
+    while (count < 0 && errno == EINTR);
     if (count < 0) file.error = errno;
     return count == static_cast<ssize_t>(bytes.size()) && bytes == signature;
 }
@@ -60,15 +63,20 @@ bool is_one_string(hid_t type, hid_t space) {
 
 OpenedFile::OpenedFile(const std::filesystem::path& path) : path_(path) {
     struct stat status {};
-    if (stat(path.c_str(), &status) != 0) refuse(std::strerror(errno), ours);
+    if (stat(path.c_str(), &status) != 0) {
+        if (errno == ENOENT || errno == ENOTDIR) refuse(std::strerror(errno), ours);
+        driven_.error = errno;
+        check_reads();
+    }
     if (S_ISDIR(status.st_mode)) refuse("is a folder", ours);
     if (!S_ISREG(status.st_mode)) refuse("is not a regular file", ours);
     if (status.st_size == 0) refuse("is empty", ours);
     bytes_ = static_cast<std::size_t>(status.st_size);
     driven_.descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (driven_.descriptor < 0) refuse(std::strerror(errno), "a readable file");
+    if (driven_.descriptor < 0) driven_.error = errno;
+    check_reads();
     try {
-        const bool has_ours = has_signature(driven_);
+        const bool has_ours = read_signature(driven_);
         check_reads();
         if (!has_ours) refuse("is not an HDF5 file", ours);
         const LibraryLock lock;

@@ -113,6 +113,7 @@ bool Reader::is_text(const std::string& dataset) const {
 
 std::string Reader::link_target(const std::string& name) const {
     const LibraryLock lock;
+    if (!has(name)) refuse(fmt::format("has no '{}'", name), "a file with this item");
     H5L_info_t info{};
     if (H5Lget_info(impl_->file.id(), name.c_str(), &info, H5P_DEFAULT) < 0)
         impl_->file.refuse_damaged(fmt::format("'{}'", name));

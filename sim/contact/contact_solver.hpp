@@ -31,7 +31,7 @@ struct ContactSolveReport {
 /// J maps velocities to the relative velocity of a contact's points, so forces are equal and opposite. The
 /// linear solve (see CoupledSolver) is repeated from its last solution to settle which contacts press and
 /// slip, until the residual with the updated contacts is small enough. Each solve is only as accurate as
-/// needed.
+/// needed. A contact that lets go in one pass and presses again in a later one does so without friction.
 class ContactSolver {
  public:
     explicit ContactSolver(const LinearSolveConfig& config,
@@ -74,7 +74,7 @@ class ContactSolver {
     ContactTerms terms_;
     std::vector<Coupling> operators_;    // [contacts] from the last linearise()
     std::vector<Eigen::Vector3d> push_;  // [contacts] b of the contact impulses, from the last linearise()
-    std::vector<char> released_;         // [contacts] non-zero for those that let go after a pass
+    std::vector<char> released_;         // [contacts] non-zero for those that let go between passes
     double tolerance_;                   // relative tolerance of the linear solves
     CoupledSolver linear_;
     Eigen::VectorXd rhs_, product_;

@@ -60,8 +60,9 @@ class StepSystem {
     bool is_prescribed(int node) const noexcept { return prescribed_[node] != 0; }
     const std::vector<char>& prescribed() const noexcept { return prescribed_; }  // [N]
 
-    /// out = A v, in double precision, element by element; out must not overlap v. Costs little for the v of
-    /// the call before, and first for w. Not for several threads.
+    /// out = A v, in double precision, element by element; out must not overlap v. Costs little if v is that
+    /// of the last product, which assemble() makes of w and prescribe() of its velocities. Not for several
+    /// threads.
     void multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const;
 
     /// A to single precision.

@@ -22,9 +22,9 @@ void CoarsestSolve::begin_couplings(const LevelCouplings<6>& couplings) {
 }
 
 void CoarsestSolve::set_acting(std::span<const ActingCoupling> acting) {
-    if (rows() == 0 || (acting.empty() && !has_places_)) return;
+    if (rows() == 0 || (acting.empty() && !has_places_ && cholesky_.factorized())) return;
     if (is_new_) rows_.assign(static_cast<std::size_t>(rows()), {});
-    if (sum(acting)) analyze();
+    if (sum(acting) || !is_analyzed_) analyze();
     fill();
     has_places_ = !acting.empty() || (has_places_ && !is_new_);
     is_new_ = false;
@@ -72,6 +72,7 @@ bool CoarsestSolve::sum(std::span<const ActingCoupling> acting) {
 }
 
 void CoarsestSolve::analyze() {
+    is_analyzed_ = false;
     std::vector<std::vector<int>> nodes(static_cast<std::size_t>(2 * rows()));
     for (int i = 0; i < 2 * rows(); ++i)
         for (const int column : rows_[static_cast<std::size_t>(i / 2)].columns)
@@ -80,6 +81,7 @@ void CoarsestSolve::analyze() {
     pattern_ = BlockPattern(std::move(nodes));
     A_ = pattern_.zero_matrix();
     cholesky_.analyze(A_, Ordering::quick);
+    is_analyzed_ = true;
 }
 
 /// Copies the sum to the matrix of the factor.

@@ -13,16 +13,16 @@ namespace nbd {
 /// The coarsest level of a coupled system, which is factorised. Rows of all bodies stand one below the other.
 class CoarsestSolve {
  public:
-    /// Begins the matrices of the bodies, without couplings, and factorises them. They must outlive this
-    /// object. Throws std::runtime_error if one is not positive definite.
+    /// Begins the matrices of the bodies, without couplings, and factorises them. They must live until the
+    /// next begin(). Throws std::runtime_error if one is not positive definite.
     void begin(std::vector<const BlockSparse<6, 6>*> matrices);
 
-    /// Begins other couplings, which must outlive their use; none acts until set_acting().
+    /// Begins other couplings, which must live until the next ones begin; none acts until set_acting().
     void begin_couplings(const LevelCouplings<6>& couplings);
 
-    /// Factorises the matrices with these couplings. The places in the matrix of those that acted since
-    /// begin_couplings() are kept, because another analysis costs more than they do. Throws
-    /// std::runtime_error if the sum is not positive definite.
+    /// Factorises the matrices with these couplings, unless there are none and the factor has none. The
+    /// places in the matrix of those that acted since begin_couplings() are kept, because another analysis
+    /// costs more than they do. Throws std::runtime_error if the sum is not positive definite.
     void set_acting(std::span<const ActingCoupling> acting);
 
     /// x = A^-1 b, [6 rows].
@@ -44,11 +44,12 @@ class CoarsestSolve {
     std::vector<const BlockSparse<6, 6>*> matrices_;
     std::vector<int> first_{0};  // [bodies + 1] first row of each body
     const LevelCouplings<6>* couplings_ = nullptr;
-    std::vector<Row> rows_;    // of the sum; grow with the couplings that act
-    bool is_new_ = true;       // nothing was factorised since the couplings began
-    bool has_places_ = false;  // the factor has some of couplings
-    BlockPattern pattern_;     // of the sum, the lower half; each row is two nodes of three unknowns
-    SparseMatrix A_;           // likewise
+    std::vector<Row> rows_;     // of the sum; grow with the couplings that act
+    bool is_new_ = true;        // nothing was factorised since the couplings began
+    bool has_places_ = false;   // the factor has places of couplings
+    bool is_analyzed_ = false;  // the factor belongs to pattern_
+    BlockPattern pattern_;      // of the sum, the lower half; each row is two nodes of three unknowns
+    SparseMatrix A_;            // likewise
     Cholesky cholesky_;
     Eigen::VectorXd x_;
 };

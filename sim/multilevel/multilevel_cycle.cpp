@@ -1,6 +1,7 @@
 #include "sim/multilevel/multilevel_cycle.hpp"
 
 #include <algorithm>
+#include <climits>
 #include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
@@ -10,15 +11,19 @@ namespace {
 
 /// Numbers of levels of the bodies, so that the last ones have few enough aggregates to be factorised at each
 /// change of the couplings: of a body at most RestHierarchy::coarse_enough, and of all at most four times as
-/// many, if the bodies can be coarsened so far.
+/// many, as long as coarser levels save a fifth of them.
 std::vector<std::size_t> choose_depths(const std::vector<std::shared_ptr<const RestHierarchy>>& hierarchies) {
-    std::vector<std::size_t> depths(hierarchies.size());
-    for (int most = RestHierarchy::coarse_enough; most > 0; most /= 2) {
+    std::vector<std::size_t> depths;
+    for (int most = RestHierarchy::coarse_enough, before = INT_MAX; most > 0; most /= 2) {
+        std::vector<std::size_t> coarser;
         int total = 0;
-        for (std::size_t b = 0; b < hierarchies.size(); ++b) {
-            depths[b] = hierarchies[b]->depth(most);
-            total += hierarchies[b]->levels[depths[b] - 1].A.rows();
+        for (const auto& hierarchy : hierarchies) {
+            coarser.push_back(hierarchy->depth(most));
+            total += hierarchy->levels[coarser.back() - 1].A.rows();
         }
+        if (total > 0.8 * before) break;
+        depths = std::move(coarser);
+        before = total;
         if (total <= 4 * RestHierarchy::coarse_enough) break;
     }
     return depths;
@@ -30,10 +35,11 @@ void MultilevelCycle::begin(const CoupledSystem& system, RestHierarchies& hierar
     std::vector<std::shared_ptr<const RestHierarchy>> found;
     for (const StepSystem& s : system.systems)
         found.push_back(hierarchies.get(s.body(), s.mass_scale(), s.stiffness_scale(), s.prescribed()));
-    const bool is_known = found == hierarchies_;
+    has_aggregates_ = has_aggregates_ && found == hierarchies_;
     hierarchies_ = std::move(found);
     begin_nodes(system);
-    if (!is_known) begin_aggregates();
+    if (!has_aggregates_) begin_aggregates();
+    has_aggregates_ = true;
     begin_couplings(system);
 }
 
@@ -149,7 +155,7 @@ void MultilevelCycle::begin_couplings(const CoupledSystem& system) {
         for (const Part& part : parts) at_level.append(part.levels[k]);
         levels_[k].begin_couplings(std::move(at_level));
     }
-    coarsest_.begin_couplings(levels_.back().couplings());
+    if (!levels_.empty()) coarsest_.begin_couplings(levels_.back().couplings());
 }
 
 void MultilevelCycle::set_couplings(const CoupledSystem& system) {

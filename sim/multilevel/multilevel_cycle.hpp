@@ -33,6 +33,9 @@ class MultilevelCycle {
     /// z = about A^-1 r. r, z: [unknowns].
     void apply(const Eigen::VectorXf& r, Eigen::VectorXf& z);
 
+    /// Number of aggregates of all bodies at the level that is factorised.
+    int coarsest_rows() const noexcept { return levels_.empty() ? 0 : levels_.back().rows(); }
+
  private:
     using Level = CoupledLevel<6>;
 
@@ -52,6 +55,7 @@ class MultilevelCycle {
     std::vector<std::shared_ptr<const RestHierarchy>> hierarchies_;  // [bodies]
     std::vector<std::size_t> depth_;                                 // [bodies] number of levels in use
     std::vector<std::vector<Eigen::Matrix3f>> rotations_;            // [bodies][nodes]
+    bool has_aggregates_ = false;                                    // levels_ are of the hierarchies
     CoupledLevel<3> nodes_;
     std::vector<Level> levels_;  // finest first
     std::vector<float> turned_;  // [unknowns] residual in the rest frame

@@ -24,7 +24,7 @@ struct Transfer {
 struct RestLevel {
     SweepMatrix<6> A;
     std::vector<Eigen::Matrix<double, 6, 6>> diagonal;  // blocks of A
-    BlockSparse<6, 6> to_factorize{};                   // A, if it is small enough to be solved directly
+    BlockSparse<6, 6> to_factorize{};                   // A, of small levels and of the last
     Transfer<6> coarser{};                              // from the next level; empty at the coarsest
 };
 

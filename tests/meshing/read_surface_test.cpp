@@ -150,6 +150,7 @@ TEST(ReadSurface, RejectsOtherFilesInOneLine) {
         {folder.write("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\n"), "no faces in the file"},
         {folder.write("foreign.stl", "this is not a surface at all"), "foreign.stl: "},
         {folder.write("foreign.glb", "this is not a surface at all"), "foreign.glb: "},
+        {folder.write("other.glb", "quick3ds" + std::string(27, '\xff')), "No suitable reader"},
         {folder.write("foreign.off", "this is not a surface at all"), "foreign.off: "},
         {folder.write("foreign.ply", "this is not a surface at all\n"), "does not start with \"ply\""},
         {folder.write("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n"), "range.obj: "},

@@ -15,6 +15,11 @@ class SharedText {
         : text_(std::make_shared<const std::string>(std::move(text))) {}
     SharedText(const char* text) : SharedText(std::string(text)) {}  // NOLINT(google-explicit-constructor)
 
+    // Moving would leave a text without memory, so it copies.
+    SharedText(const SharedText&) = default;
+    SharedText& operator=(const SharedText&) = default;
+    ~SharedText() = default;
+
     const std::string& str() const noexcept { return *text_; }
     operator const std::string&() const noexcept { return str(); }  // NOLINT(google-explicit-constructor)
 

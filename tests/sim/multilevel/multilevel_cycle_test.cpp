@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/on_threads.hpp"
@@ -13,14 +14,15 @@ namespace {
 
 /// A bent bar, held at an end, small ones, and stiff springs between it and them.
 struct Scene {
-    ElasticBody large{test::box_mesh({2, 0.4, 0.4}, {30, 6, 6}), {.young = 1e5}},
-        small{test::box_mesh({0.4, 0.4, 0.4}, {2, 2, 2}), {.young = 1e6}};
+    ElasticBody large{test::box_mesh({2, 0.4, 0.4}, {30, 6, 6}), {.young = 1e5}}, small;
     std::vector<StepSystem> systems;
     std::vector<int> first_unknown{0};
     std::vector<CouplingTerm> terms;
     std::vector<Coupling> couplings;
 
-    explicit Scene(int small_bodies = 1) {
+    /// cells: of the small bodies, along each edge.
+    explicit Scene(int small_bodies = 1, int cells = 2)
+        : small(test::box_mesh({0.4, 0.4, 0.4}, {cells, cells, cells}), {.young = 1e6}) {
         add(large);
         systems[0].prescribe({.nodes = {0, 1, 2, 3}, .v = Nodes::Zero(4, 3)});
         for (int b = 1; b <= small_bodies; ++b) {
@@ -37,8 +39,8 @@ struct Scene {
     }
     /// A spring between the middle of nodes k and k + 1 of a small body and a node of the large one.
     void connect(int body, int k) {
-        const int first = first_unknown[static_cast<std::size_t>(body)], held = 20 * k + body - 1;
-        terms.push_back({0, held, 3 * held, 1, false});
+        const int first = first_unknown[static_cast<std::size_t>(body)], node = 20 * k + body - 1;
+        terms.push_back({0, node, 3 * node, 1, false});
         terms.push_back({body, k, first + 3 * k, -0.5, false});
         terms.push_back({body, k + 1, first + 3 * (k + 1), -0.5, false});
         const Eigen::Vector3d n = Eigen::Vector3d(std::sin(k), std::cos(k), 0.3).normalized();
@@ -66,10 +68,13 @@ Eigen::VectorXf irregular(Eigen::Index size, double phase) {
     return v;
 }
 
-class MultilevelCycleOf : public ::testing::TestWithParam<int> {};
+/// Numbers of small bodies and of their cells along an edge.
+class MultilevelCycleOf : public ::testing::TestWithParam<std::pair<int, int>> {
+ protected:
+    const Scene scene{GetParam().first, GetParam().second};
+};
 
 TEST_P(MultilevelCycleOf, IsSymmetricAndPositive) {
-    const Scene scene(GetParam());
     RestHierarchies hierarchies;
     MultilevelCycle cycle;
     cycle.begin(scene.system(), hierarchies);
@@ -99,7 +104,6 @@ TEST(MultilevelCycle, MultipliesAsTheSystemDoes) {
 }
 
 TEST_P(MultilevelCycleOf, ReducesEveryKindOfError) {
-    const Scene scene(GetParam());
     CoupledCycle coupled(scene);
     // The error e of an iteration v += G (b - A v) is (I - G A) e, in the norm of A.
     Eigen::VectorXd e = irregular(scene.system().size(), 0.1).cast<double>(), Ae(e.size());
@@ -117,11 +121,49 @@ TEST_P(MultilevelCycleOf, ReducesEveryKindOfError) {
         share = std::sqrt(e.dot(Ae)) / before;
         e /= std::sqrt(e.dot(Ae));
     }
-    EXPECT_LT(share, 0.95);
+    EXPECT_LT(share, 0.97);  // the springs at the surface decide: 0.92 to 0.95
 }
 
-INSTANTIATE_TEST_SUITE_P(, MultilevelCycleOf, ::testing::Values(1, 120),
-                         [](const auto& info) { return fmt::format("{}SmallBodies", info.param); });
+INSTANTIATE_TEST_SUITE_P(, MultilevelCycleOf,
+                         ::testing::Values(std::pair(1, 2), std::pair(250, 2), std::pair(40, 6)),
+                         [](const auto& info) { return fmt::format("{}SmallBodies", info.param.first); });
+
+TEST(MultilevelCycle, FactorisesFewAggregatesOfManyBodies) {
+    const Scene scene(40, 6);
+    RestHierarchies hierarchies;
+    const StepSystem& small = scene.systems[1];
+    const auto hierarchy =
+        hierarchies.get(scene.small, small.mass_scale(), small.stiffness_scale(), small.prescribed());
+    const std::size_t depth = hierarchy->depth(RestHierarchy::coarse_enough);
+    EXPECT_GT(40 * hierarchy->levels[depth - 1].A.rows(), 4 * RestHierarchy::coarse_enough)
+        << "so many that the bodies are coarsened further";
+    MultilevelCycle cycle;
+    cycle.begin(scene.system(), hierarchies);
+    EXPECT_LE(cycle.coarsest_rows(), 4 * RestHierarchy::coarse_enough);
+}
+
+/// Couplings that acted before change nothing, so that a run that continues has the same bits.
+TEST(MultilevelCycle, DependsOnTheCurrentCouplingsAlone) {
+    Scene scene;
+    CoupledCycle coupled(scene), fresh(scene);
+    const Eigen::VectorXf r = irregular(scene.system().size(), 0.4);
+    Eigen::VectorXf with(r.size()), z(r.size()), expected(r.size());
+    coupled.cycle.apply(r, with);
+    coupled.cycle.set_couplings(scene.system());
+    std::vector<Coupling> none = scene.couplings;
+    for (Coupling& coupling : none) coupling.A.setZero();
+    const CoupledSystem uncoupled{scene.systems, scene.first_unknown, scene.terms, none};
+    coupled.cycle.set_couplings(uncoupled);  // the places of the couplings are kept for the step
+    coupled.cycle.begin(uncoupled, coupled.hierarchies);
+    coupled.cycle.set_couplings(uncoupled);
+    coupled.cycle.apply(r, z);
+    MultilevelCycle other;
+    other.begin(uncoupled, fresh.hierarchies);
+    other.set_couplings(uncoupled);
+    other.apply(r, expected);
+    EXPECT_EQ(z, expected);
+    EXPECT_NE(z, with);
+}
 
 TEST(RestHierarchy, GoesDownToAFewAggregates) {
     const Scene scene;

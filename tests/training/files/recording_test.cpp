@@ -340,6 +340,8 @@ const BrokenRecording broken_recordings[] = {
      [](EditFile& f) { f.set_attribute("/", "format_version", 9); }},
     {"attribute 'format' is not a text", [](EditFile& f) { f.set_attribute("/", "format", 1); }},
     {"has no 'trajectories'; allowed: a file with this item", [](EditFile& f) { f.remove("trajectories"); }},
+    {"has no 'trajectories/000001/recipe'; allowed: a file with this item",
+     [](EditFile& f) { f.remove("trajectories/000001/recipe"); }},
     {"has no 'trajectories/000001/positions'",
      [](EditFile& f) { f.remove("trajectories/000001/positions"); }},
     {"dataset 'trajectories/000001/positions' holds float64; allowed: float32",
