@@ -11,7 +11,7 @@ namespace {
 
 /// Numbers of levels of the bodies, so that the last ones have few enough aggregates to be factorised at each
 /// change of the couplings: of a body at most RestHierarchy::coarse_enough, and of all at most four times as
-/// many, as long as coarser levels save a fifth of them.
+/// many, by coarser levels that save at least a fifth.
 std::vector<std::size_t> choose_depths(const std::vector<std::shared_ptr<const RestHierarchy>>& hierarchies) {
     std::vector<std::size_t> depths;
     for (int most = RestHierarchy::coarse_enough, before = INT_MAX; most > 0; most /= 2) {
@@ -21,7 +21,7 @@ std::vector<std::size_t> choose_depths(const std::vector<std::shared_ptr<const R
             coarser.push_back(hierarchy->depth(most));
             total += hierarchy->levels[coarser.back() - 1].A.rows();
         }
-        if (total > 0.8 * before) break;
+        if (total > 0.8 * before) continue;
         depths = std::move(coarser);
         before = total;
         if (total <= 4 * RestHierarchy::coarse_enough) break;
