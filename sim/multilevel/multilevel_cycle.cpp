@@ -9,9 +9,9 @@
 namespace nbd {
 namespace {
 
-/// Numbers of levels of the bodies, so that the last ones have few enough aggregates to be factorised at each
-/// change of the couplings: of a body at most RestHierarchy::coarse_enough, and of all at most four times as
-/// many, by coarser levels that save at least a fifth.
+/// Chooses how many levels of each body are used, so that the last ones have few enough aggregates to be
+/// factorised at each change of the couplings: at most RestHierarchy::coarse_enough of a body and, if coarser
+/// levels reach it, four times as many of all. A coarser choice is taken only if it saves a fifth.
 std::vector<std::size_t> choose_depths(const std::vector<std::shared_ptr<const RestHierarchy>>& hierarchies) {
     std::vector<std::size_t> depths;
     for (int most = RestHierarchy::coarse_enough, before = INT_MAX; most > 0; most /= 2) {

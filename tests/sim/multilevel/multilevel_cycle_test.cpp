@@ -129,17 +129,19 @@ INSTANTIATE_TEST_SUITE_P(, MultilevelCycleOf,
                          [](const auto& info) { return fmt::format("{}SmallBodies", info.param.first); });
 
 TEST(MultilevelCycle, FactorisesFewAggregatesOfManyBodies) {
-    const Scene scene(40, 6);
-    RestHierarchies hierarchies;
-    const StepSystem& small = scene.systems[1];
-    const auto hierarchy =
-        hierarchies.get(scene.small, small.mass_scale(), small.stiffness_scale(), small.prescribed());
-    const std::size_t depth = hierarchy->depth(RestHierarchy::coarse_enough);
-    EXPECT_GT(40 * hierarchy->levels[depth - 1].A.rows(), 4 * RestHierarchy::coarse_enough)
-        << "so many that the bodies are coarsened further";
-    MultilevelCycle cycle;
-    cycle.begin(scene.system(), hierarchies);
-    EXPECT_LE(cycle.coarsest_rows(), 4 * RestHierarchy::coarse_enough);
+    for (const auto& [bodies, cells] : {std::pair(40, 6), std::pair(100, 4)}) {
+        const Scene scene(bodies, cells);
+        RestHierarchies hierarchies;
+        const StepSystem& small = scene.systems[1];
+        const auto hierarchy =
+            hierarchies.get(scene.small, small.mass_scale(), small.stiffness_scale(), small.prescribed());
+        const std::size_t depth = hierarchy->depth(RestHierarchy::coarse_enough);
+        EXPECT_GT(bodies * hierarchy->levels[depth - 1].A.rows(), 4 * RestHierarchy::coarse_enough)
+            << "the test wants so many that the bodies are coarsened further";
+        MultilevelCycle cycle;
+        cycle.begin(scene.system(), hierarchies);
+        EXPECT_LE(cycle.coarsest_rows(), 4 * RestHierarchy::coarse_enough);
+    }
 }
 
 /// Couplings that acted before change nothing, so that a run that continues has the same bits.
