@@ -78,7 +78,10 @@ class CellBuilder {
         // so the walk to the root decides.
         std::map<int, std::vector<int>> cells;
         for (const int v : vertices_) cells[forest_.walk(point(v), [](const auto&) {})].push_back(v);
-        for (const auto& [root, vertices] : cells) add_cell(anchor_at_.at(root), vertices);
+        for (const auto& [root, vertices] : cells) {
+            stop_if_asked();
+            add_cell(anchor_at_.at(root), vertices);
+        }
     }
 
  private:
@@ -96,6 +99,7 @@ class CellBuilder {
         double limit = PathForest::unreached;
         // At least one anchor in every connected part.
         for (int k = 0; k < config_.anchors || limit == PathForest::unreached; ++k) {
+            stop_if_asked();
             int next = -1;
             double farthest = -1;
             for (const int v : vertices_) {
@@ -198,7 +202,6 @@ CertifiedModel build_certified_model(const SphereTree& tree, FacesRef F, const T
     CellBuilder cells(tree, graph, solid, config, model);
     model.cell_begin = {0};
     for (int node = 0; std::cmp_less(node, tree.nodes.size()); ++node) {
-        stop_if_asked();
         cells.add_node(node);
         model.cell_begin.push_back(static_cast<int>(model.cells.size()));
     }
