@@ -9,14 +9,17 @@
 
 #include "apps/dataset/card.hpp"
 #include "apps/dataset/plan.hpp"
+#include "apps/dataset/shard.hpp"
 #include "apps/dataset/shard_folder.hpp"
 #include "apps/dataset/variety.hpp"
 #include "apps/sharing/claims.hpp"
 #include "apps/sharing/rank.hpp"
 #include "tests/support/box_body.hpp"
 #include "tests/support/error_of.hpp"
+#include "tests/support/failing_reads.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
+#include "training/files/recording_format.hpp"
 
 namespace nbd {
 namespace {
@@ -89,6 +92,19 @@ TEST_F(DatasetParts, ShardsCoverAllTrajectoriesOnce) {
         EXPECT_TRUE(files.first(shard) <= i && i < files.end(shard)) << i;
     }
     EXPECT_EQ(files.count(), 0);
+}
+
+TEST_F(DatasetParts, AShardThatCannotBeReadIsNotCalledDefective) {
+    const auto path = folder / "shard.h5";
+    RecordingWriter shard(path);
+    shard.label(dataset_label, "a key");
+    const int handle = shard.begin_trajectory({5, 1, std::string(64, 'a'), "{}", "", 0}, 3);
+    shard.add_frame(handle, 0.1, Vertices::Ones(3, 3));
+    shard.end_trajectory(handle, "");
+    shard.finish();
+    const int failed =
+        test::with_each_read_failing([&] { EXPECT_EQ(shard_defect(path, "a key", 5, 6), ""); });
+    EXPECT_GT(failed, 4);
 }
 
 TEST_F(DatasetParts, PlansDifferWhenTheirTrajectoriesWould) {
