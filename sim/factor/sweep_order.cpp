@@ -1,8 +1,8 @@
 #include "sim/factor/sweep_order.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
+#include <numeric>
 
 namespace nbd {
 namespace {
@@ -41,21 +41,30 @@ SweepOrder::SweepOrder(std::span<const int> pattern_offset, std::span<const int>
         if (colours.size() <= c) colours.resize(c + 1);
         colours[c].push_back({p * rows_per_part, std::min(row_count, (p + 1) * rows_per_part)});
     }
-    const auto colour_of = [&](int row) { return colour[static_cast<std::size_t>(row / rows_per_part)]; };
+    std::vector<int> turn(static_cast<std::size_t>(row_count));
+    for (int next = 0; const auto& parts : colours)
+        for (const RowRange& rows : parts)
+            for (int i = rows.begin; i < rows.end; ++i) turn[static_cast<std::size_t>(i)] = next++;
+    std::vector<int> sorted;  // columns of a row, by their places in the pattern
     for (int i = 0; i < row_count; ++i) {
         const auto begin = static_cast<std::size_t>(offset[static_cast<std::size_t>(i)]);
         const auto end = static_cast<std::size_t>(offset[static_cast<std::size_t>(i) + 1]);
-        const auto turn = [&](int j) {  // 0: before row i, 1: row i, 2: after it
-            if (j == i) return std::size_t{1};
-            const int own = colour_of(i), other = colour_of(j);
-            return std::size_t{other < own || (other == own && j < i) ? 0U : 2U};
+        const int own = turn[static_cast<std::size_t>(i)];
+        const auto turn_of = [&](int k) {
+            return turn[static_cast<std::size_t>(pattern_column[begin + static_cast<std::size_t>(k)])];
         };
-        std::array<std::size_t, 3> next{};  // place of the next column of each kind
-        for (std::size_t k = begin; k < end; ++k)
-            for (std::size_t later = turn(pattern_column[k]) + 1; later < next.size(); ++later) ++next[later];
-        earlier.push_back(static_cast<int>(next[1]));
-        for (std::size_t k = begin; k < end; ++k) {
-            const std::size_t at = next[turn(pattern_column[k])]++;
+        sorted.resize(end - begin);
+        std::iota(sorted.begin(), sorted.end(), 0);
+        std::ranges::sort(sorted, [&](int a, int b) {
+            const int s = turn_of(a), t = turn_of(b);
+            if (s == own || t == own) return s == own && t != own;
+            if ((s > own) != (t > own)) return s < own;
+            return s > own ? s > t : s < t;
+        });
+        earlier.push_back(
+            static_cast<int>(std::ranges::count_if(sorted, [&](int k) { return turn_of(k) < own; })));
+        for (std::size_t at = 0; at < sorted.size(); ++at) {
+            const auto k = begin + static_cast<std::size_t>(sorted[at]);
             place[k] = static_cast<int>(at);
             column[begin + at] = pattern_column[k];
         }

@@ -22,7 +22,9 @@ struct SweepOrder {
 
     std::vector<std::vector<RowRange>> colours;  // parts of each colour
     std::vector<int> offset;                     // [rows + 1] range of columns
-    std::vector<int> column;   // of each row: those swept before it, then itself, then the others
+    /// Of each row: itself; those swept before it, by their turn; then the others, the last turn first. So a
+    /// sweep in either direction reads last what it has just computed.
+    std::vector<int> column;
     std::vector<int> earlier;  // [rows] number of columns swept before the row
     std::vector<int> place;    // for each ascending column of a row, its place among `column`
 };

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/factor/block_pattern.hpp"
+#include "sim/factor/float_blocks.hpp"
 #include "sim/factor/sweep_matrix.hpp"
 
 namespace nbd {
@@ -19,7 +20,7 @@ class StepMatrix {
           blocks_(std::move(order)),
           diagonal_(static_cast<std::size_t>(pattern.node_count()), Eigen::Matrix3d::Zero()) {}
 
-    const SweepMatrix<3>& blocks() const noexcept { return blocks_; }
+    const SweepMatrix<FloatBlocks<3, 3>>& blocks() const noexcept { return blocks_; }
     const std::vector<Eigen::Matrix3d>& diagonal() const noexcept { return diagonal_; }  // [N]
     int node_count() const noexcept { return pattern_->node_count(); }
 
@@ -47,7 +48,7 @@ class StepMatrix {
     void set_diagonal(int i, const Eigen::Matrix3d& block);
 
     const BlockPattern* pattern_;
-    SweepMatrix<3> blocks_;
+    SweepMatrix<FloatBlocks<3, 3>> blocks_;
     std::vector<Eigen::Matrix3d> diagonal_;
 };
 

@@ -27,7 +27,7 @@ Column<B> column(const LaneVector<B>& lanes) {
 }  // namespace
 
 template <int B>
-void CoupledLevel<B>::begin(std::vector<const SweepMatrix<B>*> matrices, std::vector<Diagonal> diagonals) {
+void CoupledLevel<B>::begin(std::vector<const LevelMatrix<B>*> matrices, std::vector<Diagonal> diagonals) {
     matrices_ = std::move(matrices);
     diagonals_ = std::move(diagonals);
     touched_.clear();
@@ -151,8 +151,30 @@ void CoupledLevel<B>::sweep_colour(std::size_t colour, const Visit& visit) const
         1);
 }
 
-/// With the matrices' part L before the diagonal D, U after it, and what couplings C add to the diagonal:
-/// z = (L + D + added)^-1 b, and b - (L + D + U + C) z = (added - U - C) z.
+/// residual = (added - T - C) v, with what couplings C add to the diagonal, and times(matrix, i, v) for row i
+/// of T v.
+template <int B>
+template <class Times>
+void CoupledLevel<B>::set_residual(const std::vector<float>& v, const Times& times) {
+    for (std::size_t body = 0; body < matrices_.size(); ++body) {
+        const float* own = v.data() + B * first_[body];
+        parallel_for(matrices_[body]->rows(), [&](int i) {
+            At<B>(residual.data() + B * (first_[body] + i)) = -column<B>(times(*matrices_[body], i, own));
+        });
+    }
+    add_added(v.data(), residual.data());
+    subtract_couplings(v.data(), residual.data());
+}
+
+/// to += added from.
+template <int B>
+void CoupledLevel<B>::add_added(const float* from, float* to) const {
+    for (std::size_t k = 0; k < touched_.size(); ++k)
+        At<B>(to + B * touched_[k]) += added_[k] * ConstAt<B>(from + B * touched_[k]);
+}
+
+/// With the matrices' part L before the diagonal D and U after it: z = (L + D + added)^-1 b, and
+/// b - (L + D + U + C) z = (added - U - C) z.
 template <int B>
 void CoupledLevel<B>::smooth_from_zero() {
     for (std::size_t c = 0; c < colours_.size(); ++c)
@@ -165,32 +187,34 @@ void CoupledLevel<B>::smooth_from_zero() {
                     (ConstAt<B>(b.data() + B * row) - column<B>(matrices_[body]->times_earlier(i, own)));
             }
         });
-    for (std::size_t body = 0; body < matrices_.size(); ++body) {
-        const float* own = z.data() + B * first_[body];
-        parallel_for(matrices_[body]->rows(), [&](int i) {
-            At<B>(residual.data() + B * (first_[body] + i)) =
-                -column<B>(matrices_[body]->times_later(i, own));
-        });
-    }
-    for (std::size_t k = 0; k < touched_.size(); ++k)
-        At<B>(residual.data() + B * touched_[k]) += added_[k] * ConstAt<B>(z.data() + B * touched_[k]);
-    subtract_couplings(z.data(), residual.data());
+    set_residual(z, [](const auto& A, int i, const float* v) { return A.times_later(i, v); });
 }
 
+/// (D + added) z = b + (added - L - C) old - U z, where old is z before the sweep.
 template <int B>
 void CoupledLevel<B>::correct_and_smooth() {
     parallel_for(rows(), [&](int i) { At<B>(z.data() + B * i) += ConstAt<B>(correction.data() + B * i); });
+    add_added(z.data(), b.data());
     subtract_couplings(z.data(), b.data());
     for (std::size_t c = colours_.size(); c-- > 0;)
         sweep_colour(c, [&](std::size_t body, RowRange rows) {
-            float* own = z.data() + B * first_[body];
+            const LevelMatrix<B>& A = *matrices_[body];
+            const int first = first_[body];
+            float* own = z.data() + B * first;
             for (int i = rows.end; i-- > rows.begin;) {
-                const int row = first_[body] + i;
-                At<B>(own + B * i) +=
-                    inverses_[static_cast<std::size_t>(row)] *
-                    (ConstAt<B>(b.data() + B * row) - column<B>(matrices_[body]->times(i, own)));
+                const Column<B> old = ConstAt<B>(own + B * i);
+                At<B>(own + B * i) =
+                    inverses_[static_cast<std::size_t>(first + i)] *
+                    (ConstAt<B>(b.data() + B * (first + i)) - column<B>(A.times_others(i, own)));
+                At<B>(correction.data() + B * (first + i)) = ConstAt<B>(own + B * i) - old;
             }
         });
+}
+
+/// With the change by the last sweep, b - (L + D + U + C) z = (added - L - C) change.
+template <int B>
+void CoupledLevel<B>::take_residual() {
+    set_residual(correction, [](const auto& A, int i, const float* v) { return A.times_earlier(i, v); });
 }
 
 template class CoupledLevel<3>;

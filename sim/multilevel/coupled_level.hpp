@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "sim/factor/sweep_matrix.hpp"
 #include "sim/multilevel/level_couplings.hpp"
+#include "sim/multilevel/level_matrix.hpp"
 
 namespace nbd {
 
@@ -19,7 +19,7 @@ class CoupledLevel {
 
     /// Begins the matrices of the bodies with their diagonal blocks, without couplings. Both must outlive the
     /// level.
-    void begin(std::vector<const SweepMatrix<B>*> matrices, std::vector<Diagonal> diagonals);
+    void begin(std::vector<const LevelMatrix<B>*> matrices, std::vector<Diagonal> diagonals);
 
     /// Begins other couplings, of which none acts yet.
     void begin_couplings(LevelCouplings<B> couplings);
@@ -36,8 +36,13 @@ class CoupledLevel {
     /// z = about A^-1 b, residual = b - A z.
     void smooth_from_zero();
 
-    /// Adds `correction`, by the coarser levels, to z and improves it. `b` is used up.
+    /// Adds `correction`, by the coarser levels, to z and improves it. `b` is used up; `correction` becomes
+    /// the change by the sweep.
     void correct_and_smooth();
+
+    /// residual = b - A z, with the b before correct_and_smooth(), which must have been called last: half the
+    /// work of a product.
+    void take_residual();
 
     std::vector<float> b, z, residual, correction;  // [B rows]
 
@@ -50,9 +55,12 @@ class CoupledLevel {
     template <class Visit>
     void sweep_colour(std::size_t colour, const Visit& visit) const;
     void subtract_couplings(const float* from, float* to) const;
+    template <class Times>
+    void set_residual(const std::vector<float>& v, const Times& times);
+    void add_added(const float* from, float* to) const;
     void forget_acting();
 
-    std::vector<const SweepMatrix<B>*> matrices_;
+    std::vector<const LevelMatrix<B>*> matrices_;
     std::vector<int> first_{0};               // [bodies + 1] first row of each body
     std::vector<std::vector<Part>> colours_;  // those of all bodies
     std::vector<Diagonal> diagonals_;         // of the bodies, without couplings

@@ -47,7 +47,7 @@ void MultilevelCycle::begin_nodes(const CoupledSystem& system) {
     const std::size_t count = system.systems.size();
     rotations_.resize(count);
     std::vector<CoupledLevel<3>::Diagonal> diagonals;
-    std::vector<const SweepMatrix<3>*> matrices;
+    std::vector<const LevelMatrix<3>*> matrices;
     for (std::size_t b = 0; b < count; ++b) {
         const StepSystem& s = system.systems[b];
         s.body().node_rotations(s.elements(), rotations_[b]);
@@ -72,7 +72,7 @@ void MultilevelCycle::begin_aggregates() {
     depth_ = choose_depths(hierarchies_);
     levels_.resize(depth_.empty() ? 0 : std::ranges::max(depth_));
     for (std::size_t k = 0; k < levels_.size(); ++k) {
-        std::vector<const SweepMatrix<6>*> matrices;
+        std::vector<const LevelMatrix<6>*> matrices;
         std::vector<Level::Diagonal> diagonals;
         for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
             const RestLevel& level = rest_level(b, k);
@@ -93,7 +93,7 @@ void MultilevelCycle::couple_aggregates(std::span<const LevelCouplings<3>::Term>
     for (const auto& [row, J] : nodes) {
         const std::size_t b = nodes_.body_of(row);
         const int node = row - nodes_.first_row(b);
-        const FloatBlocks<3, 6>& P = hierarchies_[b]->fine.prolongation;
+        const TransferMatrix<3, 6>& P = hierarchies_[b]->fine.prolongation;
         const auto columns = P.columns_of(node);
         const Eigen::Matrix3f turned = J * rotations_[b][static_cast<std::size_t>(node)];
         for (std::size_t k = 0; k < columns.size(); ++k)
@@ -112,7 +112,7 @@ void MultilevelCycle::couple_coarser(std::size_t level, std::span<const LevelCou
             out.add(first + aggregate, J);
             continue;
         }
-        const FloatBlocks<6, 6>& P = rest_level(b, level).coarser.prolongation;
+        const TransferMatrix<6, 6>& P = rest_level(b, level).coarser.prolongation;
         const auto columns = P.columns_of(aggregate);
         for (std::size_t k = 0; k < columns.size(); ++k)
             out.add(first + columns[k], J * P.block(P.first_block(aggregate) + k));
@@ -184,7 +184,7 @@ void MultilevelCycle::restrict_nodes() {
 void MultilevelCycle::prolong_to_nodes() {
     for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
         const int first = nodes_.first_row(b);
-        const FloatBlocks<3, 6>& P = hierarchies_[b]->fine.prolongation;
+        const TransferMatrix<3, 6>& P = hierarchies_[b]->fine.prolongation;
         const float* from = levels_[0].z.data() + 6 * levels_[0].first_row(b);
         parallel_for(P.rows(), [&](int i) {
             const auto row = P.times(i, from);
@@ -196,7 +196,7 @@ void MultilevelCycle::prolong_to_nodes() {
 
 /// to = transfer times from, body by body; `transfer` is that of a body's level to the next or back. `from`
 /// and `to` belong to level k and the next, in either order.
-void MultilevelCycle::move_between(std::size_t k, FloatBlocks<6, 6> Transfer<6>::*transfer,
+void MultilevelCycle::move_between(std::size_t k, TransferMatrix<6, 6> Transfer<6>::*transfer,
                                    std::span<const float> from, std::span<float> to) const {
     const bool down = transfer == &Transfer<6>::restriction;
     const Level &source = levels_[down ? k : k + 1], &target = levels_[down ? k + 1 : k];
@@ -227,6 +227,11 @@ void MultilevelCycle::apply(const Eigen::VectorXf& r, Eigen::VectorXf& z) {
     prolong_to_nodes();
     nodes_.correct_and_smooth();
     std::ranges::copy(nodes_.z, z.begin());
+}
+
+void MultilevelCycle::take_residual(Eigen::VectorXf& residual) {
+    nodes_.take_residual();
+    std::ranges::copy(nodes_.residual, residual.begin());
 }
 
 }  // namespace nbd

@@ -13,9 +13,9 @@
 namespace nbd {
 
 /// A preconditioner of a coupled system, symmetric and positive definite: a multilevel V-cycle in single
-/// precision. It smooths with the actual matrix of the nodes. The coarser levels are those of the rest pose,
-/// turned with the nodes, and have the couplings of the step. The coarsest level of all bodies is solved
-/// directly; the more bodies, the coarser it is.
+/// precision, with coarser levels that are stored in 16 bits. It smooths with the actual matrix of the nodes.
+/// The coarser levels are those of the rest pose, turned with the nodes, and have the couplings of the step.
+/// The coarsest level of all bodies is solved directly; the more bodies, the coarser it is.
 class MultilevelCycle {
  public:
     /// Begins the matrices of a step; none of its couplings acts yet. The system must outlive the cycles.
@@ -33,6 +33,9 @@ class MultilevelCycle {
     /// z = about A^-1 r. r, z: [unknowns].
     void apply(const Eigen::VectorXf& r, Eigen::VectorXf& z);
 
+    /// residual = r - A z of the last apply(r, z), at half the price of a product. residual: [unknowns].
+    void take_residual(Eigen::VectorXf& residual);
+
     /// Number of aggregates of all bodies at the level that is factorised.
     int coarsest_rows() const noexcept { return levels_.empty() ? 0 : levels_.back().rows(); }
 
@@ -47,7 +50,7 @@ class MultilevelCycle {
                         LevelCouplings<6>& out) const;
     void restrict_nodes();
     void prolong_to_nodes();
-    void move_between(std::size_t level, FloatBlocks<6, 6> Transfer<6>::*transfer,
+    void move_between(std::size_t level, TransferMatrix<6, 6> Transfer<6>::*transfer,
                       std::span<const float> from, std::span<float> to) const;
     const RestLevel& rest_level(std::size_t body, std::size_t level) const;
     bool is_coarsened(std::size_t body, std::size_t level) const;

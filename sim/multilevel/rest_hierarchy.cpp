@@ -113,11 +113,28 @@ BlockSparse<B, 6> smoothed(const BlockSparse<B, B>& A, const std::vector<Square<
     return result;
 }
 
-SweepMatrix<6> sweep_matrix(const BlockSparse<6, 6>& A) {
-    SweepMatrix<6> result(std::make_shared<const SweepOrder>(A.offset, A.column, aggregates_per_part));
+LevelMatrix<6> sweep_matrix(const BlockSparse<6, 6>& A) {
+    LevelMatrix<6> result(std::make_shared<const SweepOrder>(A.offset, A.column, aggregates_per_part));
     for (int i = 0; i < A.rows(); ++i)
         for (std::size_t k = 0; k < A.columns_of(i).size(); ++k) result.set(i, k, A.block(i, k));
     return result;
+}
+
+/// Both halves alike to the last bit, so that they are rounded alike.
+BlockSparse<6, 6> symmetric(BlockSparse<6, 6> A) {
+    const auto place = [&](int i, int j) {
+        const auto row = A.columns_of(i);
+        return static_cast<std::size_t>(A.offset[static_cast<std::size_t>(i)] +
+                                        (std::ranges::lower_bound(row, j) - row.begin()));
+    };
+    for (int i = 0; i < A.rows(); ++i)
+        for (const int j : A.columns_of(i)) {
+            if (j > i) break;
+            const Square<6> mean = 0.5 * (A.blocks[place(i, j)] + A.blocks[place(j, i)].transpose());
+            A.blocks[place(i, j)] = mean;
+            A.blocks[place(j, i)] = mean.transpose();
+        }
+    return A;
 }
 
 /// A level's interpolation from the next, and the next level's matrix and rigid motions.
@@ -134,8 +151,8 @@ Coarser<B> coarsen(const BlockSparse<B, B>& A, const std::vector<Square<B>>& inv
     const Tentative<B> rigid = tentative(aggregate(strong_neighbours(A, strong)), modes);
     const BlockSparse<B, 6> P = smoothed(A, inverse, bound, rigid.P);
     const BlockSparse<6, B> PT = transpose(P);
-    return {.transfer = {FloatBlocks<B, 6>(P), FloatBlocks<6, B>(PT)},
-            .A = product(PT, product(A, P)),
+    return {.transfer = {TransferMatrix<B, 6>(P), TransferMatrix<6, B>(PT)},
+            .A = symmetric(product(PT, product(A, P))),
             .modes = rigid.modes};
 }
 

@@ -7,23 +7,23 @@
 #include <mutex>
 #include <vector>
 
-#include "sim/factor/sweep_matrix.hpp"
 #include "sim/fem/elastic_body.hpp"
-#include "sim/multilevel/float_blocks.hpp"
+#include "sim/multilevel/level_matrix.hpp"
+#include "sim/multilevel/transfer_matrix.hpp"
 
 namespace nbd {
 
 /// Interpolation from the aggregates of a coarser level, and its transpose.
 template <int B>
 struct Transfer {
-    FloatBlocks<B, 6> prolongation;
-    FloatBlocks<6, B> restriction;
+    TransferMatrix<B, 6> prolongation;
+    TransferMatrix<6, B> restriction;
 };
 
 /// A level of aggregates with six unknowns each, the shares of their rigid motions.
 struct RestLevel {
-    SweepMatrix<6> A;
-    std::vector<Eigen::Matrix<double, 6, 6>> diagonal;  // blocks of A
+    LevelMatrix<6> A;                                   // sweeps use its blocks off the diagonal
+    std::vector<Eigen::Matrix<double, 6, 6>> diagonal;  // blocks of A, not rounded
     BlockSparse<6, 6> to_factorize{};                   // A, of small levels and of the last
     Transfer<6> coarser{};                              // from the next level; empty at the coarsest
 };

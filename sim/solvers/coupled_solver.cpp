@@ -44,11 +44,12 @@ double CoupledSolver::take_residual(const CoupledSystem& system, const Eigen::Ve
     }));
 }
 
-/// z_ = about A^-1 r_. norm: of r_; after scaling, floats can hold any residual.
+/// z_ = about A^-1 r_, Az_ = A z_. norm: of r_; after scaling, floats can hold any residual.
 void CoupledSolver::precondition(const CoupledSystem& system, double norm) {
     if (direct_) {
         z_.setZero();
         factor_.add_solution(r_, z_);
+        system.multiply(z_, Az_);
         return;
     }
     for_parts(r_.size(), [&](Eigen::Index begin, Eigen::Index size) {
@@ -58,47 +59,52 @@ void CoupledSolver::precondition(const CoupledSystem& system, double norm) {
     for_parts(r_.size(), [&](Eigen::Index begin, Eigen::Index size) {
         z_.segment(begin, size) = norm * cycle_out_.segment(begin, size).cast<double>();
     });
-    patch_.clear_product(system, z_);  // r_ is zero on the patch, see clear_patch()
-}
-
-/// Ap_ = A p_: in single precision if the preconditioner is, since the residual is taken anew at the end.
-void CoupledSolver::multiply(const CoupledSystem& system) {
-    if (direct_) {
-        system.multiply(p_, Ap_);
+    if (!patch_.empty()) {
+        patch_.clear_product(system, z_);  // r_ is zero on the patch, see clear_patch()
+        multiply(z_, Az_);
         return;
     }
-    const double length = std::sqrt(dot(p_, p_)), scale = length > 0 ? length : 1;
-    for_parts(p_.size(), [&](Eigen::Index begin, Eigen::Index size) {
-        cycle_in_.segment(begin, size) = (p_.segment(begin, size) / scale).cast<float>();
+    cycle_.take_residual(cycle_out_);
+    for_parts(r_.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        Az_.segment(begin, size) =
+            norm * (cycle_in_.segment(begin, size) - cycle_out_.segment(begin, size)).cast<double>();
+    });
+}
+
+/// out = A v in single precision, as in the cycle, since the residual is taken anew at the end.
+void CoupledSolver::multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out) {
+    const double length = std::sqrt(dot(v, v)), scale = length > 0 ? length : 1;
+    for_parts(v.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        cycle_in_.segment(begin, size) = (v.segment(begin, size) / scale).cast<float>();
         cycle_out_.segment(begin, size).setZero();
     });
     cycle_.subtract_product(cycle_in_, cycle_out_);
-    for_parts(p_.size(), [&](Eigen::Index begin, Eigen::Index size) {
-        Ap_.segment(begin, size) = -scale * cycle_out_.segment(begin, size).cast<double>();
+    for_parts(v.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        out.segment(begin, size) = -scale * cycle_out_.segment(begin, size).cast<double>();
     });
 }
 
 /// Solves for the residual on the patch, so that none is left there. The preconditioner, which ends with the
 /// patch, is symmetric only for such residuals.
-void CoupledSolver::clear_patch(const CoupledSystem& system, Eigen::VectorXd& v) {
+void CoupledSolver::clear_patch(Eigen::VectorXd& v) {
     if (patch_.empty()) return;
     p_.setZero();
     patch_.add_solution(r_, p_);
-    multiply(system);
+    multiply(p_, Ap_);
     v += p_;
     r_ -= Ap_;
 }
 
 /// Conjugate gradients from r_, the residual of v, until the updated residual reaches the goal or the maximum
-/// number of iterations is reached.
+/// number of iterations is reached. Ap_ follows p_ from Az_, without a product of its own.
 void CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
                             LinearSolveReport& report) {
     double norm = std::sqrt(dot(r_, r_));
     precondition(system, norm);
     p_ = z_;
+    Ap_ = Az_;
     double rz = dot(r_, z_);
     while (report.iterations < most && rz > 0) {
-        multiply(system);
         const double energy = dot(p_, Ap_);
         if (!(energy > 0)) return;
         const double step = rz / energy;
@@ -113,6 +119,7 @@ void CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, 
         const double next = dot(r_, z_);
         for_parts(v.size(), [&](Eigen::Index begin, Eigen::Index size) {
             p_.segment(begin, size) = z_.segment(begin, size) + (next / rz) * p_.segment(begin, size);
+            Ap_.segment(begin, size) = Az_.segment(begin, size) + (next / rz) * Ap_.segment(begin, size);
         });
         rz = next;
     }
@@ -141,7 +148,7 @@ bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b
         left = take_residual(system, b, v);
         if (direct_) left = refine_directly(system, b, goal, left, v);
         if (left <= goal || !(left <= progress * before) || report.iterations >= most) break;
-        if (!direct_) clear_patch(system, v);
+        if (!direct_) clear_patch(v);
         iterate(system, goal, most, v, report);
         before = left;
     }
@@ -171,7 +178,7 @@ LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen:
         for (int i = 0; i < system.systems[k].body().node_count(); ++i)
             if (system.systems[k].is_prescribed(i))
                 v.segment<3>(system.first_unknown[k] + 3 * i) = b.segment<3>(system.first_unknown[k] + 3 * i);
-    for (Eigen::VectorXd* scratch : {&r_, &z_, &p_, &Ap_}) scratch->resize(system.size());
+    for (Eigen::VectorXd* scratch : {&r_, &z_, &Az_, &p_, &Ap_}) scratch->resize(system.size());
     for (Eigen::VectorXf* scratch : {&cycle_in_, &cycle_out_}) scratch->resize(system.size());
     if (!direct_) {
         factorize_contacts(system);

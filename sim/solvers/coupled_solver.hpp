@@ -39,8 +39,8 @@ class CoupledSolver {
     double take_residual(const CoupledSystem& system, const Eigen::VectorXd& b, const Eigen::VectorXd& v);
     void precondition(const CoupledSystem& system, double norm);
     void factorize_contacts(const CoupledSystem& system);
-    void multiply(const CoupledSystem& system);
-    void clear_patch(const CoupledSystem& system, Eigen::VectorXd& v);
+    void multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out);
+    void clear_patch(Eigen::VectorXd& v);
     void iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
                  LinearSolveReport& report);
     double refine_directly(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, double left,
@@ -54,7 +54,7 @@ class CoupledSolver {
     bool direct_ = false;      // the preconditioner is factor_
     bool factorized_ = false;  // factor_ belongs to the current matrices
     PatchFactor patch_{Ordering::quick}, factor_{Ordering::thorough};
-    Eigen::VectorXd r_, z_, p_, Ap_;
+    Eigen::VectorXd r_, z_, Az_, p_, Ap_;
     Eigen::VectorXf cycle_in_, cycle_out_;
 };
 

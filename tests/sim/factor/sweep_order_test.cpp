@@ -72,11 +72,17 @@ TEST(SweepOrder, SplitsTheColumnsOfARowByTheirTurn) {
         const auto first = static_cast<std::size_t>(order.offset[static_cast<std::size_t>(i)]);
         const auto ascending = pattern.columns_of(i);
         const int earlier = order.earlier[static_cast<std::size_t>(i)];
-        EXPECT_EQ(order.column[first + static_cast<std::size_t>(earlier)], i);
+        EXPECT_EQ(order.column[first], i);
+        const auto turn_at = [&](int k) {
+            return turn[static_cast<std::size_t>(order.column[first + static_cast<std::size_t>(k)])];
+        };
+        for (int k = 2; k <= earlier; ++k) EXPECT_LT(turn_at(k - 1), turn_at(k));
+        for (int k = earlier + 2; k < static_cast<int>(ascending.size()); ++k)
+            EXPECT_GT(turn_at(k - 1), turn_at(k));
         for (std::size_t k = 0; k < ascending.size(); ++k) {
             const int place = order.place[first + k];
             EXPECT_EQ(order.column[first + static_cast<std::size_t>(place)], ascending[k]);
-            EXPECT_EQ(place < earlier,
+            EXPECT_EQ(place > 0 && place <= earlier,
                       turn[static_cast<std::size_t>(ascending[k])] < turn[static_cast<std::size_t>(i)]);
         }
     }

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/multilevel/float_blocks.hpp"
+#include "sim/multilevel/transfer_matrix.hpp"
 
 namespace nbd {
 namespace {
@@ -49,16 +49,17 @@ TEST(BlockSparse, MultipliesAndTransposesAsDenseMatricesDo) {
 template <int R, int C>
 void expect_products(int rows, int columns) {
     const auto A = some_blocks<R, C>(rows, columns);
-    const FloatBlocks<R, C> blocks(A);
+    const TransferMatrix<R, C> blocks(A);
     const Eigen::VectorXf x = Eigen::VectorXf::LinSpaced(C * columns, -1, 1);
     const Eigen::VectorXd expected = dense(A) * x.cast<double>();
+    const double rounding = C * columns * dense(A).cwiseAbs().maxCoeff() / 65534;  // see ScaledBlocks
     for (int i = 0; i < rows; ++i) {
         const auto row = blocks.times(i, x.data());
-        for (int r = 0; r < R; ++r) EXPECT_NEAR(row[r], expected[R * i + r], 1e-5);
+        for (int r = 0; r < R; ++r) EXPECT_NEAR(row[r], expected[R * i + r], rounding);
     }
 }
 
-TEST(FloatBlocks, MultiplyAsDenseMatricesDo) {
+TEST(TransferMatrix, MultipliesAsDenseMatricesDo) {
     expect_products<3, 3>(20, 20);
     expect_products<3, 6>(20, 5);
     expect_products<6, 3>(5, 20);

@@ -6,22 +6,20 @@
 #include <vector>
 
 #include "meshing/parallel/parallel_for.hpp"
-#include "sim/factor/block_row.hpp"
+#include "sim/factor/scaled_blocks.hpp"
 #include "sim/multilevel/block_sparse.hpp"
 
 namespace nbd {
 
-/// A sparse matrix of R x C blocks in single precision, by rows of blocks, for products.
+/// A sparse matrix of R x C blocks in 16 bits, by rows of blocks, for products.
 template <int R, int C>
-class FloatBlocks {
+class TransferMatrix {
  public:
-    FloatBlocks() = default;
+    TransferMatrix() = default;
 
-    explicit FloatBlocks(const BlockSparse<R, C>& A)
-        : offset_(A.offset), column_(A.column), values_(A.blocks.size() * R * C + read_ahead<R>, 0.F) {
-        for (std::size_t k = 0; k < A.blocks.size(); ++k)
-            Eigen::Map<Eigen::Matrix<float, R, C>>(values_.data() + k * R * C) =
-                A.blocks[k].template cast<float>();
+    explicit TransferMatrix(const BlockSparse<R, C>& A)
+        : offset_(A.offset), column_(A.column), blocks_(A.blocks.size()) {
+        for (std::size_t k = 0; k < A.blocks.size(); ++k) blocks_.set(k, A.blocks[k]);
     }
 
     int rows() const noexcept { return static_cast<int>(offset_.size()) - 1; }
@@ -36,8 +34,7 @@ class FloatBlocks {
         return static_cast<std::size_t>(offset_[static_cast<std::size_t>(row)]);
     }
 
-    using Block = Eigen::Map<const Eigen::Matrix<float, R, C>>;
-    Block block(std::size_t k) const noexcept { return Block(values_.data() + k * R * C); }
+    Eigen::Matrix<float, R, C> block(std::size_t k) const noexcept { return blocks_.block(k); }
 
     /// out = this times x, in parallel. x: C numbers for each column of blocks; out: R for each row.
     void multiply(const float* x, float* out) const {
@@ -52,12 +49,12 @@ class FloatBlocks {
 
     /// A block row times x, where x has C numbers for each column of blocks.
     LaneVector<R> times(int row, const float* x) const noexcept {
-        return row_product<R, C>(values_.data() + first_block(row) * R * C, columns_of(row), x);
+        return blocks_.row_product(first_block(row), columns_of(row), x);
     }
 
  private:
     std::vector<int> offset_{0}, column_;
-    std::vector<float> values_;  // blocks by columns
+    ScaledBlocks<R, C> blocks_;
 };
 
 }  // namespace nbd

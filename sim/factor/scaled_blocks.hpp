@@ -1,0 +1,91 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "sim/factor/lane_vector.hpp"
+
+namespace nbd {
+
+/// R whole numbers for vector units, see LaneVector.
+template <int R>
+using WordVector [[gnu::vector_size(lanes_of<R> * sizeof(std::int32_t))]] = std::int32_t;
+
+/// R x C blocks, one after the other, in about half the memory of single precision: whole numbers of 16 bits,
+/// times a scale for each block. An entry is off by about 1/65534 of the largest one of its block at most, if
+/// that is not below 1e-29. A block and its transpose are rounded alike.
+template <int R, int C>
+class ScaledBlocks {
+ public:
+    static constexpr int rows = R, columns = C;
+
+    ScaledBlocks() = default;
+    /// Zeros.
+    explicit ScaledBlocks(std::size_t count) : words_(count * words + lanes_of<R>, 0) {}
+
+    /// A block with a number that is not finite becomes NaN as a whole.
+    template <class Values>
+    void set(std::size_t k, const Values& values) noexcept {
+        constexpr double most = 32767;
+        const Eigen::Matrix<double, R, C> given = values.template cast<double>();
+        const double step =
+            given.allFinite() ? given.cwiseAbs().maxCoeff() / most : std::numeric_limits<double>::quiet_NaN();
+        std::int32_t* block = words_.data() + k * words;
+        block[0] = std::bit_cast<std::int32_t>(static_cast<float>(step / unit));
+        for (int c = 0; c < C; ++c)
+            for (int r = 0; r < R; ++r) {
+                const double steps = step > 0 ? std::round(given(r, c) / step) : 0;
+                const auto whole = static_cast<std::int32_t>(std::clamp(steps, -most, most));
+                std::int32_t& word = block[1 + R * (c / 2) + r];
+                word = c % 2 == 0 ? whole & ~upper : word | (whole * unit);
+            }
+    }
+
+    Eigen::Matrix<float, R, C> block(std::size_t k) const noexcept {
+        const std::int32_t* block = words_.data() + k * words;
+        Eigen::Matrix<float, R, C> result;
+        for (int c = 0; c < C; ++c)
+            for (int r = 0; r < R; ++r) {
+                const std::int32_t word = block[1 + R * (c / 2) + r];
+                result(r, c) = static_cast<float>(c % 2 == 0 ? word << 16 : word & upper);
+            }
+        return std::bit_cast<float>(block[0]) * result;
+    }
+
+    /// The sum of the blocks from the k-th times the parts of x at their columns, C numbers each.
+    LaneVector<R> row_product(std::size_t k, std::span<const int> columns_of_x,
+                              const float* x) const noexcept {
+        const std::int32_t* block = words_.data() + k * words;
+        LaneVector<R> sum = {};
+        for (const int column : columns_of_x) {
+            const float* part = x + static_cast<std::ptrdiff_t>(C) * column;
+            LaneVector<R> product = {};
+            for (int c = 0; c < C; c += 2) {
+                const auto both = load_lanes<WordVector<R>>(block + 1 + R * (c / 2));  // and beyond the rows
+                product += __builtin_convertvector(both << 16, LaneVector<R>) * part[c];
+                if (c + 1 < C) product += __builtin_convertvector(both & upper, LaneVector<R>) * part[c + 1];
+            }
+            sum += product * std::bit_cast<float>(block[0]);
+            block += words;
+        }
+        return sum;
+    }
+
+ private:
+    static constexpr std::int32_t unit = 1 << 16, upper = -unit;  // upper: a mask of the upper 16 bits
+    static constexpr std::size_t words = 1 + R * ((C + 1) / 2);   // of a block
+
+    // Of each block: its scale, then two columns at a time, the second one in the upper halves of the words.
+    // Numbers are used as they are in the upper halves, `unit` times as large, so that each takes one
+    // instruction to unpack.
+    std::vector<std::int32_t> words_;
+};
+
+}  // namespace nbd
