@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "collision/base/shortened.hpp"
 #include "meshing/h5/sha256.hpp"
 #include "meshing/h5/version.hpp"
 #include "sim/json/json_object.hpp"
@@ -23,9 +24,7 @@ nlohmann::ordered_json to_json(const Material& material) {
 
 std::string shown(const nlohmann::json& flat, const std::string& key) {
     if (!flat.contains(key)) return "none";
-    std::string text = flat[key].dump();
-    if (text.size() > 40) text = text.substr(0, 20) + "...";
-    return text;
+    return shortened(flat[key].dump(), 40);
 }
 
 }  // namespace

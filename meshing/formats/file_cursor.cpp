@@ -11,18 +11,15 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "meshing/formats/printable.hpp"
+
 namespace nbd {
 namespace {
 
 constexpr std::string_view white = " \t\r\n\v\f";
 
-/// A word of the file for a message: shortened, printable.
-std::string quoted(std::string_view word) {
-    std::string text(word.substr(0, 24));
-    std::ranges::replace_if(
-        text, [](char c) { return c < ' ' || c > '~'; }, '?');
-    return "'" + text + (word.size() > 24 ? "...'" : "'");
-}
+/// A word of the file for a message.
+std::string quoted(std::string_view word) { return fmt::format("'{}'", printable(word)); }
 
 }  // namespace
 

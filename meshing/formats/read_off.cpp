@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "meshing/formats/printable.hpp"
+
 namespace nbd {
 namespace {
 
@@ -49,7 +51,7 @@ class Lines {
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
         if (error != std::errc() || end != text.data() + text.size())
             throw std::runtime_error(
-                fmt::format("OFF: {}: \"{}\" is not a number or is too large", item_, text.substr(0, 40)));
+                fmt::format("OFF: {}: \"{}\" is not a number or is too large", item_, printable(text)));
         return value;
     }
 
@@ -64,7 +66,7 @@ void check_keyword(Lines& lines) {
     const std::string first_word(lines.word());
     if (!first_word.ends_with("OFF")) throw std::runtime_error("OFF: the file does not start with \"OFF\"");
     if (first_word.find_first_of("4n") != first_word.npos)
-        throw std::runtime_error(fmt::format("OFF: \"{}\" is not three-dimensional", first_word));
+        throw std::runtime_error(fmt::format("OFF: \"{}\" is not three-dimensional", printable(first_word)));
     if (lines.is_over()) lines.next("the counts");
 }
 

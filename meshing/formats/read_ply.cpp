@@ -15,6 +15,8 @@
 #include <string>
 #include <string_view>
 
+#include "meshing/formats/printable.hpp"
+
 namespace nbd {
 namespace {
 
@@ -51,7 +53,7 @@ Type parse_type(const std::string& name) {
         {"int", {4, 'i'}},   {"int32", {4, 'i'}},   {"uint", {4, 'u'}},   {"uint32", {4, 'u'}},
         {"float", {4, 'f'}}, {"float32", {4, 'f'}}, {"double", {8, 'f'}}, {"float64", {8, 'f'}}};
     const auto found = types.find(name);
-    if (found == types.end()) fail(fmt::format("PLY header: unknown type \"{}\"", name));
+    if (found == types.end()) fail(fmt::format("PLY header: unknown type \"{}\"", printable(name)));
     return found->second;
 }
 
@@ -62,7 +64,7 @@ Encoding parse_encoding(const std::string& name) {
     fail(
         fmt::format("PLY header: unknown format \"{}\"; allowed: ascii, binary_little_endian and "
                     "binary_big_endian",
-                    name));
+                    printable(name)));
 }
 
 Property parse_property(std::istringstream& words) {
@@ -106,7 +108,7 @@ Header parse_header(std::string_view data) {
             if (header.elements.empty()) fail("PLY header: a property comes before the first element");
             header.elements.back().properties.push_back(parse_property(words));
         } else if (word != "comment" && word != "obj_info" && !word.empty()) {
-            fail(fmt::format("PLY header: unknown keyword \"{}\"", word));
+            fail(fmt::format("PLY header: unknown keyword \"{}\"", printable(word)));
         }
     }
     if (!has_format) fail("PLY header: no \"format\" line");
@@ -131,7 +133,7 @@ class Numbers {
         if (word.starts_with('+')) word.remove_prefix(1);
         const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
         if (error != std::errc() || stop != word.data() + word.size())
-            fail(fmt::format("PLY: \"{}\" is not a number", word.substr(0, 40)));
+            fail(fmt::format("PLY: \"{}\" is not a number", printable(word)));
         data_.remove_prefix(end);
         return true;
     }
@@ -204,7 +206,8 @@ void read_element(const Element& element, Numbers& numbers, PolygonSoup& soup) {
     const auto read = [&](Type type, std::size_t item) {
         double value = 0;
         if (!numbers.next(type, value))
-            fail(fmt::format("PLY: the file ends early, in {} {} of {}", element.name, item, element.count));
+            fail(fmt::format("PLY: the file ends early, in {} {} of {}", printable(element.name), item,
+                             element.count));
         return value;
     };
     if (element.properties.empty()) return;  // has no data, whatever its count
@@ -214,7 +217,7 @@ void read_element(const Element& element, Numbers& numbers, PolygonSoup& soup) {
             const bool is_list = property.count_type.bytes > 0;
             const double count = is_list ? read(property.count_type, i) : 1;
             if (!(count >= 0) || count != std::floor(count))
-                fail(fmt::format("PLY: {} {} has a list of {} entries", element.name, i, count));
+                fail(fmt::format("PLY: {} {} has a list of {} entries", printable(element.name), i, count));
             const bool is_corners = (is_face || is_strips) && is_corner_list(property);
             for (double k = 0; k < count; ++k) {
                 const double value = read(property.type, i);

@@ -17,6 +17,7 @@
 #include <string>
 #include <utility>
 
+#include "collision/base/shortened.hpp"
 #include "meshing/formats/check_glb.hpp"
 #include "meshing/formats/polygon_soup.hpp"
 #include "meshing/formats/read_off.hpp"
@@ -123,7 +124,7 @@ TriMesh read_surface(const fs::path& path) try {
                             : extension == ".off" ? read_off(path)
                                                   : read_by_assimp(path, extension)));
 } catch (const std::exception& error) {
-    std::string reason = error.what();
+    std::string reason = shortened(error.what(), 300);  // assimp quotes the rest of the file
     std::ranges::replace_if(
         reason, [](unsigned char c) { return std::iscntrl(c); }, ' ');
     throw std::runtime_error(fmt::format("{}: {}", path.string(), reason));

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "collision/base/notice.hpp"
+#include "collision/base/shortened.hpp"
 #include "sim/json/nearest_name.hpp"
 
 namespace nbd {
@@ -17,9 +18,7 @@ const nlohmann::json empty_object = nlohmann::json::object();
 
 /// A short one-line form of a value for messages.
 std::string shown(const nlohmann::json& value) {
-    std::string text = value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-    if (text.size() > 40) text = text.substr(0, 37) + "...";
-    return text;
+    return shortened(value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace), 40);
 }
 
 /// A path without array indices.

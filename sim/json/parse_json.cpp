@@ -5,12 +5,15 @@
 #include <set>
 #include <stdexcept>
 
+#include "collision/base/shortened.hpp"
 #include "sim/json/json_object.hpp"
 
 namespace nbd {
 namespace {
 
 constexpr std::size_t max_depth = 100;  // far more than any of our files has
+
+std::string for_message(std::string_view text) { return shortened(text, 300); }
 
 /// Follows a parser through a text, refuses deep nesting and keeps the path of the first duplicate key of an
 /// object. JSON allows duplicates, and parsers silently keep the last.
@@ -75,7 +78,8 @@ nlohmann::json parse_json(std::string_view text) {
             nlohmann::json::parse(text, [&](int, DuplicateKeys::Event event, const nlohmann::json& parsed) {
                 return twice(event, parsed);
             });
-        if (twice.first()) throw std::invalid_argument(*twice.first() + ": this key occurs twice");
+        if (twice.first())
+            throw std::invalid_argument(for_message(*twice.first()) + ": this key occurs twice");
         return value;
     } catch (const nlohmann::json::parse_error& error) {
         const auto before = text.substr(0, std::min(text.size(), error.byte > 0 ? error.byte - 1 : 0));
@@ -88,10 +92,10 @@ nlohmann::json parse_json(std::string_view text) {
             detail != std::string::npos && what.find("syntax error") < detail)
             what = what.substr(what.find("syntax error"));
         std::ranges::replace(what, '\n', ' ');
-        throw std::invalid_argument(fmt::format("line {}, column {}: {}", line, column, what));
+        throw std::invalid_argument(fmt::format("line {}, column {}: {}", line, column, for_message(what)));
     } catch (const nlohmann::json::out_of_range& error) {  // a number beyond double; has no position
         const std::string_view what = error.what();
-        throw std::invalid_argument(std::string(what.substr(std::min(what.find("] "), what.size() - 2) + 2)));
+        throw std::invalid_argument(for_message(what.substr(std::min(what.find("] "), what.size() - 2) + 2)));
     }
 }
 
