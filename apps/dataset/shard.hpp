@@ -9,8 +9,8 @@
 namespace nbd {
 
 /// Why a recording is not a complete shard of trajectories first .. end - 1 of the dataset with this key; ""
-/// if it is one. Reads the whole recording, which verifies every checksum. Throws h5::ReadError: then nothing
-/// is known of the shard.
+/// if it is one. Reads the whole recording, which verifies every checksum. Throws h5::ReadError if the
+/// system cannot read the file, which may be whole.
 std::string shard_defect(const std::filesystem::path& path, const std::string& key, int first, int end);
 
 /// Joins the parts of a shard into its file and removes them; does nothing if a trajectory is missing. Only

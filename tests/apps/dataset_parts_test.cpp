@@ -103,7 +103,7 @@ TEST_F(DatasetParts, AShardThatCannotBeReadIsNotCalledDefective) {
     shard.end_trajectory(handle, "");
     shard.finish();
     const int failed =
-        test::with_each_read_failing([&] { EXPECT_EQ(shard_defect(path, "a key", 5, 6), ""); });
+        test::with_each_read_failing(path, [&] { EXPECT_EQ(shard_defect(path, "a key", 5, 6), ""); });
     EXPECT_GT(failed, 4);
 }
 

@@ -21,7 +21,7 @@ TEST_F(ReadErrors, AreNeverTakenForAnAnswer) {
     writer.write_text("text", "a text");
     writer.link("link", "/text");
     writer.commit();
-    const int failed = test::with_each_read_failing([&] {
+    const int failed = test::with_each_read_failing(path, [&] {
         const Reader file(path, readable);
         EXPECT_TRUE(file.has("group/numbers"));
         EXPECT_FALSE(file.has("group/others"));

@@ -6,7 +6,6 @@
 
 #include <atomic>
 #include <cerrno>
-#include <string>
 
 #include "meshing/h5/types.hpp"
 
@@ -27,21 +26,20 @@ extern "C" ssize_t pread(int file, void* bytes, size_t count, off_t offset) {
 
 namespace nbd::test {
 
-int with_each_read_failing(const std::function<void()>& read) {
-    int failed = 0;
-    for (bool is_whole = false; !is_whole && !::testing::Test::HasFailure(); ++failed) {
+int with_each_read_failing(const std::filesystem::path& path, const std::function<void()>& read) {
+    struct Healing {
+        ~Healing() { reads_left = -1; }
+    } healing;
+    for (int failed = 0;; ++failed) {
         reads_left = failed;
         try {
             read();
-            is_whole = reads_left >= 0;
-            EXPECT_TRUE(is_whole) << "read " << failed << " failed, and nobody was told";
+            EXPECT_GE(reads_left, 0) << "read " << failed << " failed, and nobody was told";
+            return failed;
         } catch (const h5::ReadError& error) {
-            EXPECT_TRUE(std::string(error.what()).ends_with(": cannot be read: Input/output error"))
-                << error.what();
+            EXPECT_EQ(error.what(), path.string() + ": cannot be read: Input/output error");
         }
     }
-    reads_left = -1;
-    return failed - 1;
 }
 
 }  // namespace nbd::test

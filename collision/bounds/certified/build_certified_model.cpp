@@ -78,10 +78,7 @@ class CellBuilder {
         // so the walk to the root decides.
         std::map<int, std::vector<int>> cells;
         for (const int v : vertices_) cells[forest_.walk(point(v), [](const auto&) {})].push_back(v);
-        for (const auto& [root, vertices] : cells) {
-            stop_if_asked();
-            add_cell(anchor_at_.at(root), vertices);
-        }
+        for (const auto& [root, vertices] : cells) add_cell(anchor_at_.at(root), vertices);
     }
 
  private:
@@ -146,6 +143,7 @@ class CellBuilder {
         std::vector<Eigen::Vector3d> offsets;
         double longest = 0;
         for (const int v : vertices) {
+            stop_if_asked();
             offsets.emplace_back(graph_.X().row(v) - graph_.X().row(anchor));
             if (v == anchor) continue;
             std::map<int, double> by_region;
