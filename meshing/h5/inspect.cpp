@@ -7,6 +7,7 @@
 #include <sstream>
 #include <vector>
 
+#include "collision/base/shortened.hpp"
 #include "meshing/h5/content_hash.hpp"
 #include "meshing/progress/progress.hpp"
 
@@ -44,7 +45,7 @@ class Report {
         const std::size_t size = text.size();
         for (char& c : text)
             if (static_cast<unsigned char>(c) < ' ') c = ' ';
-        if (size > longest) text = fmt::format("{}... ({} bytes)", text.substr(0, longest), size);
+        if (size > longest) text = fmt::format("{} ({} bytes)", shortened(text, longest), size);
         return text;
     }
 

@@ -68,7 +68,8 @@ class ScaledBlocks {
             const float* part = x + static_cast<std::ptrdiff_t>(C) * column;
             LaneVector<R> product = {};
             for (int c = 0; c < C; c += 2) {
-                const auto both = load_lanes<WordVector<R>>(block + 1 + R * (c / 2));  // and beyond the rows
+                // Lanes beyond the rows hold what follows the column.
+                const auto both = load_lanes<WordVector<R>>(block + 1 + R * (c / 2));
                 product += __builtin_convertvector(both << 16, LaneVector<R>) * part[c];
                 if (c + 1 < C) product += __builtin_convertvector(both & upper, LaneVector<R>) * part[c + 1];
             }

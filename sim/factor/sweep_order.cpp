@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
+#include <utility>
 
 namespace nbd {
 namespace {
@@ -55,11 +56,9 @@ SweepOrder::SweepOrder(std::span<const int> pattern_offset, std::span<const int>
         };
         sorted.resize(end - begin);
         std::iota(sorted.begin(), sorted.end(), 0);
-        std::ranges::sort(sorted, [&](int a, int b) {
-            const int s = turn_of(a), t = turn_of(b);
-            if (s == own || t == own) return s == own && t != own;
-            if ((s > own) != (t > own)) return s < own;
-            return s > own ? s > t : s < t;
+        std::ranges::sort(sorted, {}, [&](int k) {
+            const int t = turn_of(k);
+            return t == own ? std::pair(0, 0) : t < own ? std::pair(1, t) : std::pair(2, -t);
         });
         earlier.push_back(
             static_cast<int>(std::ranges::count_if(sorted, [&](int k) { return turn_of(k) < own; })));
