@@ -11,22 +11,16 @@ void CoarsestSolve::begin(std::vector<const BlockSparse<6, 6>*> matrices) {
     first_.assign(1, 0);
     for (const BlockSparse<6, 6>* A : matrices_) first_.push_back(first_.back() + A->rows());
     x_.resize(6 * rows());
-    couplings_ = nullptr;
     is_new_ = has_places_ = true;
-    set_acting({});
+    set_couplings({});
 }
 
-void CoarsestSolve::begin_couplings(const LevelCouplings<6>& couplings) {
-    couplings_ = &couplings;
-    is_new_ = true;
-}
-
-void CoarsestSolve::set_acting(std::span<const ActingCoupling> acting) {
-    if (rows() == 0 || (acting.empty() && !has_places_ && cholesky_.factorized())) return;
+void CoarsestSolve::set_couplings(const CouplingMatrix<6>& couplings) {
+    if (rows() == 0 || (couplings.empty() && !has_places_ && cholesky_.factorized())) return;
     if (is_new_) rows_.assign(static_cast<std::size_t>(rows()), {});
-    if (sum(acting) || !is_analyzed_) analyze();
+    if (sum(couplings) || !is_analyzed_) analyze();
     fill();
-    has_places_ = !acting.empty() || (has_places_ && !is_new_);
+    has_places_ = !couplings.empty() || (has_places_ && !is_new_);
     is_new_ = false;
     cholesky_.factorize(A_);
 }
@@ -45,7 +39,7 @@ bool CoarsestSolve::add(int row, int column, const Block& block) {
 }
 
 /// Adds up the matrices and couplings. Returns whether blocks got new places.
-bool CoarsestSolve::sum(std::span<const ActingCoupling> acting) {
+bool CoarsestSolve::sum(const CouplingMatrix<6>& couplings) {
     for (Row& row : rows_) std::ranges::fill(row.blocks, Block::Zero());
     bool has_grown = false;
     for (std::size_t body = 0; body < matrices_.size(); ++body) {
@@ -57,16 +51,13 @@ bool CoarsestSolve::sum(std::span<const ActingCoupling> acting) {
                 if (columns[k] >= i) has_grown |= add(first + i, first + columns[k], A.block(i, k));
         }
     }
-    for (const ActingCoupling& coupling : acting) {
-        const auto terms = couplings_->of(coupling.index);
-        for (const auto& to : terms) {
-            const Eigen::Matrix<float, 3, 6> AJ = coupling.A * to.J;
-            for (const auto& from : terms) {
-                if (from.row > to.row) continue;
-                const Eigen::Matrix<float, 6, 6> block = from.J.transpose() * AJ;
-                has_grown |= add(from.row, to.row, block.cast<double>());
-            }
-        }
+    for (int i = 0; i < couplings.blocks.rows(); ++i) {
+        const auto columns = couplings.blocks.columns_of(i);
+        for (std::size_t k = 0; k < columns.size(); ++k)
+            if (columns[k] >= i)
+                has_grown |=
+                    add(couplings.rows[static_cast<std::size_t>(i)],
+                        couplings.rows[static_cast<std::size_t>(columns[k])], couplings.blocks.block(i, k));
     }
     return has_grown;
 }

@@ -6,7 +6,7 @@
 
 #include "sim/factor/cholesky.hpp"
 #include "sim/multilevel/block_sparse.hpp"
-#include "sim/multilevel/level_couplings.hpp"
+#include "sim/multilevel/coupling_matrix.hpp"
 
 namespace nbd {
 
@@ -17,13 +17,13 @@ class CoarsestSolve {
     /// next begin(). Throws std::runtime_error if one is not positive definite.
     void begin(std::vector<const BlockSparse<6, 6>*> matrices);
 
-    /// Begins other couplings, which must live until the next ones begin; none acts until set_acting().
-    void begin_couplings(const LevelCouplings<6>& couplings);
+    /// Call at the start of a step: lets go of the places in the matrix that couplings have had.
+    void begin_couplings() noexcept { is_new_ = true; }
 
     /// Factorises the matrices with these couplings, unless there are none and the factor has none. The
-    /// places in the matrix of those that acted since begin_couplings() are kept, because another analysis
-    /// costs more than they do. Throws std::runtime_error if the sum is not positive definite.
-    void set_acting(std::span<const ActingCoupling> acting);
+    /// places in the matrix of those since begin_couplings() are kept, because another analysis costs more
+    /// than they do. Throws std::runtime_error if the sum is not positive definite.
+    void set_couplings(const CouplingMatrix<6>& couplings);
 
     /// x = A^-1 b, [6 rows].
     void solve(std::span<const float> b, std::span<float> x);
@@ -37,19 +37,18 @@ class CoarsestSolve {
     };
     int rows() const noexcept { return first_.back(); }
     bool add(int row, int column, const Block& block);
-    bool sum(std::span<const ActingCoupling> acting);
+    bool sum(const CouplingMatrix<6>& couplings);
     void analyze();
     void fill();
 
     std::vector<const BlockSparse<6, 6>*> matrices_;
     std::vector<int> first_{0};  // [bodies + 1] first row of each body
-    const LevelCouplings<6>* couplings_ = nullptr;
-    std::vector<Row> rows_;     // of the sum; grow with the couplings that act
-    bool is_new_ = true;        // nothing was factorised since the couplings began
-    bool has_places_ = false;   // the factor has places of couplings
-    bool is_analyzed_ = false;  // the factor belongs to pattern_
-    BlockPattern pattern_;      // of the sum, the lower half; each row is two nodes of three unknowns
-    SparseMatrix A_;            // likewise
+    std::vector<Row> rows_;      // of the sum; grow with the couplings that act
+    bool is_new_ = true;         // nothing was factorised since the couplings began
+    bool has_places_ = false;    // the factor has places of couplings
+    bool is_analyzed_ = false;   // the factor belongs to pattern_
+    BlockPattern pattern_;       // of the sum, the lower half; each row is two nodes of three unknowns
+    SparseMatrix A_;             // likewise
     Cholesky cholesky_;
     Eigen::VectorXd x_;
 };

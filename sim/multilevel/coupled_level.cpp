@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
@@ -30,10 +31,7 @@ template <int B>
 void CoupledLevel<B>::begin(std::vector<const LevelMatrix<B>*> matrices, std::vector<Diagonal> diagonals) {
     matrices_ = std::move(matrices);
     diagonals_ = std::move(diagonals);
-    touched_.clear();
-    untouched_.clear();
-    acting_.clear();
-    couplings_ = {};
+    coupled_.clear();
     first_.assign(1, 0);
     colours_.clear();
     for (std::size_t body = 0; body < matrices_.size(); ++body) {
@@ -49,7 +47,6 @@ void CoupledLevel<B>::begin(std::vector<const LevelMatrix<B>*> matrices, std::ve
             inverses_[static_cast<std::size_t>(first_[body] + i)] =
                 diagonals_[body][static_cast<std::size_t>(i)].inverse().template cast<float>();
         });
-    place_.assign(static_cast<std::size_t>(rows()), -1);
     for (std::vector<float>* vector : {&b, &z, &residual, &correction})
         vector->resize(static_cast<std::size_t>(B * rows()));
 }
@@ -60,56 +57,28 @@ std::size_t CoupledLevel<B>::body_of(int row) const noexcept {
 }
 
 template <int B>
-void CoupledLevel<B>::forget_acting() {
-    for (std::size_t k = 0; k < touched_.size(); ++k) {
-        inverses_[static_cast<std::size_t>(touched_[k])] = untouched_[k];
-        place_[static_cast<std::size_t>(touched_[k])] = -1;
-    }
-    touched_.clear();
-    untouched_.clear();
-    added_.clear();
-    acting_.clear();
-}
-
-template <int B>
-void CoupledLevel<B>::begin_couplings(LevelCouplings<B> couplings) {
-    forget_acting();
-    couplings_ = std::move(couplings);
-}
-
-/// What a coupling adds to diagonal blocks is not the diagonal of J^T A J but a matrix that is larger than
-/// J^T A J itself, so that sweeps converge although they treat couplings as a whole, from old values:
-/// |sum of J_i v_i|^2 <= sum of |J_i v_i|^2 / s_i for shares s_i that sum to one.
-template <int B>
-void CoupledLevel<B>::set_acting(std::span<const ActingCoupling> acting) {
-    forget_acting();
-    acting_.assign(acting.begin(), acting.end());
-    for (const ActingCoupling& coupling : acting_) {
-        const auto terms = couplings_.of(coupling.index);
-        float total = 0;
-        for (const auto& [row, J] : terms) total += J.norm();
-        for (const auto& [row, J] : terms) {
-            const float norm = J.norm();
-            if (norm == 0) continue;
-            int& at = place_[static_cast<std::size_t>(row)];
-            if (at < 0) {
-                at = static_cast<int>(touched_.size());
-                touched_.push_back(row);
-                untouched_.push_back(inverses_[static_cast<std::size_t>(row)]);
-                added_.push_back(Square::Zero());
-            }
-            const Eigen::Matrix<float, 3, B> AJ = coupling.A * J;
-            added_[static_cast<std::size_t>(at)] += (total / norm) * (J.transpose() * AJ);
-        }
-    }
+void CoupledLevel<B>::set_couplings(const CouplingMatrix<B>& couplings) {
+    for (std::size_t k = 0; k < coupled_.size(); ++k)
+        inverses_[static_cast<std::size_t>(coupled_[k])] = uncoupled_[k];
+    coupled_ = couplings.rows;
+    uncoupled_.resize(coupled_.size());
+    damping_.resize(coupled_.size());
+    coupling_offset_ = couplings.blocks.offset;
+    coupling_column_.clear();
+    for (const int column : couplings.blocks.column)
+        coupling_column_.push_back(coupled_[static_cast<std::size_t>(column)]);
+    coupling_blocks_ = FloatBlocks<B, B>(coupling_column_.size());
+    for (std::size_t k = 0; k < coupling_column_.size(); ++k)
+        coupling_blocks_.set(k, couplings.blocks.blocks[k]);
     parallel_for(
-        static_cast<int>(touched_.size()),
+        static_cast<int>(coupled_.size()),
         [&](int k) {
-            const auto at = static_cast<std::size_t>(k), row = static_cast<std::size_t>(touched_[at]);
-            const std::size_t body = body_of(touched_[at]);
+            const auto at = static_cast<std::size_t>(k), row = static_cast<std::size_t>(coupled_[at]);
+            const std::size_t body = body_of(coupled_[at]);
             const Eigen::Matrix<double, B, B> block =
-                diagonals_[body][row - static_cast<std::size_t>(first_[body])] +
-                added_[at].template cast<double>();
+                diagonals_[body][row - static_cast<std::size_t>(first_[body])] + couplings.damping[at];
+            uncoupled_[at] = inverses_[row];
+            damping_[at] = couplings.damping[at].template cast<float>();
             inverses_[row] = block.inverse().template cast<float>();
         },
         64);
@@ -117,13 +86,17 @@ void CoupledLevel<B>::set_acting(std::span<const ActingCoupling> acting) {
 
 template <int B>
 void CoupledLevel<B>::subtract_couplings(const float* from, float* to) const {
-    for (const ActingCoupling& coupling : acting_) {
-        const auto terms = couplings_.of(coupling.index);
-        Eigen::Vector3f u = Eigen::Vector3f::Zero();
-        for (const auto& [row, J] : terms) u += J * ConstAt<B>(from + B * row);
-        const Eigen::Vector3f impulse = coupling.A * u;
-        for (const auto& [row, J] : terms) At<B>(to + B * row) -= J.transpose() * impulse;
-    }
+    parallel_for(
+        static_cast<int>(coupled_.size()),
+        [&](int k) {
+            const auto at = static_cast<std::size_t>(k),
+                       first = static_cast<std::size_t>(coupling_offset_[at]);
+            const auto columns =
+                std::span(coupling_column_)
+                    .subspan(first, static_cast<std::size_t>(coupling_offset_[at + 1]) - first);
+            At<B>(to + B * coupled_[at]) -= column<B>(coupling_blocks_.row_product(first, columns, from));
+        },
+        64);
 }
 
 template <int B>
@@ -151,8 +124,8 @@ void CoupledLevel<B>::sweep_colour(std::size_t colour, const Visit& visit) const
         1);
 }
 
-/// residual = (added - T - C) v, with what couplings C add to the diagonal, and times(matrix, i, v) for row i
-/// of T v.
+/// residual = (D' - T - C) v, with the damping D' of the couplings C, and times(matrix, i, v) for row i of T
+/// v.
 template <int B>
 template <class Times>
 void CoupledLevel<B>::set_residual(const std::vector<float>& v, const Times& times) {
@@ -162,19 +135,19 @@ void CoupledLevel<B>::set_residual(const std::vector<float>& v, const Times& tim
             At<B>(residual.data() + B * (first_[body] + i)) = -column<B>(times(*matrices_[body], i, own));
         });
     }
-    add_added(v.data(), residual.data());
+    add_damping(v.data(), residual.data());
     subtract_couplings(v.data(), residual.data());
 }
 
-/// to += added from.
+/// to += D' from.
 template <int B>
-void CoupledLevel<B>::add_added(const float* from, float* to) const {
-    for (std::size_t k = 0; k < touched_.size(); ++k)
-        At<B>(to + B * touched_[k]) += added_[k] * ConstAt<B>(from + B * touched_[k]);
+void CoupledLevel<B>::add_damping(const float* from, float* to) const {
+    for (std::size_t k = 0; k < coupled_.size(); ++k)
+        At<B>(to + B * coupled_[k]) += damping_[k] * ConstAt<B>(from + B * coupled_[k]);
 }
 
-/// With the matrices' part L before the diagonal D and U after it: z = (L + D + added)^-1 b, and
-/// b - (L + D + U + C) z = (added - U - C) z.
+/// With the matrices' part L before the diagonal D and U after it: z = (L + D + D')^-1 b, and
+/// b - (L + D + U + C) z = (D' - U - C) z.
 template <int B>
 void CoupledLevel<B>::smooth_from_zero() {
     for (std::size_t c = 0; c < colours_.size(); ++c)
@@ -190,11 +163,11 @@ void CoupledLevel<B>::smooth_from_zero() {
     set_residual(z, [](const auto& A, int i, const float* v) { return A.times_later(i, v); });
 }
 
-/// (D + added) z = b + (added - L - C) old - U z, where old is z before the sweep.
+/// (D + D') z = b + (D' - L - C) old - U z, where old is z before the sweep.
 template <int B>
 void CoupledLevel<B>::correct_and_smooth() {
     parallel_for(rows(), [&](int i) { At<B>(z.data() + B * i) += ConstAt<B>(correction.data() + B * i); });
-    add_added(z.data(), b.data());
+    add_damping(z.data(), b.data());
     subtract_couplings(z.data(), b.data());
     for (std::size_t c = colours_.size(); c-- > 0;)
         sweep_colour(c, [&](std::size_t body, RowRange rows) {
@@ -211,7 +184,7 @@ void CoupledLevel<B>::correct_and_smooth() {
         });
 }
 
-/// With the change by the last sweep, b - (L + D + U + C) z = (added - L - C) change.
+/// With the change by the last sweep, b - (L + D + U + C) z = (D' - L - C) change.
 template <int B>
 void CoupledLevel<B>::take_residual() {
     set_residual(correction, [](const auto& A, int i, const float* v) { return A.times_earlier(i, v); });

@@ -4,7 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "sim/multilevel/level_couplings.hpp"
+#include "sim/factor/float_blocks.hpp"
+#include "sim/multilevel/coupling_matrix.hpp"
 #include "sim/multilevel/level_matrix.hpp"
 
 namespace nbd {
@@ -21,10 +22,8 @@ class CoupledLevel {
     /// level.
     void begin(std::vector<const LevelMatrix<B>*> matrices, std::vector<Diagonal> diagonals);
 
-    /// Begins other couplings, of which none acts yet.
-    void begin_couplings(LevelCouplings<B> couplings);
-    void set_acting(std::span<const ActingCoupling> acting);
-    const LevelCouplings<B>& couplings() const noexcept { return couplings_; }
+    /// Takes other couplings.
+    void set_couplings(const CouplingMatrix<B>& couplings);
 
     int rows() const noexcept { return first_.back(); }
     int first_row(std::size_t body) const noexcept { return first_[body]; }
@@ -57,20 +56,18 @@ class CoupledLevel {
     void subtract_couplings(const float* from, float* to) const;
     template <class Times>
     void set_residual(const std::vector<float>& v, const Times& times);
-    void add_added(const float* from, float* to) const;
-    void forget_acting();
+    void add_damping(const float* from, float* to) const;
 
     std::vector<const LevelMatrix<B>*> matrices_;
     std::vector<int> first_{0};               // [bodies + 1] first row of each body
     std::vector<std::vector<Part>> colours_;  // those of all bodies
     std::vector<Diagonal> diagonals_;         // of the bodies, without couplings
     std::vector<Square> inverses_;
-    std::vector<int> touched_;       // rows whose inverses_ include couplings
-    std::vector<Square> untouched_;  // their inverses without
-    std::vector<Square> added_;      // what couplings add to their diagonal blocks
-    std::vector<int> place_;         // [rows] index in touched_; -1: not there
-    LevelCouplings<B> couplings_;
-    std::vector<ActingCoupling> acting_;
+    std::vector<int> coupled_;       // rows that couplings touch
+    std::vector<Square> uncoupled_;  // their inverses without couplings
+    std::vector<Square> damping_;    // what couplings add to their diagonal blocks
+    std::vector<int> coupling_offset_{0}, coupling_column_;
+    FloatBlocks<B, B> coupling_blocks_;  // of the couplings, row after row
 };
 
 extern template class CoupledLevel<3>;

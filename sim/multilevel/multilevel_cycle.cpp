@@ -29,6 +29,36 @@ std::vector<std::size_t> choose_depths(const std::vector<std::shared_ptr<const R
     return depths;
 }
 
+/// Prolongations of some rows, and the rows of the coarser level from which they come.
+template <int B>
+struct Selection {
+    BlockSparse<B, 6> prolongation;  // columns: places in `rows`
+    std::vector<int> rows;           // ascending
+};
+
+/// visit(row, add) calls add(coarser row, block) for the blocks of a row of P.
+template <int B, class Visit>
+Selection<B> select(std::span<const int> rows, int coarser_rows, const Visit& visit) {
+    Selection<B> selection;
+    std::vector<int> place(static_cast<std::size_t>(coarser_rows), -1);
+    for (const int row : rows) {
+        visit(row, [&](int column, const auto& block) {
+            selection.prolongation.column.push_back(column);
+            selection.prolongation.blocks.push_back(block.template cast<double>());
+            place[static_cast<std::size_t>(column)] = 0;
+        });
+        selection.prolongation.end_row();
+    }
+    for (std::size_t i = 0; i < place.size(); ++i) {
+        if (place[i] < 0) continue;
+        place[i] = static_cast<int>(selection.rows.size());
+        selection.rows.push_back(static_cast<int>(i));
+    }
+    for (int& column : selection.prolongation.column) column = place[static_cast<std::size_t>(column)];
+    selection.prolongation.columns = static_cast<int>(selection.rows.size());
+    return selection;
+}
+
 }  // namespace
 
 void MultilevelCycle::begin(const CoupledSystem& system, RestHierarchies& hierarchies) {
@@ -40,7 +70,7 @@ void MultilevelCycle::begin(const CoupledSystem& system, RestHierarchies& hierar
     begin_nodes(system);
     if (!has_aggregates_) begin_aggregates();
     has_aggregates_ = true;
-    begin_couplings(system);
+    forget_couplings();
 }
 
 void MultilevelCycle::begin_nodes(const CoupledSystem& system) {
@@ -87,85 +117,65 @@ void MultilevelCycle::begin_aggregates() {
     coarsest_.begin(std::move(coarsest));
 }
 
-/// The terms of a coupling at the first level of aggregates.
-void MultilevelCycle::couple_aggregates(std::span<const LevelCouplings<3>::Term> nodes,
-                                        LevelCouplings<6>& out) const {
-    for (const auto& [row, J] : nodes) {
+CouplingMatrix<6> MultilevelCycle::coarsen_nodes(const CouplingMatrix<3>& couplings) const {
+    Selection<3> selection = select<3>(couplings.rows, levels_[0].rows(), [&](int row, const auto& add) {
         const std::size_t b = nodes_.body_of(row);
         const int node = row - nodes_.first_row(b);
         const TransferMatrix<3, 6>& P = hierarchies_[b]->fine.prolongation;
         const auto columns = P.columns_of(node);
-        const Eigen::Matrix3f turned = J * rotations_[b][static_cast<std::size_t>(node)];
         for (std::size_t k = 0; k < columns.size(); ++k)
-            out.add(levels_[0].first_row(b) + columns[k], turned * P.block(P.first_block(node) + k));
-    }
-    out.end();
+            add(levels_[0].first_row(b) + columns[k],
+                Eigen::Matrix<float, 3, 6>(rotations_[b][static_cast<std::size_t>(node)] *
+                                           P.block(P.first_block(node) + k)));
+    });
+    return coarsen(couplings, selection.prolongation, std::move(selection.rows));
 }
 
-/// The terms of a coupling at the level after `level`.
-void MultilevelCycle::couple_coarser(std::size_t level, std::span<const LevelCouplings<6>::Term> terms,
-                                     LevelCouplings<6>& out) const {
-    for (const auto& [row, J] : terms) {
-        const std::size_t b = levels_[level].body_of(row);
-        const int aggregate = row - levels_[level].first_row(b), first = levels_[level + 1].first_row(b);
+/// The couplings at the level after `level`.
+CouplingMatrix<6> MultilevelCycle::coarsen_level(std::size_t level,
+                                                 const CouplingMatrix<6>& couplings) const {
+    const Level &from = levels_[level], &to = levels_[level + 1];
+    Selection<6> selection = select<6>(couplings.rows, to.rows(), [&](int row, const auto& add) {
+        const std::size_t b = from.body_of(row);
+        const int aggregate = row - from.first_row(b), first = to.first_row(b);
         if (!is_coarsened(b, level)) {
-            out.add(first + aggregate, J);
-            continue;
+            add(first + aggregate, Eigen::Matrix<float, 6, 6>::Identity().eval());
+            return;
         }
         const TransferMatrix<6, 6>& P = rest_level(b, level).coarser.prolongation;
         const auto columns = P.columns_of(aggregate);
         for (std::size_t k = 0; k < columns.size(); ++k)
-            out.add(first + columns[k], J * P.block(P.first_block(aggregate) + k));
-    }
-    out.end();
+            add(first + columns[k], P.block(P.first_block(aggregate) + k));
+    });
+    return coarsen(couplings, selection.prolongation, std::move(selection.rows));
 }
 
-void MultilevelCycle::begin_couplings(const CoupledSystem& system) {
-    constexpr std::size_t per_task = 64;
-    struct Part {
-        LevelCouplings<3> nodes;
-        std::vector<LevelCouplings<6>> levels;
-    };
-    const std::size_t count = system.couplings.size();
-    std::vector<Part> parts((count + per_task - 1) / per_task);
-    parallel_for(
-        static_cast<int>(parts.size()),
-        [&](int task) {
-            const auto at = static_cast<std::size_t>(task);
-            Part& part = parts[at];
-            part.levels.resize(levels_.size());
-            for (std::size_t c = at * per_task; c < std::min(count, (at + 1) * per_task); ++c) {
-                for (const CouplingTerm& t : system.terms_of(system.couplings[c]))
-                    if (!t.held)
-                        part.nodes.add(t.unknown / 3,
-                                       static_cast<float>(t.weight) * Eigen::Matrix3f::Identity());
-                part.nodes.end();
-                const std::size_t own = part.nodes.count() - 1;
-                couple_aggregates(part.nodes.of(own), part.levels[0]);
-                for (std::size_t k = 1; k < levels_.size(); ++k)
-                    couple_coarser(k - 1, part.levels[k - 1].of(own), part.levels[k]);
-            }
-        },
-        1);
-    LevelCouplings<3> at_nodes;
-    for (const Part& part : parts) at_nodes.append(part.nodes);
-    nodes_.begin_couplings(std::move(at_nodes));
-    for (std::size_t k = 0; k < levels_.size(); ++k) {
-        LevelCouplings<6> at_level;
-        for (const Part& part : parts) at_level.append(part.levels[k]);
-        levels_[k].begin_couplings(std::move(at_level));
-    }
-    if (!levels_.empty()) coarsest_.begin_couplings(levels_.back().couplings());
+void MultilevelCycle::forget_couplings() {
+    for (Level& level : levels_) level.set_couplings({});
+    coarsest_.begin_couplings();
+    acting_.reset();
 }
 
-void MultilevelCycle::set_couplings(const CoupledSystem& system) {
-    acting_.clear();
-    for (std::size_t c = 0; c < system.couplings.size(); ++c)
-        if (const Eigen::Matrix3d& A = system.couplings[c].A; !A.isZero(0))
-            acting_.push_back({c, A.cast<float>()});
-    nodes_.set_acting(acting_);
-    for (std::size_t k = 0; k + 1 < levels_.size(); ++k) levels_[k].set_acting(acting_);
-    coarsest_.set_acting(acting_);
+void MultilevelCycle::set_couplings(const CouplingSum& couplings) {
+    nodes_.set_couplings(couplings.matrix());
+    if (!follows(couplings.acting())) return;
+    acting_ = couplings.acting();
+    if (levels_.empty()) return;
+    CouplingMatrix<6> coarser = coarsen_nodes(couplings.matrix());
+    for (std::size_t k = 0; k + 1 < levels_.size(); ++k) {
+        levels_[k].set_couplings(coarser);
+        coarser = coarsen_level(k, coarser);
+    }
+    coarsest_.set_couplings(coarser);
+}
+
+/// Whether the coarser levels have to follow, because more than a fifth of the couplings that act are others
+/// than those they have.
+bool MultilevelCycle::follows(const std::vector<char>& acting) const {
+    if (!acting_) return true;
+    std::ptrdiff_t others = 0;
+    for (std::size_t c = 0; c < acting.size(); ++c) others += acting[c] != (*acting_)[c];
+    return 5 * others > std::ranges::count(acting, 1);
 }
 
 void MultilevelCycle::restrict_nodes() {

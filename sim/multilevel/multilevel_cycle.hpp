@@ -2,12 +2,14 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "sim/fem/coupled_system.hpp"
 #include "sim/multilevel/coarsest_solve.hpp"
 #include "sim/multilevel/coupled_level.hpp"
+#include "sim/multilevel/coupling_sum.hpp"
 #include "sim/multilevel/rest_hierarchy.hpp"
 
 namespace nbd {
@@ -18,12 +20,12 @@ namespace nbd {
 /// The coarsest level of all bodies is solved directly; the more bodies, the coarser it is.
 class MultilevelCycle {
  public:
-    /// Begins the matrices of a step; none of its couplings acts yet. The system must outlive the cycles.
+    /// Begins the matrices of a step, whose couplings are to be set next. The system must outlive the cycles.
     void begin(const CoupledSystem& system, RestHierarchies& hierarchies);
 
-    /// Takes the matrices A of the couplings; those with A = 0 do not act. Nothing else of the system may
-    /// have changed since begin(). Throws std::runtime_error if the coarsest matrix is not positive definite.
-    void set_couplings(const CoupledSystem& system);
+    /// Takes the couplings of the system. In a step, coarser levels follow only once a fifth of those that
+    /// act are others. Throws std::runtime_error if the coarsest matrix is not positive definite.
+    void set_couplings(const CouplingSum& couplings);
 
     /// out -= A x in single precision. x, out: [unknowns].
     void subtract_product(const Eigen::VectorXf& x, Eigen::VectorXf& out) const {
@@ -44,10 +46,10 @@ class MultilevelCycle {
 
     void begin_nodes(const CoupledSystem& system);
     void begin_aggregates();
-    void begin_couplings(const CoupledSystem& system);
-    void couple_aggregates(std::span<const LevelCouplings<3>::Term> nodes, LevelCouplings<6>& out) const;
-    void couple_coarser(std::size_t level, std::span<const LevelCouplings<6>::Term> terms,
-                        LevelCouplings<6>& out) const;
+    void forget_couplings();
+    bool follows(const std::vector<char>& acting) const;
+    CouplingMatrix<6> coarsen_nodes(const CouplingMatrix<3>& couplings) const;
+    CouplingMatrix<6> coarsen_level(std::size_t level, const CouplingMatrix<6>& couplings) const;
     void restrict_nodes();
     void prolong_to_nodes();
     void move_between(std::size_t level, TransferMatrix<6, 6> Transfer<6>::*transfer,
@@ -60,9 +62,9 @@ class MultilevelCycle {
     std::vector<std::vector<Eigen::Matrix3f>> rotations_;            // [bodies][nodes]
     bool has_aggregates_ = false;                                    // levels_ are of the hierarchies
     CoupledLevel<3> nodes_;
-    std::vector<Level> levels_;  // finest first
-    std::vector<float> turned_;  // [unknowns] residual in the rest frame
-    std::vector<ActingCoupling> acting_;
+    std::vector<Level> levels_;                // finest first
+    std::vector<float> turned_;                // [unknowns] residual in the rest frame
+    std::optional<std::vector<char>> acting_;  // [couplings] that coarser levels have; none: not set
     CoarsestSolve coarsest_;
 };
 

@@ -29,6 +29,7 @@ CoupledSolver::CoupledSolver(const LinearSolveConfig& config, std::shared_ptr<Re
 void CoupledSolver::begin_matrices(const CoupledSystem& system) {
     direct_ = config_.solver == LinearSolver::direct;
     factorized_ = false;
+    couplings_.begin(system);
     patch_.begin();
     factor_.begin();
     if (!direct_) cycle_.begin(system, *hierarchies_);
@@ -62,6 +63,7 @@ void CoupledSolver::precondition(const CoupledSystem& system, double norm) {
     if (!patch_.empty()) {
         patch_.clear_product(system, z_);  // r_ is zero on the patch, see clear_patch()
         multiply(z_, Az_);
+        patch_.set_zero(Az_);
         return;
     }
     cycle_.take_residual(cycle_out_);
@@ -84,8 +86,8 @@ void CoupledSolver::multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out) {
     });
 }
 
-/// Solves for the residual on the patch, so that none is left there. The preconditioner, which ends with the
-/// patch, is symmetric only for such residuals.
+/// Solves for the residual on the patch, so that none is left there, but for rounding, which is left to the
+/// next round. The preconditioner, which ends with the patch, is symmetric only for such residuals.
 void CoupledSolver::clear_patch(Eigen::VectorXd& v) {
     if (patch_.empty()) return;
     p_.setZero();
@@ -93,6 +95,7 @@ void CoupledSolver::clear_patch(Eigen::VectorXd& v) {
     multiply(p_, Ap_);
     v += p_;
     r_ -= Ap_;
+    patch_.set_zero(r_);
 }
 
 /// Conjugate gradients from r_, the residual of v, until the updated residual reaches the goal or the maximum
@@ -164,7 +167,7 @@ void CoupledSolver::factorize_contacts(const CoupledSystem& system) {
         if (coupling.end - coupling.begin > 1 && !coupling.A.isZero(0))
             for (const CouplingTerm& t : system.terms_of(coupling))
                 inside[static_cast<std::size_t>(t.unknown / 3)] = 1;
-    patch_.factorize(system, inside);
+    patch_.factorize(system, couplings_, inside);
 }
 
 LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen::VectorXd& b, double goal,
@@ -180,9 +183,10 @@ LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen:
                 v.segment<3>(system.first_unknown[k] + 3 * i) = b.segment<3>(system.first_unknown[k] + 3 * i);
     for (Eigen::VectorXd* scratch : {&r_, &z_, &Az_, &p_, &Ap_}) scratch->resize(system.size());
     for (Eigen::VectorXf* scratch : {&cycle_in_, &cycle_out_}) scratch->resize(system.size());
+    couplings_.update(system);
     if (!direct_) {
         factorize_contacts(system);
-        cycle_.set_couplings(system);
+        cycle_.set_couplings(couplings_);
         if (refine(system, b, goal, config_.max_iterations, v, report)) return report;
         report.fallback = fmt::format("{} iterations left a relative residual of {:.2g}", report.iterations,
                                       report.residual);
@@ -191,7 +195,8 @@ LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen:
     // The factor of an earlier solve with other couplings is worth a few iterations.
     const int most = report.iterations + stale_iterations;
     if (factorized_ && refine(system, b, goal, most, v, report)) return report;
-    factor_.factorize(system, std::vector<char>(static_cast<std::size_t>(system.node_count()), 1));
+    factor_.factorize(system, couplings_,
+                      std::vector<char>(static_cast<std::size_t>(system.node_count()), 1));
     factorized_ = true;
     refine(system, b, goal, most + stale_iterations, v, report);
     return report;

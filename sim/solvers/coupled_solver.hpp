@@ -5,6 +5,7 @@
 #include <string>
 
 #include "sim/fem/coupled_system.hpp"
+#include "sim/multilevel/coupling_sum.hpp"
 #include "sim/multilevel/multilevel_cycle.hpp"
 #include "sim/solvers/linear_solve_config.hpp"
 #include "sim/solvers/patch_factor.hpp"
@@ -50,6 +51,7 @@ class CoupledSolver {
 
     LinearSolveConfig config_;
     std::shared_ptr<RestHierarchies> hierarchies_;
+    CouplingSum couplings_;
     MultilevelCycle cycle_;
     bool direct_ = false;      // the preconditioner is factor_
     bool factorized_ = false;  // factor_ belongs to the current matrices

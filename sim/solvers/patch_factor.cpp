@@ -1,123 +1,83 @@
 #include "sim/solvers/patch_factor.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 namespace nbd {
 namespace {
 
-/// Finds the body and local node of a system node. Nodes must be passed in ascending order.
-class BodyOf {
- public:
-    explicit BodyOf(const CoupledSystem& system) : first_(system.first_unknown) {}
-    struct Place {
-        std::size_t body;
-        int node;
-    };
-    Place operator()(int node) {
-        while (3 * node >= first_[body_ + 1]) ++body_;
-        return {body_, node - first_[body_] / 3};
-    }
-
- private:
-    std::span<const int> first_;
-    std::size_t body_ = 0;
+/// The body and local node of a system node.
+struct Place {
+    std::size_t body;
+    int node;
 };
+
+Place place_of(const CoupledSystem& system, int node) {
+    const auto after = std::ranges::upper_bound(system.first_unknown, 3 * node);
+    const auto body = static_cast<std::size_t>(after - system.first_unknown.begin()) - 1;
+    return {body, node - system.first_unknown[body] / 3};
+}
 
 }  // namespace
 
-/// Lists the couplings at each node of the patch that act or have acted since begin().
-void PatchFactor::list_couplings(const CoupledSystem& system) {
-    const auto for_each_term = [&](const auto& visit) {
-        for (int c = 0; c < static_cast<int>(system.couplings.size()); ++c) {
-            if (!acted_[static_cast<std::size_t>(c)]) continue;
-            for (const CouplingTerm& t : system.terms_of(system.couplings[static_cast<std::size_t>(c)]))
-                if (const int s = slot_[static_cast<std::size_t>(t.unknown / 3)]; s >= 0 && !t.held)
-                    visit(static_cast<std::size_t>(s), CouplingAt{c, t.weight});
-        }
-    };
-    first_coupling_.assign(nodes_.size() + 1, 0);
-    for_each_term([&](std::size_t s, const CouplingAt&) { ++first_coupling_[s + 1]; });
-    std::partial_sum(first_coupling_.begin(), first_coupling_.end(), first_coupling_.begin());
-    couplings_.resize(static_cast<std::size_t>(first_coupling_.back()));
-    std::vector<int> next(first_coupling_.begin(), first_coupling_.end() - 1);
-    for_each_term(
-        [&](std::size_t s, const CouplingAt& at) { couplings_[static_cast<std::size_t>(next[s]++)] = at; });
-}
-
-/// Calls visit(j, at, term) for every coupling at node s of the patch and each of its nodes j >= s there.
+/// Calls visit(j, block) for the blocks of node s of the patch, and its nodes j >= s there: those of the
+/// bodies' matrices, by rows, and then those of the couplings.
 template <class Visit>
-void PatchFactor::for_each_coupled(const CoupledSystem& system, int s, const Visit& visit) const {
-    const auto i = static_cast<std::size_t>(s);
-    for (int k = first_coupling_[i]; k < first_coupling_[i + 1]; ++k) {
-        const CouplingAt& at = couplings_[static_cast<std::size_t>(k)];
-        for (const CouplingTerm& t : system.terms_of(system.couplings[static_cast<std::size_t>(at.coupling)]))
-            if (const int j = slot_[static_cast<std::size_t>(t.unknown / 3)]; j >= s && !t.held)
-                visit(j, at, t);
-    }
+void PatchFactor::for_each_block(const CoupledSystem& system, const CouplingSum& couplings, int s,
+                                 const Visit& visit) const {
+    const int own = nodes_[static_cast<std::size_t>(s)];
+    const auto [body, node] = place_of(system, own);
+    const StepMatrix& matrix = system.systems[body].matrix();
+    const int first = system.first_unknown[body] / 3;
+    const auto near = system.systems[body].body().pattern().neighbours(node);
+    for (int k = 0; k < static_cast<int>(near.size()); ++k)
+        if (const int j = slot_[static_cast<std::size_t>(first + near[static_cast<std::size_t>(k)])]; j >= s)
+            visit(j, matrix.block(node, k).transpose());
+    const int row = couplings.row_of(own);
+    if (row < 0) return;
+    const CouplingMatrix<3>& C = couplings.matrix();
+    const auto columns = C.blocks.columns_of(row);
+    for (std::size_t k = 0; k < columns.size(); ++k)
+        if (const int j = slot_[static_cast<std::size_t>(C.rows[static_cast<std::size_t>(columns[k])])];
+            j >= s)
+            visit(j, C.blocks.block(row, k));
 }
 
 /// The lower half of the pattern: for each node of the patch its neighbours there that do not come before it.
-std::vector<std::vector<int>> PatchFactor::adjacency(const CoupledSystem& system) const {
+std::vector<std::vector<int>> PatchFactor::adjacency(const CoupledSystem& system,
+                                                     const CouplingSum& couplings) const {
     std::vector<std::vector<int>> rows(nodes_.size());
-    std::vector<int> listed(nodes_.size(), -1);  // last row that has each node
-    BodyOf body_of(system);
-    for (int s = 0; s < node_count(); ++s) {
-        const auto add = [&](int j) {
-            if (j >= s && std::exchange(listed[static_cast<std::size_t>(j)], s) != s)
-                rows[static_cast<std::size_t>(s)].push_back(j);
-        };
-        const auto [body, node] = body_of(nodes_[static_cast<std::size_t>(s)]);
-        const int first = system.first_unknown[body] / 3;
-        for (const int j : system.systems[body].body().pattern().neighbours(node))
-            add(slot_[static_cast<std::size_t>(first + j)]);
-        for_each_coupled(system, s, [&](int j, const auto&...) { add(j); });
-    }
+    for (int s = 0; s < node_count(); ++s)
+        for_each_block(system, couplings, s,
+                       [&](int j, const auto&) { rows[static_cast<std::size_t>(s)].push_back(j); });
     return rows;
 }
 
-void PatchFactor::fill(const CoupledSystem& system) {
+void PatchFactor::fill(const CoupledSystem& system, const CouplingSum& couplings) {
     std::fill(A_.valuePtr(), A_.valuePtr() + A_.nonZeros(), 0.0);
     std::vector<int> place(nodes_.size());  // of each node in the row
-    BodyOf body_of(system);
     for (int s = 0; s < node_count(); ++s) {
         const auto columns = pattern_.neighbours(s);
         for (std::size_t k = 0; k < columns.size(); ++k)
             place[static_cast<std::size_t>(columns[k])] = static_cast<int>(k);
-        const auto at_place = [&](int j) {
-            return pattern_.block(A_, s, place[static_cast<std::size_t>(j)]);
-        };
-        const auto [body, node] = body_of(nodes_[static_cast<std::size_t>(s)]);
-        const BlockPattern& pattern = system.systems[body].body().pattern();
-        const int first = system.first_unknown[body] / 3;
-        const auto row = pattern.neighbours(node);
-        for (int k = 0; k < static_cast<int>(row.size()); ++k)
-            if (const int j = slot_[static_cast<std::size_t>(first + row[static_cast<std::size_t>(k)])];
-                j >= s)
-                at_place(j) = system.systems[body].matrix().block(node, k).transpose();
-        for_each_coupled(system, s, [&](int j, const CouplingAt& at, const CouplingTerm& t) {
-            at_place(j) += at.weight * t.weight * system.couplings[static_cast<std::size_t>(at.coupling)].A;
+        for_each_block(system, couplings, s, [&](int j, const auto& block) {
+            pattern_.block(A_, s, place[static_cast<std::size_t>(j)]) += block;
         });
     }
 }
 
-/// Notes which couplings act. Returns whether the pattern has them all, and the nodes inside.
-bool PatchFactor::is_covered(const CoupledSystem& system, const std::vector<char>& inside) {
-    bool covered = !is_new_;
-    if (is_new_) acted_.assign(system.couplings.size(), 0);
-    for (std::size_t c = 0; c < acted_.size(); ++c)
-        if (!acted_[c] && !system.couplings[c].A.isZero(0)) {
-            acted_[c] = 1;
-            covered = false;
-        }
-    for (std::size_t i = 0; i < inside.size() && covered; ++i) covered = !inside[i] || slot_[i] >= 0;
-    return covered;
+/// Whether the pattern has the couplings, and the nodes inside.
+bool PatchFactor::is_covered(const CouplingSum& couplings, const std::vector<char>& inside) const {
+    if (is_new_ || couplings.pattern() != coupled_by_) return false;
+    for (std::size_t i = 0; i < inside.size(); ++i)
+        if (inside[i] && slot_[i] < 0) return false;
+    return true;
 }
 
 /// Lets the patch grow to the nodes inside, or makes it anew if it is the first since begin(), and analyses
 /// its pattern.
-void PatchFactor::analyze(const CoupledSystem& system, const std::vector<char>& inside) {
+void PatchFactor::analyze(const CoupledSystem& system, const CouplingSum& couplings,
+                          const std::vector<char>& inside) {
     if (is_new_) slot_.assign(inside.size(), -1);
     nodes_.clear();
     for (int i = 0; i < static_cast<int>(inside.size()); ++i) {
@@ -127,8 +87,7 @@ void PatchFactor::analyze(const CoupledSystem& system, const std::vector<char>& 
         nodes_.push_back(i);
     }
     if (nodes_.empty()) return;
-    list_couplings(system);
-    BlockPattern pattern(adjacency(system));
+    BlockPattern pattern(adjacency(system, couplings));
     if (analyzed_ && pattern == pattern_) return;
     pattern_ = std::move(pattern);
     A_ = pattern_.zero_matrix();
@@ -138,20 +97,21 @@ void PatchFactor::analyze(const CoupledSystem& system, const std::vector<char>& 
     rhs_.resize(3 * static_cast<Eigen::Index>(nodes_.size()));
 }
 
-void PatchFactor::factorize(const CoupledSystem& system, const std::vector<char>& inside) {
-    if (!is_covered(system, inside)) analyze(system, inside);
+void PatchFactor::factorize(const CoupledSystem& system, const CouplingSum& couplings,
+                            const std::vector<char>& inside) {
+    if (!is_covered(couplings, inside)) analyze(system, couplings, inside);
     is_new_ = false;
+    coupled_by_ = couplings.pattern();
     if (nodes_.empty()) return;
-    fill(system);
+    fill(system, couplings);
     cholesky_.factorize(A_);
 }
 
 void PatchFactor::clear_product(const CoupledSystem& system, Eigen::VectorXd& v) {
     if (empty()) return;
     product_.resize(system.size());
-    BodyOf body_of(system);
     for (const int i : nodes_) {
-        const auto [body, node] = body_of(i);
+        const auto [body, node] = place_of(system, i);
         product_.segment<3>(3 * i) =
             system.systems[body].matrix().multiply_row(node, v.data() + system.first_unknown[body]);
     }
@@ -161,6 +121,10 @@ void PatchFactor::clear_product(const CoupledSystem& system, Eigen::VectorXd& v)
         rhs_.segment<3>(3 * s) = -product_.segment<3>(i);
     }
     add_patch_solution(v);
+}
+
+void PatchFactor::set_zero(Eigen::VectorXd& v) const {
+    for (const int i : nodes_) v.segment<3>(3 * i).setZero();
 }
 
 void PatchFactor::add_solution(const Eigen::VectorXd& r, Eigen::VectorXd& v) {

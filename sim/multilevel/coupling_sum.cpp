@@ -1,0 +1,155 @@
+#include "sim/multilevel/coupling_sum.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "meshing/parallel/parallel_for.hpp"
+
+namespace nbd {
+namespace {
+
+/// Calls visit(begin, end) for ranges of rows, in parallel.
+template <class Visit>
+void for_row_ranges(int rows, const Visit& visit) {
+    constexpr int per_task = 32;
+    parallel_for((rows + per_task - 1) / per_task,
+                 [&](int task) { visit(task * per_task, std::min(rows, (task + 1) * per_task)); }, 1);
+}
+
+}  // namespace
+
+void CouplingSum::begin(const CoupledSystem& system) {
+    acting_.assign(system.couplings.size(), 0);
+    acted_ = acting_;
+    analyze(system);
+}
+
+void CouplingSum::update(const CoupledSystem& system) {
+    bool has_grown = false;
+    for (std::size_t c = 0; c < acting_.size(); ++c) {
+        acting_[c] = !system.couplings[c].A.isZero(0);
+        has_grown |= acting_[c] && !std::exchange(acted_[c], acted_[c] | acting_[c]);
+    }
+    if (has_grown) analyze(system);
+    fill(system);
+}
+
+void CouplingSum::analyze(const CoupledSystem& system) {
+    ++pattern_;
+    number_rows(system);
+    list_terms(system);
+    BlockSparse<3, 3>& blocks = matrix_.blocks;
+    blocks = {};
+    blocks.columns = static_cast<int>(matrix_.rows.size());
+    for (const std::vector<int>& row : columns()) {
+        blocks.column.insert(blocks.column.end(), row.begin(), row.end());
+        blocks.end_row();
+    }
+    blocks.blocks.resize(blocks.column.size());
+    matrix_.damping.resize(matrix_.rows.size());
+}
+
+/// Calls visit(coupling, term) for the terms of the couplings that have acted.
+template <class Visit>
+void CouplingSum::for_each_term(const CoupledSystem& system, const Visit& visit) const {
+    for (std::size_t c = 0; c < acted_.size(); ++c)
+        if (acted_[c])
+            for (const CouplingTerm& t : system.terms_of(system.couplings[c]))
+                if (!t.held) visit(c, t);
+}
+
+void CouplingSum::number_rows(const CoupledSystem& system) {
+    row_of_.assign(static_cast<std::size_t>(system.node_count()), -1);
+    for_each_term(system, [&](std::size_t, const CouplingTerm& t) {
+        row_of_[static_cast<std::size_t>(t.unknown / 3)] = 0;
+    });
+    matrix_.rows.clear();
+    for (std::size_t i = 0; i < row_of_.size(); ++i) {
+        if (row_of_[i] < 0) continue;
+        row_of_[i] = static_cast<int>(matrix_.rows.size());
+        matrix_.rows.push_back(static_cast<int>(i));
+    }
+}
+
+void CouplingSum::list_terms(const CoupledSystem& system) {
+    terms_.clear();
+    totals_.assign(acted_.size(), 0);
+    first_term_.assign(acted_.size() + 1, 0);
+    first_at_.assign(matrix_.rows.size() + 1, 0);
+    for_each_term(system, [&](std::size_t c, const CouplingTerm& t) {
+        const int row = row_of_[static_cast<std::size_t>(t.unknown / 3)];
+        terms_.push_back({row, static_cast<int>(c), t.weight});
+        totals_[c] += std::abs(t.weight);
+        ++first_term_[c + 1];
+        ++first_at_[static_cast<std::size_t>(row) + 1];
+    });
+    std::partial_sum(first_term_.begin(), first_term_.end(), first_term_.begin());
+    std::partial_sum(first_at_.begin(), first_at_.end(), first_at_.begin());
+    at_.resize(terms_.size());
+    std::vector<int> next(first_at_.begin(), first_at_.end() - 1);
+    for (std::size_t t = 0; t < terms_.size(); ++t)
+        at_[static_cast<std::size_t>(next[static_cast<std::size_t>(terms_[t].row)]++)] = static_cast<int>(t);
+}
+
+std::span<const int> CouplingSum::terms_at(int row) const noexcept {
+    const auto i = static_cast<std::size_t>(row);
+    return std::span(at_).subspan(static_cast<std::size_t>(first_at_[i]),
+                                  static_cast<std::size_t>(first_at_[i + 1] - first_at_[i]));
+}
+
+std::span<const CouplingSum::Term> CouplingSum::terms_of(int coupling) const noexcept {
+    const auto c = static_cast<std::size_t>(coupling);
+    return std::span(terms_).subspan(static_cast<std::size_t>(first_term_[c]),
+                                     static_cast<std::size_t>(first_term_[c + 1] - first_term_[c]));
+}
+
+/// The columns of every row, ascending.
+std::vector<std::vector<int>> CouplingSum::columns() const {
+    std::vector<std::vector<int>> columns(matrix_.rows.size());
+    for_row_ranges(static_cast<int>(columns.size()), [&](int begin, int end) {
+        std::vector<int> listed(columns.size(), -1);  // last row that has each column
+        for (int i = begin; i < end; ++i) {
+            std::vector<int>& row = columns[static_cast<std::size_t>(i)];
+            for (const int own : terms_at(i))
+                for (const Term& other : terms_of(terms_[static_cast<std::size_t>(own)].coupling))
+                    if (std::exchange(listed[static_cast<std::size_t>(other.row)], i) != i)
+                        row.push_back(other.row);
+            std::ranges::sort(row);
+        }
+    });
+    return columns;
+}
+
+/// Damping: |w_i v_i . A w_j v_j| <= |w_i w_j| (v_i . A v_i + v_j . A v_j) / 2 for each pair of nodes of a
+/// coupling.
+void CouplingSum::fill(const CoupledSystem& system) {
+    BlockSparse<3, 3>& blocks = matrix_.blocks;
+    for_row_ranges(blocks.rows(), [&](int begin, int end) {
+        std::vector<std::size_t> place(matrix_.rows.size());  // of each column of the row
+        for (int i = begin; i < end; ++i) {
+            const auto first = static_cast<std::size_t>(blocks.offset[static_cast<std::size_t>(i)]);
+            const auto row = blocks.columns_of(i);
+            for (std::size_t k = 0; k < row.size(); ++k) {
+                place[static_cast<std::size_t>(row[k])] = first + k;
+                blocks.blocks[first + k].setZero();
+            }
+            Eigen::Matrix3d& damping = matrix_.damping[static_cast<std::size_t>(i)];
+            damping.setZero();
+            for (const int at : terms_at(i)) {
+                const Term& own = terms_[static_cast<std::size_t>(at)];
+                const auto c = static_cast<std::size_t>(own.coupling);
+                if (!acting_[c]) continue;
+                const Eigen::Matrix3d& A = system.couplings[c].A;
+                const double w = std::abs(own.weight), others = totals_[c] - w;
+                damping += (w * w + CouplingMatrix<3>::damping_share * w * others) * A;
+                const Eigen::Matrix3d weighted = own.weight * A;
+                for (const Term& other : terms_of(own.coupling))
+                    blocks.blocks[place[static_cast<std::size_t>(other.row)]] += other.weight * weighted;
+            }
+        }
+    });
+}
+
+}  // namespace nbd
