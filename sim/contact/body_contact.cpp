@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/contact/contact_vertices.hpp"
 #include "sim/contact/edge_contact.hpp"
 #include "sim/contact/nearest_face.hpp"
 
@@ -49,21 +50,22 @@ void BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const P
     }
     counting_sort_.sort(flipped_, b.surface().patches().count(),
                         [](const PatchPair& pair) { return pair.a; });
-    find_vertices(body_a_, a, body_b_, b, near_, reach, moved, sides_a_, contacts);
-    find_vertices(body_b_, b, body_a_, a, flipped_, reach, moved, sides_b_, contacts);
+    find_vertices(body_a_, a, body_b_, b, near_, reach, detail, moved, sides_a_, contacts);
+    find_vertices(body_b_, b, body_a_, a, flipped_, reach, detail, moved, sides_b_, contacts);
     find_edge_contacts({body_a_, a}, {body_b_, b}, near_, reach, detail, contacts);
 }
 
 /// pairs: sorted; pair.a is a patch of `points`.
 void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int other_body,
                                       const PosedPatches& others, std::span<const PatchPair> pairs,
-                                      const ContactReach& reach, double moved, VertexSides& sides,
-                                      std::vector<Contact>& contacts) {
+                                      const ContactReach& reach, ContactDetail detail, double moved,
+                                      VertexSides& sides, std::vector<Contact>& contacts) {
     const ContactSurface &own = points.surface(), &surface = others.surface();
+    const ContactVertices vertices = contact_vertices(own, detail);
     const std::vector<std::span<const PatchPair>> groups = by_first(pairs);
     std::vector<SoughtVertex> sought;
     for (std::size_t g = 0; g < groups.size(); ++g)
-        for (const int vertex : own.patches().vertices[groups[g].front().a]) sought.push_back({vertex, g});
+        for (const int vertex : vertices.of_patch[groups[g].front().a]) sought.push_back({vertex, g});
     // Threads find the nearest faces; their normals, which positions around them are computed for, follow.
     const std::vector<int> faces = nearest_faces(points, others, groups, reach, sought);
     struct Hit {
@@ -101,7 +103,7 @@ void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int 
                             .b = face_point(other_body, surface, nearest.face, nearest.barycentric),
                             .normal = nearest.normal,
                             .gap = nearest.distance,
-                            .area = own.rest_areas()[vertex]});
+                            .area = vertices.areas[vertex]});
     }
 }
 

@@ -26,8 +26,8 @@ class BodyContactFinder {
     /// The nearest face is that of the faces in reach, whose reach depends on their motion.
     /// a, b: posed with one origin near both bodies, for one step. pairs: sorted, without repeats, with all
     /// patches within reach.most(); more do no harm.
-    /// detail: of the edges; see find_edge_contacts(). moved: maximum approach of the bodies since the last
-    /// call, metres.
+    /// detail: see contact_vertices() and find_edge_contacts(). moved: maximum approach of the bodies since
+    /// the last call, metres.
     void find(PosedPatches& a, PosedPatches& b, std::span<const PatchPair> pairs, const ContactReach& reach,
               ContactDetail detail, double moved, std::vector<Contact>& contacts);
 
@@ -42,8 +42,8 @@ class BodyContactFinder {
 
  private:
     void find_vertices(int body, const PosedPatches& points, int other_body, const PosedPatches& others,
-                       std::span<const PatchPair> pairs, const ContactReach& reach, double moved,
-                       VertexSides& sides, std::vector<Contact>& contacts);
+                       std::span<const PatchPair> pairs, const ContactReach& reach, ContactDetail detail,
+                       double moved, VertexSides& sides, std::vector<Contact>& contacts);
 
     int body_a_, body_b_;
     std::vector<PatchPair> near_, flipped_;

@@ -37,7 +37,7 @@ struct ContactReach {
 /// Which features of surfaces are measured.
 enum class ContactDetail {
     all,
-    enough,  // without edges that are short beside the contact distance; their vertices press for them
+    enough,  // of samples of finer surfaces, without edges that are short beside the contact distance
 };
 
 /// Settings of the contact response. The defaults suit soft solids of any size.

@@ -20,6 +20,10 @@ Eigen::Vector3d mean_velocity(const ContactParty& body) {
     return body.state.v.transpose() * body.elastic.node_masses() / body.elastic.mass();
 }
 
+ContactDetail detail_of(const ContactConfig& config) {
+    return config.per_group > 0 ? ContactDetail::enough : ContactDetail::all;
+}
+
 /// Largest speed of a node relative to a uniformly moving frame.
 double fastest(const ContactParty& body, const Eigen::Vector3d& frame) {
     return (body.state.v.rowwise() - frame.transpose()).rowwise().norm().maxCoeff();
@@ -125,7 +129,7 @@ void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
         for (const Obstacle& obstacle : obstacles)
             find_obstacle_contacts(static_cast<int>(b), bodies[b].surface, obstacle, time, dt,
                                    thickness + dt * fastest(bodies[b], mean_velocity(obstacle, time, dt)),
-                                   contacts_);
+                                   detail_of(config), contacts_);
         for (std::size_t c = first; c < contacts_.size(); ++c) {
             contacts_[c].stiffness = stiffness * contacts_[c].area;
             deepest_ = std::max(deepest_, -contacts_[c].gap);
@@ -208,8 +212,7 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     const std::size_t first = contacts_.size();
     const double moved =
         dt_before > 0 ? dt_before * speed + a.moved + b.moved : std::numeric_limits<double>::infinity();
-    finder.find(posed_a_, posed_b_, pairs, reach,
-                config.per_group > 0 ? ContactDetail::enough : ContactDetail::all, moved, contacts_);
+    finder.find(posed_a_, posed_b_, pairs, reach, detail_of(config), moved, contacts_);
     finish_bodies(first, pair, bodies, config, thickness,
                   config.stiffness_scale * layer_modulus(a, b) / thickness);
 }

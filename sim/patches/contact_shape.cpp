@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <span>
 #include <stdexcept>
 #include <utility>
+
+#include "sim/patches/contact_samples.hpp"
 
 namespace nbd {
 namespace {
@@ -77,6 +80,13 @@ ContactShape::ContactShape(Embedding weights, Faces faces, NodesRef X, const Wid
     }
     const Nodes rest = embedded(W, X);
     rest_areas = vertex_areas(F, rest);
+    ContactSamples samples = contact_samples(F, rest, rest_areas, static_cast<int>(carriers.size()));
+    for (int patch = 0; patch < patches.count(); ++patch) {
+        std::ranges::copy_if(patches.vertices[patch], std::back_inserter(patch_samples.items),
+                             [&](int v) { return samples.kept[static_cast<std::size_t>(v)]; });
+        patch_samples.end_list();
+    }
+    sample_areas = std::move(samples.areas);
     rest_diagonal = (rest.colwise().maxCoeff() - rest.colwise().minCoeff()).norm();
 }
 

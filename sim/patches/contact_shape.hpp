@@ -25,12 +25,14 @@ struct ContactShape {
     SurfaceTopology topology;
     const WideTree* tree;  // whose leaves are the patches, or null
     ContactPatches patches;
-    IndexLists patch_nodes;      // that carry the vertices of each patch's faces
-    IndexLists block_nodes;      // likewise of each block of the tree: of width patches
-    std::vector<int> carriers;   // nodes that carry any vertex, ascending
-    double overhang = 0;         // largest sum of the negative weights of a vertex, >= 0
-    Eigen::VectorXd rest_areas;  // [n] m2
-    double rest_diagonal = 0;    // of the box at rest, metres
+    IndexLists patch_nodes;        // that carry the vertices of each patch's faces
+    IndexLists block_nodes;        // likewise of each block of the tree: of width patches
+    std::vector<int> carriers;     // nodes that carry any vertex, ascending
+    double overhang = 0;           // largest sum of the negative weights of a vertex, >= 0
+    Eigen::VectorXd rest_areas;    // [n] m2
+    IndexLists patch_samples;      // of the vertices of each patch, those that are ContactSamples
+    Eigen::VectorXd sample_areas;  // [n] m2, see ContactSamples
+    double rest_diagonal = 0;      // of the box at rest, metres
 };
 
 }  // namespace nbd
