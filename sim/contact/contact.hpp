@@ -37,7 +37,7 @@ struct ContactReach {
 /// Which features of surfaces are measured.
 enum class ContactDetail {
     all,
-    enough,  // of samples of finer surfaces, without edges that are short beside the contact distance
+    enough,  // samples of the vertices of detailed surfaces, and no edges short beside the contact distance
 };
 
 /// Settings of the contact response. The defaults suit soft solids of any size.
@@ -49,7 +49,8 @@ struct ContactConfig {
     double damping = 2e-3;       // damping coefficient over stiffness, seconds
     double slip_velocity =
         1e-3;           // below this speed, m/s, friction grows linearly with speed; above it is constant
-    int per_group = 4;  // contacts kept of those that the same nodes carry, see ContactReduction; 0: all
+    int per_group = 4;  // contacts kept of those that the same nodes carry, see ContactReduction; 0: all,
+                        // with all vertices and edges, see ContactDetail
     bool self_contact = false;  // bodies meet themselves, see SelfContactFinder
     bool intersection_free =
         false;            // steps by a barrier, which end without intersecting faces; includes self_contact

@@ -129,7 +129,7 @@ void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
         for (const Obstacle& obstacle : obstacles)
             find_obstacle_contacts(static_cast<int>(b), bodies[b].surface, obstacle, time, dt,
                                    thickness + dt * fastest(bodies[b], mean_velocity(obstacle, time, dt)),
-                                   detail_of(config), contacts_);
+                                   contacts_);
         for (std::size_t c = first; c < contacts_.size(); ++c) {
             contacts_[c].stiffness = stiffness * contacts_[c].area;
             deepest_ = std::max(deepest_, -contacts_[c].gap);

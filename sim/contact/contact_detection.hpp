@@ -49,7 +49,7 @@ class ContactDetection {
 
     /// Contacts of the last find(), in an order determined by the bodies and their states.
     std::span<const Contact> contacts() const noexcept { return contacts_; }
-    /// Largest overlap among the contacts, those that were left out included, metres, >= 0.
+    /// Largest overlap of vertices and edges that make contact, contacts left out included, metres, >= 0.
     double deepest() const noexcept { return deepest_; }
 
     /// The state that the next find() depends on besides its arguments.

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "sim/contact/contact_vertices.hpp"
-
 namespace nbd {
 namespace {
 
@@ -18,13 +16,12 @@ bool out_of_reach(const Obstacle& obstacle, const ContactSurface::Ball& ball, do
 }  // namespace
 
 void find_obstacle_contacts(int body, const ContactSurface& surface, const Obstacle& obstacle, double time,
-                            double dt, double reach, ContactDetail detail, std::vector<Contact>& contacts) {
+                            double dt, double reach, std::vector<Contact>& contacts) {
     if (out_of_reach(obstacle, surface.ball(), time, reach)) return;
     const Eigen::Vector3d velocity = mean_velocity(obstacle, time, dt);
-    const auto& [of_patch, areas] = contact_vertices(surface, detail);
     const std::size_t first = contacts.size();
     for (int patch = 0; patch < surface.patches().count(); ++patch) {
-        const auto vertices = of_patch[patch];
+        const auto vertices = surface.patches().vertices[patch];
         if (vertices.empty() || out_of_reach(obstacle, surface.patch_ball(patch), time, reach)) continue;
         for (const int v : vertices) {
             const auto hit = signed_distance(obstacle, surface.x(v), time, reach);
@@ -33,7 +30,7 @@ void find_obstacle_contacts(int body, const ContactSurface& surface, const Obsta
                                 .normal = hit->normal,
                                 .wall_velocity = velocity,
                                 .gap = hit->distance,
-                                .area = areas[v],
+                                .area = surface.rest_areas()[v],
                                 .friction = obstacle.friction});
         }
     }

@@ -11,6 +11,6 @@ namespace nbd {
 /// Appends contacts for a step that starts at `time`, for vertices of a body at most `reach` metres outside
 /// an obstacle, by ascending vertex. Stiffness stays zero.
 void find_obstacle_contacts(int body, const ContactSurface& surface, const Obstacle& obstacle, double time,
-                            double dt, double reach, ContactDetail detail, std::vector<Contact>& contacts);
+                            double dt, double reach, std::vector<Contact>& contacts);
 
 }  // namespace nbd

@@ -1,7 +1,6 @@
 #include "sim/multilevel/coupling_matrix.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace nbd {

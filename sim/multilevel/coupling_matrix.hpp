@@ -12,8 +12,10 @@ namespace nbd {
 template <int B>
 struct CouplingMatrix {
     using Square = Eigen::Matrix<double, B, B>;
-    /// Sweeps converge where this is more than a half, and reduce every error the more the nearer it is to 1.
+    /// Sweeps converge where this is more than a half. Up to 1 the reduction that is certain grows with it,
+    /// but most errors shrink faster with less.
     static constexpr double damping_share = 0.6;
+    static_assert(damping_share > 0.5);
 
     std::vector<int> rows;     // those rows of the level, ascending
     BlockSparse<B, B> blocks;  // columns: places in `rows`, as its rows
@@ -25,7 +27,8 @@ struct CouplingMatrix {
 };
 
 /// P^T C P, for prolongations P of the rows of C: a row of `prolongation` for each, with `rows` as its
-/// columns. The damping follows from |C_pq v_p v_q| <= |C_pq| (t v_p^2 + v_q^2 / t) / 2, for t > 0.
+/// columns. The damping of the result R follows from |R_pq v_p v_q| <= |R_pq| (t v_p^2 + v_q^2 / t) / 2, t >
+/// 0.
 template <int B>
 CouplingMatrix<6> coarsen(const CouplingMatrix<B>& C, const BlockSparse<B, 6>& prolongation,
                           std::vector<int> rows);

@@ -13,7 +13,7 @@ namespace {
 /// Calls visit(begin, end) for ranges of rows, in parallel.
 template <class Visit>
 void for_row_ranges(int rows, const Visit& visit) {
-    constexpr int per_task = 32;
+    const int per_task = std::max(32, rows / 64);  // each visit has an array of all columns
     parallel_for((rows + per_task - 1) / per_task,
                  [&](int task) { visit(task * per_task, std::min(rows, (task + 1) * per_task)); }, 1);
 }
@@ -21,16 +21,16 @@ void for_row_ranges(int rows, const Visit& visit) {
 }  // namespace
 
 void CouplingSum::begin(const CoupledSystem& system) {
-    acting_.assign(system.couplings.size(), 0);
-    acted_ = acting_;
+    strengths_.assign(system.couplings.size(), 0);
+    acted_.assign(system.couplings.size(), 0);
     analyze(system);
 }
 
 void CouplingSum::update(const CoupledSystem& system) {
     bool has_grown = false;
-    for (std::size_t c = 0; c < acting_.size(); ++c) {
-        acting_[c] = !system.couplings[c].A.isZero(0);
-        has_grown |= acting_[c] && !std::exchange(acted_[c], acted_[c] | acting_[c]);
+    for (std::size_t c = 0; c < strengths_.size(); ++c) {
+        strengths_[c] = system.couplings[c].A.trace();
+        if (strengths_[c] != 0 && !acted_[c]) acted_[c] = has_grown = true;
     }
     if (has_grown) analyze(system);
     fill(system);
@@ -140,7 +140,7 @@ void CouplingSum::fill(const CoupledSystem& system) {
             for (const int at : terms_at(i)) {
                 const Term& own = terms_[static_cast<std::size_t>(at)];
                 const auto c = static_cast<std::size_t>(own.coupling);
-                if (!acting_[c]) continue;
+                if (strengths_[c] == 0) continue;
                 const Eigen::Matrix3d& A = system.couplings[c].A;
                 const double w = std::abs(own.weight), others = totals_[c] - w;
                 damping += (w * w + CouplingMatrix<3>::damping_share * w * others) * A;

@@ -26,11 +26,11 @@ class CouplingSum {
     int row_of(int node) const noexcept { return row_of_[static_cast<std::size_t>(node)]; }
     /// Changes with the pattern of matrix().
     int pattern() const noexcept { return pattern_; }
-    /// [couplings] Non-zero for those that act.
-    const std::vector<char>& acting() const noexcept { return acting_; }
+    /// [couplings] Trace of A; 0 for those that do not act.
+    const std::vector<double>& strengths() const noexcept { return strengths_; }
 
  private:
-    /// A node of a coupling: its row, and its weight there.
+    /// A free node of a coupling: its row, and its weight there.
     struct Term {
         int row, coupling;
         double weight;
@@ -45,13 +45,14 @@ class CouplingSum {
     std::vector<std::vector<int>> columns() const;
     void fill(const CoupledSystem& system);
 
-    std::vector<char> acting_, acted_;  // [couplings] acted_: since begin()
-    std::vector<int> row_of_;           // [nodes of the system]
-    std::vector<Term> terms_;           // of those that acted, coupling after coupling
-    std::vector<int> first_term_;       // [couplings + 1] range of terms_
-    std::vector<int> first_at_;         // [rows + 1] range of at_
-    std::vector<int> at_;               // places in terms_, of one row after the other
-    std::vector<double> totals_;        // [couplings] sum of the magnitudes of the weights
+    std::vector<double> strengths_;  // [couplings]
+    std::vector<char> acted_;        // [couplings] non-zero for those that have acted since begin()
+    std::vector<int> row_of_;        // [nodes of the system]
+    std::vector<Term> terms_;        // of those that acted, coupling after coupling
+    std::vector<int> first_term_;    // [couplings + 1] range of terms_
+    std::vector<int> first_at_;      // [rows + 1] range of at_
+    std::vector<int> at_;            // places in terms_, of one row after the other
+    std::vector<double> totals_;     // [couplings] sum of the magnitudes of the weights of free nodes
     CouplingMatrix<3> matrix_;
     int pattern_ = 0;
 };

@@ -1,6 +1,7 @@
 #include "sim/multilevel/multilevel_cycle.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <climits>
 #include <utility>
 
@@ -153,13 +154,13 @@ CouplingMatrix<6> MultilevelCycle::coarsen_level(std::size_t level,
 void MultilevelCycle::forget_couplings() {
     for (Level& level : levels_) level.set_couplings({});
     coarsest_.begin_couplings();
-    acting_.reset();
+    strengths_.reset();
 }
 
 void MultilevelCycle::set_couplings(const CouplingSum& couplings) {
     nodes_.set_couplings(couplings.matrix());
-    if (!follows(couplings.acting())) return;
-    acting_ = couplings.acting();
+    if (!follows(couplings.strengths())) return;
+    strengths_ = couplings.strengths();
     if (levels_.empty()) return;
     CouplingMatrix<6> coarser = coarsen_nodes(couplings.matrix());
     for (std::size_t k = 0; k + 1 < levels_.size(); ++k) {
@@ -169,13 +170,17 @@ void MultilevelCycle::set_couplings(const CouplingSum& couplings) {
     coarsest_.set_couplings(coarser);
 }
 
-/// Whether the coarser levels have to follow, because more than a fifth of the couplings that act are others
-/// than those they have.
-bool MultilevelCycle::follows(const std::vector<char>& acting) const {
-    if (!acting_) return true;
-    std::ptrdiff_t others = 0;
-    for (std::size_t c = 0; c < acting.size(); ++c) others += acting[c] != (*acting_)[c];
-    return 5 * others > std::ranges::count(acting, 1);
+/// Whether the coarser levels have to follow: more than a fifth of the couplings that act are others than
+/// those they have, or more than twice as strong or weak.
+bool MultilevelCycle::follows(const std::vector<double>& strengths) const {
+    if (!strengths_) return true;
+    std::ptrdiff_t acting = 0, others = 0;
+    for (std::size_t c = 0; c < strengths.size(); ++c) {
+        const auto [weaker, stronger] = std::minmax(strengths[c], (*strengths_)[c]);
+        acting += strengths[c] > 0;
+        others += stronger > 2 * weaker;
+    }
+    return 5 * others > acting;
 }
 
 void MultilevelCycle::restrict_nodes() {
@@ -221,6 +226,7 @@ void MultilevelCycle::move_between(std::size_t k, TransferMatrix<6, 6> Transfer<
 }
 
 void MultilevelCycle::apply(const Eigen::VectorXf& r, Eigen::VectorXf& z) {
+    assert(strengths_);
     nodes_.b.assign(r.begin(), r.end());
     nodes_.smooth_from_zero();
     restrict_nodes();

@@ -32,7 +32,7 @@ class MultilevelCycle {
         nodes_.subtract_product(x.data(), out.data());
     }
 
-    /// z = about A^-1 r. r, z: [unknowns].
+    /// z = about A^-1 r. r, z: [unknowns]. The couplings of the step must have been set.
     void apply(const Eigen::VectorXf& r, Eigen::VectorXf& z);
 
     /// residual = r - A z of the last apply(r, z), at half the price of a product. residual: [unknowns].
@@ -47,7 +47,7 @@ class MultilevelCycle {
     void begin_nodes(const CoupledSystem& system);
     void begin_aggregates();
     void forget_couplings();
-    bool follows(const std::vector<char>& acting) const;
+    bool follows(const std::vector<double>& strengths) const;
     CouplingMatrix<6> coarsen_nodes(const CouplingMatrix<3>& couplings) const;
     CouplingMatrix<6> coarsen_level(std::size_t level, const CouplingMatrix<6>& couplings) const;
     void restrict_nodes();
@@ -62,9 +62,9 @@ class MultilevelCycle {
     std::vector<std::vector<Eigen::Matrix3f>> rotations_;            // [bodies][nodes]
     bool has_aggregates_ = false;                                    // levels_ are of the hierarchies
     CoupledLevel<3> nodes_;
-    std::vector<Level> levels_;                // finest first
-    std::vector<float> turned_;                // [unknowns] residual in the rest frame
-    std::optional<std::vector<char>> acting_;  // [couplings] that coarser levels have; none: not set
+    std::vector<Level> levels_;                     // finest first
+    std::vector<float> turned_;                     // [unknowns] residual in the rest frame
+    std::optional<std::vector<double>> strengths_;  // [couplings] at coarser levels; none: not set
     CoarsestSolve coarsest_;
 };
 

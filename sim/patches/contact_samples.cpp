@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <span>
 
 #include "sim/patches/surface_normals.hpp"
@@ -70,13 +69,14 @@ ContactSamples contact_samples(const Faces& F, const Nodes& rest, const Eigen::V
     std::vector<Place> places(count);
     for (Eigen::Index v = 0; v < rest.rows(); ++v)
         places[static_cast<std::size_t>(v)] = place_of(rest.row(v) - corner, normals.row(v), cell);
-    std::vector<int> order(count);
-    std::iota(order.begin(), order.end(), 0);
+    std::vector<int> order;
+    for (Eigen::Index v = 0; v < rest.rows(); ++v)
+        if (rest_areas[v] > 0) order.push_back(static_cast<int>(v));
     const auto place = [&](int vertex) -> const Place& { return places[static_cast<std::size_t>(vertex)]; };
     std::ranges::sort(order,
                       [&](int a, int b) { return place(a) != place(b) ? place(a) < place(b) : a < b; });
-    for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
-        while (end < count && place(order[end]) == place(order[begin])) ++end;
+    for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+        while (end < order.size() && place(order[end]) == place(order[begin])) ++end;
         const auto group = std::span(order).subspan(begin, end - begin);
         const std::vector<int> kept = most_spread(group, rest, normals);
         for (const int vertex : kept) samples.kept[static_cast<std::size_t>(vertex)] = true;

@@ -63,7 +63,7 @@ void CoupledSolver::precondition(const CoupledSystem& system, double norm) {
     if (!patch_.empty()) {
         patch_.clear_product(system, z_);  // r_ is zero on the patch, see clear_patch()
         multiply(z_, Az_);
-        patch_.set_zero(Az_);
+        patch_.set_zero(Az_);  // where it vanishes but for rounding
         return;
     }
     cycle_.take_residual(cycle_out_);
@@ -103,6 +103,7 @@ void CoupledSolver::clear_patch(Eigen::VectorXd& v) {
 void CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
                             LinearSolveReport& report) {
     double norm = std::sqrt(dot(r_, r_));
+    if (!(norm > 0)) return;  // all that was left lay in the patch
     precondition(system, norm);
     p_ = z_;
     Ap_ = Az_;

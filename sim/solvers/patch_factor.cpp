@@ -20,8 +20,8 @@ Place place_of(const CoupledSystem& system, int node) {
 
 }  // namespace
 
-/// Calls visit(j, block) for the blocks of node s of the patch, and its nodes j >= s there: those of the
-/// bodies' matrices, by rows, and then those of the couplings.
+/// Calls visit(j, block) for the blocks in rows of nodes j >= s of the patch and the column of node s: those
+/// of the bodies' matrices, then those of the couplings.
 template <class Visit>
 void PatchFactor::for_each_block(const CoupledSystem& system, const CouplingSum& couplings, int s,
                                  const Visit& visit) const {
@@ -40,7 +40,7 @@ void PatchFactor::for_each_block(const CoupledSystem& system, const CouplingSum&
     for (std::size_t k = 0; k < columns.size(); ++k)
         if (const int j = slot_[static_cast<std::size_t>(C.rows[static_cast<std::size_t>(columns[k])])];
             j >= s)
-            visit(j, C.blocks.block(row, k));
+            visit(j, C.blocks.block(row, k).transpose());
 }
 
 /// The lower half of the pattern: for each node of the patch its neighbours there that do not come before it.
@@ -109,7 +109,7 @@ void PatchFactor::factorize(const CoupledSystem& system, const CouplingSum& coup
 
 void PatchFactor::clear_product(const CoupledSystem& system, Eigen::VectorXd& v) {
     if (empty()) return;
-    product_.resize(system.size());
+    product_.setZero(system.size());
     for (const int i : nodes_) {
         const auto [body, node] = place_of(system, i);
         product_.segment<3>(3 * i) =

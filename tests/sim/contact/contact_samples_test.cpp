@@ -3,9 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "meshing/body/make_body.hpp"
+#include "sim/contact/body_contact.hpp"
 #include "sim/patches/contact_shape.hpp"
 #include "tests/support/box_body.hpp"
 
@@ -82,6 +87,59 @@ TEST(ContactSamples, AreListedByThePatchesThatOwnThem) {
             ++listed;
         }
     EXPECT_EQ(listed, std::ranges::count(samples.kept, true));
+}
+
+/// Two such boxes, one above the other, tilted a little.
+TEST(ContactSamples, PressAsHardAsAllVertices) {
+    const Body body = fine_box(4);
+    const auto shape = std::make_shared<const ContactShape>(body.W, body.surface.F, body.tets.X);
+    const Nodes still = Nodes::Zero(body.tets.X.rows(), 3);
+    constexpr double thickness = 0.02;
+    Nodes above = body.tets.X.rowwise() + Eigen::RowVector3d(0.05, 0.02, 0.308);
+    above.col(2) += 0.01 * above.col(0);
+    const ContactSurface lower(shape, body.tets.X), upper(shape, above);
+    std::vector<PatchPair> pairs;
+    for (int i = 0; i < shape->patches.count(); ++i)
+        for (int j = 0; j < shape->patches.count(); ++j)
+            if (!shape->patches.faces[i].empty() && !shape->patches.faces[j].empty()) pairs.push_back({i, j});
+    const auto press = [&](ContactDetail detail, std::ptrdiff_t& vertices) {
+        PosedPatches a, b;
+        a.begin(lower, Eigen::Vector3d(0, 0, 0.15), still, 0.005);
+        b.begin(upper, Eigen::Vector3d(0, 0, 0.15), still, 0.005);
+        std::vector<Contact> contacts;
+        BodyContactFinder(0, 1).find(a, b, pairs, {.apart = thickness, .inside = thickness}, detail,
+                                     std::numeric_limits<double>::infinity(), contacts);
+        double sum = 0;
+        vertices = 0;
+        for (const Contact& contact : contacts) {
+            if (contact.a.count != 1) continue;
+            ++vertices;
+            sum +=
+                contact.area * (thickness - contact.gap) * contact.normal[2] * (contact.a.body == 0 ? -1 : 1);
+        }
+        return sum;
+    };
+    std::ptrdiff_t all = 0, enough = 0;
+    const double with_all = press(ContactDetail::all, all),
+                 with_samples = press(ContactDetail::enough, enough);
+    EXPECT_GT(with_all, 0);
+    EXPECT_NEAR(with_samples, with_all, 0.1 * with_all);  // those that stand out press a little harder
+    EXPECT_LT(enough, all / 2);
+    EXPECT_GT(enough, 20);
+}
+
+TEST(ContactSamples, LeaveOutVerticesWithoutFaces) {
+    const Body body = fine_box(4);
+    Nodes rest = embedded(body.W, body.tets.X);
+    const Eigen::Index before = rest.rows();
+    rest.conservativeResize(before + 3, 3);
+    rest.bottomRows(3) << 0.5, 0, 0, 0.5, 0.1, 0, 0.5, 0, 0.1;
+    const Eigen::VectorXd areas = vertex_areas(body.surface.F, rest);
+    const ContactSamples samples =
+        contact_samples(body.surface.F, rest, areas, static_cast<int>(body.tets.X.rows()));
+    EXPECT_NEAR(samples.areas.sum(), areas.sum(), 1e-12);
+    for (Eigen::Index v = before; v < rest.rows(); ++v)
+        EXPECT_FALSE(samples.kept[static_cast<std::size_t>(v)]);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "sim/multilevel/coupling_sum.hpp"
 #include "tests/support/on_threads.hpp"

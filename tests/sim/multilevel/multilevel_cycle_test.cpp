@@ -178,6 +178,26 @@ TEST(MultilevelCycle, MayKeepCoarserLevelsOfFormerCouplings) {
     EXPECT_LT((residual - expected).norm(), 1e-5 * b.norm());
 }
 
+TEST(MultilevelCycle, FollowsOnceAFifthOfTheCouplingsAreOthersOrOfOtherStrength) {
+    const Scene scene;
+    const auto after = [&](int changed, double factor) {
+        Scene other = scene;
+        for (int c = 0; c < changed; ++c) other.couplings[static_cast<std::size_t>(c)].A *= factor;
+        CoupledCycle updated(scene), fresh(other);
+        updated.update(other.system());
+        const Eigen::VectorXf r = irregular(scene.system().size(), 0.6);
+        Eigen::VectorXf z(r.size()), expected(r.size());
+        updated.cycle.apply(r, z);
+        fresh.cycle.apply(r, expected);
+        return (z - expected).norm() / expected.norm();
+    };
+    ASSERT_EQ(scene.couplings.size(), 16u);
+    EXPECT_GT(after(1, 0), 1e-4) << "kept those of before";
+    EXPECT_LT(after(8, 0), 1e-5) << "has the present ones";
+    EXPECT_GT(after(8, 1.5), 1e-4);
+    EXPECT_LT(after(8, 3), 1e-5);
+}
+
 /// Couplings that acted before change nothing, so that a run that continues has the same bits.
 TEST(MultilevelCycle, DependsOnTheCurrentCouplingsAlone) {
     Scene scene;

@@ -150,6 +150,40 @@ TEST(CoupledSolver, SolvesTheSameMatricesWithOtherCouplings) {
     }
 }
 
+TEST(CoupledSolver, SolvesWithCouplingsThatBeginToActLater) {
+    for (const LinearSolver kind : {LinearSolver::iterative, LinearSolver::direct}) {
+        Scene scene(1, 10);
+        const std::vector<Coupling> all = scene.couplings;
+        for (std::size_t k = 0; k < all.size(); ++k)
+            if (k % 3 > 0) scene.couplings[k].A.setZero();
+        CoupledSolver solver({.solver = kind});
+        solver.begin_matrices(scene.system());
+        Eigen::VectorXd v = Eigen::VectorXd::Zero(scene.b.size());
+        for (const std::size_t more : {0, 1, 2}) {
+            for (std::size_t k = more; k < all.size(); k += 3) scene.couplings[k].A = all[k].A;
+            EXPECT_TRUE(solver.solve(scene.system(), scene.b, 1e-6 * scene.b.norm(), v).converged);
+            EXPECT_LE(scene.residual(v), 1e-6);
+        }
+    }
+}
+
+/// All nodes are in the patch, whose solve leaves nothing for the iteration.
+TEST(CoupledSolver, SolvesWhereContactsCoupleAllNodes) {
+    Scene scene(0);
+    const int nodes = scene.first_unknown[1] / 3;
+    for (int k = 0; k < nodes; ++k) {
+        const int begin = static_cast<int>(scene.terms.size());
+        scene.terms.push_back({0, k, 3 * k, 1, scene.systems[0].is_prescribed(k)});
+        scene.terms.push_back({1, k, scene.first_unknown[1] + 3 * k, -1, false});
+        scene.couplings.push_back({begin, begin + 2, Eigen::Matrix3d::Identity()});
+    }
+    LinearSolveReport report;
+    const Eigen::VectorXd v = scene.solve({}, report);
+    EXPECT_TRUE(v.allFinite());
+    EXPECT_EQ(report.fallback, "");
+    EXPECT_LE(scene.residual(v), 1e-6);
+}
+
 /// Iterations of a bent bar that falls, from rest to a residual of 1e-6. stiff: Young's modulus of every
 /// fourth slice of the bar; 0: that of the material.
 int iterations(const Eigen::Vector3i& cells, const Material& material, double step, double stiff = 0) {
