@@ -12,6 +12,7 @@
 #include "apps/live/live_run.hpp"
 #include "apps/simulate/audit.hpp"
 #include "apps/simulate/contact_comparison.hpp"
+#include "apps/simulate/finished_run.hpp"
 #include "apps/simulate/journal.hpp"
 #include "apps/simulate/run_paths.hpp"
 #include "apps/simulate/scene_files.hpp"
@@ -161,33 +162,6 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
          {"audit_exact_us", total.audit.exact_us}});
 }
 
-/// Whether every trajectory of a recording has as many frames, and what its frames are to hold.
-bool has_all(const std::filesystem::path& path, int frames, const ExtrasRequest& extras) {
-    const RecordingReader recording(path);
-    for (int i = 0; i < static_cast<int>(recording.trajectories().size()); ++i) {
-        if (recording.trajectories()[static_cast<std::size_t>(i)].frames != frames) return false;
-        const FrameContents& contents = recording.contents(i);
-        if (extras.contact_edges && !contents.contact_edges) return false;
-        for (const FrameFieldName& field : frame_fields)
-            if (extras.fields[field.field] && !contents.fields[field.field]) return false;
-    }
-    return true;
-}
-
-/// Whether an earlier run has written all outputs, and no input has changed since. frames: that a recording
-/// holds in the end.
-bool is_finished(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs, int frames,
-                 const ExtrasRequest& extras) {
-    for (const auto& output : {paths.recording, paths.csv, paths.vtu, paths.obj, paths.picture})
-        if (!output.empty() && !std::filesystem::exists(output)) return false;
-    if (std::filesystem::exists(journal_path(paths))) return false;
-    const auto written = std::filesystem::last_write_time(paths.recording);
-    for (const std::filesystem::path& input : inputs)
-        if (std::filesystem::exists(input) && std::filesystem::last_write_time(input) >= written)
-            return false;
-    return has_all(paths.recording, frames, extras);
-}
-
 void run(const SimulateArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
@@ -197,6 +171,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     inputs.push_back(arguments.scene);
     const SceneOutput paths = output_paths(arguments.output, spec.output, arguments.scene, arguments.outside);
     check_outputs(paths, inputs);
+    if (arguments.resume) check_no_other_run(paths, spec);
     if (arguments.resume && is_finished(paths, inputs, spec.time.frames + 1, arguments.extras)) {
         out.text(fmt::format("{}: is finished, nothing to continue; without --resume the scene runs anew",
                              paths.recording.string()));

@@ -182,6 +182,23 @@ TEST_F(ResumeTest, LeavesAFinishedRunAsItIs) {
     expect_whole(where);
 }
 
+TEST_F(ResumeTest, KeepsAFinishedRunOfAnotherSceneOrOfOtherFrames) {
+    const std::string where = "other_run";
+    fs::create_directories(folder() / where);
+    simulate(where, {});
+    const std::string before = read_bytes(folder() / where / "run.h5");
+    std::vector<std::string> longer = command(where, {"--frames", "14", "--resume"});
+    EXPECT_NE(refused(longer).find("holds a finished run of 12 frames instead of 14; without --resume"),
+              std::string::npos);
+    std::vector<std::string> other = command(where, {"--resume"});
+    for (std::string& argument : other)
+        if (argument == "scene.json") argument = "other.json";
+    write("other.json", read_bytes(folder() / "scene.json") + "\n");
+    EXPECT_NE(refused(other).find("holds a finished run of another scene; without --resume"),
+              std::string::npos);
+    EXPECT_TRUE(read_bytes(folder() / where / "run.h5") == before);
+}
+
 TEST_F(ResumeTest, UsesADamagedJournalUpToTheDamage) {
     const std::string where = "damaged";
     leave_journal(where, command(where, {"--resume"}));
