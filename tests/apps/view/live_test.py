@@ -44,7 +44,7 @@ class Run:
         """Waits for the end; returns the exit status and what is on standard error."""
         if interrupt:
             self.process.send_signal(signal.SIGINT)
-        error = self.process.communicate(timeout=120)[1]
+        error = self.process.communicate(timeout=400)[1]
         return self.process.returncode, error
 
     def __enter__(self):
