@@ -24,9 +24,9 @@ struct Couplings {
                 const int node = (7 * c + 11 * k) % 60, body = k < 2 ? 0 : 1;
                 terms.push_back({body, node, 180 * body + 3 * node, std::cos(c + 3 * k), node % 13 == 5});
             }
-            Eigen::Matrix3d drag = Eigen::Matrix3d::Identity();
             const Eigen::Vector3d n = Eigen::Vector3d(std::sin(c), std::cos(c), 0.3).normalized();
-            couplings.push_back({begin, begin + 5, 100 * n * n.transpose() + 0.1 * drag});
+            couplings.push_back(
+                {begin, begin + 5, 100 * n * n.transpose() + 0.1 * Eigen::Matrix3d::Identity()});
         }
     }
     CoupledSystem system() const { return {{}, first_unknown, terms, couplings}; }
