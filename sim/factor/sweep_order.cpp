@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <numeric>
-#include <utility>
 
 namespace nbd {
 namespace {
@@ -32,9 +30,7 @@ std::vector<int> colour_parts(std::span<const int> offset, std::span<const int> 
 
 SweepOrder::SweepOrder(std::span<const int> pattern_offset, std::span<const int> pattern_column,
                        int rows_per_part)
-    : offset(pattern_offset.begin(), pattern_offset.end()),
-      column(pattern_column.size()),
-      place(pattern_column.size()) {
+    : offset(pattern_offset.begin(), pattern_offset.end()), place(pattern_column.size(), -1) {
     const std::vector<int> colour = colour_parts(pattern_offset, pattern_column, rows_per_part);
     const int row_count = static_cast<int>(offset.size()) - 1;
     for (int p = 0; p < static_cast<int>(colour.size()); ++p) {
@@ -46,27 +42,26 @@ SweepOrder::SweepOrder(std::span<const int> pattern_offset, std::span<const int>
     for (int next = 0; const auto& parts : colours)
         for (const RowRange& rows : parts)
             for (int i = rows.begin; i < rows.end; ++i) turn[static_cast<std::size_t>(i)] = next++;
-    std::vector<int> sorted;  // columns of a row, by their places in the pattern
-    for (int i = 0; i < row_count; ++i) {
-        const auto begin = static_cast<std::size_t>(offset[static_cast<std::size_t>(i)]);
-        const auto end = static_cast<std::size_t>(offset[static_cast<std::size_t>(i) + 1]);
-        const int own = turn[static_cast<std::size_t>(i)];
-        const auto turn_of = [&](int k) {
-            return turn[static_cast<std::size_t>(pattern_column[begin + static_cast<std::size_t>(k)])];
-        };
-        sorted.resize(end - begin);
-        std::iota(sorted.begin(), sorted.end(), 0);
-        std::ranges::sort(sorted, {}, [&](int k) {
-            const int t = turn_of(k);
-            return t == own ? std::pair(0, 0) : t < own ? std::pair(1, t) : std::pair(2, -t);
-        });
-        earlier.push_back(
-            static_cast<int>(std::ranges::count_if(sorted, [&](int k) { return turn_of(k) < own; })));
-        for (std::size_t at = 0; at < sorted.size(); ++at) {
-            const auto k = begin + static_cast<std::size_t>(sorted[at]);
-            place[k] = static_cast<int>(at);
-            column[begin + at] = pattern_column[k];
+    for (const bool is_earlier : {true, false}) {
+        std::vector<int>& first = is_earlier ? earlier : later;
+        std::vector<int> entries;  // of a row in the pattern
+        for (int i = 0; i < row_count; ++i) {
+            first.push_back(static_cast<int>(column.size()));
+            const auto turn_of = [&](int entry) {
+                return turn[static_cast<std::size_t>(pattern_column[static_cast<std::size_t>(entry)])];
+            };
+            const int own = turn[static_cast<std::size_t>(i)];
+            entries.clear();
+            for (int k = offset[static_cast<std::size_t>(i)]; k < offset[static_cast<std::size_t>(i) + 1];
+                 ++k)
+                if (is_earlier ? turn_of(k) < own : turn_of(k) > own) entries.push_back(k);
+            std::ranges::sort(entries, {}, [&](int k) { return is_earlier ? turn_of(k) : -turn_of(k); });
+            for (const int k : entries) {
+                place[static_cast<std::size_t>(k)] = static_cast<int>(column.size());
+                column.push_back(pattern_column[static_cast<std::size_t>(k)]);
+            }
         }
+        first.push_back(static_cast<int>(column.size()));
     }
 }
 

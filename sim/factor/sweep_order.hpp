@@ -18,15 +18,16 @@ struct SweepOrder {
     /// ascend.
     SweepOrder(std::span<const int> offset, std::span<const int> column, int rows_per_part);
 
-    int rows() const noexcept { return static_cast<int>(earlier.size()); }
+    int rows() const noexcept { return static_cast<int>(earlier.size()) - 1; }
 
     std::vector<std::vector<RowRange>> colours;  // parts of each colour
-    std::vector<int> offset;                     // [rows + 1] range of columns
-    /// Of each row: itself; those swept before it, by their turn; then the others, the last turn first. So a
-    /// sweep in either direction reads last what it has just computed.
+    std::vector<int> offset;                     // that of the pattern
+    /// Columns off the diagonal: those of all rows that are swept before the row, by their turn, then those
+    /// of all rows that are swept after it, the last turn first. So a sweep reads one half of the matrix
+    /// after the other, and of each row last what it has just computed.
     std::vector<int> column;
-    std::vector<int> earlier;  // [rows] number of columns swept before the row
-    std::vector<int> place;    // for each ascending column of a row, its place among `column`
+    std::vector<int> earlier, later;  // [rows + 1] ranges of `column`
+    std::vector<int> place;           // for each entry of the pattern, its place among `column`; -1: diagonal
 };
 
 }  // namespace nbd

@@ -3,22 +3,19 @@
 #include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
+
 Eigen::Matrix3d StepMatrix::block(int i, int k) const noexcept {
     if (pattern_->neighbours(i)[static_cast<std::size_t>(k)] == i)
         return diagonal_[static_cast<std::size_t>(i)];
     return blocks_.block(i, static_cast<std::size_t>(k)).cast<double>();
 }
 
-void StepMatrix::set_diagonal(int i, const Eigen::Matrix3d& block) {
-    diagonal_[static_cast<std::size_t>(i)] = block;
-    blocks_.set_diagonal(i, block);
-}
-
 void StepMatrix::balance_rows(const Eigen::VectorXd& sums) {
     parallel_for(node_count(), [&](int i) {
         Eigen::Matrix3d others = Eigen::Matrix3d::Zero();
-        blocks_.for_each_other(i, [&](int, const auto& block) { others += block.template cast<double>(); });
-        set_diagonal(i, sums[i] * Eigen::Matrix3d::Identity() - 0.5 * (others + others.transpose()));
+        blocks_.for_each(i, [&](int, const auto& block) { others += block.template cast<double>(); });
+        diagonal_[static_cast<std::size_t>(i)] =
+            sums[i] * Eigen::Matrix3d::Identity() - 0.5 * (others + others.transpose());
     });
 }
 
@@ -30,14 +27,14 @@ void StepMatrix::isolate(int i) {
         set(i, k, Eigen::Matrix3f::Zero());
         set(j, pattern_->find(j, i) - pattern_->first_block(j), Eigen::Matrix3f::Zero());
     }
-    set_diagonal(i, Eigen::Matrix3d::Identity());
+    diagonal_[static_cast<std::size_t>(i)].setIdentity();
 }
 
 Eigen::Vector3d StepMatrix::multiply_row(int i, const double* v) const noexcept {
     using At = Eigen::Map<const Eigen::Vector3d>;
     Eigen::Vector3d sum = diagonal_[static_cast<std::size_t>(i)] * At(v + 3 * i);
-    blocks_.for_each_other(
-        i, [&](int j, const auto& block) { sum += block.template cast<double>() * At(v + 3 * j); });
+    blocks_.for_each(i,
+                     [&](int j, const auto& block) { sum += block.template cast<double>() * At(v + 3 * j); });
     return sum;
 }
 

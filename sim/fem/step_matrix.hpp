@@ -10,8 +10,8 @@
 
 namespace nbd {
 
-/// The symmetric matrix of a step: 3x3 blocks in single precision, of which those on the diagonal are kept in
-/// double precision too, so that rows keep their sums: moving all nodes alike costs no force.
+/// The symmetric matrix of a step: 3x3 blocks in single precision, but for those on the diagonal, which are
+/// in double precision, so that rows keep their sums: moving all nodes alike costs no force.
 class StepMatrix {
  public:
     /// Zeros. pattern: must outlive the matrix. order: of the pattern.
@@ -20,8 +20,9 @@ class StepMatrix {
           blocks_(std::move(order)),
           diagonal_(static_cast<std::size_t>(pattern.node_count()), Eigen::Matrix3d::Zero()) {}
 
+    /// Blocks off the diagonal, and those on it, [N].
     const SweepMatrix<FloatBlocks<3, 3>>& blocks() const noexcept { return blocks_; }
-    const std::vector<Eigen::Matrix3d>& diagonal() const noexcept { return diagonal_; }  // [N]
+    const std::vector<Eigen::Matrix3d>& diagonal() const noexcept { return diagonal_; }
     int node_count() const noexcept { return pattern_->node_count(); }
 
     /// The block in the row of node i and the column of its k-th neighbour in the pattern.
@@ -45,8 +46,6 @@ class StepMatrix {
     SparseMatrix to_sparse() const;
 
  private:
-    void set_diagonal(int i, const Eigen::Matrix3d& block);
-
     const BlockPattern* pattern_;
     SweepMatrix<FloatBlocks<3, 3>> blocks_;
     std::vector<Eigen::Matrix3d> diagonal_;

@@ -99,17 +99,6 @@ void CoupledLevel<B>::subtract_couplings(const float* from, float* to) const {
         64);
 }
 
-template <int B>
-void CoupledLevel<B>::subtract_product(const float* from, float* to) const {
-    for (std::size_t body = 0; body < matrices_.size(); ++body) {
-        const int first = B * first_[body];
-        parallel_for(matrices_[body]->rows(), [&](int i) {
-            At<B>(to + first + B * i) -= column<B>(matrices_[body]->times(i, from + first));
-        });
-    }
-    subtract_couplings(from, to);
-}
-
 /// Calls visit(body, rows) for the parts of a colour, in parallel.
 template <int B>
 template <class Visit>
@@ -124,19 +113,18 @@ void CoupledLevel<B>::sweep_colour(std::size_t colour, const Visit& visit) const
         1);
 }
 
-/// residual = (D' - T - C) v, with the damping D' of the couplings C, and times(matrix, i, v) for row i of T
-/// v.
+/// to += (D' - T - C) from, with the damping D' of the couplings C, and times(matrix, i, v) for row i of T v.
 template <int B>
 template <class Times>
-void CoupledLevel<B>::set_residual(const std::vector<float>& v, const Times& times) {
+void CoupledLevel<B>::add_remainder(const float* from, float* to, const Times& times) const {
     for (std::size_t body = 0; body < matrices_.size(); ++body) {
-        const float* own = v.data() + B * first_[body];
+        const int first = B * first_[body];
         parallel_for(matrices_[body]->rows(), [&](int i) {
-            At<B>(residual.data() + B * (first_[body] + i)) = -column<B>(times(*matrices_[body], i, own));
+            At<B>(to + first + B * i) -= column<B>(times(*matrices_[body], i, from + first));
         });
     }
-    add_damping(v.data(), residual.data());
-    subtract_couplings(v.data(), residual.data());
+    add_damping(from, to);
+    subtract_couplings(from, to);
 }
 
 /// to += D' from.
@@ -160,25 +148,27 @@ void CoupledLevel<B>::smooth_from_zero() {
                     (ConstAt<B>(b.data() + B * row) - column<B>(matrices_[body]->times_earlier(i, own)));
             }
         });
-    set_residual(z, [](const auto& A, int i, const float* v) { return A.times_later(i, v); });
+    std::ranges::fill(residual, 0.F);
+    add_remainder(z.data(), residual.data(),
+                  [](const auto& A, int i, const float* v) { return A.times_later(i, v); });
 }
 
-/// (D + D') z = b + (D' - L - C) old - U z, where old is z before the sweep.
+/// (D + D' + U) z = b + (D' - L - C) old, where old is z before the sweep. Rows of L old do not wait for one
+/// another, which makes this faster than sweeping over L and U at once.
 template <int B>
 void CoupledLevel<B>::correct_and_smooth() {
     parallel_for(rows(), [&](int i) { At<B>(z.data() + B * i) += ConstAt<B>(correction.data() + B * i); });
-    add_damping(z.data(), b.data());
-    subtract_couplings(z.data(), b.data());
+    add_remainder(z.data(), b.data(),
+                  [](const auto& A, int i, const float* v) { return A.times_earlier(i, v); });
     for (std::size_t c = colours_.size(); c-- > 0;)
         sweep_colour(c, [&](std::size_t body, RowRange rows) {
-            const LevelMatrix<B>& A = *matrices_[body];
             const int first = first_[body];
             float* own = z.data() + B * first;
             for (int i = rows.end; i-- > rows.begin;) {
                 const Column<B> old = ConstAt<B>(own + B * i);
-                At<B>(own + B * i) =
-                    inverses_[static_cast<std::size_t>(first + i)] *
-                    (ConstAt<B>(b.data() + B * (first + i)) - column<B>(A.times_others(i, own)));
+                At<B>(own + B * i) = inverses_[static_cast<std::size_t>(first + i)] *
+                                     (ConstAt<B>(b.data() + B * (first + i)) -
+                                      column<B>(matrices_[body]->times_later(i, own)));
                 At<B>(correction.data() + B * (first + i)) = ConstAt<B>(own + B * i) - old;
             }
         });
@@ -187,7 +177,9 @@ void CoupledLevel<B>::correct_and_smooth() {
 /// With the change by the last sweep, b - (L + D + U + C) z = (D' - L - C) change.
 template <int B>
 void CoupledLevel<B>::take_residual() {
-    set_residual(correction, [](const auto& A, int i, const float* v) { return A.times_earlier(i, v); });
+    std::ranges::fill(residual, 0.F);
+    add_remainder(correction.data(), residual.data(),
+                  [](const auto& A, int i, const float* v) { return A.times_earlier(i, v); });
 }
 
 template class CoupledLevel<3>;

@@ -29,9 +29,6 @@ class CoupledLevel {
     int first_row(std::size_t body) const noexcept { return first_[body]; }
     std::size_t body_of(int row) const noexcept;
 
-    /// to -= A from; they must not overlap.
-    void subtract_product(const float* from, float* to) const;
-
     /// z = about A^-1 b, residual = b - A z.
     void smooth_from_zero();
 
@@ -55,7 +52,7 @@ class CoupledLevel {
     void sweep_colour(std::size_t colour, const Visit& visit) const;
     void subtract_couplings(const float* from, float* to) const;
     template <class Times>
-    void set_residual(const std::vector<float>& v, const Times& times);
+    void add_remainder(const float* from, float* to, const Times& times) const;
     void add_damping(const float* from, float* to) const;
 
     std::vector<const LevelMatrix<B>*> matrices_;

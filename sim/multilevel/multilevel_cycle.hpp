@@ -27,11 +27,6 @@ class MultilevelCycle {
     /// act are others. Throws std::runtime_error if the coarsest matrix is not positive definite.
     void set_couplings(const CouplingSum& couplings);
 
-    /// out -= A x in single precision. x, out: [unknowns].
-    void subtract_product(const Eigen::VectorXf& x, Eigen::VectorXf& out) const {
-        nodes_.subtract_product(x.data(), out.data());
-    }
-
     /// z = about A^-1 r. r, z: [unknowns]. The couplings of the step must have been set.
     void apply(const Eigen::VectorXf& r, Eigen::VectorXf& z);
 

@@ -116,7 +116,8 @@ BlockSparse<B, 6> smoothed(const BlockSparse<B, B>& A, const std::vector<Square<
 LevelMatrix<6> sweep_matrix(const BlockSparse<6, 6>& A) {
     LevelMatrix<6> result(std::make_shared<const SweepOrder>(A.offset, A.column, aggregates_per_part));
     for (int i = 0; i < A.rows(); ++i)
-        for (std::size_t k = 0; k < A.columns_of(i).size(); ++k) result.set(i, k, A.block(i, k));
+        for (std::size_t k = 0; k < A.columns_of(i).size(); ++k)
+            if (A.columns_of(i)[k] != i) result.set(i, k, A.block(i, k));
     return result;
 }
 

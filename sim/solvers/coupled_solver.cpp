@@ -60,42 +60,14 @@ void CoupledSolver::precondition(const CoupledSystem& system, double norm) {
     for_parts(r_.size(), [&](Eigen::Index begin, Eigen::Index size) {
         z_.segment(begin, size) = norm * cycle_out_.segment(begin, size).cast<double>();
     });
-    if (!patch_.empty()) {
-        patch_.clear_product(system, z_);  // r_ is zero on the patch, see clear_patch()
-        multiply(z_, Az_);
-        patch_.set_zero(Az_);  // where it vanishes but for rounding
-        return;
-    }
     cycle_.take_residual(cycle_out_);
     for_parts(r_.size(), [&](Eigen::Index begin, Eigen::Index size) {
-        Az_.segment(begin, size) =
-            norm * (cycle_in_.segment(begin, size) - cycle_out_.segment(begin, size)).cast<double>();
+        Az_.segment(begin, size) = norm * cycle_out_.segment(begin, size).cast<double>();
     });
-}
-
-/// out = A v in single precision, as in the cycle, since the residual is taken anew at the end.
-void CoupledSolver::multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out) {
-    const double length = std::sqrt(dot(v, v)), scale = length > 0 ? length : 1;
-    for_parts(v.size(), [&](Eigen::Index begin, Eigen::Index size) {
-        cycle_in_.segment(begin, size) = (v.segment(begin, size) / scale).cast<float>();
-        cycle_out_.segment(begin, size).setZero();
+    patch_.clear(system, Az_, z_);  // what is left of r_
+    for_parts(r_.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        Az_.segment(begin, size) = r_.segment(begin, size) - Az_.segment(begin, size);
     });
-    cycle_.subtract_product(cycle_in_, cycle_out_);
-    for_parts(v.size(), [&](Eigen::Index begin, Eigen::Index size) {
-        out.segment(begin, size) = -scale * cycle_out_.segment(begin, size).cast<double>();
-    });
-}
-
-/// Solves for the residual on the patch, so that none is left there, but for rounding, which is left to the
-/// next round. The preconditioner, which ends with the patch, is symmetric only for such residuals.
-void CoupledSolver::clear_patch(Eigen::VectorXd& v) {
-    if (patch_.empty()) return;
-    p_.setZero();
-    patch_.add_solution(r_, p_);
-    multiply(p_, Ap_);
-    v += p_;
-    r_ -= Ap_;
-    patch_.set_zero(r_);
 }
 
 /// Conjugate gradients from r_, the residual of v, until the updated residual reaches the goal or the maximum
@@ -152,7 +124,8 @@ bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b
         left = take_residual(system, b, v);
         if (direct_) left = refine_directly(system, b, goal, left, v);
         if (left <= goal || !(left <= progress * before) || report.iterations >= most) break;
-        if (!direct_) clear_patch(v);
+        // The preconditioner, which ends with the patch, is symmetric only for residuals that vanish there.
+        if (!direct_) patch_.clear(system, r_, v);
         iterate(system, goal, most, v, report);
         before = left;
     }

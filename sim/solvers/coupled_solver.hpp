@@ -40,8 +40,6 @@ class CoupledSolver {
     double take_residual(const CoupledSystem& system, const Eigen::VectorXd& b, const Eigen::VectorXd& v);
     void precondition(const CoupledSystem& system, double norm);
     void factorize_contacts(const CoupledSystem& system);
-    void multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out);
-    void clear_patch(Eigen::VectorXd& v);
     void iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
                  LinearSolveReport& report);
     double refine_directly(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, double left,

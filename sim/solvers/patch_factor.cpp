@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "meshing/parallel/parallel_for.hpp"
+
 namespace nbd {
 namespace {
 
@@ -87,6 +89,8 @@ void PatchFactor::analyze(const CoupledSystem& system, const CouplingSum& coupli
         nodes_.push_back(i);
     }
     if (nodes_.empty()) return;
+    find_border(system);
+    spread_.setZero(system.size());
     BlockPattern pattern(adjacency(system, couplings));
     if (analyzed_ && pattern == pattern_) return;
     pattern_ = std::move(pattern);
@@ -94,7 +98,22 @@ void PatchFactor::analyze(const CoupledSystem& system, const CouplingSum& coupli
     analyzed_ = false;
     cholesky_.analyze(A_, ordering_);
     analyzed_ = true;
-    rhs_.resize(3 * static_cast<Eigen::Index>(nodes_.size()));
+    solution_.resize(3 * static_cast<Eigen::Index>(nodes_.size()));
+}
+
+/// Couplings do not reach the border: all nodes of one that couples nodes lie in the patch.
+void PatchFactor::find_border(const CoupledSystem& system) {
+    std::vector<char> is_border(slot_.size(), 0);
+    for (const int i : nodes_) {
+        const auto [body, node] = place_of(system, i);
+        const int first = system.first_unknown[body] / 3;
+        for (const int near : system.systems[body].body().pattern().neighbours(node))
+            is_border[static_cast<std::size_t>(first + near)] = 1;
+    }
+    border_.clear();
+    for (int i = 0; i < static_cast<int>(slot_.size()); ++i)
+        if (is_border[static_cast<std::size_t>(i)] && slot_[static_cast<std::size_t>(i)] < 0)
+            border_.push_back(i);
 }
 
 void PatchFactor::factorize(const CoupledSystem& system, const CouplingSum& couplings,
@@ -107,37 +126,35 @@ void PatchFactor::factorize(const CoupledSystem& system, const CouplingSum& coup
     cholesky_.factorize(A_);
 }
 
-void PatchFactor::clear_product(const CoupledSystem& system, Eigen::VectorXd& v) {
+void PatchFactor::clear(const CoupledSystem& system, Eigen::VectorXd& r, Eigen::VectorXd& v) {
     if (empty()) return;
-    product_.setZero(system.size());
-    for (const int i : nodes_) {
-        const auto [body, node] = place_of(system, i);
-        product_.segment<3>(3 * i) =
-            system.systems[body].matrix().multiply_row(node, v.data() + system.first_unknown[body]);
-    }
-    system.add_couplings(v, product_);
+    solve(r);
     for (Eigen::Index s = 0; s < node_count(); ++s) {
         const int i = 3 * nodes_[static_cast<std::size_t>(s)];
-        rhs_.segment<3>(3 * s) = -product_.segment<3>(i);
+        v.segment<3>(i) += solution_.segment<3>(3 * s);
+        spread_.segment<3>(i) = solution_.segment<3>(3 * s);
+        r.segment<3>(i).setZero();
     }
-    add_patch_solution(v);
-}
-
-void PatchFactor::set_zero(Eigen::VectorXd& v) const {
-    for (const int i : nodes_) v.segment<3>(3 * i).setZero();
+    parallel_for(static_cast<int>(border_.size()), [&](int k) {
+        const int i = border_[static_cast<std::size_t>(k)];
+        const auto [body, node] = place_of(system, i);
+        r.segment<3>(3 * i) -=
+            system.systems[body].matrix().multiply_row(node, spread_.data() + system.first_unknown[body]);
+    });
 }
 
 void PatchFactor::add_solution(const Eigen::VectorXd& r, Eigen::VectorXd& v) {
     if (empty()) return;
+    solve(r);
     for (Eigen::Index s = 0; s < node_count(); ++s)
-        rhs_.segment<3>(3 * s) = r.segment<3>(3 * nodes_[static_cast<std::size_t>(s)]);
-    add_patch_solution(v);
+        v.segment<3>(3 * nodes_[static_cast<std::size_t>(s)]) += solution_.segment<3>(3 * s);
 }
 
-void PatchFactor::add_patch_solution(Eigen::VectorXd& v) {
-    cholesky_.solve(rhs_, rhs_);
+/// solution_ = A_S^-1 r_S.
+void PatchFactor::solve(const Eigen::VectorXd& r) {
     for (Eigen::Index s = 0; s < node_count(); ++s)
-        v.segment<3>(3 * nodes_[static_cast<std::size_t>(s)]) += rhs_.segment<3>(3 * s);
+        solution_.segment<3>(3 * s) = r.segment<3>(3 * nodes_[static_cast<std::size_t>(s)]);
+    cholesky_.solve(solution_, solution_);
 }
 
 }  // namespace nbd

@@ -30,11 +30,9 @@ class PatchFactor {
     int node_count() const noexcept { return static_cast<int>(nodes_.size()); }
     bool empty() const noexcept { return nodes_.empty(); }
 
-    /// v -= A_S^-1 (A v)_S on the patch S, so that A v vanishes there. The system must be the factorised one.
-    void clear_product(const CoupledSystem& system, Eigen::VectorXd& v);
-
-    /// v = 0 on the patch.
-    void set_zero(Eigen::VectorXd& v) const;
+    /// r -= A e and v += e, with e = A_S^-1 r_S on the patch S, so that r vanishes there. r: residual of v.
+    /// The system must be the factorised one.
+    void clear(const CoupledSystem& system, Eigen::VectorXd& r, Eigen::VectorXd& v);
 
     /// v += A_S^-1 r_S on the patch.
     void add_solution(const Eigen::VectorXd& r, Eigen::VectorXd& v);
@@ -47,18 +45,21 @@ class PatchFactor {
                         const Visit& visit) const;
     std::vector<std::vector<int>> adjacency(const CoupledSystem& system, const CouplingSum& couplings) const;
     void fill(const CoupledSystem& system, const CouplingSum& couplings);
-    void add_patch_solution(Eigen::VectorXd& v);
+    void find_border(const CoupledSystem& system);
+    void solve(const Eigen::VectorXd& r);
 
     Ordering ordering_;
-    bool is_new_ = true;      // nothing was factorised since begin()
-    int coupled_by_ = 0;      // pattern of the couplings that were last factorised
-    std::vector<int> nodes_;  // nodes of the patch, ascending
-    std::vector<int> slot_;   // [nodes of the system] place in nodes_; -1 if outside
-    BlockPattern pattern_;    // the lower half
-    SparseMatrix A_;          // likewise
+    bool is_new_ = true;       // nothing was factorised since begin()
+    int coupled_by_ = 0;       // pattern of the couplings that were last factorised
+    std::vector<int> nodes_;   // nodes of the patch, ascending
+    std::vector<int> border_;  // nodes outside that the bodies' matrices couple with the patch, ascending
+    std::vector<int> slot_;    // [nodes of the system] place in nodes_; -1 if outside
+    BlockPattern pattern_;     // the lower half
+    SparseMatrix A_;           // likewise
     Cholesky cholesky_;
     bool analyzed_ = false;
-    Eigen::VectorXd rhs_, product_;
+    Eigen::VectorXd solution_;  // of the last solve, on the patch
+    Eigen::VectorXd spread_;    // [unknowns] likewise, zero outside the patch
 };
 
 }  // namespace nbd

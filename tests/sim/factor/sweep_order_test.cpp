@@ -68,22 +68,27 @@ TEST(SweepOrder, SplitsTheColumnsOfARowByTheirTurn) {
     const Pattern pattern;
     const SweepOrder order(pattern.offset, pattern.column, 16);
     const std::vector<int> turn = turns(order);
-    for (int i = 0; i < pattern.rows(); ++i) {
-        const auto first = static_cast<std::size_t>(order.offset[static_cast<std::size_t>(i)]);
-        const auto ascending = pattern.columns_of(i);
-        const int earlier = order.earlier[static_cast<std::size_t>(i)];
-        EXPECT_EQ(order.column[first], i);
+    EXPECT_EQ(order.column.size(), pattern.column.size() - static_cast<std::size_t>(pattern.rows()));
+    for (int row = 0; row < pattern.rows(); ++row) {
+        const auto i = static_cast<std::size_t>(row);
         const auto turn_at = [&](int k) {
-            return turn[static_cast<std::size_t>(order.column[first + static_cast<std::size_t>(k)])];
+            return turn[static_cast<std::size_t>(order.column[static_cast<std::size_t>(k)])];
         };
-        for (int k = 2; k <= earlier; ++k) EXPECT_LT(turn_at(k - 1), turn_at(k));
-        for (int k = earlier + 2; k < static_cast<int>(ascending.size()); ++k)
-            EXPECT_GT(turn_at(k - 1), turn_at(k));
+        for (int k = order.earlier[i] + 1; k < order.earlier[i + 1]; ++k)
+            EXPECT_LT(turn_at(k - 1), turn_at(k));
+        for (int k = order.later[i] + 1; k < order.later[i + 1]; ++k) EXPECT_GT(turn_at(k - 1), turn_at(k));
+        const auto ascending = pattern.columns_of(row);
         for (std::size_t k = 0; k < ascending.size(); ++k) {
-            const int place = order.place[first + k];
-            EXPECT_EQ(order.column[first + static_cast<std::size_t>(place)], ascending[k]);
-            EXPECT_EQ(place > 0 && place <= earlier,
-                      turn[static_cast<std::size_t>(ascending[k])] < turn[static_cast<std::size_t>(i)]);
+            const int place = order.place[static_cast<std::size_t>(order.offset[i]) + k];
+            if (ascending[k] == row) {
+                EXPECT_EQ(place, -1);
+                continue;
+            }
+            ASSERT_GE(place, 0);
+            EXPECT_EQ(order.column[static_cast<std::size_t>(place)], ascending[k]);
+            const auto& half =
+                turn[static_cast<std::size_t>(ascending[k])] < turn[i] ? order.earlier : order.later;
+            EXPECT_TRUE(half[i] <= place && place < half[i + 1]);
         }
     }
 }
