@@ -34,6 +34,7 @@ std::string to_bytes(const SimulationFrame& frame) {
             out.put_nodes(body.x);
             out.put_nodes(body.v);
         }
+    for (const Nodes& velocities : frame.world.velocities_before) out.put_nodes(velocities);
     out.put_all(frame.world.sides.vertices);
     out.put_nodes(rows_of(frame.world.sides.normals));
     out.put_all(frame.world.sides.depths);
@@ -54,6 +55,7 @@ SimulationFrame frame_from(std::string_view bytes) {
             Nodes x = in.get_nodes();
             states->push_back({std::move(x), in.get_nodes()});
         }
+    for (std::size_t b = 0; b < bodies; ++b) frame.world.velocities_before.push_back(in.get_nodes());
     frame.world.sides.vertices = in.get_all<std::array<int, 3>>();
     const Nodes normals = in.get_nodes();
     for (Eigen::Index i = 0; i < normals.rows(); ++i) frame.world.sides.normals.emplace_back(normals.row(i));

@@ -78,7 +78,7 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
         given.push_back(prescribed(body, dt));
     }
     barrier().begin_step(time_, dt);
-    const Eigen::VectorXd predicted = start_velocities(given);
+    const Eigen::VectorXd predicted = stacked(&World::first_iterate, given);
     v.setZero(first_unknown_.back());
     // How far grips and obstacles have come.
     double progress = barrier().obstacles_move() || std::ranges::any_of(given, moves) ? 0 : 1;

@@ -47,12 +47,13 @@ PrescribedNodes World::prescribed(const Body& body, double dt) const {
     return result;
 }
 
-/// The first iterates of all bodies, with the given velocities in place.
-Eigen::VectorXd World::start_velocities(const std::vector<PrescribedNodes>& given) const {
+/// The unknowns of all bodies, with the given velocities in place.
+Eigen::VectorXd World::stacked(Nodes (World::*velocities)(const Body&) const,
+                               const std::vector<PrescribedNodes>& given) const {
     Eigen::VectorXd v(first_unknown_.back());
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         Eigen::Map<Nodes> part(v.data() + first_unknown_[b], bodies_[b].state.v.rows(), 3);
-        part = first_iterate(bodies_[b]);
+        part = (this->*velocities)(bodies_[b]);
         part(given[b].nodes, Eigen::all) = given[b].v;
     }
     return v;
@@ -77,7 +78,7 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
         surfaces.push_back(&body.surface);
         given.push_back(prescribed(body, dt));
     }
-    v = start_velocities(given);
+    v = stacked(&World::first_iterate, given);
     const Stopwatch start;
     solver_.begin(detection_.contacts(), surfaces, first_unknown_, config_.contact, thickness(), dt, v);
     report.solve_us += start.microseconds();
@@ -90,6 +91,7 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
         build_systems(given, max_iterations > 1 ? &from : nullptr);
         report.assemble_us += assembly.microseconds();
         const Stopwatch solution;
+        if (k == 0) v = stacked(&World::likely_velocities, given);
         const ContactSolveReport solved = solver_.solve(systems_, v);
         report.solve_us += solution.microseconds();
         if (!solved.fallback.empty())

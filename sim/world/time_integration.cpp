@@ -40,6 +40,15 @@ Nodes World::first_iterate(const Body& body) const {
     return ((1 + growth) * body.state.v - growth * body.before->v) / body.start.step.velocity_factor;
 }
 
+/// The unknown of the step if velocities change as in the last step: where the linear solver starts.
+Nodes World::likely_velocities(const Body& body) const {
+    constexpr double max_growth = 2;  // of the step length; a longer one asks too much of the last change
+    const double growth = body.start.step.dt / dt_before_;
+    if (takes_bdf2(body) || body.velocities_before.size() == 0 || growth > max_growth)
+        return first_iterate(body);
+    return (1 + growth) * body.state.v - growth * body.velocities_before;
+}
+
 /// v: the solution of the step.
 void World::advance(Body& body, const Nodes& v) {
     const auto [dt, factor] = body.start.step;
@@ -47,6 +56,7 @@ void World::advance(Body& body, const Nodes& v) {
         body.before = body.state;
     else
         body.before.reset();
+    body.velocities_before = body.state.v;
     body.state.x = start_of(body).x + dt * v;
     body.state.v = factor * v;
 }

@@ -204,19 +204,22 @@ bool World::has_vertex(int body, int vertex) const {
 }
 
 WorldSnapshot World::snapshot() const {
-    WorldSnapshot snapshot{
-        .time = time_, .dt_before = dt_before_, .bodies = {}, .before = {}, .sides = sides_before_};
+    WorldSnapshot snapshot;
+    snapshot.time = time_;
+    snapshot.dt_before = dt_before_;
     for (const Body& body : bodies_) {
         snapshot.bodies.push_back(body.state);
         snapshot.before.push_back(body.before.value_or(BodyState{}));
+        snapshot.velocities_before.push_back(body.velocities_before);
     }
-    if (detected_dt_ == 0) snapshot.sides = detection_.sides();
+    snapshot.sides = detected_dt_ == 0 ? detection_.sides() : sides_before_;
     return snapshot;
 }
 
 void World::restore(const WorldSnapshot& snapshot) {
     if (static_cast<int>(snapshot.bodies.size()) != body_count() ||
-        (!snapshot.before.empty() && snapshot.before.size() != snapshot.bodies.size()))
+        (!snapshot.before.empty() && snapshot.before.size() != snapshot.bodies.size()) ||
+        (!snapshot.velocities_before.empty() && snapshot.velocities_before.size() != snapshot.bodies.size()))
         throw std::invalid_argument(
             fmt::format("world: a snapshot of {} bodies for {}", snapshot.bodies.size(), body_count()));
     for (int b = 0; b < body_count(); ++b) {
@@ -226,7 +229,12 @@ void World::restore(const WorldSnapshot& snapshot) {
         };
         const auto body = static_cast<std::size_t>(b);
         const BodyState before = snapshot.before.empty() ? BodyState{} : snapshot.before[body];
-        if (!fits(snapshot.bodies[body]) ||
+        const Nodes velocities =
+            snapshot.velocities_before.empty() ? Nodes{} : snapshot.velocities_before[body];
+        const bool has_velocities_that_fit =
+            velocities.size() == 0 || (velocities.rows() == elastic(b).node_count() &&
+                                       velocities.allFinite() && snapshot.dt_before > 0);
+        if (!fits(snapshot.bodies[body]) || !has_velocities_that_fit ||
             (before.x.size() > 0 && !(fits(before) && snapshot.dt_before > 0)))
             throw std::invalid_argument(fmt::format("world: the snapshot of body {} does not fit it", b));
     }
@@ -252,6 +260,9 @@ void World::reset(const WorldSnapshot& snapshot) {
         at(b).before.reset();
         if (!snapshot.before.empty() && snapshot.before[static_cast<std::size_t>(b)].x.size() > 0)
             at(b).before = snapshot.before[static_cast<std::size_t>(b)];
+        at(b).velocities_before = snapshot.velocities_before.empty()
+                                      ? Nodes{}
+                                      : snapshot.velocities_before[static_cast<std::size_t>(b)];
         at(b).measured = false;
     }
     time_ = snapshot.time;

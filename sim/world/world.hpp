@@ -210,6 +210,7 @@ class World {
         std::unique_ptr<PosedTree> tree;  // null: no tree
         BodyState state;
         std::optional<BodyState> before{};  // the state that the last step began from, if BDF2 may use it
+        Nodes velocities_before{};          // those before the last step; empty: none
         StepStart start{.state = {}, .step = 0.0};  // of the step; without positions: that of `state`
         bool keeps_state = false;                   // as `before` of the next step
         double contact_young = 0;                   // of the layer that its surface lies in, Pa
@@ -271,12 +272,14 @@ class World {
     void choose_steps(double dt);
     double last_motion(const Body& body) const;
     Nodes first_iterate(const Body& body) const;
+    Nodes likely_velocities(const Body& body) const;
     void advance(Body& body, const Nodes& v);
 
     // newton_iteration.cpp
     void start_driving(double dt);
     PrescribedNodes prescribed(const Body& body, double dt) const;
-    Eigen::VectorXd start_velocities(const std::vector<PrescribedNodes>& given) const;
+    Eigen::VectorXd stacked(Nodes (World::*velocities)(const Body&) const,
+                            const std::vector<PrescribedNodes>& given) const;
     void build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate);
     Rejection solve(double dt, Eigen::VectorXd& v, WorldReport& report);
     void search_line(const Eigen::VectorXd& from, Eigen::VectorXd& to);

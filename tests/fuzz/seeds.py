@@ -124,7 +124,7 @@ def interrupt(program, folder, kept, *arguments):
     raise SystemExit(f"{arguments[0]}: no attempt left {kept}")
 
 
-JOURNAL = b"nbdtree journal 2\n"
+JOURNAL = b"nbdtree journal 3\n"
 
 
 def records(journal):

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "collision/base/stopwatch.hpp"
 #include "tests/sim/support/momentum.hpp"
@@ -187,11 +188,40 @@ TEST(World, ContinuesFromASnapshotWithTheSameBits) {
     const auto again = resumed->snapshot();
     EXPECT_EQ(again.sides.vertices, world->snapshot().sides.vertices);
 
+    WorldSnapshot wrong = snapshot;
+    wrong.velocities_before[1].conservativeResize(5, 3);
+    EXPECT_EQ(test::refusal([&] { resumed->restore(wrong); }),
+              "world: the snapshot of body 1 does not fit it");
     snapshot.sides.vertices[3][1] = 7;
     EXPECT_EQ(test::refusal([&] { resumed->restore(snapshot); }),
               "world: entry 3 of the snapshot's contact sides does not fit the bodies");
     snapshot.bodies.pop_back();
     EXPECT_EQ(test::refusal([&] { resumed->restore(snapshot); }), "world: a snapshot of 1 bodies for 2");
+}
+
+TEST(World, TheSolverStartsWhereVelocitiesHeadFor) {
+    const Model box({0.6, 0.4, 0.3}, {6, 4, 3}, 2e4);
+    const auto build = [&] {
+        auto world = std::make_unique<World>(WorldConfig{});
+        WorldBody body = box.at({0, 0, 0});
+        const Nodes& X = box.elastic->rest().X;
+        body.grips.push_back(
+            {.nodes = test::nodes_where(X, [&](const auto& p) { return p[0] == X.col(0).minCoeff(); })});
+        world->add_body(std::move(body));
+        return world;
+    };
+    const auto world = build(), forgetful = build();
+    int known = 0, forgotten = 0;
+    for (int i = 0; i < 40; ++i) {
+        WorldSnapshot snapshot = world->snapshot();
+        snapshot.velocities_before.clear();
+        forgetful->restore(snapshot);
+        known += world->step(2e-3).solver_iterations;
+        forgotten += forgetful->step(2e-3).solver_iterations;
+        const double size = world->state(0).v.norm();
+        EXPECT_LT((world->state(0).v - forgetful->state(0).v).norm(), 1e-4 * size) << i;
+    }
+    EXPECT_LT(known, 0.9 * forgotten);
 }
 
 TEST(World, ContactForcesBalanceTheWeightAndCancelBetweenBodies) {
