@@ -154,12 +154,12 @@ bool flag_facing(const FloatEdge& edge, const PosedEdges& pack, float reach, flo
                     wz = edge.p[2] - pack.p[2][k];
         const float u_v = ux * vx + uy * vy + uz * vz, u_w = ux * wx + uy * wy + uz * wz,
                     v_w = vx * wx + vy * wy + vz * wz, w_most = std::abs(wx) + std::abs(wy) + std::abs(wz);
-        const float both = edge.squared * pack.squared[k], crossing = both - u_v * u_v;
-        const float s = (u_v * v_w - pack.squared[k] * u_w) / crossing,
-                    t = (edge.squared * v_w - u_v * u_w) / crossing;
+        const float both = edge.squared * pack.squared[k], crossing = both - u_v * u_v,
+                    inverse = 1 / crossing;
+        const float s = (u_v * v_w - pack.squared[k] * u_w) * inverse,
+                    t = (edge.squared * v_w - u_v * u_w) * inverse;
         const float inverse_lengths = edge.inverse_length + pack.inverse_length[k];
-        const float slack =
-            4 * tolerance * (1 + w_most * inverse_lengths) * inverse_lengths * both / crossing;
+        const float slack = 4 * tolerance * (1 + w_most * inverse_lengths) * inverse_lengths * both * inverse;
         const float gx = wx + s * ux - t * vx, gy = wy + s * uy - t * vy, gz = wz + s * uz - t * vz;
         const float most = reach + slack * (length + pack.squared[k] * pack.inverse_length[k]);
         flags[k] = (crossing > least_sine_squared * both) & (s > -slack) & (s < 1 + slack) & (t > -slack) &

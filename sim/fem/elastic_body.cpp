@@ -292,12 +292,16 @@ void ElasticBody::mass_product(NodesRef u, Eigen::Ref<Nodes> out) const {
 }
 
 void ElasticBody::node_rotations(const ElementPose& pose, std::vector<Eigen::Matrix3f>& rotations) const {
+    // The lanes of one tetrahedron lie far apart; each is read by four nodes.
+    std::vector<Eigen::Matrix3f> of_tets(static_cast<std::size_t>(element_count()));
+    parallel_for(element_count(), [&](int tet) {
+        of_tets[static_cast<std::size_t>(tet)] = pose.R[tet / lanes].lane(tet % lanes).cast<float>();
+    });
     rotations.resize(static_cast<std::size_t>(node_count()));
     parallel_for(node_count(), [&](int i) {
         Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
         for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
-            sum += corner_weight_[corner_[s]] *
-                   pose.R[corner_[s] / (4 * lanes)].lane(corner_[s] / 4 % lanes).cast<float>();
+            sum += corner_weight_[corner_[s]] * of_tets[static_cast<std::size_t>(corner_[s] / 4)];
         rotations[static_cast<std::size_t>(i)] = sum;
     });
 }
