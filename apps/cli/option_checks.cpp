@@ -1,10 +1,36 @@
 #include "apps/cli/option_checks.hpp"
 
+#include <limits>
 #include <utility>
 
 #include "sim/json/nearest_name.hpp"
 
 namespace nbd {
+
+namespace {
+
+/// described: what --help says of the numbers.
+CLI::Validator whole_number_check(std::int64_t low, std::int64_t high, const std::string& allowed,
+                                  const std::string& described) {
+    return CLI::Validator(
+        [low, high, allowed](std::string& text) {
+            std::int64_t value = 0;
+            if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return std::string();
+            return fmt::format("is '{}'; allowed: a whole number {}", text, allowed);
+        },
+        described);
+}
+
+}  // namespace
+
+CLI::Validator whole_number(std::int64_t low, std::int64_t high) {
+    return whole_number_check(low, high, fmt::format("from {} to {}", low, high),
+                              fmt::format("{} to {}", low, high));
+}
+
+CLI::Validator not_negative_whole() {
+    return whole_number_check(0, std::numeric_limits<int>::max(), ">= 0", ">= 0");
+}
 
 CLI::Validator one_of(std::vector<std::string> names) {
     const CLI::Validator is_member = CLI::IsMember(names);

@@ -14,8 +14,8 @@
 
 namespace nbd {
 
-/// Accepts finite numbers that `allows` accepts; for whole numbers in a closed range use CLI::Range. allowed:
-/// description for the message and --help, as in "> 0".
+/// Accepts finite numbers that `allows` accepts; for whole numbers use whole_number(). allowed: description
+/// for the message and --help, as in "> 0".
 template <class Allows>
 CLI::Validator number_check(std::string allowed, Allows allows) {
     return CLI::Validator(
@@ -37,6 +37,12 @@ inline CLI::Validator positive() {
 inline CLI::Validator not_negative() {
     return number_check(">= 0", [](double value) { return value >= 0; });
 }
+
+/// Whole number, low <= number <= high.
+CLI::Validator whole_number(std::int64_t low, std::int64_t high);
+
+/// Whole number >= 0 that an int holds.
+CLI::Validator not_negative_whole();
 
 /// Unsigned 64-bit whole number. CLI11 alone would let larger numbers wrap around.
 inline CLI::Validator seed_check() {
@@ -66,7 +72,7 @@ inline CLI::Validator port_number() {
         "");
 }
 
-/// low <= number <= high; unlike CLI::Range it refuses nan.
+/// low <= number <= high.
 inline CLI::Validator between(double low, double high) {
     return number_check(fmt::format(">= {} and <= {}", low, high),
                         [low, high](double value) { return value >= low && value <= high; });

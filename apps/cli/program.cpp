@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "apps/cli/interrupt.hpp"
+#include "apps/cli/option_checks.hpp"
 #include "apps/sharing/rank.hpp"
 #include "collision/base/notice.hpp"
 #include "collision/kernels/kernels.hpp"
@@ -178,7 +179,7 @@ int run(const Program& program, Output& out, int argc, char** argv) {
     app.add_flag("--json", out.json, "Print the result as one JSON object on standard output");
     app.add_option("--threads", threads,
                    "Threads to use; 0: all cores, shared by mpirun's ranks. The result does not depend on it")
-        ->check(CLI::Range(0, 1024));
+        ->check(whole_number(0, 1024));
     app.add_option_function<std::string>(
         "--instructions", choose_kernels,
         "Kernels of collision queries: plain, avx2 or avx512; default: the best that the CPU supports. The "

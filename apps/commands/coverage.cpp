@@ -144,7 +144,7 @@ void add_coverage(CLI::App& app, Output& out) {
         ->add_option("--contacts", arguments->contacts.scenes,
                      "Number of contact scenes of two bodies in which to count missed face pairs; 0: none")
         ->capture_default_str()
-        ->check(CLI::Range(0, 1'000'000));
+        ->check(whole_number(0, 1'000'000));
     command->add_option("--seed", arguments->contacts.seed, "Seed of the contact scenes")
         ->capture_default_str()
         ->check(seed_check());
@@ -153,7 +153,7 @@ void add_coverage(CLI::App& app, Output& out) {
                      "Number of random splits of all trajectories that training did not see into calibration "
                      "and test; prints how often the stated miss rate was kept")
         ->capture_default_str()
-        ->check(CLI::Range(0, 100'000));
+        ->check(whole_number(0, 100'000));
     add_memory_option(*command, arguments->memory);
     command->add_option("--csv", arguments->csv, "File for the table of nodes and vertices (CSV)");
     command->add_option("--contacts-csv", arguments->contacts_csv,

@@ -176,10 +176,10 @@ void add_dataset(CLI::App& app, Output& out) {
                         "JSON file that describes what happens in the trajectories, see assets/recipes");
     command->add_option("--trajectories", plan.trajectories, "Number of trajectories")
         ->capture_default_str()
-        ->check(CLI::Range(1, 1'000'000));
+        ->check(whole_number(1, 1'000'000));
     command->add_option("--frames", excitation.frames, "Frames per trajectory")
         ->capture_default_str()
-        ->check(CLI::Range(1, 1'000'000));
+        ->check(whole_number(1, 1'000'000));
     command->add_option("--seed", excitation.seed, "Trajectory i depends on the seed and on i alone")
         ->capture_default_str()
         ->check(seed_check());
@@ -194,7 +194,7 @@ void add_dataset(CLI::App& app, Output& out) {
         ->check(not_negative());
     command->add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps per frame")
         ->capture_default_str()
-        ->check(CLI::Range(1, 1000));
+        ->check(whole_number(1, 1000));
     command->add_flag("--self-contact", excitation.self_contact, "Let the body meet itself");
     command->add_flag("--intersection-free", excitation.intersection_free,
                       "Keep all surfaces apart, the body's own too, so that no pose intersects; costs more");
@@ -208,7 +208,7 @@ void add_dataset(CLI::App& app, Output& out) {
         ->add_option("--attempts", plan.attempts,
                      "Maximum attempts per trajectory; each one after a failure halves the time step")
         ->capture_default_str()
-        ->check(CLI::Range(1, 8));
+        ->check(whole_number(1, 8));
     command
         ->add_option("--held-out", plan.held_out_share,
                      "Share of the trajectories that training must not see")
@@ -232,7 +232,7 @@ void add_dataset(CLI::App& app, Output& out) {
     add_extras_options(*command, plan.extras);
     command->add_option("--per-shard", plan.per_shard, "Trajectories per file")
         ->capture_default_str()
-        ->check(CLI::Range(1, 1'000'000));
+        ->check(whole_number(1, 1'000'000));
     command->add_option(
         "--shard", arguments->shard,
         "i/N: only trajectories i, i + N, i + 2 N, ...; merge with the same command without it");

@@ -107,7 +107,7 @@ void add_evaluate(CLI::App& app, Output& out) {
         ->add_option("--max-frames", arguments->config.max_frames,
                      "Maximum frames per set, evenly spread; 0: all")
         ->capture_default_str()
-        ->check(not_negative());
+        ->check(not_negative_whole());
     command->add_flag("--all-depths", arguments->all_depths,
                       "Print every depth; without it, the root, the middle and the leaves");
     command->add_option("--csv", arguments->csv, "File for the table (CSV), every depth");

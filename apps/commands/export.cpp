@@ -176,7 +176,7 @@ void add_export(CLI::App& app, Output& out) {
         command
             ->add_option("--frames", source.frames,
                          "Frames of a recording to write, evenly spread; default: all")
-            ->check(CLI::Range(1, 10'000'000)),
+            ->check(whole_number(1, 10'000'000)),
         command->add_option("--body", source.body, "Body file of RECORDING.h5:trajectory"),
         command->add_option("--scene", source.scene,
                             "Scene file, or its folder, of a recording that was moved away from it")};

@@ -93,7 +93,7 @@ void add_figures(CLI::App& app, Output& out) {
     command
         ->add_option("--max-frames", arguments->max_frames, "Maximum frames per set, evenly spread; 0: all")
         ->capture_default_str()
-        ->check(not_negative());
+        ->check(not_negative_whole());
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

@@ -111,7 +111,7 @@ void add_mesh(CLI::App& app, Output& out) {
             ->add_option("--nodes", arguments->config.tets.nodes,
                          "Target number of tet nodes, met within 5 %; 0: determined by --grading")
             ->capture_default_str()
-            ->check(CLI::Range(0, 100'000'000));
+            ->check(whole_number(0, 100'000'000));
     CLI::Option* grading =
         command->add_option("--grading", arguments->config.tets.grading, "How fast tetrahedra grow inward")
             ->capture_default_str()
@@ -144,7 +144,7 @@ void add_mesh(CLI::App& app, Output& out) {
                                  ->add_option("--subdivide", arguments->config.levels,
                                               "1-to-4 subdivisions of the collision surface")
                                  ->capture_default_str()
-                                 ->check(CLI::Range(0, 4));
+                                 ->check(whole_number(0, 4));
     CLI::Option* subdivision =
         command->add_option("--subdivision", arguments->scheme, "midpoint keeps the shape, loop rounds it")
             ->capture_default_str()
@@ -154,7 +154,7 @@ void add_mesh(CLI::App& app, Output& out) {
             ->add_option("--cage", arguments->config.cage,
                          "Take any surface as it is, also an open or defective one, and embed it in a coarse "
                          "cage of this many tet nodes, met within 10 %")
-            ->check(CLI::Range(min_cage_nodes, max_cage_nodes));
+            ->check(whole_number(min_cage_nodes, max_cage_nodes));
     CLI::Option* inside = command->add_option(
         "--inside", arguments->config.inside,
         "Take any surface as it is and embed it in the tetrahedra of this body file, with its material");

@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/body/body.hpp"
@@ -67,7 +68,7 @@ void add_modes(CLI::App& app, Output& out) {
     command->add_option("BODY", arguments->body, "Body file; rewritten with the modes")->required();
     command->add_option("-m,--modes", arguments->count, "Number of modes, without the six rigid ones")
         ->capture_default_str()
-        ->check(CLI::Range(1, 2048));
+        ->check(whole_number(1, 2048));
     command->add_option("--csv", arguments->csv, "File for the frequencies (CSV)");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }

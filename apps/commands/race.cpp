@@ -114,12 +114,12 @@ void add_race(CLI::App& app, Output& out) {
         ->delimiter(',')
         ->check(bounds_name());
     command->add_option("--frames", arguments->frames, "Number of frames, instead of the scene's")
-        ->check(CLI::Range(1, 10'000'000));
+        ->check(whole_number(1, 10'000'000));
     command
         ->add_option("--audit", arguments->audit,
                      "Every N-th frame, count the face pairs that bounds miss, of bounds that can; 0: never")
         ->capture_default_str()
-        ->check(not_negative());
+        ->check(not_negative_whole());
     command->add_option("--csv", arguments->csv, "File for the table (CSV)");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }

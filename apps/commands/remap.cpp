@@ -43,7 +43,7 @@ void add_remap(CLI::App& app, Output& out) {
         ->add_option("--trajectories", arguments->trajectories,
                      "Number of trajectories, starting with the first; 0: all")
         ->capture_default_str()
-        ->check(CLI::Range(0, 100'000'000));
+        ->check(whole_number(0, 100'000'000));
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

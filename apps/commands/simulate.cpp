@@ -312,16 +312,16 @@ void add_simulate(CLI::App& app, Output& out) {
                      "Share added to the bounds' radii, instead of the scene's")
         ->check(between(0, 10));
     command->add_option("--frames", arguments->frames, "Number of frames, instead of the scene's")
-        ->check(CLI::Range(1, 10'000'000));
+        ->check(whole_number(1, 10'000'000));
     command
         ->add_option("--audit", arguments->audit,
                      "Every N-th frame, count the face pairs that the scene's bounds miss; 0: never")
         ->capture_default_str()
-        ->check(not_negative());
+        ->check(not_negative_whole());
     command
         ->add_option("--contacts", arguments->per_group,
                      "Contacts kept of those that the same two nodes carry, instead of the scene's; 0: all")
-        ->check(CLI::Range(0, 1000));
+        ->check(whole_number(0, 1000));
     command->add_option("--csv", output.csv,
                         "File with one line per step (CSV): contacts, iterations, costs, energies");
     command->add_option("--vtu", output.vtu, "Folder for frames that ParaView opens (scene.pvd)");

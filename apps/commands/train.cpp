@@ -187,12 +187,12 @@ void add_train(CLI::App& app, Output& out) {
     command
         ->add_option("-k,--clusters", config.clusters.k_means.clusters, "Number of representative vertices")
         ->capture_default_str()
-        ->check(CLI::Range(4, 100'000));
+        ->check(whole_number(4, 100'000));
     command
         ->add_option("--initialisations", config.clusters.initialisations,
                      "Runs of k-means; the best one is kept")
         ->capture_default_str()
-        ->check(CLI::Range(1, 1000));
+        ->check(whole_number(1, 1000));
     command
         ->add_option("--network", arguments->network,
                      "Networks of nbd bounds: default, or paper, which are as the paper has them: full label "
@@ -240,12 +240,12 @@ void add_train(CLI::App& app, Output& out) {
         ->add_option("--anchors", config.certified.anchors,
                      "Maximum vertices per node that certified bounds read")
         ->capture_default_str()
-        ->check(CLI::Range(1, 4096));
+        ->check(whole_number(1, 4096));
     command
         ->add_option("--epochs", config.mlp.max_epochs,
                      "Maximum epochs; training ends earlier when it has converged")
         ->capture_default_str()
-        ->check(CLI::Range(1, 1'000'000));
+        ->check(whole_number(1, 1'000'000));
     command->add_flag(
         "--radius-network", config.learned.network,
         "Train a small network per node that predicts how far learned spheres reach beyond their samples");

@@ -106,7 +106,7 @@ void add_view(CLI::App& app, Output& out) {
     command->add_option("-o,--output", arguments->output, "Page to write (HTML)")->required();
     command->add_option("--frames", shown.frames, "Most frames to show, evenly spread over all")
         ->capture_default_str()
-        ->check(CLI::Range(1, 100'000));
+        ->check(whole_number(1, 100'000));
     command->add_option("--scene", shown.scene,
                         "Scene file, or its folder, of a recording that was moved away from it");
     command->add_option("--body", shown.body,

@@ -88,7 +88,7 @@ void add_bench_contact(CLI::App& app, Output& out) {
     command->add_option("SCENES", arguments->scenes, "Scene files")->required()->check(CLI::ExistingFile);
     command
         ->add_option("--seeds", arguments->config.seeds, "Runs of each scene; all but the first are jittered")
-        ->check(CLI::Range(1, 1000))
+        ->check(whole_number(1, 1000))
         ->capture_default_str();
     command->add_option("--jitter", arguments->config.jitter, "Largest change of a body's velocity, m/s")
         ->check(between(0, 1e3))

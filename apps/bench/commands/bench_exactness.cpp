@@ -83,7 +83,7 @@ void add_bench_exactness(CLI::App& bench, Output& out) {
     command->footer("Exit status 1 if any answer differs.");
     command->add_option("BODY", arguments->bodies, "Body files")->required();
     command->add_option("--scenes", arguments->config.scenes, "Scenes of each body")
-        ->check(CLI::Range(1, 1'000'000))
+        ->check(whole_number(1, 1'000'000))
         ->capture_default_str();
     command->add_option("--seed", arguments->config.seed, "Seed of the poses")
         ->check(seed_check())

@@ -91,7 +91,7 @@ void add_bench_fig5(CLI::App& bench, Output& out) {
         ->check(between(0, 1))
         ->capture_default_str();
     command->add_option("--frames", arguments->frames, "Maximum number of these frames, evenly spread")
-        ->check(CLI::Range(1, 1'000'000))
+        ->check(whole_number(1, 1'000'000))
         ->capture_default_str();
     add_race_limits(*command, arguments->race);
     command->final_callback([arguments, &out] { run(*arguments, out); });

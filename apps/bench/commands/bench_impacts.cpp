@@ -75,10 +75,10 @@ void add_bench_impacts(CLI::App& app, Output& out) {
             "Queries with exact answers, SCENE/{edge-edge,vertex-face}/*.csv; none: random ones only")
         ->check(CLI::ExistingDirectory);
     command->add_option("--random", arguments->random, "Number of random motions")
-        ->check(CLI::Range(0L, 1000000000L))
+        ->check(whole_number(0L, 1000000000L))
         ->capture_default_str();
     command->add_option("--samples", arguments->samples, "Distances over each random motion")
-        ->check(CLI::Range(1, 100000))
+        ->check(whole_number(1, 100000))
         ->capture_default_str();
     command->add_option("--seed", arguments->seed, "Seed of the random motions")
         ->check(seed_check())

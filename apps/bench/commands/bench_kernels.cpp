@@ -71,10 +71,10 @@ void add_bench_kernels(CLI::App& bench, Output& out) {
     command->add_option("TREE", arguments->tree, "Tree file with learned or nbd bounds")->required();
     command->add_option("DATA", arguments->recording, "Recording of its body")->required();
     command->add_option("--nodes", arguments->nodes, "Number of nodes, evenly spread over the tree")
-        ->check(CLI::Range(1, 10'000'000))
+        ->check(whole_number(1, 10'000'000))
         ->capture_default_str();
     command->add_option("--poses", arguments->poses, "Number of poses, evenly spread over the recording")
-        ->check(CLI::Range(1, 100'000))
+        ->check(whole_number(1, 100'000))
         ->capture_default_str();
     command->add_option("-o,--output", arguments->csv, "Table to write, CSV");
     command->final_callback([arguments, &out] { run(*arguments, out); });

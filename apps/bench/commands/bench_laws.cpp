@@ -60,7 +60,7 @@ void add_bench_laws(CLI::App& app, Output& out) {
         app.add_subcommand("laws", "Times steps of every law of elasticity, linearised once and by Newton");
     laws->add_option("BODY", arguments->body, "Body file")->required();
     laws->add_option("--steps", arguments->config.steps, "Steps per scene, besides the first")
-        ->check(CLI::Range(1, 1'000'000))
+        ->check(whole_number(1, 1'000'000))
         ->capture_default_str();
     laws->add_option("--tolerance", arguments->config.newton_tolerance, "Residual at which Newton stops")
         ->check(between(1e-9, 0.5))

@@ -65,7 +65,7 @@ void add_bench_learned(CLI::App& app, Output& out) {
     command->add_option("DATA", arguments->recording, "Recording of the body")->required();
     command->add_option("--depth", config.depth, "Levels of the tree below the root")
         ->capture_default_str()
-        ->check(CLI::Range(0, 16));
+        ->check(whole_number(0, 16));
     command
         ->add_option("--samples", config.samples,
                      "Samples per node, multiples of 16; 0: as few as are accurate")
@@ -76,7 +76,7 @@ void add_bench_learned(CLI::App& app, Output& out) {
         ->add_option("--max-frames", config.max_frames,
                      "Maximum frames per set (training, calibration, test), evenly spread; 0: all")
         ->capture_default_str()
-        ->check(not_negative());
+        ->check(not_negative_whole());
     command
         ->add_option("--box-miss-rate", config.learned.box_miss_rate,
                      "Share of training poses in which a node's grown box may miss")

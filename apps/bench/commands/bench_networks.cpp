@@ -8,6 +8,7 @@
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/measure/machine.hpp"
 #include "apps/cli/load_body.hpp"
+#include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
@@ -69,12 +70,12 @@ void add_bench_networks(CLI::App& app, Output& out) {
         ->required();
     command->add_option("--depth", config.tree.depth, "Levels of the tree below the root")
         ->capture_default_str()
-        ->check(CLI::Range(0, 16));
+        ->check(whole_number(0, 16));
     command
         ->add_option("--epochs", config.mlp.max_epochs,
                      "Maximum epochs; training ends earlier when it has converged")
         ->capture_default_str()
-        ->check(CLI::Range(1, 1'000'000));
+        ->check(whole_number(1, 1'000'000));
     command->add_flag("--one-by-one", arguments->one_by_one,
                       "Also add our deviations from the paper one after another");
     command->add_option("-o,--output", arguments->csv, "Table to write, CSV");

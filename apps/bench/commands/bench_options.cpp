@@ -15,7 +15,7 @@ void add_bodies(CLI::App& command, std::vector<std::vector<std::string>>& bodies
 
 void add_race_limits(CLI::App& command, RaceConfig& race) {
     command.add_option("--rounds", race.rounds, "Maximum rounds over all scenes")
-        ->check(CLI::Range(1, 1'000'000))
+        ->check(whole_number(1, 1'000'000))
         ->capture_default_str();
     command
         .add_option("--seconds", race.max_seconds,

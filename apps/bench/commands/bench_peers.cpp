@@ -142,16 +142,16 @@ void add_bench_peers(CLI::App& bench, Output& out) {
         ->delimiter(',');
     command->add_option("--clusters", arguments->clusters, "Faces per cluster of lazy boxes")
         ->delimiter(',')
-        ->check(CLI::Range(1, 4096))
+        ->check(whole_number(1, 4096))
         ->capture_default_str();
     command->add_option("--light", arguments->light, "Minimum intersecting face pairs in light contact")
-        ->check(CLI::Range(1, 1'000'000))
+        ->check(whole_number(1, 1'000'000))
         ->capture_default_str();
     command->add_option("--heavy", arguments->heavy, "Minimum intersecting face pairs in heavy contact")
-        ->check(CLI::Range(1, 1'000'000))
+        ->check(whole_number(1, 1'000'000))
         ->capture_default_str();
     command->add_option("--scenes", arguments->scenes.scenes, "Number of scenes")
-        ->check(CLI::Range(1, 10'000))
+        ->check(whole_number(1, 10'000))
         ->capture_default_str();
     add_race_limits(*command, arguments->race);
     command->add_option("--seed", arguments->scenes.seed, "Seed of the scenes")

@@ -94,7 +94,7 @@ void add_bench_scaling(CLI::App& bench, Output& out) {
         ->capture_default_str();
     command->add_option("--bodies", config.bodies, "Sizes of crowds")
         ->delimiter(',')
-        ->check(CLI::Range(2, 100'000))
+        ->check(whole_number(2, 100'000))
         ->capture_default_str();
     command->add_option("--spacing", config.spacing, "Distance between bodies of a crowd, in radii")
         ->check(positive())
@@ -103,13 +103,13 @@ void add_bench_scaling(CLI::App& bench, Output& out) {
         ->add_option("--crowd-threads", config.threads,
                      "Numbers of threads to time a crowd on; lazy boxes use one")
         ->delimiter(',')
-        ->check(CLI::Range(1, 256))
+        ->check(whole_number(1, 256))
         ->capture_default_str();
     command->add_option("--cluster", config.cluster_faces, "Faces per cluster of lazy boxes")
-        ->check(CLI::Range(1, 4096))
+        ->check(whole_number(1, 4096))
         ->capture_default_str();
     command->add_option("--scenes", config.scenes, "Scenes per depth")
-        ->check(CLI::Range(1, 10'000))
+        ->check(whole_number(1, 10'000))
         ->capture_default_str();
     add_race_limits(*command, config.race);
     command->add_option("--seed", config.seed, "Seed of the scenes")

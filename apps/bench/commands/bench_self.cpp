@@ -68,7 +68,7 @@ void add_bench_self(CLI::App& app, Output& out) {
         "self", "Queries of a body with itself, in wild poses, against a reference without trees");
     command->add_option("BODIES", arguments->bodies, "Body files")->required();
     command->add_option("--scenes", arguments->config.scenes, "Poses of each body")
-        ->check(CLI::Range(1, 1'000'000))
+        ->check(whole_number(1, 1'000'000))
         ->capture_default_str();
     command->add_option("--seed", arguments->config.seed, "Seed of the poses")
         ->check(seed_check())

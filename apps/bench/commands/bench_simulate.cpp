@@ -111,10 +111,10 @@ void add_bench_simulate(CLI::App& app, Output& out) {
         ->required();
     simulate->add_option("--nodes", arguments->nodes, "Sizes for surfaces, in tet nodes")
         ->delimiter(',')
-        ->check(CLI::Range(8, 10'000'000))
+        ->check(whole_number(8, 10'000'000))
         ->capture_default_str();
     simulate->add_option("--steps", arguments->config.steps, "Steps per scene; the first is not counted")
-        ->check(CLI::Range(2, 1'000'000))
+        ->check(whole_number(2, 1'000'000))
         ->capture_default_str();
     simulate->add_option("--tolerance", arguments->config.tolerance, "Relative residual of the linear solves")
         ->check(between(1e-12, 0.5))
@@ -128,7 +128,7 @@ void add_bench_simulate(CLI::App& app, Output& out) {
                        "Without the factorising solver, which takes minutes a step on large bodies; tells "
                        "memory instead");
     simulate->add_option("--threads", arguments->threads, "Threads to use; 0: all cores")
-        ->check(CLI::Range(0, 1024))
+        ->check(whole_number(0, 1024))
         ->capture_default_str();
     simulate->add_option("-o,--output", arguments->csv, "Table to write, CSV");
     simulate->final_callback([arguments, &out] { run(*arguments, out); });
