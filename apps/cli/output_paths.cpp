@@ -16,9 +16,17 @@ namespace {
     throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), why));
 }
 
+void check_extension(const std::filesystem::path& path, std::string_view extension) {
+    const std::string has = path.extension().string();
+    if (extension.empty() || has == extension) return;
+    cannot_write(path, has.empty() ? fmt::format("its name has no extension; allowed: {}", extension)
+                                   : fmt::format("its name ends in {}; allowed: {}", has, extension));
+}
+
 }  // namespace
 
-void check_output(const std::filesystem::path& path, const std::vector<std::filesystem::path>& inputs) {
+void check_output(const std::filesystem::path& path, const std::vector<std::filesystem::path>& inputs,
+                  std::string_view extension) {
     namespace fs = std::filesystem;
     const auto fail = [&](const std::string& why) { cannot_write(path, why); };
     const fs::path folder = fs::absolute(path).parent_path();
@@ -26,11 +34,12 @@ void check_output(const std::filesystem::path& path, const std::vector<std::file
     if (access(folder.c_str(), W_OK) != 0) fail("no permission in " + folder.string());
     remove_abandoned(path);
     std::error_code none_there;
-    if (!fs::exists(path, none_there)) return;
+    if (!fs::exists(path, none_there)) return check_extension(path, extension);
     if (fs::is_directory(path)) fail("it is a folder");
     if (!fs::is_regular_file(path)) fail("it is not an ordinary file; allowed: a file");
     for (const fs::path& input : inputs)
         if (fs::equivalent(path, input, none_there)) fail("the command also reads this file");
+    check_extension(path, extension);
 }
 
 void check_output_folder(const std::filesystem::path& path) {

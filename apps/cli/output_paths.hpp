@@ -2,16 +2,18 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace nbd {
 
 /// Throws std::runtime_error unless a file can be written at `path`: its folder must exist and be writable;
-/// an existing file must be an ordinary one and none of the command's inputs. Lets a long command fail before
-/// its work. Removes what killed runs left under temporary names for this output. inputs: missing files and
-/// empty paths are ignored.
-void check_output(const std::filesystem::path& path, const std::vector<std::filesystem::path>& inputs);
+/// an existing file must be an ordinary one and none of the command's inputs; its name must end in
+/// `extension`, unless that is empty. Lets a long command fail before its work. Removes what killed runs left
+/// under temporary names for this output. inputs: missing files and empty paths are ignored.
+void check_output(const std::filesystem::path& path, const std::vector<std::filesystem::path>& inputs,
+                  std::string_view extension = {});
 
 /// As check_output(), for a folder that is created if it is missing.
 void check_output_folder(const std::filesystem::path& path);

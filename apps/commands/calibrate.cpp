@@ -21,7 +21,7 @@ struct CalibrateArguments {
 };
 
 void run(const CalibrateArguments& arguments, Output& out) {
-    check_output(arguments.output, {arguments.recording});
+    check_output(arguments.output, {arguments.recording}, ".h5");
     out.work("calibrating");
     TreeFile file = load_tree(arguments.tree);
     const RecordingReader recording(arguments.recording);

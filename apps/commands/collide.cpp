@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
@@ -50,8 +51,9 @@ void write_view(const CollideArguments& arguments, PosedSurface a, PosedSurface 
 
 void run(const CollideArguments& arguments, Output& out) {
     check_distinct({{"pairs", arguments.pairs}, {"view", arguments.page}});
-    for (const std::string& output : {arguments.pairs, arguments.page})
-        if (!output.empty()) check_output(output, {arguments.a, arguments.b});
+    for (const auto& [output, extension] :
+         {std::pair(arguments.pairs, ".csv"), std::pair(arguments.page, ".html")})
+        if (!output.empty()) check_output(output, {arguments.a, arguments.b}, extension);
     out.work("colliding");
     const BoundKind bounds = bound_kind(arguments.bounds);
     PosedSurface a = read_pose(arguments.a, bounds), b = read_pose(arguments.b, bounds);

@@ -78,7 +78,7 @@ nlohmann::ordered_json to_json(const ContactScenesRow& row) {
 
 void run(const CoverageArguments& arguments, Output& out) {
     for (const std::string& path : {arguments.csv, arguments.contacts_csv})
-        if (!path.empty()) check_output(path, {arguments.tree, arguments.recording});
+        if (!path.empty()) check_output(path, {arguments.tree, arguments.recording}, ".csv");
     check_distinct({{"csv", arguments.csv}, {"contacts csv", arguments.contacts_csv}});
     const TreeFile file = load_tree(arguments.tree);
     const RecordingReader recording(arguments.recording);

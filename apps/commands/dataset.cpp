@@ -108,9 +108,9 @@ void run(const DatasetArguments& arguments, Output& out) {
         out.quiet = true;
         out.json = false;
     }
-    check_output(arguments.output, {arguments.body});
+    check_output(arguments.output, {arguments.body}, ".h5");
     check_distinct({{"dataset", arguments.output}, {"csv", arguments.csv}});
-    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body, arguments.recipe});
+    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body, arguments.recipe}, ".csv");
     DatasetPlan plan = arguments.plan;
     plan.excitation.ranges = load_ranges(arguments);
     plan.excitation.linear.solver =

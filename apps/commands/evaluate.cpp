@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <utility>
 
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
@@ -50,8 +51,9 @@ std::vector<EvaluationRow> evaluated(const std::string& path, const TreeFile& tr
 
 void run(const EvaluateArguments& arguments, Output& out) {
     check_distinct({{"the table", arguments.csv}, {"the report", arguments.html}});
-    for (const std::string& output : {arguments.csv, arguments.html})
-        if (!output.empty()) check_output(output, {arguments.tree, arguments.recording});
+    for (const auto& [output, extension] :
+         {std::pair(arguments.csv, ".csv"), std::pair(arguments.html, ".html")})
+        if (!output.empty()) check_output(output, {arguments.tree, arguments.recording}, extension);
     EvaluateConfig config = arguments.config;
     config.bounds.clear();
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));

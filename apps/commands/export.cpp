@@ -46,7 +46,7 @@ void write_flat(const std::string& path, const CollisionTree& tree, Output& out)
 
 void export_tree(const ExportArguments& arguments, Output& out) {
     const std::string& output = arguments.is_flat ? arguments.flat : arguments.torch;
-    check_output(output, {arguments.source.source});
+    check_output(output, {arguments.source.source}, arguments.is_flat ? ".nbd" : ".h5");
     out.work("exporting");
     const TreeFile file = load_tree(arguments.source.source);
     if (arguments.is_flat)
@@ -111,7 +111,7 @@ void export_clip(const ExportArguments& arguments, Output& out) {
                                : !arguments.mdd.empty() ? arguments.mdd
                                                         : arguments.pc2;
     std::vector<fs::path> inputs = files_of(arguments.source);
-    check_output(asked, inputs);
+    check_output(asked, inputs, !arguments.gltf.empty() ? ".glb" : !arguments.mdd.empty() ? ".mdd" : ".pc2");
     if (!names_recording(arguments.source))
         throw std::invalid_argument(
             fmt::format("{}: is not a recording; allowed: RECORDING.h5, RECORDING.h5:trajectory with --body, "

@@ -42,7 +42,7 @@ nlohmann::ordered_json to_json(const CageReport& cage) {
 }
 
 void run(const MeshArguments& arguments, Output& out) {
-    check_output(arguments.output, {arguments.input, arguments.config.inside});
+    check_output(arguments.output, {arguments.input, arguments.config.inside}, ".h5");
     MeshFileConfig config = arguments.config;
     config.material.law = *material_law(arguments.law);
     for (const std::string& text : arguments.regions) {

@@ -39,7 +39,7 @@ Modes modes_of(const Body& body, const ModesArguments& arguments) {
 void run(const ModesArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
-    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body});
+    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body}, ".csv");
     Body body = load_body(arguments.body);
     check_output(arguments.body, {});
     out.work("computing modes");

@@ -64,7 +64,7 @@ void run(const RaceArguments& arguments, Output& out) {
     if (arguments.frames) spec.time.frames = *arguments.frames;
     std::vector<std::filesystem::path> inputs = scene_inputs(spec);
     inputs.push_back(arguments.scene);
-    if (!arguments.csv.empty()) check_output(arguments.csv, inputs);
+    if (!arguments.csv.empty()) check_output(arguments.csv, inputs, ".csv");
 
     out.work("loading");
     SceneFiles files;

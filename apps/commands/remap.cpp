@@ -18,7 +18,7 @@ struct RemapArguments {
 };
 
 void run(const RemapArguments& arguments, Output& out) {
-    check_output(arguments.output, {arguments.recording, arguments.from, arguments.to});
+    check_output(arguments.output, {arguments.recording, arguments.from, arguments.to}, ".h5");
     out.work("reading");
     const Body from = load_body(arguments.from), to = load_body(arguments.to);
     const RemappedFrames remapped = remap_recording(

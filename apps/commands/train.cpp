@@ -53,7 +53,7 @@ void run(const TrainArguments& arguments, Output& out) {
         out.quiet = true;
         out.json = false;
     }
-    check_output(arguments.output, {arguments.body, arguments.recording});
+    check_output(arguments.output, {arguments.body, arguments.recording}, ".h5");
     TrainConfig config = train_config(arguments);
     const bool nbd = std::ranges::find(config.bounds, BoundKind::nbd) != config.bounds.end();
     if (rank.number > 0) {  // learned bounds train quickly, so only rank 0 trains them

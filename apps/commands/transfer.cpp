@@ -16,7 +16,7 @@ struct TransferArguments {
 };
 
 void run(const TransferArguments& arguments, Output& out) {
-    check_output(arguments.output, {arguments.tree, arguments.body});
+    check_output(arguments.output, {arguments.tree, arguments.body}, ".h5");
     out.work("transferring");
     const TreeFile trained = load_tree(arguments.tree);
     const SurfaceBody body = surface_body(load_body(arguments.body));

@@ -79,7 +79,7 @@ void tell(const ViewArguments& arguments, const ViewScene& scene, double seconds
 
 void run(const ViewArguments& arguments, Output& out) {
     const Stopwatch watch;
-    check_output(arguments.output, files_of(arguments.shown));
+    check_output(arguments.output, files_of(arguments.shown), ".html");
     out.work("reading");
     const ViewScene scene = read_view(arguments.shown, out);
     out.work("writing the page");

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <utility>
 
 #include "apps/cli/output_paths.hpp"
 
@@ -43,8 +44,9 @@ void check_outputs(const SceneOutput& paths, const std::vector<std::filesystem::
                     {"vtu", paths.vtu}});
     check_distinct(
         {{"recording", paths.recording}, {"csv", paths.csv}, {"picture", paths.picture}, {"obj", paths.obj}});
-    for (const auto& path : {paths.recording, paths.csv, paths.picture})
-        if (!path.empty()) check_output(path, inputs);
+    for (const auto& [path, extension] :
+         {std::pair(paths.recording, ".h5"), std::pair(paths.csv, ".csv"), std::pair(paths.picture, ".png")})
+        if (!path.empty()) check_output(path, inputs, extension);
     for (const auto& folder : {paths.vtu, paths.obj})
         if (!folder.empty()) check_output_folder(folder);
 }

@@ -49,7 +49,7 @@ void run(const ContactArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
     ContactRunConfig config = arguments.config;
     config.pictures = arguments.pictures;
-    if (!arguments.csv.empty()) check_output(arguments.csv, {});
+    if (!arguments.csv.empty()) check_output(arguments.csv, {}, ".csv");
     if (!arguments.pictures.empty()) make_folder(arguments.pictures);
     out.text(row("scene", "mode", "runs", "steps", "crossing", "worst", "distance", "cut", "trouble",
                  "inverted", "momentum", "newton", "ms", "search%", "detect%", "solve%", ""));

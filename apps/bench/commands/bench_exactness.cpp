@@ -34,7 +34,7 @@ struct Sum {
 
 void run(const ExactnessArguments& arguments, Output& out) {
     if (!arguments.csv.empty())
-        check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()});
+        check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()}, ".csv");
     std::vector<std::vector<ExactnessRow>> rows;
     std::vector<std::string> names;
     Sum all;

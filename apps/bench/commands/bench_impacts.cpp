@@ -21,7 +21,7 @@ struct ImpactsArguments {
 };
 
 void run(const ImpactsArguments& arguments, Output& out) {
-    if (!arguments.csv.empty()) check_output(arguments.csv, {});
+    if (!arguments.csv.empty()) check_output(arguments.csv, {}, ".csv");
     std::vector<ImpactScore> scores;
     if (!arguments.folder.empty())
         for (const ImpactQueries& queries : read_impact_queries(arguments.folder))

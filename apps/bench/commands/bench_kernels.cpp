@@ -28,7 +28,7 @@ std::string to_csv(const std::vector<KernelTime>& times) {
 }
 
 void run(const KernelsArguments& arguments, Output& out) {
-    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.tree, arguments.recording});
+    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.tree, arguments.recording}, ".csv");
     const TreeFile file = load_tree(arguments.tree);
     const SurfaceBody body = surface_body(file);
     const RecordingReader recording(arguments.recording);

@@ -20,7 +20,7 @@ struct BenchLawsArguments {
 void run(const BenchLawsArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
     const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body});
+    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body}, ".csv");
     const std::vector<LawTiming> rows = time_laws(load_body(arguments.body), arguments.config, out);
     out.text(fmt::format("means in ms per step on one thread; Newton's iteration to {:g}",
                          arguments.config.newton_tolerance));
@@ -40,7 +40,7 @@ struct BenchRingArguments {
 };
 
 void run(const BenchRingArguments& arguments, Output& out) {
-    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body});
+    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body}, ".csv");
     const std::vector<Ringing> rows = ring(load_body(arguments.body), arguments.strain, out);
     out.text("share of the energy that is left after");
     out.text("law                 integrator     steps a period  1 period  10 periods");

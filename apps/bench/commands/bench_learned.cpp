@@ -18,7 +18,7 @@ struct BenchLearnedArguments {
 };
 
 void run(const BenchLearnedArguments& arguments, Output& out) {
-    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body, arguments.recording});
+    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body, arguments.recording}, ".csv");
     const std::vector<LearnedAblationRow> rows = ablate_learned_bounds(
         surface_body(load_body(arguments.body)), RecordingReader(arguments.recording), arguments.config,
         [&](int done, int total) { out.progress("choices", done, total); });

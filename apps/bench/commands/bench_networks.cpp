@@ -24,7 +24,7 @@ struct BenchNetworksArguments {
 
 void run(const BenchNetworksArguments& arguments, Output& out) {
     for (const auto& [body, recording] : arguments.bodies)
-        if (!arguments.csv.empty()) check_output(arguments.csv, {body, recording});
+        if (!arguments.csv.empty()) check_output(arguments.csv, {body, recording}, ".csv");
     std::string text = fmt::format("# {}, training seed {}\n{},{}\n", this_machine(), arguments.config.seed,
                                    network_columns, accuracy_columns);
     out.text(this_machine());

@@ -23,7 +23,7 @@ struct SelfArguments {
 
 void run(const SelfArguments& arguments, Output& out) {
     if (!arguments.csv.empty())
-        check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()});
+        check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()}, ".csv");
     std::vector<std::vector<SelfExactnessRow>> rows;
     std::vector<std::string> names;
     long queries = 0, different = 0;

@@ -61,7 +61,7 @@ void run(const BenchSimulateArguments& arguments, Output& out) {
         limit.emplace(tbb::global_control::max_allowed_parallelism,
                       static_cast<std::size_t>(arguments.threads));
     if (!arguments.csv.empty())
-        check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()});
+        check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()}, ".csv");
     out.text(fmt::format("medians in ms per step; threads: {}; both solvers to a relative residual of {:g}",
                          arguments.threads > 0 ? std::to_string(arguments.threads) : "all",
                          arguments.config.tolerance));

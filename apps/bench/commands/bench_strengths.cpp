@@ -21,7 +21,7 @@ struct BenchStrengthsArguments {
 
 void run(const BenchStrengthsArguments& arguments, Output& out) {
     for (const auto& [tree, data] : arguments.sets)
-        if (!arguments.csv.empty()) check_output(arguments.csv, {tree, data});
+        if (!arguments.csv.empty()) check_output(arguments.csv, {tree, data}, ".csv");
     std::vector<BoundKind> bounds;
     for (const std::string& bound : arguments.bounds) bounds.push_back(bound_kind(bound));
     std::vector<StrengthSet> sets;

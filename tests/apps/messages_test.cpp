@@ -1,0 +1,65 @@
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/apps/small_files.hpp"
+#include "tests/support/file_damage.hpp"
+
+namespace nbd::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// What a command says of choices that it cannot honour, and of what it wrote.
+class MessagesTest : public SmallFiles {
+ protected:
+    static Ran train(std::vector<std::string> more) {
+        more.insert(more.begin(), {"train", "box.h5", "data.h5", "-o", "x.h5", "--depth", "2", "-k", "16",
+                                   "--epochs", "1", "--held-out", "0", "--calibration", "0"});
+        const Ran ran = run(folder(), more);
+        EXPECT_EQ(ran.status, 0) << ran.err;
+        return ran;
+    }
+};
+
+TEST_F(MessagesTest, OutputsRefuseOtherExtensions) {
+    write("falling.json", R"({"bodies": [{"body": "box.h5"}], "output": {"picture": "run.jpg"}})");
+    const auto ends = [](const std::string& path, const std::string& in, const std::string& allowed) {
+        return path + ": cannot be written: its name ends in " + in + "; allowed: " + allowed;
+    };
+    expect_refused({
+        {{"mesh", "box.obj", "-o", "body.txt"}, 1, ends("body.txt", ".txt", ".h5")},
+        {{"mesh", "box.obj", "-o", "body"},
+         1,
+         "body: cannot be written: its name has no extension; allowed: .h5"},
+        {{"modes", "box.h5", "--csv", "modes.txt"}, 1, ends("modes.txt", ".txt", ".csv")},
+        {{"dataset", "box.h5", "-o", "data.hdf5"}, 1, ends("data.hdf5", ".hdf5", ".h5")},
+        {{"dataset", "box.h5", "-o", "x.h5", "--csv", "x.xls"}, 1, ends("x.xls", ".xls", ".csv")},
+        {{"remap", "data.h5", "--from", "box.h5", "--to", "box.h5", "-o", "x.csv"},
+         1,
+         ends("x.csv", ".csv", ".h5")},
+        {{"train", "box.h5", "data.h5", "-o", "tree.nbd"}, 1, ends("tree.nbd", ".nbd", ".h5")},
+        {{"calibrate", "tree.h5", "data.h5", "-o", "x.pt"}, 1, ends("x.pt", ".pt", ".h5")},
+        {{"transfer", "tree.h5", "box.h5", "-o", "x.pt"}, 1, ends("x.pt", ".pt", ".h5")},
+        {{"evaluate", "tree.h5", "data.h5", "--csv", "x.tsv"}, 1, ends("x.tsv", ".tsv", ".csv")},
+        {{"evaluate", "tree.h5", "data.h5", "--html", "x.csv"}, 1, ends("x.csv", ".csv", ".html")},
+        {{"coverage", "tree.h5", "data.h5", "--csv", "x.h5"}, 1, ends("x.h5", ".h5", ".csv")},
+        {{"export", "tree.h5", "--torch", "x.pt"}, 1, ends("x.pt", ".pt", ".h5")},
+        {{"export", "tree.h5", "--flat", "-o", "x.h5"}, 1, ends("x.h5", ".h5", ".nbd")},
+        {{"export", "data.h5:0", "--body", "box.h5", "--gltf", "x.gltf"}, 1, ends("x.gltf", ".gltf", ".glb")},
+        {{"export", "data.h5:0", "--body", "box.h5", "--mdd", "x.pc2"}, 1, ends("x.pc2", ".pc2", ".mdd")},
+        {{"export", "data.h5:0", "--body", "box.h5", "--pc2", "x.mdd"}, 1, ends("x.mdd", ".mdd", ".pc2")},
+        {{"view", "box.obj", "-o", "x.png"}, 1, ends("x.png", ".png", ".html")},
+        {{"collide", "box.obj", "box.obj", "--pairs", "x.html"}, 1, ends("x.html", ".html", ".csv")},
+        {{"collide", "box.obj", "box.obj", "--view", "x.csv"}, 1, ends("x.csv", ".csv", ".html")},
+        {{"race", "falling.json", "--csv", "x.h5"}, 1, ends("x.h5", ".h5", ".csv")},
+        {{"simulate", "falling.json", "-o", "x.png"}, 1, ends("x.png", ".png", ".h5")},
+        {{"simulate", "falling.json", "-o", "x.h5", "--csv", "x.txt"}, 1, ends("x.txt", ".txt", ".csv")},
+        {{"simulate", "falling.json", "-o", "x.h5", "--picture", "x.jpg"}, 1, ends("x.jpg", ".jpg", ".png")},
+        {{"simulate", "falling.json", "-o", "x.h5"}, 1, ends("run.jpg", ".jpg", ".png")},
+    });
+}
+
+}  // namespace
+}  // namespace nbd::test
