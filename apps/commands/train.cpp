@@ -28,6 +28,7 @@ struct TrainArguments {
     std::string body, recording, output, network = "default";
     std::vector<std::string> bounds{"nbd", "learned_spheres"};
     std::optional<int> depth;                // default: default_depth()
+    std::optional<int> modes;                // default: as many as TrainConfig has, or all of the body
     std::optional<std::string> label_frame;  // this and the next two: instead of the network's
     std::optional<bool> linear_centre;
     std::optional<double> weight_decay;
@@ -38,6 +39,7 @@ struct TrainArguments {
 
 TrainConfig train_config(const TrainArguments& arguments) {
     TrainConfig config = arguments.config;
+    if (arguments.modes) config.modes = *arguments.modes;
     if (arguments.network == "paper") use_paper_networks(config);
     if (arguments.label_frame) config.label_frame = label_frame(*arguments.label_frame);
     if (arguments.linear_centre) config.linear_centre = *arguments.linear_centre;
@@ -45,6 +47,13 @@ TrainConfig train_config(const TrainArguments& arguments) {
     config.bounds.clear();
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
     return config;
+}
+
+/// Says that a body has fewer modes than training would take; empty if it has as many.
+std::string fewer_modes(const std::string& path, int has, int wanted) {
+    if (has >= wanted) return {};
+    return fmt::format("{0}: has {1} modes, all of which are used; `nbdtree modes {0} -m {2}` computes {2}",
+                       path, has, wanted);
 }
 
 void run(const TrainArguments& arguments, Output& out) {
@@ -95,6 +104,10 @@ void run(const TrainArguments& arguments, Output& out) {
                         arguments.body));
     const Stopwatch watch;
     const RecordingReader recording(arguments.recording);
+    const int modes = std::min(config.modes, body.modes.count());
+    const std::string fewer = nbd ? fewer_modes(arguments.body, modes, config.modes) : "";
+    // Who asked for so many hears of it before the work; else it stands among the results.
+    if (arguments.modes && !fewer.empty() && rank.number == 0) out.warning(fewer);
     SurfaceBody surface = surface_body(body);
     config.tree.depth = arguments.depth.value_or(default_depth(config.bounds, surface.F.rows()));
     FrameSource source(surface.W, recording, frame_memory(arguments.memory, rank.count));
@@ -143,6 +156,8 @@ void run(const TrainArguments& arguments, Output& out) {
     if (nbd) {
         out.text(fmt::format("error of the clustered coordinates {:.2f} %, mean loss {:.2e}",
                              100 * facts.z_error, facts.node_loss.mean()));
+        if (!arguments.modes && !fewer.empty()) out.text(fewer);
+        result["modes"] = modes;
         result["z_error"] = facts.z_error;
         result["mean_loss"] = facts.node_loss.mean();
     }
@@ -180,10 +195,12 @@ void add_train(CLI::App& app, Output& out) {
             "--depth", arguments->depth,
             "Levels of the tree below the root; default: with nbd 7, as in the paper, else at least 7, "
             "with leaves of at most 600 faces")
-        ->check(CLI::Range(0, 16));
-    command->add_option("-m,--modes", config.modes, "Number of modal coordinates")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 2048));
+        ->check(whole_number(0, 16));
+    command
+        ->add_option("-m,--modes", arguments->modes,
+                     fmt::format("Number of modal coordinates; default: {}, or all of a body that has fewer",
+                                 config.modes))
+        ->check(whole_number(1, 2048));
     command
         ->add_option("-k,--clusters", config.clusters.k_means.clusters, "Number of representative vertices")
         ->capture_default_str()

@@ -23,6 +23,19 @@ class MessagesTest : public SmallFiles {
     }
 };
 
+TEST_F(MessagesTest, TrainSaysThatTheBodyHasFewerModes) {
+    const std::string all = "box.h5: has 8 modes, all of which are used; `nbdtree modes box.h5 -m ";
+    const Ran asked = train({"-m", "12", "--json"});
+    EXPECT_THAT(asked.err, HasSubstr("nbdtree: warning: " + all + "12` computes 12\n"));
+    EXPECT_EQ(nlohmann::json::parse(asked.out)["modes"], 8);
+    const Ran plain = train({});
+    EXPECT_THAT(plain.out, HasSubstr(all + "128` computes 128\n"));
+    EXPECT_THAT(plain.err, Not(HasSubstr("modes")));
+    const Ran fewer = train({"-m", "4", "--json"});
+    EXPECT_THAT(fewer.err, Not(HasSubstr("modes")));
+    EXPECT_EQ(nlohmann::json::parse(fewer.out)["modes"], 4);
+}
+
 TEST_F(MessagesTest, OutputsRefuseOtherExtensions) {
     write("falling.json", R"({"bodies": [{"body": "box.h5"}], "output": {"picture": "run.jpg"}})");
     const auto ends = [](const std::string& path, const std::string& in, const std::string& allowed) {
