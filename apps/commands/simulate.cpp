@@ -54,6 +54,32 @@ void override(SceneSpec& spec, const SimulateArguments& arguments) {
     if (arguments.per_group) spec.contact.per_group = *arguments.per_group;
 }
 
+/// spec: as the scene has it.
+RunOptions options_of(const SimulateArguments& arguments, const SceneSpec& spec) {
+    const bool other_contacts =
+        arguments.per_group.value_or(spec.contact.per_group) != spec.contact.per_group;
+    return {
+        {"--bounds", arguments.bounds.empty() ? "" : std::string(name(bound_kind(arguments.bounds)))},
+        {"--margin", arguments.margin ? fmt::format("{}", *arguments.margin) : ""},
+        {"--audit", arguments.audit > 0 ? fmt::format("{}", arguments.audit) : ""},
+        {"--contacts", other_contacts ? fmt::format("{}", *arguments.per_group) : ""},
+    };
+}
+
+/// Whether an earlier run has done all. Warns of what is asked of a run that is not made.
+bool is_finished(const SceneOutput& paths, const WantedRun& wanted, const SimulateArguments& arguments,
+                 const Output& out) {
+    const EarlierRun earlier = find_earlier_run(paths, wanted);
+    if (!earlier.is_finished) return false;
+    RunOptions idle = earlier.tells_options ? RunOptions() : wanted.options;
+    idle.emplace_back("--live", arguments.live ? "given" : "");
+    idle.emplace_back("--strict", arguments.strict ? "given" : "");
+    if (const std::string given = given_options(idle); !given.empty())
+        out.warning(
+            fmt::format("{}: the run is finished, so it ignores {}", paths.recording.string(), given));
+    return true;
+}
+
 /// Everything that determines what a run computes.
 Journal::Facts facts_of(const SimulateArguments& arguments, const SceneSpec& spec) {
     Journal::Facts facts{
@@ -167,12 +193,12 @@ void run(const SimulateArguments& arguments, Output& out) {
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     SceneSpec spec = load_scene(arguments.scene);
     override(spec, arguments);
+    const RunOptions options = options_of(arguments, spec);
     std::vector<std::filesystem::path> inputs = scene_inputs(spec);
     inputs.push_back(arguments.scene);
     const SceneOutput paths = output_paths(arguments.output, spec.output, arguments.scene, arguments.outside);
     check_outputs(paths, inputs);
-    if (arguments.resume) check_no_other_run(paths, spec);
-    if (arguments.resume && is_finished(paths, inputs, spec.time.frames + 1, arguments.extras)) {
+    if (arguments.resume && is_finished(paths, {spec, inputs, arguments.extras, options}, arguments, out)) {
         out.text(fmt::format("{}: is finished, nothing to continue; without --resume the scene runs anew",
                              paths.recording.string()));
         out.result({{"finished", true}});
@@ -219,8 +245,9 @@ void run(const SimulateArguments& arguments, Output& out) {
     Journal& journal = *opened;
     bodies.clear();  // the world has its own copies of what it needs
     files = {};
-    SimulationOutputs outputs(paths, spec, world, hashes,
-                              {.scene_file = arguments.scene, .of_frames = arguments.extras});
+    SimulationOutputs outputs(
+        paths, spec, world, hashes,
+        {.scene_file = arguments.scene, .options = run_options_text(options), .of_frames = arguments.extras});
 
     SimulationFrame frame;
     double output_us = 0;  // of the frames that this run made

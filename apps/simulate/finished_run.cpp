@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <memory>
 #include <stdexcept>
 
 #include "meshing/h5/types.hpp"
@@ -10,9 +11,19 @@
 namespace nbd {
 namespace {
 
+/// Whether every output is there, and newer than all inputs.
+bool are_up_to_date(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs) {
+    for (const auto& output : {paths.recording, paths.csv, paths.vtu, paths.obj, paths.picture})
+        if (!output.empty() && !std::filesystem::exists(output)) return false;
+    const auto written = std::filesystem::last_write_time(paths.recording);
+    for (const std::filesystem::path& input : inputs)
+        if (std::filesystem::exists(input) && std::filesystem::last_write_time(input) >= written)
+            return false;
+    return true;
+}
+
 /// Whether every trajectory of a recording has as many frames, and what its frames are to hold.
-bool has_all(const std::filesystem::path& path, int frames, const ExtrasRequest& extras) {
-    const RecordingReader recording(path);
+bool has_all(const RecordingReader& recording, int frames, const ExtrasRequest& extras) {
     for (int i = 0; i < static_cast<int>(recording.trajectories().size()); ++i) {
         if (recording.trajectories()[static_cast<std::size_t>(i)].frames != frames) return false;
         const FrameContents& contents = recording.contents(i);
@@ -23,42 +34,45 @@ bool has_all(const std::filesystem::path& path, int frames, const ExtrasRequest&
     return true;
 }
 
-/// None where the file is no recording.
-std::vector<TrajectoryInfo> trajectories_of(const std::filesystem::path& path) {
+/// Null where the file is no recording, unless it must be one.
+std::unique_ptr<RecordingReader> opened(const std::filesystem::path& path, bool must_be_one) {
     try {
-        return RecordingReader(path).trajectories();
+        return std::make_unique<RecordingReader>(path);
     } catch (const h5::ReadError&) {
         throw;
     } catch (const std::runtime_error&) {
-        return {};
+        if (must_be_one) throw;
+        return nullptr;
     }
+}
+
+/// How a complete run of a body differs from the wanted one; empty if it does not.
+std::string difference(const TrajectoryInfo& body, const std::string& options, const WantedRun& wanted) {
+    const int frames = body.frames - 1;  // without the start
+    if (body.recipe.str() != wanted.spec.text) return "of another scene";
+    if (frames != wanted.spec.time.frames)
+        return fmt::format("of {} frames instead of {}", frames, wanted.spec.time.frames);
+    const std::string option = options.empty() ? "" : differing_option(options, wanted.options);
+    return option.empty() ? "" : fmt::format("with {}", option);
 }
 
 }  // namespace
 
-bool is_finished(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs, int frames,
-                 const ExtrasRequest& extras) {
-    for (const auto& output : {paths.recording, paths.csv, paths.vtu, paths.obj, paths.picture})
-        if (!output.empty() && !std::filesystem::exists(output)) return false;
-    if (std::filesystem::exists(journal_path(paths))) return false;
-    const auto written = std::filesystem::last_write_time(paths.recording);
-    for (const std::filesystem::path& input : inputs)
-        if (std::filesystem::exists(input) && std::filesystem::last_write_time(input) >= written)
-            return false;
-    return has_all(paths.recording, frames, extras);
-}
-
-void check_no_other_run(const SceneOutput& paths, const SceneSpec& spec) {
-    if (!std::filesystem::exists(paths.recording) || std::filesystem::exists(journal_path(paths))) return;
-    for (const TrajectoryInfo& body : trajectories_of(paths.recording)) {
+EarlierRun find_earlier_run(const SceneOutput& paths, const WantedRun& wanted) {
+    if (!std::filesystem::exists(paths.recording) || std::filesystem::exists(journal_path(paths))) return {};
+    const bool up_to_date = are_up_to_date(paths, wanted.inputs);
+    const auto recording = opened(paths.recording, up_to_date);
+    if (!recording) return {};
+    const std::string options = recording->label(run_options_label);
+    for (const TrajectoryInfo& body : recording->trajectories()) {
         if (!body.failure.empty()) continue;
-        const int frames = body.frames - 1;  // without the start
-        if (body.recipe.str() == spec.text && frames == spec.time.frames) continue;
-        throw std::runtime_error(fmt::format(
-            "{}: holds a finished run of {}; without --resume it is replaced", paths.recording.string(),
-            body.recipe.str() == spec.text ? fmt::format("{} frames instead of {}", frames, spec.time.frames)
-                                           : "another scene"));
+        if (const std::string other = difference(body, options, wanted); !other.empty())
+            throw std::runtime_error(
+                fmt::format("{}: holds a finished run {}; without --resume it is replaced",
+                            paths.recording.string(), other));
     }
+    return {.is_finished = up_to_date && has_all(*recording, wanted.spec.time.frames + 1, wanted.extras),
+            .tells_options = !options.empty()};
 }
 
 }  // namespace nbd

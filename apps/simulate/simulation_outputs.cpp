@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "apps/cli/output_paths.hpp"
+#include "apps/simulate/run_options.hpp"
 #include "collision/base/temporary_files.hpp"
 #include "meshing/formats/write_surface.hpp"
 #include "sim/contact/self_contact.hpp"
@@ -65,6 +66,7 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
       table_(paths.csv.empty() ? StepTable() : StepTable(paths.csv)) {
     if (!extras.scene_file.empty())
         recording_.label(scene_file_label, relative_to(paths.recording, extras.scene_file));
+    if (!extras.options.empty()) recording_.label(run_options_label, extras.options);
     if (extras_.contact_edges) contact_edges_.emplace(contact_edge_finder(world));
     TrajectoryInfo info{.seed = spec.seed, .body_hash = {}, .recipe = spec.text, .failure = {}};
     for (int b = 0; b < world.body_count(); ++b) {

@@ -18,7 +18,8 @@ namespace nbd {
 /// What a recording holds besides the bodies' motion.
 struct RecordingExtras {
     std::filesystem::path
-        scene_file{};  // where the scene was read; stored relative to the recording; may be empty
+        scene_file{};       // where the scene was read; stored relative to the recording; may be empty
+    std::string options{};  // run_options_text() of the run; may be empty
     ExtrasRequest of_frames{};
 };
 

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "tests/apps/small_files.hpp"
+#include "tests/support/edit_file.hpp"
 #include "tests/support/file_damage.hpp"
 
 namespace nbd::test {
@@ -197,6 +198,46 @@ TEST_F(ResumeTest, KeepsAFinishedRunOfAnotherSceneOrOfOtherFrames) {
     EXPECT_NE(refused(other).find("holds a finished run of another scene; without --resume"),
               std::string::npos);
     EXPECT_TRUE(read_bytes(folder() / where / "run.h5") == before);
+}
+
+TEST_F(ResumeTest, KeepsAFinishedRunWithOtherOptions) {
+    const std::string where = "other_options";
+    fs::create_directories(folder() / where);
+    simulate(where, {"--bounds", "boxes"});
+    const std::string before = read_bytes(folder() / where / "run.h5");
+    const auto says = [&](const std::vector<std::string>& more, const std::string& difference) {
+        std::vector<std::string> arguments = command(where, more);
+        arguments.insert(arguments.end(), {"--resume"});
+        EXPECT_EQ(refused(arguments), "nbdtree: error: " + where + "/run.h5: holds a finished run with " +
+                                          difference + "; without --resume it is replaced\n");
+    };
+    says({}, "--bounds boxes instead of no --bounds");
+    says({"--bounds", "exact"}, "--bounds boxes instead of --bounds exact");
+    says({"--bounds", "boxes", "--margin", "0.3"}, "no --margin instead of --margin 0.3");
+    says({"--bounds", "boxes", "--contacts", "7"}, "no --contacts instead of --contacts 7");
+    EXPECT_EQ(
+        refused({"simulate", "scene.json", "-o", where + "/run.h5", "--bounds", "boxes", "--resume"}),
+        "nbdtree: error: " + where +
+            "/run.h5: holds a finished run with --audit 3 instead of no --audit; without --resume it is "
+            "replaced\n");
+    EXPECT_EQ(run(folder(), command(where, {"--bounds", "boxes", "--resume"})).err, "");
+    EXPECT_TRUE(read_bytes(folder() / where / "run.h5") == before);
+}
+
+TEST_F(ResumeTest, SaysWhichOptionsAFinishedRunIgnores) {
+    const std::string where = "ignoring", file = where + "/run.h5";
+    fs::create_directories(folder() / where);
+    simulate(where, {});
+    const auto warning = [&](const std::vector<std::string>& more) {
+        const Ran ran = run(folder(), command(where, more));
+        EXPECT_EQ(ran.status, 0);
+        return ran.err;
+    };
+    const std::string ignores = "nbdtree: warning: " + file + ": the run is finished, so it ignores ";
+    EXPECT_EQ(warning({"--resume"}), "");
+    EXPECT_EQ(warning({"--resume", "--live", "--strict"}), ignores + "--live, --strict\n");
+    EditFile(folder() / file).remove_attribute("/", "options");  // as earlier versions wrote it
+    EXPECT_EQ(warning({"--resume", "--bounds", "boxes"}), ignores + "--bounds, --audit\n");
 }
 
 TEST_F(ResumeTest, UsesADamagedJournalUpToTheDamage) {
