@@ -139,6 +139,7 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
                     paths.recording.string(), counted(frames, "frame"), total.time,
                     counted(total.frames_in_contact, "frame"), total.deepest_penetration,
                     100 * total.deepest_penetration / size));
+    for (const std::string& line : other_outputs(paths)) out.text(line);
     if (std::isfinite(total.least_distance))
         out.text(fmt::format("least distance between surfaces at the end of a step: {:.3g} m",
                              total.least_distance));
@@ -192,8 +193,8 @@ void run(const SimulateArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     SceneSpec spec = load_scene(arguments.scene);
-    override(spec, arguments);
     const RunOptions options = options_of(arguments, spec);
+    override(spec, arguments);
     std::vector<std::filesystem::path> inputs = scene_inputs(spec);
     inputs.push_back(arguments.scene);
     const SceneOutput paths = output_paths(arguments.output, spec.output, arguments.scene, arguments.outside);

@@ -33,6 +33,17 @@ SceneOutput output_paths(const SceneOutput& typed, const SceneOutput& scene, con
     return paths;
 }
 
+std::vector<std::string> other_outputs(const SceneOutput& paths) {
+    std::vector<std::string> lines;
+    for (const auto& [path, content] :
+         {std::pair(paths.csv, "table with one line per step"),
+          std::pair(paths.vtu, "folder of frames, which scene.pvd opens"),
+          std::pair(paths.obj, "folder of surfaces, one file per frame and body"),
+          std::pair(paths.picture, "picture of up to six frames")})
+        if (!path.empty()) lines.push_back(fmt::format("{}: {}", path.string(), content));
+    return lines;
+}
+
 std::filesystem::path journal_path(const SceneOutput& paths) { return paths.recording.string() + ".journal"; }
 
 void check_outputs(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs) {

@@ -15,6 +15,9 @@ namespace nbd {
 SceneOutput output_paths(const SceneOutput& typed, const SceneOutput& scene, const std::string& scene_file,
                          bool outside);
 
+/// The outputs besides the recording: path and content of each, one line each.
+std::vector<std::string> other_outputs(const SceneOutput& paths);
+
 /// Where a run keeps its frames until it is complete.
 std::filesystem::path journal_path(const SceneOutput& paths);
 

@@ -74,5 +74,19 @@ TEST_F(MessagesTest, OutputsRefuseOtherExtensions) {
     });
 }
 
+TEST_F(MessagesTest, SimulateNamesAllThatItWrote) {
+    write("short.json", R"({"bodies": [{"body": "box.h5"}], "time": {"frames": 2}})");
+    const Ran ran = run(folder(), {"simulate", "short.json", "-o", "short.h5", "--csv", "short.csv", "--vtu",
+                                   "short_vtu", "--obj", "short_obj", "--picture", "short.png"});
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("short.h5: 2 frames, "));
+    EXPECT_THAT(ran.out, HasSubstr("\nshort.csv: table with one line per step\n"
+                                   "short_vtu: folder of frames, which scene.pvd opens\n"
+                                   "short_obj: folder of surfaces, one file per frame and body\n"
+                                   "short.png: picture of up to six frames\n"));
+    const Ran bare = run(folder(), {"simulate", "short.json", "-o", "short.h5"});
+    EXPECT_THAT(bare.out, Not(HasSubstr("table")));
+}
+
 }  // namespace
 }  // namespace nbd::test
