@@ -57,6 +57,7 @@ void run(const CollideArguments& arguments, Output& out) {
     out.work("colliding");
     const BoundKind bounds = bound_kind(arguments.bounds);
     PosedSurface a = read_pose(arguments.a, bounds), b = read_pose(arguments.b, bounds);
+    check_model_of({&a, &b}, bounds, arguments.margin.has_value());
     PosedTree tree_a = posed(a, bounds, arguments.margin), tree_b = posed(b, bounds, arguments.margin);
     PairQuery query;
     const std::span<const FacePair> pairs = arguments.distance < 0
@@ -92,13 +93,13 @@ void add_collide(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<CollideArguments>();
     CLI::App* command = app.add_subcommand("collide", "Finds the faces of two surfaces that touch");
     command->footer(
-        "A and B: a surface file (with exact bounds), or TREE.h5@POSE, where POSE is a surface file with the "
-        "tree's "
-        "faces\n"
-        "or RECORDING.h5:trajectory:frame.");
+        "A and B: a surface file (with boxes as bounds, or exact spheres), or TREE.h5@POSE, where POSE is a\n"
+        "surface file with the tree's faces or RECORDING.h5:trajectory:frame.");
     command->add_option("A", arguments->a, "First surface")->required();
     command->add_option("B", arguments->b, "Second surface")->required();
-    command->add_option("--bounds", arguments->bounds, "Bounds of surfaces given as TREE.h5@POSE")
+    command
+        ->add_option("--bounds", arguments->bounds,
+                     "Bounds of surfaces given as TREE.h5@POSE; surface files can have exact and boxes")
         ->capture_default_str()
         ->check(bounds_name());
     command

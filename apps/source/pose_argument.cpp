@@ -122,6 +122,19 @@ PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
             .rest = std::move(file.X)};
 }
 
+void check_model_of(std::initializer_list<const PosedSurface*> surfaces, BoundKind bounds, bool has_margin) {
+    if (std::ranges::any_of(surfaces, &PosedSurface::from_tree)) return;
+    if (bounds != BoundKind::automatic && !is_exact(bounds))
+        throw std::invalid_argument(
+            fmt::format("--bounds: a surface file does not have {} bounds; allowed: exact, boxes, auto, or "
+                        "TREE.h5@POSE instead of the file",
+                        name(bounds)));
+    if (has_margin && bounds != BoundKind::exact)
+        throw std::invalid_argument(
+            "--margin: boxes of a surface file take none; allowed: with --bounds exact, or TREE.h5@POSE "
+            "instead of the file");
+}
+
 ShownSurface shown_surface(std::string name, PosedSurface posed, BoundKind bounds,
                            std::optional<float> margin) {
     const bool has_bounds = posed.from_tree || is_exact(bounds);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,11 +38,15 @@ std::optional<RecordedFrames> recorded_frames(std::string_view text);
 int find_frames(const RecordingReader& recording, const RecordedFrames& frames, const std::string& body_hash,
                 std::string_view whose);
 
-/// Reads `SURFACE` (a surface file, with exact bounds) or `TREE.h5@POSE`, where POSE is a surface file with
-/// the tree's faces or `RECORDING.h5:trajectory:frame`. bounds: those that a tree is to be used with;
-/// `affine` needs a recorded pose. For these, and for `auto` where the pose has nodes, the tree gets its
-/// affine model. Throws std::runtime_error that names the wrong part.
+/// Reads `SURFACE` (a surface file, with boxes or exact spheres as bounds) or `TREE.h5@POSE`, where POSE is a
+/// surface file with the tree's faces or `RECORDING.h5:trajectory:frame`. bounds: those that a tree is to be
+/// used with; `affine` needs a recorded pose. For these, and for `auto` where the pose has nodes, the tree
+/// gets its affine model. Throws std::runtime_error that names the wrong part.
 PosedSurface read_pose(const std::string& argument, BoundKind bounds);
+
+/// Throws std::invalid_argument if the bounds need a model, or a margin is given to bounds without radii, and
+/// none of the surfaces has a tree file.
+void check_model_of(std::initializer_list<const PosedSurface*> surfaces, BoundKind bounds, bool has_margin);
 
 /// The surface as a page shows it. bounds, margin: of its tree, if it has one; otherwise exact ones.
 ShownSurface shown_surface(std::string name, PosedSurface posed, BoundKind bounds,

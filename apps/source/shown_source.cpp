@@ -189,8 +189,9 @@ ViewScene view_of_surface(const SourceArgument& argument) {
     const std::string name = fs::path(argument.source).filename().string();
     std::optional<float> margin;
     if (argument.margin) margin = static_cast<float>(*argument.margin);
-    return view_of_surfaces({shown_surface(name, read_pose(argument.source, bounds), bounds, margin)}, name,
-                            0);
+    PosedSurface posed = read_pose(argument.source, bounds);
+    check_model_of({&posed}, bounds, margin.has_value());
+    return view_of_surfaces({shown_surface(name, std::move(posed), bounds, margin)}, name, 0);
 }
 
 }  // namespace nbd

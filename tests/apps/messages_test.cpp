@@ -36,6 +36,37 @@ TEST_F(MessagesTest, TrainSaysThatTheBodyHasFewerModes) {
     EXPECT_EQ(nlohmann::json::parse(fewer.out)["modes"], 4);
 }
 
+TEST_F(MessagesTest, SurfaceFilesRefuseBoundsThatNeedATree) {
+    const std::string allowed = " bounds; allowed: exact, boxes, auto, or TREE.h5@POSE instead of the file",
+                      no_margin =
+                          "--margin: boxes of a surface file take none; allowed: with --bounds exact, or "
+                          "TREE.h5@POSE instead of the file";
+    expect_refused({
+        {{"collide", "box.obj", "box.obj", "--bounds", "nbd"},
+         1,
+         "--bounds: a surface file does not have nbd" + allowed},
+        {{"collide", "box.obj", "box.obj", "--bounds", "affine"},
+         1,
+         "--bounds: a surface file does not have affine" + allowed},
+        {{"view", "box.obj", "-o", "x.html", "--bounds", "certified"},
+         1,
+         "--bounds: a surface file does not have certified" + allowed},
+        {{"collide", "box.obj", "box.obj", "--margin", "0.1"}, 1, no_margin},
+        {{"collide", "box.obj", "box.obj", "--margin", "0.1", "--bounds", "boxes"}, 1, no_margin},
+    });
+    const auto found_with = [](const std::vector<std::string>& more) {
+        std::vector<std::string> arguments{"collide", "box.obj", "box.obj", "--json"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return nlohmann::json::parse(run(folder(), arguments).out)["bounds"][0];
+    };
+    EXPECT_EQ(found_with({}), "boxes");
+    EXPECT_EQ(found_with({"--bounds", "boxes"}), "boxes");
+    EXPECT_EQ(found_with({"--bounds", "exact", "--margin", "0.1"}), "exact");
+    EXPECT_EQ(run(folder(), {"collide", "tree.h5@box.obj", "box.obj", "--bounds", "bd", "--margin", "1"}).err,
+              "");
+    EXPECT_THAT(run(folder(), {"collide", "--help"}).out, HasSubstr("a surface file (with boxes as bounds"));
+}
+
 TEST_F(MessagesTest, OutputsRefuseOtherExtensions) {
     write("falling.json", R"({"bodies": [{"body": "box.h5"}], "output": {"picture": "run.jpg"}})");
     const auto ends = [](const std::string& path, const std::string& in, const std::string& allowed) {
