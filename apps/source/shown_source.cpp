@@ -10,6 +10,7 @@
 #include "apps/simulate/simulation_outputs.hpp"
 #include "apps/source/pose_argument.hpp"
 #include "apps/view/scene_view.hpp"
+#include "meshing/h5/reader.hpp"
 #include "sim/excitation/recipe_obstacles.hpp"
 #include "sim/world/body_tree.hpp"
 
@@ -51,7 +52,23 @@ SceneSpec recorded_scene(const SourceArgument& argument, const RecordingReader& 
     return spec;
 }
 
+/// Throws what says how a body or a tree is shown, neither of which has poses.
+void refuse_without_poses(const std::string& path) {
+    const std::string format = h5::Reader(path).format().name;
+    if (format == "nbdtree body")
+        throw std::invalid_argument(
+            fmt::format("{0}: is a body, which has no poses; allowed: RECORDING.h5:trajectory --body {0}, "
+                        "TREE.h5@RECORDING.h5:trajectory, or a surface file",
+                        path));
+    if (format == "nbdtree tree")
+        throw std::invalid_argument(
+            fmt::format("{0}: is a tree, which has no poses; allowed: {0}@RECORDING.h5:trajectory, or "
+                        "{0}@SURFACE",
+                        path));
+}
+
 ShownRecording open_scene(const SourceArgument& argument, const Output& out) {
+    refuse_without_poses(argument.source);
     const auto recording = std::make_shared<const RecordingReader>(argument.source);
     const SceneSpec spec = recorded_scene(argument, *recording);
     Output silent = out;

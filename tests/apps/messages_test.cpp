@@ -67,6 +67,19 @@ TEST_F(MessagesTest, SurfaceFilesRefuseBoundsThatNeedATree) {
     EXPECT_THAT(run(folder(), {"collide", "--help"}).out, HasSubstr("a surface file (with boxes as bounds"));
 }
 
+TEST_F(MessagesTest, ViewSaysHowABodyOrATreeIsShown) {
+    expect_refused({
+        {{"view", "box.h5", "-o", "x.html"},
+         1,
+         "box.h5: is a body, which has no poses; allowed: RECORDING.h5:trajectory --body box.h5, "
+         "TREE.h5@RECORDING.h5:trajectory, or a surface file"},
+        {{"view", "tree.h5", "-o", "x.html"},
+         1,
+         "tree.h5: is a tree, which has no poses; allowed: tree.h5@RECORDING.h5:trajectory, or "
+         "tree.h5@SURFACE"},
+    });
+}
+
 TEST_F(MessagesTest, OutputsRefuseOtherExtensions) {
     write("falling.json", R"({"bodies": [{"body": "box.h5"}], "output": {"picture": "run.jpg"}})");
     const auto ends = [](const std::string& path, const std::string& in, const std::string& allowed) {
