@@ -38,7 +38,7 @@ SceneSpec recorded_scene(const SourceArgument& argument, const RecordingReader& 
                         argument.source, argument.source, recording.trajectories().front().id,
                         argument.source, recording.trajectories().front().id));
     if (!argument.scene.empty() && !fs::exists(argument.scene))
-        throw std::runtime_error(fmt::format("{}: there is no such file or folder", argument.scene));
+        throw std::runtime_error(fmt::format("{}: no such file or folder", argument.scene));
     SceneSpec spec = parse_scene(recipe, scene_folder(argument, recording));
     for (const fs::path& file : scene_inputs(spec))
         if (!fs::exists(file))

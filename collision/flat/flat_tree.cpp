@@ -204,6 +204,8 @@ void use_names_of_version_2(FlatFieldReader& file) {
 std::vector<std::byte> file_content(const std::filesystem::path& path) {
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(path, error);
+    if (error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory)
+        fail(path, "no such file");
     if (error) fail(path, "cannot be read: ", error.message());
     errno = 0;
     std::ifstream in(path, std::ios::binary);

@@ -64,7 +64,8 @@ bool is_one_string(hid_t type, hid_t space) {
 OpenedFile::OpenedFile(const std::filesystem::path& path) : path_(path) {
     struct stat status {};
     if (stat(path.c_str(), &status) != 0) {
-        if (errno == ENOENT || errno == ENOTDIR) refuse(std::strerror(errno), ours);
+        if (errno == ENOENT || errno == ENOTDIR)
+            throw std::runtime_error(fmt::format("{}: no such file", path.string()));
         driven_.error = errno;
         check_reads();
     }

@@ -122,6 +122,8 @@ RecipeRanges parse_recipe_ranges(std::string_view text) {
 }
 
 RecipeRanges load_recipe_ranges(const std::filesystem::path& path) {
+    if (!std::filesystem::exists(path))
+        throw std::runtime_error(fmt::format("{}: no such file", path.string()));
     std::ifstream in;
     if (std::filesystem::is_regular_file(path)) in.open(path, std::ios::binary);
     if (!in.is_open())

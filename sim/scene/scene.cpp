@@ -334,6 +334,8 @@ std::string scene_text(const std::filesystem::path& path) {
         throw std::runtime_error(fmt::format("{}: cannot read the scene: {}", path.string(), why));
     };
     std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored) && !ignored)
+        throw std::runtime_error(fmt::format("{}: no such file", path.string()));
     if (std::filesystem::is_directory(path, ignored)) fail("it is a folder");
     if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
         fail("it is a special file; allowed: a regular file");

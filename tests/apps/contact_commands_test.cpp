@@ -113,7 +113,9 @@ TEST_F(ContactCommands, BenchmarksRun) {
     EXPECT_EQ(std::ranges::count(rows, '\n'), 2 + 3 * 2);
     EXPECT_NE(rows.find("drop,free,1,1,108,16,16,0,0,"), std::string::npos) << rows;
     EXPECT_EQ(test::listing(folder() / "pictures").size(), 3u);
-    EXPECT_EQ(test::run_bench(folder(), {"contact", "absent.json"}).status, 2);
+    const Ran absent = test::run_bench(folder(), {"contact", "absent.json"});
+    EXPECT_EQ(absent.status, 1);
+    EXPECT_EQ(absent.err, "nbdtree-bench: error: absent.json: no such file\n");
 }
 
 }  // namespace

@@ -148,8 +148,7 @@ TEST_F(DatasetTest, RecreatesDamagedAndMissingShards) {
     EXPECT_EQ(trained.status, 1);
     EXPECT_EQ(trained.err,
               "nbdtree: error: damaged/data.h5: cannot read a shard: "
-              "damaged/data.shards/000004-000007.h5: No such "
-              "file or directory; allowed: a file written by nbdtree\n");
+              "damaged/data.shards/000004-000007.h5: no such file\n");
 
     const Ran again = run(folder(), command("damaged"));
     EXPECT_EQ(again.status, 0);
@@ -235,7 +234,7 @@ TEST_F(DatasetTest, FollowsRecipeFiles) {
               "nbdtree: error: wrong.json: recipe.kinds: unknown key \"dorp\"; the nearest known one is "
               "\"drop\"\n");
     EXPECT_EQ(run(folder(), command("wrong", {"--recipe", "none.json"})).err,
-              "nbdtree: error: none.json: cannot be read; allowed: a JSON file\n");
+              "nbdtree: error: none.json: no such file\n");
     EXPECT_TRUE(files("wrong").empty());
 }
 

@@ -180,7 +180,7 @@ DATASET = [
      "outside of the folder of the file"),
     ("a shard of another dataset", set_attribute(SHARD, "/", "dataset", np.bytes_("0" * 64)),
      "belongs to another dataset"),
-    ("a missing shard", remove_shard, "No such file or directory"),
+    ("a missing shard", remove_shard, "no such file"),
     ("a wrong checksum in the manifest", set_digit_of_a_checksum, "as in the manifest"),
     ("a damaged chunk", flip_a_byte, f"dataset '/{THREE}/positions' is damaged"),
     ("a truncated dataset", truncate("data.h5"), "is truncated or damaged"),

@@ -85,7 +85,7 @@ void add_bench_contact(CLI::App& app, Output& out) {
     CLI::App* command = app.add_subcommand("contact",
                                            "Runs scenes as they are, with `self_contact` and with "
                                            "`intersection_free`, and counts what went wrong");
-    command->add_option("SCENES", arguments->scenes, "Scene files")->required()->check(CLI::ExistingFile);
+    command->add_option("SCENES", arguments->scenes, "Scene files")->required();
     command
         ->add_option("--seeds", arguments->config.seeds, "Runs of each scene; all but the first are jittered")
         ->check(whole_number(1, 1000))

@@ -237,7 +237,7 @@ TEST(Scene, ReportsEveryProblemAtOnce) {
 
 TEST(Scene, NamesAnUnreadableFileAndTheReason) {
     EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/nowhere/scene.json"); }),
-              "/nowhere/scene.json: cannot read the scene: No such file or directory");
+              "/nowhere/scene.json: no such file");
     EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/proc"); }),
               "/proc: cannot read the scene: it is a folder");
 }

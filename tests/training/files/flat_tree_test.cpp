@@ -286,7 +286,7 @@ TEST_F(FlatTree, RejectsForeignFiles) {
     EXPECT_EQ(error_of([&] { load_flat_tree(path); }),
               path.string() + ": is not a flat tree; allowed: files from `nbdtree export --flat`");
     EXPECT_EQ(error_of([&] { load_flat_tree(folder / "none.nbd"); }),
-              (folder / "none.nbd").string() + ": cannot be read: No such file or directory");
+              (folder / "none.nbd").string() + ": no such file");
     EXPECT_EQ(error_of([&] { load_flat_tree(folder); }),
               folder.string() + ": cannot be read: Is a directory");
 }
