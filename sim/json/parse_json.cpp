@@ -88,9 +88,8 @@ nlohmann::json parse_json(std::string_view text) {
         const std::size_t column =
             before.size() - (line_start == std::string_view::npos ? 0 : line_start + 1) + 1;
         std::string what = error.what();
-        if (const auto detail = what.rfind(": ");
-            detail != std::string::npos && what.find("syntax error") < detail)
-            what = what.substr(what.find("syntax error"));
+        // In front stands the position, which the message has already.
+        if (const auto detail = what.find("syntax error"); detail != std::string::npos) what.erase(0, detail);
         std::ranges::replace(what, '\n', ' ');
         throw std::invalid_argument(fmt::format("line {}, column {}: {}", line, column, for_message(what)));
     } catch (const nlohmann::json::out_of_range& error) {  // a number beyond double; has no position

@@ -206,6 +206,12 @@ TEST(Scene, SyntaxErrorsNameLineAndColumn) {
     EXPECT_EQ(message.rfind("line 3, column ", 0), 0u) << message;
     EXPECT_NE(message.find("syntax error"), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos);
+    EXPECT_EQ(complaint("{"),
+              "line 1, column 2: syntax error while parsing object key - unexpected end of input; expected "
+              "string literal");
+    EXPECT_EQ(complaint("{\"a\": \"x: y"),
+              "line 1, column 12: syntax error while parsing value - invalid string: missing closing quote; "
+              "last read: '\"x: y'");
 }
 
 TEST(Scene, ReportsTruncationAnywhereInOneLine) {
