@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "meshing/formats/printable.hpp"
+#include "meshing/checks/printable.hpp"
 
 namespace nbd {
 namespace {

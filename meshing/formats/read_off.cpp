@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "meshing/formats/printable.hpp"
+#include "meshing/checks/printable.hpp"
 
 namespace nbd {
 namespace {

@@ -18,7 +18,8 @@
 #include <utility>
 
 #include "collision/base/shortened.hpp"
-#include "meshing/formats/check_glb.hpp"
+#include "meshing/checks/check_glb.hpp"
+#include "meshing/checks/check_obj.hpp"
 #include "meshing/formats/polygon_soup.hpp"
 #include "meshing/formats/read_off.hpp"
 #include "meshing/formats/read_ply.hpp"
@@ -120,6 +121,7 @@ PolygonSoup read_by_assimp(const fs::path& path, const std::string& extension) {
 TriMesh read_surface(const fs::path& path) try {
     const std::string extension = check_file(path);
     if (extension == ".glb") check_glb(path);
+    if (extension == ".obj") check_obj(path);
     return weld(triangulate(extension == ".ply"   ? read_ply(path)
                             : extension == ".off" ? read_off(path)
                                                   : read_by_assimp(path, extension)));

@@ -1,4 +1,4 @@
-#include "meshing/formats/check_glb.hpp"
+#include "meshing/checks/check_glb.hpp"
 
 #include <fmt/format.h>
 
