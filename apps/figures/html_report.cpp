@@ -152,7 +152,7 @@ std::string html_report(const TreeFile& file, const BodyFigures& figures,
     const std::vector<BodyRows> bodies{figures.rows};
     std::string html = fmt::format(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title>\n"
-        "<style>{1}</style></head><body>\n<h1>The collision tree {0}</h1>\n<div class=\"trust\">\n",
+        "<style>{1}</style></head><body>\n<h1>{0}: bounds of a collision tree</h1>\n<div class=\"trust\">\n",
         escaped(figures.rows.body), style);
     for (const auto& sentences : {verdicts(coverage), verdicts(figures.rows.rows)})
         for (const std::string& sentence : sentences) html += fmt::format("<p>{}</p>\n", escaped(sentence));

@@ -132,5 +132,10 @@ TEST_F(MessagesTest, SimulateNamesAllThatItWrote) {
     EXPECT_THAT(bare.out, Not(HasSubstr("table")));
 }
 
+TEST_F(MessagesTest, TheReportOfATreeIsTitledByItsName) {
+    make({"evaluate", "tree.h5", "data.h5", "--html", "report.html", "--max-frames", "5", "-q"});
+    EXPECT_THAT(read_bytes(folder() / "report.html"), HasSubstr("<h1>tree: bounds of a collision tree</h1>"));
+}
+
 }  // namespace
 }  // namespace nbd::test
