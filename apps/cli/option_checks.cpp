@@ -37,8 +37,7 @@ CLI::Validator one_of(std::vector<std::string> names) {
     return CLI::Validator(
         [is_member, names](std::string& text) {
             const std::string refusal = is_member(text);
-            return refusal.empty() ? refusal
-                                   : fmt::format("{}; the nearest is {}", refusal, nearest_name(text, names));
+            return refusal.empty() ? refusal : refusal + nearest_hint(text, names, "; the nearest is {}");
         },
         is_member.get_description());
 }

@@ -90,7 +90,7 @@ inline CLI::Validator sample_count() {
         "0, 16 .. 128");
 }
 
-/// One of these names; the message of another one names the nearest.
+/// One of these names; the message of another one names the nearest, if one is near.
 CLI::Validator one_of(std::vector<std::string> names);
 
 /// Names of these bounds; also accepts their names of release 0.1.

@@ -45,8 +45,8 @@ std::string unknown_command(const CLI::App& app) {
     return fmt::format("{}; known commands: {}",
                        rest.empty()
                            ? "no command"
-                           : fmt::format("unknown command or option '{}'; the nearest command is '{}'",
-                                         rest.front(), nearest_name(rest.front(), names)),
+                           : fmt::format("unknown command or option '{}'{}", rest.front(),
+                                         nearest_hint(rest.front(), names, "; the nearest command is '{}'")),
                        fmt::join(names, ", "));
 }
 
@@ -65,8 +65,9 @@ std::string unexpected_argument(const CLI::App& app) {
             "{}: too many arguments, the first that was not expected is '{}'; see {} {} --help",
             command.get_name(), rest.front(), app.get_name(), command.get_name());
     const std::string word = option->substr(0, option->find('='));
-    return fmt::format("{}: unknown option '{}'; the nearest known one is '{}'", command.get_name(), word,
-                       nearest_name(word, names));
+    return fmt::format("{}: unknown option '{}'{}; see {} {} --help", command.get_name(), word,
+                       nearest_hint(word, names, "; the nearest known one is '{}'"), app.get_name(),
+                       command.get_name());
 }
 
 /// Quotes an argument for a shell.
@@ -117,8 +118,8 @@ void choose_kernels(const std::string& instructions) {
         if (!form) refuse("this CPU does not support these instructions");
         return use_kernels(*form);
     }
-    refuse(
-        fmt::format("allowed: plain, avx2 and avx512; the nearest is {}", nearest_name(instructions, names)));
+    refuse(fmt::format("allowed: plain, avx2 and avx512{}",
+                       nearest_hint(instructions, names, "; the nearest is {}")));
 }
 
 /// The arguments after the program's name, in reverse order as CLI11 expects them, with old command names

@@ -32,9 +32,8 @@ void set(MaterialChange& change, const std::string& text, const std::string& key
                                                                : nullptr;
     if (!constant && key != "law")
         refuse(text,
-               fmt::format("key \"{}\" is not known; allowed: young, poisson, density, law; the nearest "
-                           "is {}",
-                           key, nearest_name(key, {"young", "poisson", "density", "law"})));
+               fmt::format("key \"{}\" is not known; allowed: young, poisson, density, law{}", key,
+                           nearest_hint(key, {"young", "poisson", "density", "law"}, "; the nearest is {}")));
     if (constant ? constant->has_value() : change.law.has_value())
         refuse(text, fmt::format("key \"{}\" occurs twice", key));
     if (constant) {
@@ -43,8 +42,9 @@ void set(MaterialChange& change, const std::string& text, const std::string& key
     }
     change.law = material_law(value);
     if (!change.law)
-        refuse(text, fmt::format("law \"{}\" is not known; allowed: {}; the nearest is {}", value,
-                                 fmt::join(names_of_laws(), ", "), nearest_name(value, names_of_laws())));
+        refuse(text,
+               fmt::format("law \"{}\" is not known; allowed: {}{}", value, fmt::join(names_of_laws(), ", "),
+                           nearest_hint(value, names_of_laws(), "; the nearest is {}")));
 }
 
 }  // namespace

@@ -166,11 +166,10 @@ std::string JsonObject::choice(const std::string& key, const std::string& fallba
         const std::string chosen(current ? current(text) : text);
         if (std::ranges::find(choices, chosen) != choices.end()) return chosen;
     }
-    problem(key,
-            fmt::format("is {}, but must be {}{}", shown(*entry), joined(choices, " or "),
-                        entry->is_string() ? fmt::format("; the nearest is \"{}\"",
-                                                         nearest_name(entry->get<std::string>(), choices))
-                                           : ""));
+    problem(key, fmt::format("is {}, but must be {}{}", shown(*entry), joined(choices, " or "),
+                             entry->is_string()
+                                 ? nearest_hint(entry->get<std::string>(), choices, "; the nearest is \"{}\"")
+                                 : ""));
     return fallback;
 }
 
@@ -215,9 +214,8 @@ std::vector<JsonObject> JsonObject::objects(const std::string& key) {
 void JsonObject::finish() {
     for (const auto& [key, value] : value_->items()) {
         if (std::ranges::find(known_, key) != known_.end()) continue;
-        note(fmt::format("{}unknown key {}; the nearest known one is \"{}\"",
-                         path_.empty() ? "" : path_ + ": ", shown(nlohmann::json(key)),
-                         nearest_name(key, known_)));
+        note(fmt::format("{}unknown key {}{}", path_.empty() ? "" : path_ + ": ", shown(nlohmann::json(key)),
+                         nearest_hint(key, known_, "; the nearest known one is \"{}\"")));
     }
 }
 

@@ -1,5 +1,7 @@
 #include "sim/json/nearest_name.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 #include <utility>
@@ -24,9 +26,25 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-const std::string& nearest_name(std::string_view word, const std::vector<std::string>& known) {
-    return *std::ranges::min_element(known, {},
-                                     [&](const std::string& name) { return edit_distance(word, name); });
+std::string nearest_name(std::string_view word, const std::vector<std::string>& known) {
+    const std::size_t letters = word.size() - std::min(word.find_first_not_of('-'), word.size());
+    std::string nearest;
+    std::size_t least = (letters + 2) / 3 + 1;
+    for (const std::string& name : known)
+        if (const std::size_t distance = edit_distance(word, name); distance < least) {
+            least = distance;
+            nearest = name;
+        }
+    if (!nearest.empty() || letters < 3) return nearest;
+    const auto longer =
+        std::ranges::find_if(known, [&](const std::string& name) { return name.ends_with(word); });
+    return longer == known.end() ? "" : *longer;
+}
+
+std::string nearest_hint(std::string_view word, const std::vector<std::string>& known,
+                         std::string_view phrase) {
+    const std::string nearest = nearest_name(word, known);
+    return nearest.empty() ? "" : fmt::format(fmt::runtime(phrase), nearest);
 }
 
 }  // namespace nbd

@@ -1,4 +1,4 @@
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <memory>
@@ -14,7 +14,6 @@
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "sim/json/nearest_name.hpp"
 #include "training/files/frame_stream.hpp"
 
 namespace nbd {
@@ -50,8 +49,8 @@ std::vector<PairMethodEntry> methods_for(const PeersArguments& arguments, const 
     std::erase_if(all, [&](const PairMethodEntry& method) { return !wanted(arguments, method.name); });
     if (all.empty())
         throw std::runtime_error(
-            fmt::format("--methods matches none of the methods; the nearest to '{}' is '{}'",
-                        arguments.only.front(), nearest_name(arguments.only.front(), names)));
+            fmt::format("--methods: '{}' matches none; allowed: {}, or a beginning of them and *",
+                        arguments.only.front(), fmt::join(names, ", ")));
     return all;
 }
 
