@@ -125,10 +125,10 @@ struct SceneReading {
 };
 
 /// Reads a scene. All keys except `bodies` are optional: assets/scenes/README.md explains them,
-/// assets/scenes/scene.schema.json lists them for editors, and the structs above give the defaults. base:
-/// folder of relative paths. Throws std::invalid_argument, one line, for the first problem: a syntax error
-/// with line and column; a duplicate key, a wrong type, a number out of range or an unknown key with its JSON
-/// path, what was allowed, and the nearest known key.
+/// assets/scenes/schema/scene.schema.json lists them for editors, and the structs above give the defaults.
+/// base: folder of relative paths. Throws std::invalid_argument, one line, for the first problem: a syntax
+/// error with line and column; a duplicate key, a wrong type, a number out of range or an unknown key with
+/// its JSON path, what was allowed, and the nearest known key.
 SceneSpec parse_scene(std::string_view text, const std::filesystem::path& base);
 
 /// Like parse_scene(), but continues after a problem. Throws only if the text is not JSON or has a duplicate

@@ -14,13 +14,11 @@
 namespace nbd::test {
 namespace {
 
-/// Names of the example scenes, except demo.json, which needs files from apps/demo.
+/// Names of the example scenes, which `nbdtree validate assets/scenes/*.json` checks.
 std::vector<std::string> scenes() {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(NBD_ASSETS "/scenes")) {
-        const std::string name = entry.path().stem();
-        if (entry.path().extension() == ".json" && name != "scene.schema" && name != "demo")
-            names.push_back(name);
+        if (entry.path().extension() == ".json") names.push_back(entry.path().stem());
     }
     return names;
 }

@@ -10,7 +10,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(PROJECT / "apps" / "docs" / "site"))
 from schema_page import SchemaPage, keys_without
 
-SCHEMAS = [PROJECT / "assets" / "scenes" / "scene.schema.json", PROJECT / "assets" / "recipes" / "recipe.schema.json"]
+SCHEMAS = [PROJECT / "assets" / "scenes" / "schema" / "scene.schema.json", PROJECT / "assets" / "recipes" / "recipe.schema.json"]
 
 
 def keys_of(schema):

@@ -26,9 +26,9 @@ from staging import Staging
 
 THEME = Path("/usr/share/mkdocs/themes/material")
 MARKER = ".made_by_build_site"  # in the folders that a build makes; mkdocs leaves hidden files in place
-REFERENCES = {"assets/scenes/scene.schema.json": "reference/scene.md", "assets/recipes/recipe.schema.json": "reference/recipe.md",
+REFERENCES = {"assets/scenes/schema/scene.schema.json": "reference/scene.md", "assets/recipes/recipe.schema.json": "reference/recipe.md",
               "apps/python/nbdtree/__init__.pyi": "reference/python.md"}
-SCENE = """Keys of a [scene file](../assets/scenes/README.md), made from `assets/scenes/scene.schema.json`, which a test holds against the
+SCENE = """Keys of a [scene file](../assets/scenes/README.md), made from `assets/scenes/schema/scene.schema.json`, which a test holds against the
 parser. All keys without the word *required* may be left out. An unknown key is an error that names the nearest known one."""
 RECIPE = """Keys of a [recipe](../apps/docs/datasets.md#recipes), made from `assets/recipes/recipe.schema.json`, which a test holds
 against the parser. All keys may be left out. A *range* is `{"from": 1, "to": 2}`, from which a number is drawn for each use; the
@@ -60,7 +60,7 @@ class Failure(Exception):
 
 def write_references(staging, source, build):
     """Writes the pages that are made from something else. Returns the navigation of each program's commands."""
-    for path, title, introduction in (("assets/scenes/scene.schema.json", "Scene reference", SCENE),
+    for path, title, introduction in (("assets/scenes/schema/scene.schema.json", "Scene reference", SCENE),
                                       ("assets/recipes/recipe.schema.json", "Recipe reference", RECIPE)):
         schema = json.loads((source / path).read_text())
         staging.write(Path(REFERENCES[path]), SchemaPage(schema, title, introduction).text)
