@@ -35,8 +35,9 @@ bool is_number(std::string_view word) {
         return error != std::errc::invalid_argument && end == text.data() + text.size();
     };
     if (is_all(word)) return true;
-    const std::size_t comma = word.find(',');
-    return comma != word.npos && is_all(std::string(word).replace(comma, 1, "."));
+    std::string with_point(word);
+    std::ranges::replace(with_point, ',', '.');
+    return with_point != word && is_all(with_point);
 }
 
 /// Index of the vertex in a corner such as 3, 3/1 or -1//2; empty if it is no whole number.
