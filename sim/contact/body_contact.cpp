@@ -38,13 +38,16 @@ void BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const P
     b.require(pairs, &PatchPair::b);
     near_.clear();
     flipped_.clear();
-    const float room = 8 * (a.tolerance() + b.tolerance());
+    const float room = 8 * (a.tolerance() + b.tolerance()),
+                farthest = static_cast<float>(reach.most()) + room;
     for (const PatchPair& pair : pairs) {
         const PatchBounds &s = a.bounds(pair.a), &t = b.bounds(pair.b);
+        const float squared = squared_distance(s, t);
+        if (squared > farthest * farthest) continue;  // most pairs
         const float most =
             static_cast<float>(reach.least() + std::min(reach.approach, double{relative_motion(s, t)})) +
             room;
-        if (squared_distance(s, t) > most * most) continue;
+        if (squared > most * most) continue;
         near_.push_back(pair);
         flipped_.push_back({pair.b, pair.a});
     }

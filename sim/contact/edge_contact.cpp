@@ -198,16 +198,24 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
     constexpr int pairs_per_task = 256;
     const int tasks = (static_cast<int>(near.size()) + pairs_per_task - 1) / pairs_per_task;
     std::vector<std::vector<EdgePair>> found(static_cast<std::size_t>(tasks));
+    // Pairs of edges that are both no longer make no contact.
+    const double shortest = detail == ContactDetail::enough ? short_share * reach.apart : 0;
+    const auto surely_short = static_cast<float>(std::max(0.0, shortest - room));
     const auto search = [&](const PatchPair& pair, std::vector<EdgePair>& facing) {
         LaneFlags flags;
+        const float others = b.patches.bounds(pair.b).longest_edge;
         const float most = reach_of(pair);
         const PosedEdges *packs_a = a.patches.edges(pair.a), *packs_b = b.patches.edges(pair.b);
         const auto edges_a = in_a.edges[pair.a], edges_b = in_b.edges[pair.b];
         for (std::size_t i = 0; i < edges_a.size(); ++i) {
             const FloatEdge edge(packs_a[i / width], i % width);
+            const bool is_short = edge.squared <= surely_short * surely_short;
+            if (is_short && others <= surely_short) continue;
             if (!may_face(edge, b.patches.bounds(pair.b), most, tolerance)) continue;
             for (std::size_t first = 0; first < edges_b.size(); first += width) {
-                if (!flag_facing(edge, packs_b[first / width], most, tolerance, flags)) continue;
+                const PosedEdges& pack = packs_b[first / width];
+                if (is_short && pack.longest_squared <= surely_short * surely_short) continue;
+                if (!flag_facing(edge, pack, most, tolerance, flags)) continue;
                 const std::size_t count = std::min(width, edges_b.size() - first);
                 for (std::size_t k = 0; k < count; ++k)
                     if (flags[k]) facing.push_back({edges_a[i], edges_b[first + k]});
@@ -225,7 +233,6 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
     std::vector<EdgePair> facing;
     for (const std::vector<EdgePair>& part : found) facing.insert(facing.end(), part.begin(), part.end());
     std::ranges::sort(facing);
-    const double shortest = detail == ContactDetail::enough ? short_share * reach.apart : 0;
     for (const EdgePair& pair : facing) {
         // Patches with short edges alone were left out; of the others, edges are judged one by one, so that
         // contacts do not depend on which edges lie in one patch.

@@ -251,6 +251,7 @@ void PosedPatches::pose_edges(int patch, PosedEdges* packs) const {
     const auto edges = surface_->patches().edges[patch];
     for (std::size_t k = 0; k < (edges.size() + width - 1) / width * width; ++k) {
         PosedEdges& pack = packs[k / width];
+        if (k % width == 0) pack.longest_squared = 0;
         const bool used = k < edges.size();
         const std::array<float, 3> p = used ? position(ends(edges[k], 0)) : nowhere,
                                    q = used ? position(ends(edges[k], 1)) : nowhere;
@@ -261,6 +262,7 @@ void PosedPatches::pose_edges(int patch, PosedEdges* packs) const {
             squared += (q[i] - p[i]) * (q[i] - p[i]);
         }
         pack.squared[k % width] = squared;
+        pack.longest_squared = std::max(pack.longest_squared, squared);
         pack.inverse_length[k % width] = std::sqrt(inverse_of(squared));
     }
 }

@@ -55,6 +55,7 @@ struct PosedPatch {
 struct PosedEdges {
     PatchLanes3 p, d;
     PatchLanes squared, inverse_length;  // of the lengths; 0 for edges without length
+    float longest_squared;               // the largest of these
 };
 
 /// Two patches, one of each surface.
