@@ -21,7 +21,8 @@ std::string text_hash(std::string_view text) {
 
 std::string file_hash(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
-    if (!file && errno == ENOENT) throw std::runtime_error(fmt::format("{}: no such file", path.string()));
+    if (!file && (errno == ENOENT || errno == ENOTDIR))
+        throw std::runtime_error(fmt::format("{}: no such file", path.string()));
     if (!file || std::filesystem::is_directory(path))
         throw std::runtime_error(fmt::format("{}: cannot be read: {}", path.string(),
                                              file ? "it is a folder" : std::strerror(errno)));

@@ -50,10 +50,13 @@ TrainConfig train_config(const TrainArguments& arguments) {
 }
 
 /// Says that a body has fewer modes than training would take; empty if it has as many.
-std::string fewer_modes(const std::string& path, int has, int wanted) {
+std::string fewer_modes(const std::string& path, const Body& body, int wanted) {
+    const int has = body.modes.count(), possible = most_modes(static_cast<int>(body.tets.X.rows()));
     if (has >= wanted) return {};
+    if (has >= possible)
+        return fmt::format("{}: has {} modes, as many as it can have, all of which are used", path, has);
     return fmt::format("{0}: has {1} modes, all of which are used; `nbdtree modes {0} -m {2}` computes {2}",
-                       path, has, wanted);
+                       path, has, std::min(wanted, possible));
 }
 
 void run(const TrainArguments& arguments, Output& out) {
@@ -105,7 +108,7 @@ void run(const TrainArguments& arguments, Output& out) {
     const Stopwatch watch;
     const RecordingReader recording(arguments.recording);
     const int modes = std::min(config.modes, body.modes.count());
-    const std::string fewer = nbd ? fewer_modes(arguments.body, modes, config.modes) : "";
+    const std::string fewer = nbd ? fewer_modes(arguments.body, body, config.modes) : "";
     // Who asked for so many hears of it before the work; else it stands among the results.
     if (arguments.modes && !fewer.empty() && rank.number == 0) out.warning(fewer);
     SurfaceBody surface = surface_body(body);

@@ -96,8 +96,9 @@ bool pack_shard(const ShardFolder& folder, const std::string& key, int shard,
 
 std::string file_sha256(const std::filesystem::path& path) {
     const auto fail = [&] {
-        const std::string why =
-            errno == ENOENT ? "no such file" : fmt::format("cannot be read: {}", std::strerror(errno));
+        const std::string why = errno == ENOENT || errno == ENOTDIR
+                                    ? "no such file"
+                                    : fmt::format("cannot be read: {}", std::strerror(errno));
         throw std::runtime_error(fmt::format("{}: {}", path.string(), why));
     };
     const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "meshing/checks/printable.hpp"
 
@@ -53,14 +54,19 @@ std::optional<std::int64_t> vertex_index(std::string_view corner) {
 /// Follows the lines of a file.
 class ObjCheck {
  public:
-    /// A line may hold several statements, with carriage returns between them.
+    /// Carriage returns end lines, too. After a backslash at its end a line goes on, even a comment.
     void line(std::string_view text) {
-        ++number_;
-        for (std::size_t end = text.find('\r'); end != text.npos; end = text.find('\r')) {
-            statement(text.substr(0, end));
+        bool belongs_to_last = std::exchange(goes_on_, false);
+        if (text.ends_with('\r')) text.remove_suffix(1);
+        for (;;) {
+            ++number_;
+            const std::size_t end = text.find('\r');
+            const std::string_view part = text.substr(0, end);
+            goes_on_ = part.ends_with('\\');
+            if (!std::exchange(belongs_to_last, false)) statement(part);
+            if (goes_on_ || end == text.npos) return;
             text.remove_prefix(end + 1);
         }
-        statement(text);
     }
 
     /// Checks the faces that came before their vertices.
@@ -78,11 +84,10 @@ class ObjCheck {
     void statement(std::string_view text) {
         if (text.size() < 2 || (text[0] != 'v' && text[0] != 'f') || white.find(text[1]) == white.npos)
             return;
-        const bool goes_on = text.substr(0, text.find_last_not_of(white) + 1).ends_with('\\');
         const bool is_vertex = text[0] == 'v';
         vertices_ += is_vertex;
         text.remove_prefix(1);
-        if (goes_on) return;
+        if (goes_on_) return;
         is_vertex ? check_vertex(text.substr(0, text.find('#'))) : check_face(text);
     }
 
@@ -116,6 +121,7 @@ class ObjCheck {
     }
 
     std::int64_t number_ = 0, vertices_ = 0;
+    bool goes_on_ = false;                           // the line that was read last, in the next one
     std::int64_t farthest_ = 0, farthest_line_ = 0;  // the largest index of a face, and where it is
 };
 

@@ -198,7 +198,7 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
     constexpr int pairs_per_task = 256;
     const int tasks = (static_cast<int>(near.size()) + pairs_per_task - 1) / pairs_per_task;
     std::vector<std::vector<EdgePair>> found(static_cast<std::size_t>(tasks));
-    // Pairs of edges that are both no longer make no contact.
+    // Two edges of at most this length make no contact.
     const double shortest = detail == ContactDetail::enough ? short_share * reach.apart : 0;
     const auto surely_short = static_cast<float>(std::max(0.0, shortest - room));
     const auto search = [&](const PatchPair& pair, std::vector<EdgePair>& facing) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cassert>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -59,6 +60,7 @@ class SweepMatrix {
     }
     std::size_t slot(int row, std::size_t k) const noexcept {
         const auto first = static_cast<std::size_t>(order_->offset[static_cast<std::size_t>(row)]);
+        assert(order_->place[first + k] >= 0);  // not the diagonal
         return static_cast<std::size_t>(order_->place[first + k]);
     }
     Row part(Range range, const float* x) const noexcept {

@@ -190,8 +190,10 @@ void measure_accuracy(const Pencil& pencil, const EigenPairs& pairs, ModeReport&
 
 }  // namespace
 
+int most_modes(int nodes) noexcept { return 3 * nodes - rigid_count - 1; }
+
 Modes vibration_modes(const ElasticBody& body, const ModeOptions& options) {
-    const int most = body.unknown_count() - rigid_count - 1;
+    const int most = most_modes(body.node_count());
     if (options.count < 1 || options.count > most)
         throw std::invalid_argument(fmt::format("modes: count is {}, allowed: 1 to {} for {} nodes",
                                                 options.count, most, body.node_count()));

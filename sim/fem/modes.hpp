@@ -28,6 +28,9 @@ struct Modes {
     ModeReport report;
 };
 
+/// How many modes a body of so many nodes can have.
+int most_modes(int nodes) noexcept;
+
 /// The lowest vibration modes K u = lambda M u of the free body at rest: frequencies in Hz, ascending;
 /// columns M-orthonormal, the largest entry of each positive. The six rigid modes are computed too, checked
 /// (exactly six that span translations and rotations) and dropped. The same seed gives the same bits. Uses

@@ -10,7 +10,7 @@
 
 namespace nbd {
 
-/// The symmetric matrix of a step: 3x3 blocks in single precision, but for those on the diagonal, which are
+/// The symmetric matrix of a step, in 3x3 blocks. Those off the diagonal are in single precision, those on it
 /// in double precision, so that rows keep their sums: moving all nodes alike costs no force.
 class StepMatrix {
  public:

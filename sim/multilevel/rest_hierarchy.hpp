@@ -22,9 +22,9 @@ struct Transfer {
 
 /// A level of aggregates with six unknowns each, the shares of their rigid motions.
 struct RestLevel {
-    LevelMatrix<6> A;                                   // off the diagonal
-    std::vector<Eigen::Matrix<double, 6, 6>> diagonal;  // blocks, not rounded
-    BlockSparse<6, 6> to_factorize{};                   // the whole, of small levels and of the last
+    LevelMatrix<6> A;                                   // blocks off the diagonal
+    std::vector<Eigen::Matrix<double, 6, 6>> diagonal;  // the others, not rounded
+    BlockSparse<6, 6> to_factorize{};                   // all of them, of small levels and of the last
     Transfer<6> coarser{};                              // from the next level; empty at the coarsest
 };
 

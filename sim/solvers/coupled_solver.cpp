@@ -64,7 +64,10 @@ void CoupledSolver::precondition(const CoupledSystem& system, double norm) {
     for_parts(r_.size(), [&](Eigen::Index begin, Eigen::Index size) {
         Az_.segment(begin, size) = norm * cycle_out_.segment(begin, size).cast<double>();
     });
-    patch_.clear(system, Az_, z_);  // what is left of r_
+    // Az_ is what is left of r_, which is zero on the patch. There contacts make the cycle's rounding too
+    // large.
+    patch_.take_residual(system, couplings_, z_, Az_);
+    patch_.clear(system, Az_, z_);
     for_parts(r_.size(), [&](Eigen::Index begin, Eigen::Index size) {
         Az_.segment(begin, size) = r_.segment(begin, size) - Az_.segment(begin, size);
     });

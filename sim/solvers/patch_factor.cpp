@@ -101,7 +101,7 @@ void PatchFactor::analyze(const CoupledSystem& system, const CouplingSum& coupli
     solution_.resize(3 * static_cast<Eigen::Index>(nodes_.size()));
 }
 
-/// Couplings do not reach the border: all nodes of one that couples nodes lie in the patch.
+/// Couplings do not reach the border: one that acts on two or more nodes lies in the patch.
 void PatchFactor::find_border(const CoupledSystem& system) {
     std::vector<char> is_border(slot_.size(), 0);
     for (const int i : nodes_) {
@@ -124,6 +124,27 @@ void PatchFactor::factorize(const CoupledSystem& system, const CouplingSum& coup
     if (nodes_.empty()) return;
     fill(system, couplings);
     cholesky_.factorize(A_);
+}
+
+void PatchFactor::take_residual(const CoupledSystem& system, const CouplingSum& couplings,
+                                const Eigen::VectorXd& v, Eigen::VectorXd& r) const {
+    const CouplingMatrix<3>& C = couplings.matrix();
+    parallel_for(
+        node_count(),
+        [&](int s) {
+            const int own = nodes_[static_cast<std::size_t>(s)];
+            const auto [body, node] = place_of(system, own);
+            Eigen::Vector3d product =
+                system.systems[body].matrix().multiply_row(node, v.data() + system.first_unknown[body]);
+            if (const int row = couplings.row_of(own); row >= 0) {
+                const auto columns = C.blocks.columns_of(row);
+                for (std::size_t k = 0; k < columns.size(); ++k)
+                    product += C.blocks.block(row, k) *
+                               v.segment<3>(3 * C.rows[static_cast<std::size_t>(columns[k])]);
+            }
+            r.segment<3>(3 * own) = -product;
+        },
+        64);
 }
 
 void PatchFactor::clear(const CoupledSystem& system, Eigen::VectorXd& r, Eigen::VectorXd& v) {

@@ -21,14 +21,18 @@ class PatchFactor {
     void begin() noexcept { is_new_ = true; }
 
     /// couplings: those of the system. inside: [nodes of the system], non-zero for nodes that the patch must
-    /// have. It keeps those that it has had since begin(), because analysing a smaller pattern costs more
-    /// than it saves. Throws std::runtime_error if the matrix of the patch is not positive definite or not
-    /// finite.
+    /// have: for clear(), all nodes of every coupling that acts on two or more. It keeps those that it has
+    /// had since begin(), because analysing a smaller pattern costs more than it saves. Throws
+    /// std::runtime_error if the matrix of the patch is not positive definite or not finite.
     void factorize(const CoupledSystem& system, const CouplingSum& couplings,
                    const std::vector<char>& inside);
 
     int node_count() const noexcept { return static_cast<int>(nodes_.size()); }
     bool empty() const noexcept { return nodes_.empty(); }
+
+    /// r = -A v on the patch, in double precision. The system must be the factorised one.
+    void take_residual(const CoupledSystem& system, const CouplingSum& couplings, const Eigen::VectorXd& v,
+                       Eigen::VectorXd& r) const;
 
     /// r -= A e and v += e, with e = A_S^-1 r_S on the patch S, so that r vanishes there. r: residual of v.
     /// The system must be the factorised one.
@@ -59,7 +63,7 @@ class PatchFactor {
     Cholesky cholesky_;
     bool analyzed_ = false;
     Eigen::VectorXd solution_;  // of the last solve, on the patch
-    Eigen::VectorXd spread_;    // [unknowns] likewise, zero outside the patch
+    Eigen::VectorXd spread_;    // [unknowns] that of the last clear(), zero outside the patch
 };
 
 }  // namespace nbd

@@ -15,7 +15,8 @@ struct WorldSnapshot {
     double dt_before = 0;           // length of the part of a step that ended here, seconds; 0: none
     std::vector<BodyState> bodies;  // positions and velocities, one per body
     std::vector<BodyState> before;  // those of the step before, for BDF2; empty arrays or an empty list: none
-    std::vector<Nodes> velocities_before;  // likewise, where the linear solver starts
+    // Velocities before the last step, which tell where they head for; empty arrays or an empty list: none.
+    std::vector<Nodes> velocities_before;
     ContactSides sides;
 };
 

@@ -23,6 +23,7 @@ TEST(CheckObj, AcceptsWhatTheFormatAllows) {
         "2// -1/x\r\n",
         "f 1 2 3\n" + triangle,                                    // the face comes first
         "v 0 0 \\\n0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n",            // lines that go on
+        triangle + "# C:\\models\\\nf 1 2 9\nf 1 2 3\n",           // a comment that goes on
         "v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r",                    // carriage returns alone
         "v 0,5 0 0\nv 1 0 nan\nv 0 1e999 0\nf 1 2 3\nfoo x\nvp\n"  // a decimal comma; what is not finite
                                                                    // comes later
@@ -44,6 +45,10 @@ TEST(CheckObj, NamesTheLineOfWhatIsWrong) {
         {triangle + "f 1 2 0/1\n",
          "line 4: the face refers to vertex 0; allowed: from 1 on, or from -1 back"},
         {triangle + "f 1 2 c\n", "line 4: the face has 'c'; allowed: corners such as 3, 3/1 or 3/1/2"},
+        {"v 0 0 0\rv 1 0 0\rv 0 1 0\r\rf 1 2 4\r",
+         "line 5: the face refers to vertex 4, but the file has 3 vertices"},
+        {"# one \\\nv 0 0 0\n" + triangle + "f 1 2 4\n",
+         "line 6: the face refers to vertex 4, but the file has 3 vertices"},
         {triangle + "f 1 2 99999999999999999999\n",
          "line 4: the face has '99999999999999999999'; allowed: corners such as 3, 3/1 or 3/1/2"}};
     for (const auto& [content, error] : cases) EXPECT_EQ(refusal(content), error) << content;
