@@ -17,6 +17,7 @@
 #include "apps/train/shared_training.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "meshing/surface/counted.hpp"
+#include "sim/fem/modes.hpp"
 #include "training/calibrate/calibrate.hpp"
 #include "training/files/recording.hpp"
 #include "training/learn/train_tree.hpp"
