@@ -42,6 +42,7 @@ LINES = ["mesh assets/ring.obj -o out.h5", "mesh corpus/msh/four.msh -o out.h5",
          "race assets/scenes/rings.json --frames 2", "validate assets/scenes/rings.json", "collide assets/ring.obj assets/gear.obj",
          "inspect poses.h5 --check", "view run.h5 -o out.html", "view poses.h5:0 --body body.h5 -o out.html"]
 OUTPUTS = ["out.h5", "out.nbd", "out.html", "out.csv", "folder"]
+OUTPUT_OF = {words[0]: words[words.index("-o") + 1] for words in map(str.split, LINES) if "-o" in words}  # by command
 
 
 def help_of(program, *command):
@@ -97,7 +98,8 @@ class Draw:
         words = [command.name]
         for _ in range(command.positionals if r.random() < 0.9 else r.randrange(4)):
             words.append(r.choice(self.files) if r.random() < 0.9 else r.choice(WORDS))
-        return words + (["-o", r.choice(OUTPUTS)] if command.has_output else [])
+        output = OUTPUT_OF.get(command.name, "out.h5") if r.random() < 0.8 else r.choice(OUTPUTS)
+        return words + (["-o", output] if command.has_output else [])
 
     def line(self):
         r = self.random
