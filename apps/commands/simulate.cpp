@@ -54,7 +54,7 @@ void override(SceneSpec& spec, const SimulateArguments& arguments) {
     if (arguments.per_group) spec.contact.per_group = *arguments.per_group;
 }
 
-/// spec: as the scene has it.
+/// The options that change what a run of the scene computes. spec: before the options override it.
 RunOptions options_of(const SimulateArguments& arguments, const SceneSpec& spec) {
     const bool other_contacts =
         arguments.per_group.value_or(spec.contact.per_group) != spec.contact.per_group;
@@ -81,16 +81,13 @@ bool is_finished(const SceneOutput& paths, const WantedRun& wanted, const Simula
 }
 
 /// Everything that determines what a run computes.
-Journal::Facts facts_of(const SimulateArguments& arguments, const SceneSpec& spec) {
+Journal::Facts facts_of(const RunOptions& options, const SceneSpec& spec) {
     Journal::Facts facts{
         {"program version", std::string(version())},
         {"scene", text_hash(spec.text)},
-        {"--bounds", arguments.bounds},
-        {"--margin", arguments.margin ? fmt::format("{}", *arguments.margin) : ""},
         {"--frames", fmt::format("{}", spec.time.frames)},
-        {"--audit", fmt::format("{}", arguments.audit)},
-        {"--contacts", fmt::format("{}", spec.contact.per_group)},
     };
+    facts.insert(facts.end(), options.begin(), options.end());
     for (const std::filesystem::path& input : scene_inputs(spec))
         facts.emplace_back(input.filename().string(), file_hash(input));
     return facts;
@@ -211,7 +208,7 @@ void run(const SimulateArguments& arguments, Output& out) {
         fmt::format("continue with: {}{}", out.command_line, arguments.resume ? "" : " --resume");
     std::optional<Journal> opened;
     const auto open_journal = [&] {
-        opened.emplace(journal_path(paths), facts_of(arguments, spec), arguments.resume);
+        opened.emplace(journal_path(paths), facts_of(options, spec), arguments.resume);
         say_on_interrupt(
             fmt::format("{} holds the frames done; {}", journal_path(paths).string(), continues));
     };
