@@ -101,19 +101,25 @@ void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, c
     counters_.most_pairs = static_cast<long>(std::max({clusters_.size(), blocks_.size(), leaves_.size()}));
 }
 
-template <class Near, class Taken>
-void AffineWalk::find_faces(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken,
+template <class Taken, class FaceTest>
+void AffineWalk::find_faces(AffineBoxes& a, AffineBoxes& b, const Taken& taken, const FaceTest& face_test,
                             std::size_t enough, std::vector<FacePair>& pairs) {
     for (std::size_t& k = next_leaves_; k < leaves_.size() && pairs.size() < enough; ++k) {
         prefetch_ahead(
             leaves_, k, [&](int i) { a.prefetch_leaf(i); }, [&](int i) { b.prefetch_leaf(i); });
         const NodePair& pair = leaves_[k];
+        const unsigned in_a = a.faces_in(pair.a) & ~taken.proved_apart(pair.b, pair.a),
+                       in_b = b.faces_in(pair.b) & ~taken.proved_apart(pair.a, pair.b);
+        if (in_a == 0 || in_b == 0) {
+            ++counters_.proved;
+            continue;
+        }
         a.leaf(pair.a);
         b.leaf(pair.b);  // may move the first one, if both are one body
         const AffineBoxes::Leaf &s = a.leaf(pair.a), &t = b.leaf(pair.b);
         counters_.box_tests +=
-            near_pairs(Side{s.boxes, a.faces_in(pair.a), s.whole}, Side{t.boxes, b.faces_in(pair.b), t.whole},
-                       near, [&](int i, int j) {
+            near_pairs(Side{s.boxes, in_a, s.whole}, Side{t.boxes, in_b, t.whole}, face_test(pair.a, pair.b),
+                       [&](int i, int j) {
                            const FacePair slots{tree_width * pair.a + i, tree_width * pair.b + j};
                            if (taken.children(pair.a, pair.b, i, j) && taken.faces(slots.a, slots.b))
                                pairs.push_back(slots);
@@ -141,7 +147,10 @@ void AffineWalk::near_faces(AffineBoxes& a, AffineBoxes& b, float distance, std:
     pairs.clear();
     begin_leaves(a, b, distance, TwoBodies{});
     constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
-    with_test([&](const auto& near) { find_faces(a, b, near, TwoBodies{}, all, pairs); });
+    with_test([&](const auto& near) {
+        find_faces(
+            a, b, TwoBodies{}, [&](int, int) { return near; }, all, pairs);
+    });
 }
 
 std::span<const LeafPair> AffineWalk::near_leaves(AffineBoxes& a, AffineBoxes& b, float distance,
@@ -158,13 +167,20 @@ void AffineWalk::reserve(int packs, std::size_t pairs) {
 }
 
 void AffineWalk::begin_one_body(AffineBoxes& body, float distance) {
-    begin_leaves(body, body, distance, OneBody(body, nullptr));
+    begin_leaves(body, body, distance, OneBody(body, nullptr, nullptr));
 }
 
-bool AffineWalk::next_near_faces(AffineBoxes& body, const FacePairSet* left_out, std::size_t enough,
-                                 std::vector<FacePair>& pairs) {
-    with_test(
-        [&](const auto& near) { find_faces(body, body, near, OneBody(body, left_out), enough, pairs); });
+bool AffineWalk::next_near_faces(AffineBoxes& body, const FacePairSet* left_out, const NeighbourProof* proof,
+                                 const LeafReach* reach, std::size_t enough, std::vector<FacePair>& pairs) {
+    const OneBody taken(body, left_out, proof);
+    if (reach)
+        find_faces(
+            body, body, taken, [&](int a, int b) { return Within((*reach)(a, b)); }, enough, pairs);
+    else
+        with_test([&](const auto& near) {
+            find_faces(
+                body, body, taken, [&](int, int) { return near; }, enough, pairs);
+        });
     return next_leaves_ < leaves_.size();
 }
 

@@ -8,7 +8,8 @@
 
 #include "collision/bounds/affine/affine_boxes.hpp"
 #include "collision/geometry/geometry.hpp"
-#include "collision/query/face_pair_set.hpp"
+#include "collision/neighbours/face_pair_set.hpp"
+#include "collision/neighbours/neighbour_proof.hpp"
 
 namespace nbd {
 
@@ -23,10 +24,14 @@ using LeafPair = NodePair;
 /// distance of the walk. Must not throw.
 using BlockReach = std::function<float(int block_a, int block_b)>;
 
+/// Likewise for faces of two leaves.
+using LeafReach = std::function<float(int leaf_a, int leaf_b)>;
+
 /// Counters of a walk.
 struct AffineWalkCounters {
     long node_tests = 0;  // pairs of boxes of clusters, blocks and leaves compared, at most
     long leaf_pairs = 0;  // pairs of leaves whose boxes are near
+    long proved = 0;      // those of them of which a proof left out all faces
     long box_tests = 0;   // pairs of boxes of faces compared, at most
     long most_pairs = 0;  // of one level that the walk held at a time, except of faces
 };
@@ -48,9 +53,10 @@ class AffineWalk {
     /// must stay the same until it returns false.
     void begin_one_body(AffineBoxes& body, float distance);
     /// Appends pairs of slots, each pair once, until there are `enough` or no more. Takes no pair of faces
-    /// that share a vertex, nor of those left out (null: none). Returns whether there may be more.
-    bool next_near_faces(AffineBoxes& body, const FacePairSet* left_out, std::size_t enough,
-                         std::vector<FacePair>& pairs);
+    /// that share a vertex, nor of those left out or proved apart in this pose (null: none). reach: null: the
+    /// walk's distance everywhere. Returns whether there may be more.
+    bool next_near_faces(AffineBoxes& body, const FacePairSet* left_out, const NeighbourProof* proof,
+                         const LeafReach* reach, std::size_t enough, std::vector<FacePair>& pairs);
 
     const AffineWalkCounters& counters() const noexcept { return counters_; }
 
@@ -68,9 +74,10 @@ class AffineWalk {
     template <class Near, class Taken, class LeafTest>
     void find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken,
                      const LeafTest& leaf_test);
-    template <class Near, class Taken>
-    void find_faces(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken, std::size_t enough,
-                    std::vector<FacePair>& pairs);
+    /// face_test(leaf_a, leaf_b): the test for faces of these leaves.
+    template <class Taken, class FaceTest>
+    void find_faces(AffineBoxes& a, AffineBoxes& b, const Taken& taken, const FaceTest& face_test,
+                    std::size_t enough, std::vector<FacePair>& pairs);
     /// Begins a walk. Returns whether the bodies may be near each other.
     bool begin(const AffineBoxes& a, const AffineBoxes& b, float distance);
     template <class Taken>

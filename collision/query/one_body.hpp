@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include "collision/query/face_pair_set.hpp"
+#include "collision/neighbours/face_pair_set.hpp"
+#include "collision/neighbours/neighbour_proof.hpp"
 
 namespace nbd {
 
@@ -11,6 +12,7 @@ namespace nbd {
 struct TwoBodies {
     static bool children(int, int, int, int) noexcept { return true; }
     static bool faces(int, int) noexcept { return true; }
+    static unsigned proved_apart(int, int) noexcept { return 0; }
 };
 
 /// Which pairs a walk over one body with itself takes: every pair of parts once, and no faces that share a
@@ -18,8 +20,9 @@ struct TwoBodies {
 template <class Posed>
 class OneBody {
  public:
-    /// left_out: null: none.
-    OneBody(const Posed& body, const FacePairSet* left_out) noexcept : body_(body), left_out_(left_out) {}
+    /// left_out, proof: null: none.
+    OneBody(const Posed& body, const FacePairSet* left_out, const NeighbourProof* proof) noexcept
+        : body_(body), left_out_(left_out), proof_(proof) {}
 
     /// Whether to take children i and j of nodes a and b.
     static bool children(int a, int b, int i, int j) noexcept { return a != b || i <= j; }
@@ -30,10 +33,15 @@ class OneBody {
             if (v == t[0] || v == t[1] || v == t[2]) return false;
         return !(left_out_ && left_out_->contains(body_.face(slot_a), body_.face(slot_b)));
     }
+    /// Bits of faces of leaf b that are proved apart from all of leaf a.
+    unsigned proved_apart(int leaf_a, int leaf_b) const noexcept {
+        return proof_ ? proof_->apart(leaf_a, leaf_b) : 0;
+    }
 
  private:
     const Posed& body_;
     const FacePairSet* left_out_;
+    const NeighbourProof* proof_;
 };
 
 }  // namespace nbd

@@ -89,16 +89,19 @@ void SelfQuery::finish_batch(const Boxes& boxes, const Posed& posed, const Narro
 }
 
 template <class Narrow>
-void SelfQuery::find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow) {
+void SelfQuery::find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow,
+                                const LeafReach* reach) {
     const int fitted_before = boxes.fitted();
+    assert(!proof_ || &proof_->tree() == &boxes.tree());
     affine_walk_.begin_one_body(boxes, distance);
     for (bool more = true; more;) {
-        more = affine_walk_.next_near_faces(boxes, left_out_.get(), batch_size, batch_);
+        more = affine_walk_.next_near_faces(boxes, left_out_.get(), proof_, reach, batch_size, batch_);
         finish_batch(boxes, boxes, narrow);
     }
     counters_.nodes_bounded = boxes.fitted() - fitted_before;
     counters_.node_tests = affine_walk_.counters().node_tests;
     counters_.leaf_pairs = affine_walk_.counters().leaf_pairs;
+    counters_.leaf_pairs_proved = affine_walk_.counters().proved;
     counters_.box_tests = affine_walk_.counters().box_tests;
     counters_.most_pairs = std::max(counters_.most_pairs, affine_walk_.counters().most_pairs);
 }
@@ -115,7 +118,7 @@ void SelfQuery::find_sphere_pairs(PosedSpheres& posed, const SphereTree& tree, f
     for (const LeafPair& pair : leaf_pairs_) {
         const auto walk = [&](const auto& near) {
             walk_boxes(boxes, boxes.root(pair.a), boxes, boxes.root(pair.b), near,
-                       OneBody(boxes, left_out_.get()), stack_, batch_, counters_);
+                       OneBody(boxes, left_out_.get(), nullptr), stack_, batch_, counters_);
         };
         if (distance == 0)
             walk(Overlapping{});
@@ -128,37 +131,45 @@ void SelfQuery::find_sphere_pairs(PosedSpheres& posed, const SphereTree& tree, f
 }
 
 template <class Narrow>
-std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float distance, const Narrow& narrow) {
+std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float distance, const Narrow& narrow,
+                                                     const LeafReach* reach) {
     assert(distance >= 0 && std::isfinite(distance));
     assert(!left_out_ || left_out_->face_count() == body.tree().faces.rows());
     counters_ = {};
     batch_.clear();
     pairs_.clear();
     if (choose_bounds(*body.state_, *body.state_, false))
-        find_wide_pairs(body.state_->wide(), distance, narrow);
+        find_wide_pairs(body.state_->wide(), distance, narrow, reach);
     else
         find_sphere_pairs(body.state_->spheres(), body.tree().spheres, distance, narrow);
     body.state_->require_finite();
-    std::ranges::sort(pairs_);
     counters_.face_pairs = static_cast<long>(pairs_.size());
     counters_.most_pairs = std::max(counters_.most_pairs, counters_.face_pairs);
     return pairs_;
 }
 
+std::span<const FacePair> SelfQuery::sorted_pairs() {
+    std::ranges::sort(pairs_);
+    return pairs_;
+}
+
 std::span<const FacePair> SelfQuery::intersecting(PosedTree& body) {
-    return find_face_pairs(body, 0, [](std::vector<FacePair>& pairs, const auto& posed) {
+    find_face_pairs(body, 0, [](std::vector<FacePair>& pairs, const auto& posed) {
         keep_intersecting(pairs, posed, posed);
     });
+    return sorted_pairs();
 }
 
 std::span<const FacePair> SelfQuery::within(PosedTree& body, float distance) {
-    return find_face_pairs(body, distance, [distance](std::vector<FacePair>& pairs, const auto& posed) {
+    find_face_pairs(body, distance, [distance](std::vector<FacePair>& pairs, const auto& posed) {
         keep_within(pairs, posed, posed, distance);
     });
+    return sorted_pairs();
 }
 
-std::span<const FacePair> SelfQuery::boxes_within(PosedTree& body, float distance) {
-    return find_face_pairs(body, distance, [](std::vector<FacePair>&, const auto&) {});
+std::span<const FacePair> SelfQuery::boxes_within(PosedTree& body, float distance, const LeafReach* reach) {
+    return find_face_pairs(
+        body, distance, [](std::vector<FacePair>&, const auto&) {}, reach);
 }
 
 std::shared_ptr<const FacePairSet> near_at_rest(VerticesRef X, FacesRef F, float distance) {

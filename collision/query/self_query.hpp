@@ -4,8 +4,9 @@
 #include <span>
 #include <vector>
 
+#include "collision/neighbours/face_pair_set.hpp"
+#include "collision/neighbours/neighbour_proof.hpp"
 #include "collision/query/affine_walk.hpp"
-#include "collision/query/face_pair_set.hpp"
 #include "collision/query/pair_query.hpp"
 #include "collision/tree/posed_tree.hpp"
 
@@ -29,6 +30,11 @@ class SelfQuery {
     /// As PairQuery::reserve().
     void reserve(const PosedTree& body, std::size_t pairs);
 
+    /// Proofs of faces that are apart in the pose of the next queries, which need not look at them. Of the
+    /// body's box tree, for distances up to the reach that was proved; ignored by queries that walk down
+    /// spheres. Must outlive these queries; null: none.
+    void use(const NeighbourProof* proof) noexcept { proof_ = proof; }
+
     /// Pairs (a, b), a < b, of faces that have a point in common but no vertex, sorted, without repeats. This
     /// is the exact set for `exact`, `boxes`, `affine` and `certified` bounds. Learned bounds give a subset.
     std::span<const FacePair> intersecting(PosedTree& body);
@@ -37,19 +43,23 @@ class SelfQuery {
     /// nearer to each other than that: leave out near_at_rest() faces unless they matter.
     std::span<const FacePair> within(PosedTree& body, float distance);
 
-    /// Likewise pairs whose boxes come within `distance`: all pairs of within() and some more. For `boxes`
-    /// and `affine` bounds these are all pairs of such boxes; spheres may tell faces apart whose boxes are
-    /// near. In a step, those of its boxes over the whole step: see PosedTree::begin_step().
-    std::span<const FacePair> boxes_within(PosedTree& body, float distance);
+    /// Pairs whose boxes come within `distance`: all pairs of within() and some more, in no order. For
+    /// `boxes` and `affine` bounds these are all pairs of such boxes; spheres may tell faces apart whose
+    /// boxes are near. In a step, those of its boxes over the whole step: see PosedTree::begin_step(). reach:
+    /// faces of two leaves of the body's box tree need not be found farther apart than this; ignored by walks
+    /// down spheres; null: the distance everywhere.
+    std::span<const FacePair> boxes_within(PosedTree& body, float distance, const LeafReach* reach = nullptr);
 
     /// Counters of the last query.
     const QueryCounters& counters() const noexcept { return counters_; }
 
  private:
+    std::span<const FacePair> sorted_pairs();
     template <class Narrow>
-    std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Narrow& narrow);
+    std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Narrow& narrow,
+                                              const LeafReach* reach = nullptr);
     template <class Narrow>
-    void find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow);
+    void find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow, const LeafReach* reach);
     template <class Narrow>
     void find_sphere_pairs(PosedSpheres& posed, const SphereTree& tree, float distance, const Narrow& narrow);
     void find_leaf_pairs(PosedSpheres& posed, const SphereTree& tree, float distance);
@@ -58,6 +68,7 @@ class SelfQuery {
     void finish_batch(const Boxes& boxes, const Posed& posed, const Narrow& narrow);
 
     std::shared_ptr<const FacePairSet> left_out_;
+    const NeighbourProof* proof_ = nullptr;
     QueryCounters counters_;
     AffineWalk affine_walk_;
     std::vector<LeafPair> leaf_pairs_;

@@ -118,7 +118,7 @@ TEST(StepQuery, FindsTheFacesWhoseBoxesOverTheStepAreNear) {
                     b.begin(tree_b);
                     EXPECT_EQ(test::sorted(query.boxes_within(tree_a, tree_b, distance)), expected)
                         << name(of_a) << ", pose " << kind;
-                    EXPECT_EQ(listed(self.boxes_within(tree_a, distance)), expected_self)
+                    EXPECT_EQ(test::sorted(self.boxes_within(tree_a, distance)), expected_self)
                         << name(of_a) << ", pose " << kind;
                     tree_a.begin_pose(a.end);
                     tree_b.begin_pose(b.end);

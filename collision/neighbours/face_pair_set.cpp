@@ -1,4 +1,4 @@
-#include "collision/query/face_pair_set.hpp"
+#include "collision/neighbours/face_pair_set.hpp"
 
 #include <algorithm>
 #include <stdexcept>

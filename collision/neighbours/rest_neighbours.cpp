@@ -1,0 +1,94 @@
+#include "collision/neighbours/rest_neighbours.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "collision/neighbours/local_map.hpp"
+#include "collision/neighbours/region_builder.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr int leaves_a_task = 512;
+
+template <class List>
+void append(const List& from, List& to) {
+    to.insert(to.end(), from.begin(), from.end());
+}
+
+template <class Item>
+std::span<const Item> part(const std::vector<Item>& items, std::size_t begin, std::size_t end) noexcept {
+    return std::span(items).subspan(begin, end - begin);
+}
+
+}  // namespace
+
+RestNeighbours::RestNeighbours(Nodes X, FacesRef F, const WideTree& tree, const FacePairSet* left_out,
+                               double left_out_distance, double radius, const Executor& run)
+    : tree_(&tree), X_(std::move(X)) {
+    if (!is_over(tree, static_cast<int>(X_.rows()), F))
+        throw std::invalid_argument("the tree is not over these faces");
+    const FacePlaces places(tree);
+    const EdgeGraph graph(F, static_cast<int>(X_.rows()));
+    const RegionBuilder::Surface surface{X_, F, tree, places, graph, left_out, left_out_distance, radius};
+    std::vector<RegionBuilder::Lists> built(static_cast<std::size_t>(tree.leaves()));
+    run((tree.leaves() + leaves_a_task - 1) / leaves_a_task, [&](int task) {
+        RegionBuilder builder(surface);
+        for (int leaf = task * leaves_a_task; leaf < std::min((task + 1) * leaves_a_task, tree.leaves());
+             ++leaf)
+            built[static_cast<std::size_t>(leaf)] = builder.build(leaf);
+    });
+    leaves_.resize(built.size() + 1);
+    for (std::size_t l = 0; l < built.size(); ++l) {
+        append(built[l].vertices, vertices_);
+        append(built[l].covered, covered_);
+        leaves_[l].distance = built[l].distance;
+        leaves_[l].longest_edge = built[l].longest_edge;
+        leaves_[l + 1].vertices = vertices_.size();
+        leaves_[l + 1].covered = covered_.size();
+    }
+    run(tree.leaves(), [&](int leaf) { fit_leaf(leaf); });
+}
+
+void RestNeighbours::fit_leaf(int leaf) {
+    Leaf& of_leaf = leaves_[static_cast<std::size_t>(leaf)];
+    const std::span<const int> vertices = region(leaf).vertices;
+    if (vertices.empty()) return;
+    Eigen::AlignedBox3d box;
+    for (const int v : vertices) box.extend(X_.row(v).transpose());
+    of_leaf.centre = box.center();
+    of_leaf.size = std::max(box.sizes().maxCoeff() / 2, 1e-30);
+    of_leaf.half = box.sizes() / (2 * of_leaf.size);
+    const LocalPoints Z = local_points(X_, vertices, of_leaf.centre, of_leaf.size);
+    // A little is added to directions that nothing determines.
+    Fit sum = 1e-9 * static_cast<double>(vertices.size()) * Fit::Identity();
+    const TermMatrix T = terms(Z);
+    sum += T * T.transpose();
+    for_each_normal(*tree_, leaf, Z, [&](const MapTerms& slopes, double weight, int, int, int) {
+        sum += weight * slopes * slopes.transpose();
+    });
+    of_leaf.fit = sum.inverse();
+}
+
+RestNeighbours::Region RestNeighbours::region(int leaf) const noexcept {
+    const Leaf &from = leaves_[static_cast<std::size_t>(leaf)],
+               &to = leaves_[static_cast<std::size_t>(leaf) + 1];
+    return {.vertices = part(vertices_, from.vertices, to.vertices),
+            .covered = part(covered_, from.covered, to.covered),
+            .distance = from.distance,
+            .longest_edge = from.longest_edge,
+            .centre = from.centre,
+            .size = from.size,
+            .half = from.half,
+            .fit = from.fit};
+}
+
+unsigned RestNeighbours::covered(int leaf, int other) const noexcept {
+    const std::span<const Covered> all = region(leaf).covered;
+    const auto found = std::ranges::lower_bound(all, other, {}, &Covered::leaf);
+    return found != all.end() && found->leaf == other ? found->faces : 0;
+}
+
+}  // namespace nbd

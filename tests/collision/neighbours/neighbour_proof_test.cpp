@@ -1,0 +1,258 @@
+#include "collision/neighbours/neighbour_proof.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "collision/geometry/closest_points.hpp"
+#include "collision/query/self_query.hpp"
+#include "tests/support/brute_force.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nbd {
+namespace {
+
+using shapes::Surface;
+using Deformation = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
+
+struct NamedPose {
+    std::string name;
+    Deformation deform;
+};
+
+/// From stiff motions to ones that no proof can follow.
+std::vector<NamedPose> gentle_poses() {
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(2, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+    return {
+        {"moved", [=](const Eigen::Vector3d& x) { return turn * x + Eigen::Vector3d(5, -3, 2); }},
+        {"stretched", [](const Eigen::Vector3d& x) { return Eigen::Vector3d(1.3 * x[0], 0.9 * x[1], x[2]); }},
+        {"bent",
+         [](const Eigen::Vector3d& x) {
+             const double angle = 0.5 * x[0];
+             return Eigen::Vector3d((2 + x[2]) * std::sin(angle), x[1], (2 + x[2]) * std::cos(angle));
+         }},
+        {"twisted", [](const Eigen::Vector3d& x) {
+             return Eigen::AngleAxisd(0.4 * x[0], Eigen::Vector3d::UnitX()) * x;
+         }}};
+}
+std::vector<NamedPose> rough_poses() {
+    return {{"folded", [](const Eigen::Vector3d& x) { return Eigen::Vector3d(std::abs(x[0]), x[1], x[2]); }},
+            {"flat", [](const Eigen::Vector3d& x) { return Eigen::Vector3d(x[0], x[1], 0); }},
+            {"point", [](const Eigen::Vector3d&) { return Eigen::Vector3d::Zero(); }},
+            {"wavy",
+             [](const Eigen::Vector3d& x) {
+                 return Eigen::Vector3d(x[0], x[1] + 0.05 * std::sin(40 * x[0]),
+                                        x[2] + 0.05 * std::sin(50 * x[1]));
+             }},
+            {"wound", [](const Eigen::Vector3d& x) {
+                 const double angle = 12 * x[0];
+                 return Eigen::Vector3d((0.1 + x[2]) * std::sin(angle), x[1], (0.1 + x[2]) * std::cos(angle));
+             }}};
+}
+
+/// A surface with what is known of it at rest.
+struct Body {
+    explicit Body(const Surface& surface)
+        : X(surface.X), F(surface.F), tree(shared_exact_tree(X, F)), posed(tree, BoundKind::boxes) {
+        edge = (X.row(F(0, 0)) - X.row(F(0, 1))).norm();
+        left_out = near_at_rest(X, F, static_cast<float>(1.5 * edge));
+        const WideTree& wide = *posed.box_tree();
+        rest = std::make_shared<const RestNeighbours>(X.cast<double>(), F, wide, left_out.get(), 1.5 * edge,
+                                                      4 * edge);
+    }
+    Nodes pose(const Deformation& deform) const {
+        Nodes x(X.rows(), 3);
+        for (Eigen::Index v = 0; v < x.rows(); ++v) x.row(v) = deform(X.row(v).transpose().cast<double>());
+        return x;
+    }
+    bool needs_proof(int a, int b) const {
+        for (const int v : F.row(a))
+            for (const int w : F.row(b))
+                if (v == w) return false;
+        return !left_out->contains(a, b);
+    }
+
+    Vertices X;
+    Faces F;
+    std::shared_ptr<const CollisionTree> tree;
+    PosedTree posed;
+    double edge = 0;
+    std::shared_ptr<const FacePairSet> left_out;
+    std::shared_ptr<const RestNeighbours> rest;
+};
+
+std::vector<Body> bodies() {
+    std::vector<Body> all;
+    all.emplace_back(shapes::torus(36, 24));
+    all.emplace_back(shapes::sphere(20, 32));
+    return all;
+}
+
+/// How far faces that are proved apart are beyond what was proved, at least, metres.
+double least_margin(const Body& body, const NeighbourProof& proof, const Nodes& x, const Nodes& motion,
+                    const NeighbourProof::Reach& reach) {
+    const WideTree& tree = proof.tree();
+    const Vertices positions = x.cast<float>();
+    double least = std::numeric_limits<double>::infinity();
+    const auto check = [&](int a, int b) {
+        double moved = 0;
+        for (const int v : body.F.row(a))
+            for (const int w : body.F.row(b)) moved = std::max(moved, (motion.row(v) - motion.row(w)).norm());
+        const double distance = triangle_distance(test::face_triangle(positions, body.F, a),
+                                                  test::face_triangle(positions, body.F, b));
+        least = std::min(
+            {least, distance - reach.inside, distance - reach.apart - std::min(reach.approach, moved)});
+    };
+    for (int leaf = 0; leaf < tree.leaves(); ++leaf)
+        for (int other = 0; other < tree.leaves(); ++other) {
+            const unsigned apart = proof.apart(leaf, other);
+            for (int j = 0; apart >> j; ++j)
+                for (int i = 0; apart >> j & 1 && i < tree.faces_in[static_cast<std::size_t>(leaf)]; ++i) {
+                    const int a = tree.faces[static_cast<std::size_t>(tree_width * leaf + i)],
+                              b = tree.faces[static_cast<std::size_t>(tree_width * other + j)];
+                    if (body.needs_proof(a, b)) check(a, b);
+                }
+        }
+    return least;
+}
+
+int present_leaves(const WideTree& tree) {
+    return static_cast<int>(
+        std::ranges::count_if(tree.faces_in, [](std::uint8_t faces) { return faces > 0; }));
+}
+
+TEST(NeighbourProof, HoldsInEveryPose) {
+    const float rounding = 1e-5f;  // of positions in single precision, up to ten metres from the origin
+    for (Body& body : bodies()) {
+        const Nodes motion = body.pose([](const Eigen::Vector3d& x) {
+            return 0.02 * Eigen::Vector3d(std::sin(5 * x[1]), x[0] * x[2], std::cos(4 * x[0]));
+        });
+        const auto poses = [&] {
+            std::vector<NamedPose> all = gentle_poses();
+            for (const NamedPose& pose : rough_poses()) all.push_back(pose);
+            return all;
+        }();
+        int refused = 0;
+        for (const NamedPose& pose : poses)
+            for (const double share : {0.0, 0.3, 0.6}) {
+                SCOPED_TRACE(pose.name);
+                const NeighbourProof::Reach reach{.apart = share * body.edge,
+                                                  .approach = 0.5 * share * body.edge,
+                                                  .inside = 0.2 * body.edge};
+                NeighbourProof proof(body.rest);
+                const Nodes x = body.pose(pose.deform);
+                proof.prove(x, motion, reach);
+                EXPECT_GT(least_margin(body, proof, x, motion, reach), -rounding);
+                refused += proof.proved() < present_leaves(proof.tree());
+            }
+        EXPECT_GT(refused, 8);
+    }
+}
+
+TEST(NeighbourProof, SucceedsInGentlePosesAndNotInRoughOnes) {
+    for (Body& body : bodies()) {
+        NeighbourProof proof(body.rest);
+        const NeighbourProof::Reach reach{.apart = 0.5 * body.edge};
+        const int leaves = present_leaves(proof.tree());
+        for (const NamedPose& pose : gentle_poses()) {
+            proof.prove(body.pose(pose.deform), {}, reach);
+            EXPECT_GT(proof.proved(), 0.9 * leaves) << pose.name;
+        }
+        for (const NamedPose& pose : rough_poses()) {
+            proof.prove(body.pose(pose.deform), {}, reach);
+            EXPECT_LT(proof.proved(), leaves) << pose.name;
+        }
+    }
+}
+
+TEST(NeighbourProof, LeavesOutOfAQueryOnlyWhatIsFartherApart) {
+    for (Body& body : bodies()) {
+        NeighbourProof proof(body.rest);
+        long skipped = 0;
+        for (const auto& poses : {gentle_poses(), rough_poses()})
+            for (const NamedPose& pose : poses) {
+                SCOPED_TRACE(pose.name);
+                const Nodes x = body.pose(pose.deform);
+                const Vertices positions = x.cast<float>();
+                const double distance = 0.5 * body.edge;
+                proof.prove(positions.cast<double>(), {}, {.apart = distance});
+                body.posed.begin_pose(positions);
+                SelfQuery query(body.left_out);
+                const auto list = [](std::span<const FacePair> pairs) {
+                    return std::vector<FacePair>(pairs.begin(), pairs.end());
+                };
+                const auto touching = list(query.intersecting(body.posed)),
+                           near = list(query.within(body.posed, static_cast<float>(distance)));
+                query.use(&proof);
+                EXPECT_EQ(list(query.intersecting(body.posed)), touching);
+                EXPECT_EQ(list(query.within(body.posed, static_cast<float>(distance))), near);
+                skipped += query.counters().leaf_pairs_proved;
+            }
+        EXPECT_GT(skipped, 100);
+    }
+}
+
+TEST(NeighbourProof, IsRefusedWherePositionsAreNotFinite) {
+    const Body body(shapes::sphere(24, 40));
+    NeighbourProof proof(body.rest);
+    Nodes x = body.X.cast<double>();
+    proof.prove(x, {}, {});
+    const int all = proof.proved();
+    x(100, 1) = std::numeric_limits<double>::quiet_NaN();
+    proof.prove(x, {}, {});
+    EXPECT_LT(proof.proved(), all);
+    x.setConstant(std::numeric_limits<double>::infinity());
+    proof.prove(x, {}, {});
+    EXPECT_EQ(proof.proved(), 0);
+}
+
+TEST(NeighbourProof, DoesNotDependOnTheExecutor) {
+    const Surface surface = shapes::torus(36, 24);
+    const Body body(surface);
+    const Executor backwards = [](int count, const std::function<void(int)>& task) {
+        for (int i = count; i-- > 0;) task(i);
+    };
+    const auto rest = std::make_shared<const RestNeighbours>(body.X.cast<double>(), body.F, body.rest->tree(),
+                                                             body.left_out.get(), 1.5 * body.edge,
+                                                             4 * body.edge, backwards);
+    NeighbourProof one(body.rest), other(rest);
+    const Nodes x = body.pose(rough_poses().back().deform);
+    one.prove(x, x, {.apart = 0.1 * body.edge});
+    other.prove(x, x, {.apart = 0.1 * body.edge}, backwards);
+    EXPECT_EQ(one.proved(), other.proved());
+    for (int leaf = 0; leaf < one.tree().leaves(); ++leaf)
+        for (int near = 0; near < one.tree().leaves(); ++near)
+            ASSERT_EQ(one.apart(leaf, near), other.apart(leaf, near));
+}
+
+TEST(RestNeighbours, RefusesATreeOfOtherFaces) {
+    const Body body(shapes::sphere(24, 40));
+    const Surface other = shapes::torus(24, 20);
+    EXPECT_THROW(RestNeighbours(other.X.cast<double>(), other.F, body.rest->tree(), nullptr, 0, 0.1),
+                 std::invalid_argument);
+}
+
+TEST(RestNeighbours, CoversTheFacesAroundALeaf) {
+    const Body body(shapes::torus(36, 24));
+    const WideTree& tree = body.rest->tree();
+    for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
+        if (tree.faces_in[static_cast<std::size_t>(leaf)] == 0) continue;
+        const RestNeighbours::Region region = body.rest->region(leaf);
+        EXPECT_EQ(body.rest->covered(leaf, leaf), (1u << tree.faces_in[static_cast<std::size_t>(leaf)]) - 1);
+        EXPECT_GT(region.covered.size(), 4u);
+        EXPECT_GE(region.distance, 0.999 * 1.5 * body.edge);
+    }
+}
+
+}  // namespace
+}  // namespace nbd
