@@ -79,17 +79,17 @@ Box common(const Box& s, const Box& t) { return {s.lo.max(t.lo), s.hi.min(t.hi)}
 ContactSides ContactDetection::sides() const {
     ContactSides sides;
     for (const auto& [pair, finder] : finders_) finder.save_sides(sides);
-    for (const auto& [body, finder] : self_finders_) finder.save_sides(sides);
+    for (const auto& [body, own] : self_sides_) append(own, body, body, sides);
     return sides;
 }
 
 void ContactDetection::restore(const ContactSides& sides) {
     finders_.clear();
-    for (auto& [body, finder] : self_finders_) finder.restore_sides(sides);
+    self_sides_.clear();
     for (const auto& [body, other, vertex] : sides.vertices) {
         if (body == other) {
-            if (const auto [finder, is_new] = self_finders_.try_emplace(body, body); is_new)
-                finder->second.restore_sides(sides);
+            if (const auto [own, is_new] = self_sides_.try_emplace(body); is_new)
+                own->second = sides_of(sides, body, body);
             continue;
         }
         const BodyIndices pair{std::min(body, other), std::max(body, other)};
@@ -231,17 +231,38 @@ void ContactDetection::finish_bodies(std::size_t first, BodyIndices pair,
     }
 }
 
+/// The finder of a body; made if there is none for this surface yet.
+SelfContactFinder& ContactDetection::self_finder(int body, const ContactParty& party, double thickness) {
+    const ContactShape* shape = party.surface.shape().get();
+    const WideTree* tree = party.tree->box_tree();
+    const auto fits = [&](const SelfContactFinder& finder) {
+        return finder.rest()->is_of(shape, tree, thickness);
+    };
+    if (const auto own = self_finders_.find(body); own != self_finders_.end() && fits(own->second))
+        return own->second;
+    const auto like = std::ranges::find_if(self_finders_, [&](const auto& f) { return fits(f.second); });
+    const auto rest =
+        like != self_finders_.end()
+            ? like->second.rest()
+            : std::make_shared<const SelfContactRest>(party.surface, party.elastic.rest().X, tree, thickness);
+    return self_finders_.insert_or_assign(body, SelfContactFinder(body, rest)).first->second;
+}
+
 void ContactDetection::find_self(int body, std::span<const ContactParty> bodies, const ContactConfig& config,
                                  double thickness, double dt_before, double dt, DetectionReport& report) {
     const ContactParty& party = bodies[static_cast<std::size_t>(body)];
-    SelfContactFinder& finder = self_finders_.try_emplace(body, body).first->second;
     const double own = self_thickness(*party.surface.shape(), thickness);
+    SelfContactFinder& finder = self_finder(body, party, own);
     const double moved = dt_before > 0 ? 2 * dt_before * fastest(party, mean_velocity(party)) + party.moved
                                        : std::numeric_limits<double>::infinity();
     const std::size_t first = contacts_.size();
-    finder.find(party.surface, party.elastic.rest().X, *party.tree, party.state.v, dt + config.damping, own,
-                2 * std::sqrt(3.0) * tree_error(party), moved, contacts_);
+    finder.find(party.surface, *party.tree, party.state.v, dt + config.damping,
+                2 * std::sqrt(3.0) * tree_error(party), moved, self_sides_[body], contacts_);
     report.face_pairs += finder.face_pairs();
+    report.patches += finder.costs().patches;
+    report.patches_proved += finder.costs().patches_proved;
+    report.proof_us += finder.costs().proof_us;
+    report.collision_us += finder.costs().proof_us + finder.costs().query_us;
     report.nodes_bounded += finder.counters().nodes_bounded;
     report.nodes_out_of_range += finder.counters().nodes_out_of_range;
     finish_bodies(first, {body, body}, bodies, config, own, config.stiffness_scale * party.young / own);

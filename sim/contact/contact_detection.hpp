@@ -30,6 +30,9 @@ struct DetectionReport {
     long face_pairs = 0;          // face pairs of patches of two bodies that are close, at most
     long nodes_bounded = 0;       // spheres of collision trees that were computed
     long nodes_out_of_range = 0;  // those bounded exactly: input out of the calibrated range
+    long patches = 0;             // of bodies that meet themselves, for which proofs were tried
+    long patches_proved = 0;      // of these, apart from the patches around them, see NeighbourProof
+    double proof_us = 0;          // time of these proofs, part of the queries, microseconds
     double update_us = 0;         // time to start the poses of surfaces and trees, microseconds
     double collision_us = 0;      // time of the queries for face pairs, microseconds
     double detect_us = 0;         // time of the rest: closest features, obstacles, reach, microseconds
@@ -64,6 +67,7 @@ class ContactDetection {
     void find_bodies(BodyIndices pair, std::span<const ContactParty> bodies, const ContactConfig& config,
                      double thickness, double dt_before, double dt, DetectionReport& report);
 
+    SelfContactFinder& self_finder(int body, const ContactParty& party, double thickness);
     void find_self(int body, std::span<const ContactParty> bodies, const ContactConfig& config,
                    double thickness, double dt_before, double dt, DetectionReport& report);
     void finish_bodies(std::size_t first, BodyIndices pair, std::span<const ContactParty> bodies,
@@ -71,6 +75,7 @@ class ContactDetection {
 
     std::map<BodyIndices, BodyContactFinder> finders_;  // pairs whose boxes touched in the last find()
     std::map<int, SelfContactFinder> self_finders_;
+    std::map<int, VertexSides> self_sides_;  // of bodies with themselves
     Sweep sweep_;
     PairQuery query_;
     std::vector<ContactSurface::Ball> block_velocities_a_, block_velocities_b_;

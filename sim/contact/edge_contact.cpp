@@ -91,8 +91,12 @@ std::optional<Contact> edge_contact(const EdgeOfBody& a, const EdgeOfBody& b,
     const ContactSurface &in_a = a.surface, &in_b = b.surface;
     const Segment on_a = segment(in_a, a.edge), on_b = segment(in_b, b.edge);
     const Eigen::Vector3d along_a = on_a.q - on_a.p, along_b = on_b.q - on_b.p;
-    const ContactReach reach = edge_reach(surface_reach, std::max(along_a.norm(), along_b.norm()));
-    if (along_a.cross(along_b).norm() < parallel * along_a.norm() * along_b.norm()) return std::nullopt;
+    const double length_a = along_a.norm(), length_b = along_b.norm();
+    const ContactReach reach = edge_reach(surface_reach, std::max(length_a, length_b));
+    constexpr double slack = 1 + 1e-12;  // for what rounding does to the distance of the middles
+    if ((on_a.p + on_a.q - on_b.p - on_b.q).norm() > slack * (2 * reach.most() + length_a + length_b))
+        return std::nullopt;
+    if (along_a.cross(along_b).norm() < parallel * length_a * length_b) return std::nullopt;
     const ClosestPoints closest = closest_edge_edge(on_a.p, on_a.q, on_b.p, on_b.q);
     const double s = closest.weights_a[1], t = closest.weights_b[1], length = closest.distance;
     if (length > reach.most() || s <= 0 || s >= 1 || t <= 0 || t >= 1) return std::nullopt;

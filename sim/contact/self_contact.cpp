@@ -3,9 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <optional>
+#include <tuple>
 #include <utility>
 
+#include "collision/base/stopwatch.hpp"
+#include "collision/geometry/closest_points.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 #include "sim/contact/edge_contact.hpp"
 #include "sim/contact/nearest_face.hpp"
 
@@ -33,16 +39,7 @@ double relative_motion(const Nodes& motions, const VerticesA& a, const VerticesB
     return std::sqrt(squared);
 }
 
-/// A ball that holds a face.
-struct FaceBall {
-    FaceBall(const ContactSurface& surface, int face) {
-        const auto corners = surface.F().row(face);
-        centre = (surface.x(corners[0]) + surface.x(corners[1]) + surface.x(corners[2])) / 3;
-        for (const int corner : corners) radius = std::max(radius, (surface.x(corner) - centre).norm());
-    }
-    Eigen::Vector3d centre;
-    double radius = 0;
-};
+void in_parallel(int count, const std::function<void(int)>& task) { parallel_for(count, task, 1); }
 
 }  // namespace
 
@@ -53,83 +50,188 @@ double self_thickness(const ContactShape& shape, double thickness) {
     return std::min(thickness, std::sqrt(2 * area));
 }
 
-void SelfContactFinder::find(const ContactSurface& surface, NodesRef rest, PosedTree& tree, const Nodes& v,
-                             double dt, double thickness, double error, double moved,
-                             std::vector<Contact>& contacts) {
-    if (std::exchange(near_at_rest_, 2 * thickness) != 2 * thickness)
-        query_ = SelfQuery(near_at_rest(embedded(surface.W(), Nodes(rest)).cast<float>(), surface.F(),
-                                        static_cast<float>(2 * thickness)));
+SelfContactRest::SelfContactRest(const ContactSurface& surface, NodesRef rest, const WideTree* tree,
+                                 double thickness)
+    : shape_(surface.shape()), tree_(tree), thickness_(thickness) {
+    const Nodes X = embedded(surface.W(), Nodes(rest));
+    near_ = near_at_rest(X.cast<float>(), surface.F(), static_cast<float>(2 * thickness));
+    if (!surface.has_patches_of(tree)) return;
+    // Faces whose boxes are within the reach of contact are seldom farther apart than this.
+    const double edge = self_thickness(*shape_, std::numeric_limits<double>::infinity()),
+                 radius = 3 * thickness + edge;
+    neighbours_ = std::make_shared<const RestNeighbours>(X, surface.F(), *tree, near_.get(), 2 * thickness,
+                                                         radius, in_parallel);
+}
+
+SelfContactFinder::SelfContactFinder(int body, std::shared_ptr<const SelfContactRest> rest)
+    : body_(body), rest_(std::move(rest)), query_(rest_->near()) {
+    if (rest_->neighbours()) proof_.emplace(rest_->neighbours());
+}
+
+void SelfContactFinder::find(const ContactSurface& surface, PosedTree& tree, const Nodes& v, double dt,
+                             double error, double moved, VertexSides& sides, std::vector<Contact>& contacts) {
+    const double thickness = rest_->thickness();
     const Eigen::RowVector3d frame = v.colwise().mean();
     const double fastest_node = (v.rowwise() - frame).rowwise().norm().maxCoeff();
     const ContactReach reach{.apart = thickness,
-                             .inside = std::max(thickness, std::min(deepest(sides_), 2 * thickness)),
+                             .inside = std::max(thickness, std::min(deepest(sides), 2 * thickness)),
                              .approach = std::min(2 * dt * fastest_node, thickness)};
-    const auto pairs = query_.boxes_within(tree, static_cast<float>(reach.most() + error));
+    motions_ = dt * embedded(surface.W(), v);
+    const Nodes& x = surface.positions();
+    costs_ = {};
+    if (proof_) prove(x, reach);
+    const Stopwatch watch;
+    const auto pairs = near_faces(tree, reach, error);
+    costs_.query_us = watch.microseconds();
     face_pairs_ = static_cast<long>(pairs.size());
-    if (!pairs.empty()) motions_ = dt * embedded(surface.W(), v);
-    collect(surface, pairs, reach);
-    find_vertices(surface, reach, moved, contacts);
-    find_edges(surface, reach, contacts);
-}
-
-/// The features that two faces own, each with those of the other.
-void SelfContactFinder::collect(const ContactSurface& surface, std::span<const FacePair> pairs,
-                                const ContactReach& reach) {
-    vertex_faces_.clear();
-    edge_pairs_.clear();
-    const SurfaceTopology& topology = surface.topology();
-    for (const FacePair& faces : pairs) {
-        const FaceBall a(surface, faces.a), b(surface, faces.b);
-        const double apart = (a.centre - b.centre).norm() - a.radius - b.radius;
-        if (apart > reach.most()) continue;
-        const auto in_a = surface.F().row(faces.a), in_b = surface.F().row(faces.b);
-        if (apart > reach.least() + relative_motion(motions_, in_a, in_b)) continue;
-        for (const auto& [own, other] : {std::pair(faces.a, faces.b), std::pair(faces.b, faces.a)})
-            for (const int vertex : surface.F().row(own))
-                if (topology.owner_of_vertex(vertex) == own) vertex_faces_.push_back({vertex, other});
-        for (const int e : topology.face_edges.row(faces.a)) {
-            if (topology.owner_of_edge(e) != faces.a) continue;
-            for (const int f : topology.face_edges.row(faces.b))
-                if (topology.owner_of_edge(f) == faces.b)
-                    edge_pairs_.push_back({std::min(e, f), std::max(e, f)});
-        }
+    measure_faces(surface, pairs);
+    constexpr int pairs_per_task = 1024;
+    const Test test{reach, moved, sides};
+    std::vector<Found> found((pairs.size() + pairs_per_task - 1) / pairs_per_task);
+    in_parallel(static_cast<int>(found.size()), [&](int task) {
+        const auto first = static_cast<std::size_t>(task) * pairs_per_task;
+        for (std::size_t k = first; k < std::min(first + pairs_per_task, pairs.size()); ++k)
+            test_pair(surface, pairs[k], test, found[static_cast<std::size_t>(task)]);
+    });
+    Found all;
+    for (const Found& part : found) {
+        all.vertices.insert(all.vertices.end(), part.vertices.begin(), part.vertices.end());
+        all.edges.insert(all.edges.end(), part.edges.begin(), part.edges.end());
     }
-    std::ranges::sort(vertex_faces_);
-    std::ranges::sort(edge_pairs_);
+    add_vertices(surface, all.vertices, sides, contacts);
+    std::ranges::sort(all.edges, {}, [](const EdgeContact& e) { return std::pair(e.a, e.b); });
+    for (const EdgeContact& edges : all.edges) contacts.push_back(edges.contact);
 }
 
-void SelfContactFinder::find_vertices(const ContactSurface& surface, const ContactReach& reach, double moved,
-                                      std::vector<Contact>& contacts) {
-    const VertexSides known = std::exchange(sides_, {});
-    for (std::size_t begin = 0, end = 0; begin < vertex_faces_.size(); begin = end) {
-        const int vertex = vertex_faces_[begin].a;
-        const auto side = std::ranges::lower_bound(known, vertex, {}, &VertexSide::vertex);
-        const bool touched = side != known.end() && side->vertex == vertex;
-        const Eigen::Vector3d p = surface.x(vertex);
-        NearestFace nearest;
-        for (; end < vertex_faces_.size() && vertex_faces_[end].a == vertex; ++end) {
-            const int face = vertex_faces_[end].b;
-            const NearestFace candidate = measure(surface, face, p, reach.most());
-            const double distance = std::abs(candidate.distance);
-            if (!(distance < std::abs(nearest.distance)) || distance > reach.most()) continue;
-            if (candidate.distance < 0) {
-                if (!touched || candidate.normal.dot(side->normal) <= 0 || distance > reach.inside ||
-                    distance > side->depth + moved)
-                    continue;
-            } else if (distance > reach.apart) {
-                const double motion = relative_motion(motions_, std::array{vertex}, surface.F().row(face));
-                if (distance > reach.apart + std::min(reach.approach, motion)) continue;
-            }
-            nearest = candidate;
+void SelfContactFinder::prove(const Nodes& x, const ContactReach& reach) {
+    const Stopwatch watch;
+    proof_->prove(x, motions_, {.apart = reach.apart, .approach = reach.approach, .inside = reach.inside},
+                  in_parallel);
+    costs_.proof_us = watch.microseconds();
+    costs_.patches = proof_->leaves();
+    costs_.patches_proved = proof_->proved();
+}
+
+/// All pairs of faces in reach, and more: those of patches as far as these move relative to each other.
+std::span<const FacePair> SelfContactFinder::near_faces(PosedTree& tree, const ContactReach& reach,
+                                                        double error) {
+    const auto most = static_cast<float>(reach.most() + error);
+    query_.use(proof_ ? &*proof_ : nullptr);
+    if (!proof_) return query_.boxes_within(tree, most);
+    const WideTree& wide = proof_->tree();
+    patch_motions_.resize(static_cast<std::size_t>(wide.leaves()));
+    parallel_for(wide.leaves(), [&](int leaf) {
+        Eigen::AlignedBox3d& box = patch_motions_[static_cast<std::size_t>(leaf)];
+        box.setEmpty();
+        for (const int vertex : wide.leaf_vertices(leaf)) box.extend(motions_.row(vertex).transpose());
+    });
+    const LeafReach reach_of = [&](int a, int b) {
+        const Eigen::AlignedBox3d &s = patch_motions_[static_cast<std::size_t>(a)],
+                                  &t = patch_motions_[static_cast<std::size_t>(b)];
+        const double motion = (s.max() - t.min()).cwiseMax(t.max() - s.min()).norm();
+        return std::min(most, static_cast<float>(reach.least() + motion + error));
+    };
+    return query_.boxes_within(tree, most, &reach_of);
+}
+
+void SelfContactFinder::measure_faces(const ContactSurface& surface, std::span<const FacePair> pairs) {
+    const auto faces = static_cast<std::size_t>(surface.F().rows());
+    balls_.resize(faces);
+    is_measured_.assign(faces, 0);
+    std::vector<int> measured;
+    for (const FacePair& pair : pairs)
+        for (const int face : {pair.a, pair.b})
+            if (std::exchange(is_measured_[static_cast<std::size_t>(face)], 1) == 0) measured.push_back(face);
+    parallel_for(static_cast<int>(measured.size()), [&](int i) {
+        const int face = measured[static_cast<std::size_t>(i)];
+        const auto corners = surface.F().row(face);
+        FaceBalls& balls = balls_[static_cast<std::size_t>(face)];
+        balls = {
+            .centre = (surface.x(corners[0]) + surface.x(corners[1]) + surface.x(corners[2])) / 3,
+            .motion = (motions_.row(corners[0]) + motions_.row(corners[1]) + motions_.row(corners[2])) / 3,
+            .radius = 0,
+            .spread = 0};
+        for (const int corner : corners) {
+            balls.radius = std::max(balls.radius, (surface.x(corner) - balls.centre).norm());
+            balls.spread = std::max(balls.spread, (motions_.row(corner).transpose() - balls.motion).norm());
         }
-        if (nearest.face < 0) continue;
+    });
+}
+
+/// Tests the features that two faces own, each with those of the other.
+void SelfContactFinder::test_pair(const ContactSurface& surface, const FacePair& pair, const Test& test,
+                                  Found& found) const {
+    const ContactReach& reach = test.reach;
+    const FaceBalls &a = balls_[static_cast<std::size_t>(pair.a)],
+                    &b = balls_[static_cast<std::size_t>(pair.b)];
+    const double motion = (a.motion - b.motion).norm() + a.spread + b.spread,
+                 most = std::min(reach.most(), reach.least() + motion) + a.radius + b.radius;
+    if ((a.centre - b.centre).squaredNorm() > most * most) return;
+    const SurfaceTopology& topology = surface.topology();
+    for (const auto& [own, other] : {std::pair(pair.a, pair.b), std::pair(pair.b, pair.a)})
+        for (const int vertex : surface.F().row(own))
+            if (topology.owner_of_vertex(vertex) == own) test_vertex(surface, vertex, other, test, found);
+    for (const int e : topology.face_edges.row(pair.a)) {
+        if (topology.owner_of_edge(e) != pair.a) continue;
+        for (const int f : topology.face_edges.row(pair.b))
+            if (topology.owner_of_edge(f) == pair.b)
+                test_edges(surface, std::min(e, f), std::max(e, f), reach, found);
+    }
+}
+
+void SelfContactFinder::test_vertex(const ContactSurface& surface, int vertex, int face, const Test& test,
+                                    Found& found) const {
+    const ContactReach& reach = test.reach;
+    const Eigen::Vector3d p = surface.x(vertex);
+    const FaceBalls& ball = balls_[static_cast<std::size_t>(face)];
+    const double most = reach.most() + ball.radius;
+    if ((p - ball.centre).squaredNorm() > most * most) return;
+    const auto corners = surface.F().row(face);
+    if (closest_point_triangle(p, surface.x(corners[0]), surface.x(corners[1]), surface.x(corners[2]))
+            .distance > reach.most())
+        return;
+    const NearestFace candidate = measure(surface, face, p, reach.most());
+    const double distance = std::abs(candidate.distance);
+    if (candidate.distance < 0) {
+        const auto side = std::ranges::lower_bound(test.sides, vertex, {}, &VertexSide::vertex);
+        if (side == test.sides.end() || side->vertex != vertex || candidate.normal.dot(side->normal) <= 0 ||
+            distance > reach.inside || distance > side->depth + test.moved)
+            return;
+    } else if (distance > reach.apart) {
+        const double motion = relative_motion(motions_, std::array{vertex}, corners);
+        if (distance > reach.apart + std::min(reach.approach, motion)) return;
+    }
+    found.vertices.push_back({vertex, candidate});
+}
+
+void SelfContactFinder::test_edges(const ContactSurface& surface, int a, int b, const ContactReach& reach,
+                                   Found& found) const {
+    const auto& edges = surface.topology().edges;
+    const double motion = std::min(reach.approach, relative_motion(motions_, edges.row(a), edges.row(b)));
+    const std::optional<Contact> contact =
+        edge_contact({body_, surface, a}, {body_, surface, b}, reach, motion);
+    if (contact && contact->gap >= 0 && surface.edge_normal(a).dot(contact->normal) < -facing &&
+        surface.edge_normal(b).dot(contact->normal) > facing)
+        found.edges.push_back({a, b, *contact});
+}
+
+/// Appends the contacts of vertices with their nearest faces.
+void SelfContactFinder::add_vertices(const ContactSurface& surface, std::vector<VertexFace>& vertices,
+                                     VertexSides& sides, std::vector<Contact>& contacts) const {
+    std::ranges::sort(vertices, {}, [](const VertexFace& v) {
+        return std::tuple(v.vertex, std::abs(v.face.distance), v.face.face);
+    });
+    sides.clear();
+    int last = -1;
+    for (const auto& [vertex, nearest] : vertices) {
+        if (std::exchange(last, vertex) == vertex) continue;
         if (nearest.distance >= 0 &&
             (vertex_normal(surface, vertex).dot(nearest.normal) > -facing ||
              surface.feature_normal(nearest.face, nearest.barycentric).dot(nearest.normal) < facing))
             continue;
         const auto corners = surface.F().row(nearest.face);
         const Eigen::Vector3d& w = nearest.barycentric;
-        sides_.push_back({vertex, nearest.normal, std::max(0.0, -nearest.distance)});
+        sides.push_back({vertex, nearest.normal, std::max(0.0, -nearest.distance)});
         contacts.push_back({.a = {.body = body_, .count = 1, .vertices = {vertex}, .weights = {1}},
                             .b = {.body = body_,
                                   .count = 3,
@@ -140,22 +242,5 @@ void SelfContactFinder::find_vertices(const ContactSurface& surface, const Conta
                             .area = surface.rest_areas()[vertex]});
     }
 }
-
-void SelfContactFinder::find_edges(const ContactSurface& surface, const ContactReach& reach,
-                                   std::vector<Contact>& contacts) {
-    const auto& edges = surface.topology().edges;
-    for (const auto& [e, f] : edge_pairs_) {
-        const EdgeOfBody a{body_, surface, e}, b{body_, surface, f};
-        const double motion = std::min(reach.approach, relative_motion(motions_, edges.row(e), edges.row(f)));
-        const std::optional<Contact> contact = edge_contact(a, b, reach, motion);
-        if (contact && contact->gap >= 0 && surface.edge_normal(e).dot(contact->normal) < -facing &&
-            surface.edge_normal(f).dot(contact->normal) > facing)
-            contacts.push_back(*contact);
-    }
-}
-
-void SelfContactFinder::save_sides(ContactSides& sides) const { append(sides_, body_, body_, sides); }
-
-void SelfContactFinder::restore_sides(const ContactSides& sides) { sides_ = sides_of(sides, body_, body_); }
 
 }  // namespace nbd

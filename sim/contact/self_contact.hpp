@@ -1,60 +1,120 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "collision/neighbours/neighbour_proof.hpp"
 #include "collision/query/self_query.hpp"
 #include "sim/contact/contact.hpp"
 #include "sim/contact/contact_sides.hpp"
+#include "sim/contact/nearest_face.hpp"
 #include "sim/patches/contact_surface.hpp"
 
 namespace nbd {
 
+/// What SelfContactFinder knows of a surface at rest. Does not change; bodies of one shape share it.
+class SelfContactRest {
+ public:
+    /// rest: positions of the nodes, [N, 3]. tree: of the surface, whose leaves may be its patches; null:
+    /// none. thickness: self_thickness(), metres.
+    SelfContactRest(const ContactSurface& surface, NodesRef rest, const WideTree* tree, double thickness);
+
+    /// Whether the constructor would make the same of these, for a body with the same rest positions.
+    bool is_of(const ContactShape* shape, const WideTree* tree, double thickness) const noexcept {
+        return shape == shape_.get() && tree == tree_ && thickness == thickness_;
+    }
+    double thickness() const noexcept { return thickness_; }
+    /// Pairs of faces at most twice the thickness apart.
+    const std::shared_ptr<const FacePairSet>& near() const noexcept { return near_; }
+    /// For proofs that others stay apart; null if the leaves of the tree are not the patches.
+    const std::shared_ptr<const RestNeighbours>& neighbours() const noexcept { return neighbours_; }
+
+ private:
+    std::shared_ptr<const ContactShape> shape_;
+    const WideTree* tree_;
+    double thickness_;
+    std::shared_ptr<const FacePairSet> near_;
+    std::shared_ptr<const RestNeighbours> neighbours_;
+};
+
 /// Finds where a body presses on itself: each vertex with the nearest face that it is in front of, and pairs
 /// of edges that cross at a distance. What was near at rest makes no contact: faces with a common vertex, and
-/// faces nearer to each other than twice self_thickness(). For each vertex in contact it remembers the side
+/// faces nearer to each other than twice the thickness. For each vertex in contact it remembers the side
 /// by which the vertex came, as BodyContactFinder does. A vertex behind a face that it was not in contact
 /// with before is no contact: the face may be on the other side of a thin part.
 class SelfContactFinder {
  public:
     /// body: its number, to store in the contacts.
-    explicit SelfContactFinder(int body) : body_(body) {}
+    SelfContactFinder(int body, std::shared_ptr<const SelfContactRest> rest);
 
-    /// Appends contacts by ascending vertices, then edges; stiffness and friction stay zero. rest:
-    /// positions of the nodes, [N, 3]. tree: of the surface, posed. v: velocities of the nodes, [N, 3], which
-    /// they keep for `dt`. thickness: self_thickness(). error: by how much positions in the tree may be off.
-    /// moved: maximum approach of parts of the body since the last call. All lengths in metres.
-    void find(const ContactSurface& surface, NodesRef rest, PosedTree& tree, const Nodes& v, double dt,
-              double thickness, double error, double moved, std::vector<Contact>& contacts);
+    /// Appends contacts by ascending vertices, then edges, on the threads of the caller's TBB arena;
+    /// stiffness and friction stay zero. tree: of the surface, posed. v: velocities of the nodes, [N, 3],
+    /// which they keep for `dt`. error: by how much positions in the tree may be off. moved: maximum approach
+    /// of parts of the body since the last call. All lengths in metres. sides: of its vertices in contact at
+    /// the last call; replaced by those of now.
+    void find(const ContactSurface& surface, PosedTree& tree, const Nodes& v, double dt, double error,
+              double moved, VertexSides& sides, std::vector<Contact>& contacts);
+
+    const std::shared_ptr<const SelfContactRest>& rest() const noexcept { return rest_; }
 
     /// Of the last find().
     long face_pairs() const noexcept { return face_pairs_; }
+    struct Costs {
+        long patches = 0, patches_proved = 0;  // 0 without neighbours at rest
+        double proof_us = 0, query_us = 0;     // microseconds
+    };
+    const Costs& costs() const noexcept { return costs_; }
     const QueryCounters& counters() const noexcept { return query_.counters(); }
 
-    /// Append and replace the state that the next find() uses, as entries of the body with itself.
-    void save_sides(ContactSides& sides) const;
-    void restore_sides(const ContactSides& sides);
-
  private:
-    /// A vertex and a face, or two edges, that may be near.
-    struct Features {
-        int a, b;
-        auto operator<=>(const Features&) const = default;
+    /// A ball around a face and one around its corners' motions in the step, metres.
+    struct FaceBalls {
+        Eigen::Vector3d centre, motion;
+        double radius, spread;
+    };
+    /// A vertex and a face that may make contact.
+    struct VertexFace {
+        int vertex;
+        NearestFace face;
+    };
+    struct EdgeContact {
+        int a, b;  // edges
+        Contact contact;
+    };
+    struct Found {
+        std::vector<VertexFace> vertices;
+        std::vector<EdgeContact> edges;
     };
 
-    void collect(const ContactSurface& surface, std::span<const FacePair> pairs, const ContactReach& reach);
-    void find_vertices(const ContactSurface& surface, const ContactReach& reach, double moved,
-                       std::vector<Contact>& contacts);
-    void find_edges(const ContactSurface& surface, const ContactReach& reach, std::vector<Contact>& contacts);
+    void prove(const Nodes& x, const ContactReach& reach);
+    std::span<const FacePair> near_faces(PosedTree& tree, const ContactReach& reach, double error);
+    void measure_faces(const ContactSurface& surface, std::span<const FacePair> pairs);
+    /// What decides whether features that are near make contact.
+    struct Test {
+        const ContactReach& reach;
+        double moved;
+        const VertexSides& sides;
+    };
+    void test_pair(const ContactSurface& surface, const FacePair& pair, const Test& test, Found& found) const;
+    void test_vertex(const ContactSurface& surface, int vertex, int face, const Test& test,
+                     Found& found) const;
+    void test_edges(const ContactSurface& surface, int a, int b, const ContactReach& reach,
+                    Found& found) const;
+    void add_vertices(const ContactSurface& surface, std::vector<VertexFace>& vertices, VertexSides& sides,
+                      std::vector<Contact>& contacts) const;
 
     int body_;
-    double near_at_rest_ = 0;  // distance of query_'s faces that are left out; 0: not made yet
+    std::shared_ptr<const SelfContactRest> rest_;
     SelfQuery query_;
+    std::optional<NeighbourProof> proof_;  // none without neighbours at rest
     long face_pairs_ = 0;
-    Nodes motions_;  // [n, 3] of the vertices in the step, metres
-    std::vector<Features> vertex_faces_, edge_pairs_;
-    VertexSides sides_;
+    Costs costs_;
+    Nodes motions_;                                   // [n, 3] of the vertices in the step, metres
+    std::vector<Eigen::AlignedBox3d> patch_motions_;  // boxes of the motions of each patch's vertices
+    std::vector<FaceBalls> balls_;                    // [m] of the faces in pairs
+    std::vector<char> is_measured_;                   // [m] whether a face has its balls in this step
 };
 
 /// Distance at which contact of a body with itself begins: `thickness`, but no more than the mean length of

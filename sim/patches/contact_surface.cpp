@@ -49,6 +49,15 @@ void ContactSurface::compute(std::span<const int> vertices) const {
     });
 }
 
+const Nodes& ContactSurface::positions() const {
+    parallel_for(vertex_count(), [&](int vertex) {
+        if (std::exchange(poses_[static_cast<std::size_t>(vertex)], pose_) != pose_)
+            x_.row(vertex) = mean_at(vertex, nodes_);
+    });
+    computed_ = vertex_count();
+    return x_;
+}
+
 void ContactSurface::compute_face(int face) const noexcept {
     for (int k = 0; k < 3; ++k) x(shape_->F(face, k));
 }

@@ -42,6 +42,8 @@ class ContactSurface {
     }
     /// Computes the positions of these vertices, without repeats, on the threads of the caller's TBB arena.
     void compute(std::span<const int> vertices) const;
+    /// Positions of all vertices, [n, 3], on the threads of the caller's TBB arena.
+    const Nodes& positions() const;
     /// Box of a face, of positions in single precision.
     Box face_box(int face) const noexcept;
     /// Outward normal at a point of a face, see the function of this name.

@@ -83,6 +83,9 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
     report.face_pairs += detected_.face_pairs;
     report.nodes_bounded += detected_.nodes_bounded;
     report.nodes_out_of_range += detected_.nodes_out_of_range;
+    report.patches += detected_.patches;
+    report.patches_proved += detected_.patches_proved;
+    report.proof_us += detected_.proof_us;
     report.update_us += detected_.update_us;
     report.collision_us += detected_.collision_us;
     report.detect_us += detected_.detect_us;
