@@ -26,7 +26,8 @@ struct ContactArguments {
 template <class... Cells>
 std::string row(const Cells&... cells) {
     return fmt::format(
-        "{:19} {:7} {:>4} {:>9} {:>8} {:>5} {:>8} {:>4} {:>7} {:>8} {:>8} {:>6} {:>7} {:>7} {:>7} {:>6}  {}",
+        "{:19} {:7} {:>4} {:>9} {:>8} {:>5} {:>8} {:>4} {:>7} {:>8} {:>8} {:>6} {:>7} {:>7} {:>7} {:>6} "
+        "{:>7}  {}",
         cells...);
 }
 
@@ -42,7 +43,7 @@ void tell(const ContactRun& r, Output& out) {
                  number(r.least_distance), r.cut, r.troubled, r.inverted, number(r.momentum_error),
                  fmt::format("{:.1f}", r.linearisations), fmt::format("{:.1f}", r.ms),
                  percent(r.search_ms, r.ms), percent(r.detect_ms, r.ms), percent(r.solve_ms, r.ms),
-                 r.failure));
+                 r.patches > 0 ? percent(r.patches_proved, r.patches) : "-", r.failure));
 }
 
 void run(const ContactArguments& arguments, Output& out) {
@@ -52,7 +53,7 @@ void run(const ContactArguments& arguments, Output& out) {
     if (!arguments.csv.empty()) check_output(arguments.csv, {}, ".csv");
     if (!arguments.pictures.empty()) make_folder(arguments.pictures);
     out.text(row("scene", "mode", "runs", "steps", "crossing", "worst", "distance", "cut", "trouble",
-                 "inverted", "momentum", "newton", "ms", "search%", "detect%", "solve%", ""));
+                 "inverted", "momentum", "newton", "ms", "search%", "detect%", "solve%", "proved%", ""));
     std::vector<ContactRun> runs;
     nlohmann::ordered_json result = nlohmann::ordered_json::array();
     bool broken = false;

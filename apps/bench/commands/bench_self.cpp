@@ -29,7 +29,7 @@ void run(const SelfArguments& arguments, Output& out) {
     long queries = 0, different = 0;
     out.text(
         "body                faces poses    scenes    pairs answers different reference ms  walk ms tests a "
-        "face");
+        "face proof ms proved % walk ms");
     for (const std::string& file : arguments.bodies) {
         const BenchBody body = load_bench_bodies({{file}}).front();
         if (!body.tree->affine)
@@ -42,9 +42,10 @@ void run(const SelfArguments& arguments, Output& out) {
             out.progress(names.back(), scenes, arguments.config.scenes, "scenes");
         }));
         for (const SelfExactnessRow& r : rows.back()) {
-            out.text(fmt::format("{:16} {:8} {:9}{:6} {:8} {:7} {:9} {:12.2f} {:8.2f} {:12.1f}", names.back(),
-                                 r.faces, name(r.pose), r.scenes, r.pairs, r.queries, r.different,
-                                 r.reference_ms, r.walk_ms, r.tests_per_face));
+            out.text(fmt::format(
+                "{:16} {:8} {:9}{:6} {:8} {:7} {:9} {:12.2f} {:8.2f} {:12.1f} {:8.2f} {:8.1f} {:7.2f}",
+                names.back(), r.faces, name(r.pose), r.scenes, r.pairs, r.queries, r.different,
+                r.reference_ms, r.walk_ms, r.tests_per_face, r.proof_ms, 100 * r.proved, r.proved_walk_ms));
             queries += r.queries;
             different += r.different;
         }
@@ -65,7 +66,8 @@ void run(const SelfArguments& arguments, Output& out) {
 void add_bench_self(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<SelfArguments>();
     CLI::App* command = app.add_subcommand(
-        "self", "Queries of a body with itself, in wild poses, against a reference without trees");
+        "self",
+        "Queries of a body with itself, in bent and in wild poses, against a reference without trees");
     command->add_option("BODIES", arguments->bodies, "Body files")->required();
     command->add_option("--scenes", arguments->config.scenes, "Poses of each body")
         ->check(whole_number(1, 1'000'000))

@@ -22,8 +22,9 @@ constexpr int stills = 6;
 
 /// What is a mean over steps.
 constexpr double ContactRun::*means[]{
-    &ContactRun::linearisations, &ContactRun::contacts,  &ContactRun::face_pairs,  &ContactRun::ms,
-    &ContactRun::search_ms,      &ContactRun::detect_ms, &ContactRun::assemble_ms, &ContactRun::solve_ms};
+    &ContactRun::linearisations, &ContactRun::contacts,       &ContactRun::face_pairs,  &ContactRun::ms,
+    &ContactRun::search_ms,      &ContactRun::detect_ms,      &ContactRun::assemble_ms, &ContactRun::solve_ms,
+    &ContactRun::patches,        &ContactRun::patches_proved, &ContactRun::proof_ms};
 
 void jitter(SceneSpec& spec, int seed, double by) {
     for (std::size_t b = 0; b < spec.bodies.size(); ++b)
@@ -53,6 +54,9 @@ void add_step(ContactRun& run, World& world, const WorldReport& report, double m
     run.linearisations += report.newton_iterations;
     run.contacts += report.contacts;
     run.face_pairs += static_cast<double>(report.face_pairs);
+    run.patches += static_cast<double>(report.patches);
+    run.patches_proved += static_cast<double>(report.patches_proved);
+    run.proof_ms += report.proof_us / 1e3;
     run.ms += ms;
     run.search_ms += (report.update_us + report.collision_us) / 1e3;
     run.detect_ms += report.detect_us / 1e3;
@@ -155,15 +159,16 @@ void write_contact_table(const std::filesystem::path& path, std::span<const Cont
     file.out() << "# " << this_machine() << '\n'
                << "scene,mode,seed,bodies,faces,steps,planned,intersecting,worst,least_distance,cut,troubled,"
                   "inverted,momentum_error,linearisations,contacts,face_pairs,ms,search_ms,detect_ms,"
-                  "assemble_ms,solve_ms,failure\n";
+                  "assemble_ms,solve_ms,patches,patches_proved,proof_ms,failure\n";
     for (const ContactRun& r : runs)
         file.out() << fmt::format(
             "{},{},{},{},{},{},{},{},{},{:.3g},{},{},{},{:.2g},{:.1f},{:.0f},{:.0f},{:.1f},{:.2f},{:.2f},{:."
             "2f},"
-            "{:.2f},\"{}\"\n",
+            "{:.2f},{:.0f},{:.0f},{:.2f},\"{}\"\n",
             r.scene, r.mode, r.seed, r.bodies, r.faces, r.steps, r.planned, r.intersecting, r.worst,
             r.least_distance, r.cut, r.troubled, r.inverted, r.momentum_error, r.linearisations, r.contacts,
-            r.face_pairs, r.ms, r.search_ms, r.detect_ms, r.assemble_ms, r.solve_ms, r.failure);
+            r.face_pairs, r.ms, r.search_ms, r.detect_ms, r.assemble_ms, r.solve_ms, r.patches,
+            r.patches_proved, r.proof_ms, r.failure);
     file.commit();
 }
 

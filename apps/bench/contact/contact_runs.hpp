@@ -32,7 +32,9 @@ struct ContactRun {
     double contacts = 0;
     double ms = 0, search_ms = 0, detect_ms = 0, assemble_ms = 0, solve_ms = 0;  // a step
     double face_pairs = 0;                                                       // looked at in a step
-    std::string failure{};  // empty: all steps were taken
+    double patches = 0, patches_proved = 0;  // of bodies with themselves, see WorldReport
+    double proof_ms = 0;                     // of these proofs, part of search_ms
+    std::string failure{};                   // empty: all steps were taken
 };
 
 /// Runs a scene in default mode, with self-contact, and free of intersections: all seeds of a mode, then
