@@ -18,7 +18,7 @@ FacePairSet::FacePairSet(std::span<const FacePair> pairs, int face_count) {
                                                 face_count - 1));
         sorted.push_back({a, b});
     }
-    std::ranges::sort(sorted);
+    if (!std::ranges::is_sorted(sorted)) std::ranges::sort(sorted);
     sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
     others_.reserve(sorted.size());
     begin_.reserve(static_cast<std::size_t>(face_count) + 1);

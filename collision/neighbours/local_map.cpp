@@ -23,6 +23,12 @@ LocalPoints local_points(const Nodes& x, std::span<const int> vertices, const Ei
     return points;
 }
 
+LocalPoints local_points(std::span<const float> numbers) {
+    using Numbers = Eigen::Matrix<float, 3, Eigen::Dynamic, Eigen::RowMajor>;
+    return Eigen::Map<const Numbers>(numbers.data(), 3, static_cast<Eigen::Index>(numbers.size() / 3))
+        .cast<double>();
+}
+
 TermMatrix terms(const LocalPoints& Z) {
     TermMatrix T(10, Z.cols());
     T.row(0).setOnes();

@@ -22,6 +22,8 @@ using TermMatrix = Eigen::Matrix<double, 10, Eigen::Dynamic, Eigen::RowMajor, 10
 
 LocalPoints local_points(const Nodes& x, std::span<const int> vertices, const Eigen::Vector3d& centre,
                          double size);
+/// From 3 n numbers: first coordinates, second ones, third ones.
+LocalPoints local_points(std::span<const float> numbers);
 TermMatrix terms(const LocalPoints& Z);
 
 /// Derivative of terms() at z along n.

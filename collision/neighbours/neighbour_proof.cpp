@@ -3,8 +3,11 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <stdexcept>
 #include <utility>
 
+#include "collision/base/message.hpp"
 #include "collision/neighbours/local_map.hpp"
 
 namespace nbd {
@@ -40,26 +43,56 @@ NeighbourProof::NeighbourProof(std::shared_ptr<const RestNeighbours> rest)
     : rest_(std::move(rest)), proved_(static_cast<std::size_t>(rest_->tree().leaves()), 0) {}
 
 void NeighbourProof::prove(const Nodes& x, const Nodes& motion, const Reach& reach, const Executor& run) {
-    const int leaves = rest_->tree().leaves();
-    run((leaves + leaves_a_task - 1) / leaves_a_task, [&](int task) {
-        for (int leaf = task * leaves_a_task; leaf < std::min((task + 1) * leaves_a_task, leaves); ++leaf)
-            proved_[static_cast<std::size_t>(leaf)] = is_proved(leaf, x, motion, reach);
-    });
+    const WideTree& tree = rest_->tree();
+    for (const Nodes* given : {&x, &motion})
+        if (given->rows() != tree.vertex_count && (given == &x || given->rows() > 0))
+            throw std::invalid_argument(message(given == &x ? "positions: " : "motions: ", given->rows(),
+                                                " rows, but the surface has ", tree.vertex_count,
+                                                " vertices"));
+    const auto for_each_leaf = [&](const auto& work) {
+        run((tree.leaves() + leaves_a_task - 1) / leaves_a_task, [&](int task) {
+            for (int leaf = task * leaves_a_task; leaf < std::min((task + 1) * leaves_a_task, tree.leaves());
+                 ++leaf)
+                work(leaf);
+        });
+    };
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-infinite),
+                                         Eigen::Vector3d::Constant(infinite));
+    motions_.assign(motion.rows() > 0 ? static_cast<std::size_t>(tree.leaves()) : 0, {});
+    if (motion.rows() > 0)
+        for_each_leaf([&](int leaf) {
+            Eigen::AlignedBox3d& box = motions_[static_cast<std::size_t>(leaf)];
+            for (const int vertex : tree.leaf_vertices(leaf)) {
+                if (motion.row(vertex).allFinite())
+                    box.extend(motion.row(vertex).transpose());
+                else
+                    box.extend(everywhere);
+            }
+        });
+    for_each_leaf([&](int leaf) { proved_[static_cast<std::size_t>(leaf)] = is_proved(leaf, x, reach); });
 }
 
-/// Let q be the fitted map and u = x - q at the vertices. Points of two faces with corners i and j and
-/// weights a_i and b_j at rest X, Y are sum a_i x_i - sum b_j x_j = [sum a_i q_i - sum b_j q_j] + sum a_i b_j
-/// (u_i - u_j) apart. The sum of the u is no longer than the longest u_i - u_j. The bracket is q(X) - q(Y)
-/// but for the error of linear interpolation on each face, at most half the second derivative times the
-/// squared radius of the smallest disc around it, which is at most a third of its longest edge squared. So
-/// the points are at least
+double NeighbourProof::relative_motion(int leaf_a, int leaf_b) const noexcept {
+    if (motions_.empty()) return 0;
+    const Eigen::AlignedBox3d &a = motions_[static_cast<std::size_t>(leaf_a)],
+                              &b = motions_[static_cast<std::size_t>(leaf_b)];
+    return (a.max() - b.min()).cwiseMax(b.max() - a.min()).norm();
+}
+
+/// Rest positions are the region's points, as they are stored. Let q be the fitted map and u = x - q at the
+/// vertices. Points of two faces with corners i and j and weights a_i and b_j at rest X, Y are sum a_i x_i -
+/// sum b_j x_j = [sum a_i q_i - sum b_j q_j] + sum a_i b_j (u_i - u_j) apart. The sum of the u is no longer
+/// than the longest u_i - u_j. The bracket is q(X) - q(Y) but for the error of linear interpolation on each
+/// face, at most half the second derivative times the squared radius of the smallest disc around it, which is
+/// at most a third of its longest edge squared. So the points are at least
 ///     stretch * distance - |u_i - u_j| - longest_edge^2 * bend / 3
 /// apart.
-bool NeighbourProof::is_proved(int leaf, const Nodes& x, const Nodes& motion, const Reach& reach) const {
+bool NeighbourProof::is_proved(int leaf, const Nodes& x, const Reach& reach) const {
     const RestNeighbours::Region region = rest_->region(leaf);
     if (region.covered.empty()) return false;
     const auto own = static_cast<Eigen::Index>(rest_->tree().leaf_vertices(leaf).size());
-    const LocalPoints Z = local_points(rest_->X(), region.vertices, region.centre, region.size);
+    const LocalPoints Z = local_points(region.points);
     const Eigen::Vector3d origin = x.row(region.vertices.front());
     LocalPoints u = local_points(x, region.vertices, origin, region.size);
     const TermMatrix T = terms(Z);
@@ -67,9 +100,9 @@ bool NeighbourProof::is_proved(int leaf, const Nodes& x, const Nodes& motion, co
     const MapBound bound = bound_of(q, region.half);
     if (!(bound.stretch > 0)) return false;
     u -= q.lazyProduct(T);
-    const double moved = motion.rows() == 0
-                             ? 0
-                             : widest(local_points(motion, region.vertices, Eigen::Vector3d::Zero(), 1), own);
+    double moved = 0;
+    for (const RestNeighbours::Covered& covered : region.covered)
+        moved = std::max(moved, relative_motion(leaf, covered.leaf));
     const double edge = region.longest_edge / region.size,
                  off = region.size * (widest(u, own) + edge * edge * bound.bend / 3),
                  slack = rounding * (region.size + origin.norm() + region.centre.norm()),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -23,7 +24,8 @@ class NeighbourProof {
 
     explicit NeighbourProof(std::shared_ptr<const RestNeighbours> rest);
 
-    /// x: positions [n, 3], metres; motion: of the vertices, [n, 3], metres, or empty for none.
+    /// x: positions [n, 3], metres; motion: of the vertices, [n, 3], metres, or empty for none. Throws
+    /// std::invalid_argument on another number of rows. Numbers that are not finite prove nothing.
     void prove(const Nodes& x, const Nodes& motion, const Reach& reach, const Executor& run = run_in_order);
 
     /// Bits of the faces of leaf `other` that are proved apart from every face of `leaf`, or need no proof.
@@ -34,13 +36,20 @@ class NeighbourProof {
     /// Number of leaves that have faces, and of those with a proof.
     int leaves() const noexcept;
     int proved() const noexcept;
+    /// Largest motion of a vertex of one leaf relative to one of another in the last prove(), at most; 0
+    /// without motion. Metres.
+    double relative_motion(int leaf_a, int leaf_b) const noexcept;
+
     const WideTree& tree() const noexcept { return rest_->tree(); }
+    /// The pairs that it takes for left out.
+    const std::shared_ptr<const FacePairSet>& left_out() const noexcept { return rest_->left_out(); }
 
  private:
-    bool is_proved(int leaf, const Nodes& x, const Nodes& motion, const Reach& reach) const;
+    bool is_proved(int leaf, const Nodes& x, const Reach& reach) const;
 
     std::shared_ptr<const RestNeighbours> rest_;
-    std::vector<std::uint8_t> proved_;  // [leaves]
+    std::vector<std::uint8_t> proved_;          // [leaves]
+    std::vector<Eigen::AlignedBox3d> motions_;  // [leaves] boxes of their vertices' motions; empty: none
 };
 
 }  // namespace nbd

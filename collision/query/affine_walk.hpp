@@ -9,9 +9,10 @@
 #include "collision/bounds/affine/affine_boxes.hpp"
 #include "collision/geometry/geometry.hpp"
 #include "collision/neighbours/face_pair_set.hpp"
-#include "collision/neighbours/neighbour_proof.hpp"
 
 namespace nbd {
+
+class NeighbourProof;
 
 /// Two nodes, one of each tree.
 struct NodePair {

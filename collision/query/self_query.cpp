@@ -8,6 +8,7 @@
 
 #include "collision/base/message.hpp"
 #include "collision/geometry/separation.hpp"
+#include "collision/neighbours/neighbour_proof.hpp"
 #include "collision/query/box_walk.hpp"
 #include "collision/query/keep_intersecting.hpp"
 #include "collision/query/keep_within.hpp"
@@ -68,6 +69,12 @@ void SelfQuery::find_leaf_pairs(PosedSpheres& posed, const SphereTree& tree, flo
     counters_.most_pairs = std::max(counters_.most_pairs, counters_.leaf_pairs);
 }
 
+void SelfQuery::use(const NeighbourProof* proof) {
+    if (proof && proof->left_out() != left_out_)
+        throw std::invalid_argument("the proof takes other pairs of faces for left out than the query");
+    proof_ = proof;
+}
+
 void SelfQuery::reserve(const PosedTree& body, std::size_t pairs) {
     const PosedTreeState& state = *body.state_;
     for (const auto* wide : {&state.of_nodes, &state.of_surface})
@@ -92,10 +99,11 @@ template <class Narrow>
 void SelfQuery::find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow,
                                 const LeafReach* reach) {
     const int fitted_before = boxes.fitted();
-    assert(!proof_ || &proof_->tree() == &boxes.tree());
+    const bool proof_is_of_pose = proof_ && &proof_->tree() == &boxes.tree() && !boxes.in_step();
+    const NeighbourProof* proof = proof_is_of_pose ? proof_ : nullptr;
     affine_walk_.begin_one_body(boxes, distance);
     for (bool more = true; more;) {
-        more = affine_walk_.next_near_faces(boxes, left_out_.get(), proof_, reach, batch_size, batch_);
+        more = affine_walk_.next_near_faces(boxes, left_out_.get(), proof, reach, batch_size, batch_);
         finish_batch(boxes, boxes, narrow);
     }
     counters_.nodes_bounded = boxes.fitted() - fitted_before;

@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "collision/neighbours/face_pair_set.hpp"
-#include "collision/neighbours/neighbour_proof.hpp"
 #include "collision/query/affine_walk.hpp"
 #include "collision/query/pair_query.hpp"
 #include "collision/tree/posed_tree.hpp"
 
 namespace nbd {
 
+class NeighbourProof;
 struct PosedSpheres;
 
 /// Queries of a posed tree with itself, for self-contact. Pairs of faces that share a vertex always touch;
@@ -30,10 +30,11 @@ class SelfQuery {
     /// As PairQuery::reserve().
     void reserve(const PosedTree& body, std::size_t pairs);
 
-    /// Proofs of faces that are apart in the pose of the next queries, which need not look at them. Of the
-    /// body's box tree, for distances up to the reach that was proved; ignored by queries that walk down
-    /// spheres. Must outlive these queries; null: none.
-    void use(const NeighbourProof* proof) noexcept { proof_ = proof; }
+    /// Proofs of faces that are apart in the pose of the next queries, which need not look at them: for
+    /// distances up to the reach that was proved, of the positions that the body has. Must outlive these
+    /// queries; null: none. Queries of a body with another box tree, in a step, or down spheres ignore them.
+    /// Throws std::invalid_argument unless the proof takes the same pairs for left out as this object.
+    void use(const NeighbourProof* proof);
 
     /// Pairs (a, b), a < b, of faces that have a point in common but no vertex, sorted, without repeats. This
     /// is the exact set for `exact`, `boxes`, `affine` and `certified` bounds. Learned bounds give a subset.

@@ -94,7 +94,7 @@ std::optional<Contact> edge_contact(const EdgeOfBody& a, const EdgeOfBody& b,
     const double length_a = along_a.norm(), length_b = along_b.norm();
     const ContactReach reach = edge_reach(surface_reach, std::max(length_a, length_b));
     constexpr double slack = 1 + 1e-12;  // for what rounding does to the distance of the middles
-    if ((on_a.p + on_a.q - on_b.p - on_b.q).norm() > slack * (2 * reach.most() + length_a + length_b))
+    if (((on_a.p - on_b.p) + (on_a.q - on_b.q)).norm() > slack * (2 * reach.most() + length_a + length_b))
         return std::nullopt;
     if (along_a.cross(along_b).norm() < parallel * length_a * length_b) return std::nullopt;
     const ClosestPoints closest = closest_edge_edge(on_a.p, on_a.q, on_b.p, on_b.q);

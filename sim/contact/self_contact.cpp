@@ -59,8 +59,10 @@ SelfContactRest::SelfContactRest(const ContactSurface& surface, NodesRef rest, c
     // Faces whose boxes are within the reach of contact are seldom farther apart than this.
     const double edge = self_thickness(*shape_, std::numeric_limits<double>::infinity()),
                  radius = 3 * thickness + edge;
-    neighbours_ = std::make_shared<const RestNeighbours>(X, surface.F(), *tree, near_.get(), 2 * thickness,
-                                                         radius, in_parallel);
+    // The pairs that are near were found with positions in single precision.
+    const double rounding = 4 * 0x1p-24 * X.cwiseAbs().maxCoeff();
+    neighbours_ = std::make_shared<const RestNeighbours>(
+        X, surface.F(), *tree, near_, std::max(2 * thickness - rounding, 0.0), radius, in_parallel);
 }
 
 SelfContactFinder::SelfContactFinder(int body, std::shared_ptr<const SelfContactRest> rest)
@@ -77,7 +79,7 @@ void SelfContactFinder::find(const ContactSurface& surface, PosedTree& tree, con
                              .inside = std::max(thickness, std::min(deepest(sides), 2 * thickness)),
                              .approach = std::min(2 * dt * fastest_node, thickness)};
     motions_ = dt * embedded(surface.W(), v);
-    const Nodes& x = surface.positions();
+    const Nodes& x = surface.positions();  // all of them, before threads read them
     costs_ = {};
     if (proof_) prove(x, reach);
     const Stopwatch watch;
@@ -118,20 +120,12 @@ std::span<const FacePair> SelfContactFinder::near_faces(PosedTree& tree, const C
     const auto most = static_cast<float>(reach.most() + error);
     query_.use(proof_ ? &*proof_ : nullptr);
     if (!proof_) return query_.boxes_within(tree, most);
-    const WideTree& wide = proof_->tree();
-    patch_motions_.resize(static_cast<std::size_t>(wide.leaves()));
-    parallel_for(wide.leaves(), [&](int leaf) {
-        Eigen::AlignedBox3d& box = patch_motions_[static_cast<std::size_t>(leaf)];
-        box.setEmpty();
-        for (const int vertex : wide.leaf_vertices(leaf)) box.extend(motions_.row(vertex).transpose());
-    });
-    const LeafReach reach_of = [&](int a, int b) {
-        const Eigen::AlignedBox3d &s = patch_motions_[static_cast<std::size_t>(a)],
-                                  &t = patch_motions_[static_cast<std::size_t>(b)];
-        const double motion = (s.max() - t.min()).cwiseMax(t.max() - s.min()).norm();
-        return std::min(most, static_cast<float>(reach.least() + motion + error));
+    const auto reach_of = [&](int a, int b) {
+        return std::min(most, static_cast<float>(reach.least() + proof_->relative_motion(a, b) + error));
     };
-    return query_.boxes_within(tree, most, &reach_of);
+    // A copy of what it captures would be allocated.
+    const LeafReach by_reference = std::cref(reach_of);
+    return query_.boxes_within(tree, most, &by_reference);
 }
 
 void SelfContactFinder::measure_faces(const ContactSurface& surface, std::span<const FacePair> pairs) {

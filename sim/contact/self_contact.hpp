@@ -26,7 +26,7 @@ class SelfContactRest {
         return shape == shape_.get() && tree == tree_ && thickness == thickness_;
     }
     double thickness() const noexcept { return thickness_; }
-    /// Pairs of faces at most twice the thickness apart.
+    /// Pairs of faces at most twice the thickness apart, by positions in single precision.
     const std::shared_ptr<const FacePairSet>& near() const noexcept { return near_; }
     /// For proofs that others stay apart; null if the leaves of the tree are not the patches.
     const std::shared_ptr<const RestNeighbours>& neighbours() const noexcept { return neighbours_; }
@@ -111,10 +111,9 @@ class SelfContactFinder {
     std::optional<NeighbourProof> proof_;  // none without neighbours at rest
     long face_pairs_ = 0;
     Costs costs_;
-    Nodes motions_;                                   // [n, 3] of the vertices in the step, metres
-    std::vector<Eigen::AlignedBox3d> patch_motions_;  // boxes of the motions of each patch's vertices
-    std::vector<FaceBalls> balls_;                    // [m] of the faces in pairs
-    std::vector<char> is_measured_;                   // [m] whether a face has its balls in this step
+    Nodes motions_;                  // [n, 3] of the vertices in the step, metres
+    std::vector<FaceBalls> balls_;   // [m] of the faces in pairs
+    std::vector<char> is_measured_;  // [m] whether a face has its balls in this step
 };
 
 /// Distance at which contact of a body with itself begins: `thickness`, but no more than the mean length of

@@ -40,20 +40,19 @@ void ContactSurface::compute(int vertex) const noexcept {
     ++computed_;
 }
 
+void ContactSurface::compute_if_old(int vertex) const noexcept {
+    if (std::exchange(poses_[static_cast<std::size_t>(vertex)], pose_) != pose_)
+        x_.row(vertex) = mean_at(vertex, nodes_);
+}
+
 void ContactSurface::compute(std::span<const int> vertices) const {
     for (const int vertex : vertices) computed_ += poses_[static_cast<std::size_t>(vertex)] != pose_;
-    parallel_for(static_cast<int>(vertices.size()), [&](int i) {
-        const int vertex = vertices[static_cast<std::size_t>(i)];
-        if (std::exchange(poses_[static_cast<std::size_t>(vertex)], pose_) != pose_)
-            x_.row(vertex) = mean_at(vertex, nodes_);
-    });
+    parallel_for(static_cast<int>(vertices.size()),
+                 [&](int i) { compute_if_old(vertices[static_cast<std::size_t>(i)]); });
 }
 
 const Nodes& ContactSurface::positions() const {
-    parallel_for(vertex_count(), [&](int vertex) {
-        if (std::exchange(poses_[static_cast<std::size_t>(vertex)], pose_) != pose_)
-            x_.row(vertex) = mean_at(vertex, nodes_);
-    });
+    parallel_for(vertex_count(), [&](int vertex) { compute_if_old(vertex); });
     computed_ = vertex_count();
     return x_;
 }

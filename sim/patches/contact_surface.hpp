@@ -77,6 +77,7 @@ class ContactSurface {
 
  private:
     void compute(int vertex) const noexcept;
+    void compute_if_old(int vertex) const noexcept;  // without counting
     void compute_faces_at(int vertex) const noexcept;
     void compute_face(int face) const noexcept;
     Ball ball_of(std::span<const int> nodes, const Nodes& of_nodes) const noexcept;

@@ -5,7 +5,7 @@
 
 namespace nbd {
 
-/// Poses that no simulator should make and that every exact bound must survive.
+/// Poses that every exact bound must survive.
 enum class WildPose { twisted, crushed, inverted, scattered, far, bent };
 
 /// Those that no simulator would give: all but `bent`.

@@ -34,30 +34,38 @@ std::vector<NamedPose> gentle_poses() {
     const Eigen::Matrix3d turn =
         Eigen::AngleAxisd(2, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
     return {
-        {"moved", [=](const Eigen::Vector3d& x) { return turn * x + Eigen::Vector3d(5, -3, 2); }},
-        {"stretched", [](const Eigen::Vector3d& x) { return Eigen::Vector3d(1.3 * x[0], 0.9 * x[1], x[2]); }},
+        {"moved",
+         [=](const Eigen::Vector3d& x) -> Eigen::Vector3d { return turn * x + Eigen::Vector3d(5, -3, 2); }},
+        {"stretched",
+         [](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+             return Eigen::Vector3d(1.3 * x[0], 0.9 * x[1], x[2]);
+         }},
         {"bent",
-         [](const Eigen::Vector3d& x) {
+         [](const Eigen::Vector3d& x) -> Eigen::Vector3d {
              const double angle = 0.5 * x[0];
              return Eigen::Vector3d((2 + x[2]) * std::sin(angle), x[1], (2 + x[2]) * std::cos(angle));
          }},
-        {"twisted", [](const Eigen::Vector3d& x) {
+        {"twisted", [](const Eigen::Vector3d& x) -> Eigen::Vector3d {
              return Eigen::AngleAxisd(0.4 * x[0], Eigen::Vector3d::UnitX()) * x;
          }}};
 }
 std::vector<NamedPose> rough_poses() {
-    return {{"folded", [](const Eigen::Vector3d& x) { return Eigen::Vector3d(std::abs(x[0]), x[1], x[2]); }},
-            {"flat", [](const Eigen::Vector3d& x) { return Eigen::Vector3d(x[0], x[1], 0); }},
-            {"point", [](const Eigen::Vector3d&) { return Eigen::Vector3d::Zero(); }},
-            {"wavy",
-             [](const Eigen::Vector3d& x) {
-                 return Eigen::Vector3d(x[0], x[1] + 0.05 * std::sin(40 * x[0]),
-                                        x[2] + 0.05 * std::sin(50 * x[1]));
-             }},
-            {"wound", [](const Eigen::Vector3d& x) {
-                 const double angle = 12 * x[0];
-                 return Eigen::Vector3d((0.1 + x[2]) * std::sin(angle), x[1], (0.1 + x[2]) * std::cos(angle));
-             }}};
+    return {
+        {"folded",
+         [](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+             return Eigen::Vector3d(std::abs(x[0]), x[1], x[2]);
+         }},
+        {"flat", [](const Eigen::Vector3d& x) -> Eigen::Vector3d { return Eigen::Vector3d(x[0], x[1], 0); }},
+        {"point", [](const Eigen::Vector3d&) -> Eigen::Vector3d { return Eigen::Vector3d::Zero(); }},
+        {"wavy",
+         [](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+             return Eigen::Vector3d(x[0], x[1] + 0.05 * std::sin(40 * x[0]),
+                                    x[2] + 0.05 * std::sin(50 * x[1]));
+         }},
+        {"wound", [](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+             const double angle = 12 * x[0];
+             return Eigen::Vector3d((0.1 + x[2]) * std::sin(angle), x[1], (0.1 + x[2]) * std::cos(angle));
+         }}};
 }
 
 /// A surface with what is known of it at rest.
@@ -67,8 +75,8 @@ struct Body {
         edge = (X.row(F(0, 0)) - X.row(F(0, 1))).norm();
         left_out = near_at_rest(X, F, static_cast<float>(1.5 * edge));
         const WideTree& wide = *posed.box_tree();
-        rest = std::make_shared<const RestNeighbours>(X.cast<double>(), F, wide, left_out.get(), 1.5 * edge,
-                                                      4 * edge);
+        rest = std::make_shared<const RestNeighbours>(X.cast<double>(), F, wide, left_out,
+                                                      1.5 * edge * (1 - 1e-5), 4 * edge);
     }
     Nodes pose(const Deformation& deform) const {
         Nodes x(X.rows(), 3);
@@ -126,15 +134,10 @@ double least_margin(const Body& body, const NeighbourProof& proof, const Nodes& 
     return least;
 }
 
-int present_leaves(const WideTree& tree) {
-    return static_cast<int>(
-        std::ranges::count_if(tree.faces_in, [](std::uint8_t faces) { return faces > 0; }));
-}
-
 TEST(NeighbourProof, HoldsInEveryPose) {
     const float rounding = 1e-5f;  // of positions in single precision, up to ten metres from the origin
     for (Body& body : bodies()) {
-        const Nodes motion = body.pose([](const Eigen::Vector3d& x) {
+        const Nodes motion = body.pose([](const Eigen::Vector3d& x) -> Eigen::Vector3d {
             return 0.02 * Eigen::Vector3d(std::sin(5 * x[1]), x[0] * x[2], std::cos(4 * x[0]));
         });
         const auto poses = [&] {
@@ -153,7 +156,7 @@ TEST(NeighbourProof, HoldsInEveryPose) {
                 const Nodes x = body.pose(pose.deform);
                 proof.prove(x, motion, reach);
                 EXPECT_GT(least_margin(body, proof, x, motion, reach), -rounding);
-                refused += proof.proved() < present_leaves(proof.tree());
+                refused += proof.proved() < proof.leaves();
             }
         EXPECT_GT(refused, 8);
     }
@@ -163,7 +166,7 @@ TEST(NeighbourProof, SucceedsInGentlePosesAndNotInRoughOnes) {
     for (Body& body : bodies()) {
         NeighbourProof proof(body.rest);
         const NeighbourProof::Reach reach{.apart = 0.5 * body.edge};
-        const int leaves = present_leaves(proof.tree());
+        const int leaves = proof.leaves();
         for (const NamedPose& pose : gentle_poses()) {
             proof.prove(body.pose(pose.deform), {}, reach);
             EXPECT_GT(proof.proved(), 0.9 * leaves) << pose.name;
@@ -216,6 +219,60 @@ TEST(NeighbourProof, IsRefusedWherePositionsAreNotFinite) {
     EXPECT_EQ(proof.proved(), 0);
 }
 
+TEST(NeighbourProof, TakesMotionThatIsNotFiniteForTheLargestApproach) {
+    const Body body(shapes::sphere(24, 40));
+    NeighbourProof proof(body.rest);
+    const Nodes x = body.X.cast<double>();
+    Nodes motion = Nodes::Zero(x.rows(), 3);
+    proof.prove(x, motion, {.apart = 0.1 * body.edge, .approach = 1});
+    EXPECT_EQ(proof.proved(), proof.leaves());
+    for (const double number :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        motion.setConstant(number);
+        proof.prove(x, motion, {.apart = 0.1 * body.edge, .approach = 1});
+        EXPECT_EQ(proof.proved(), 0);
+    }
+}
+
+/// A self-intersecting pose that a proof of the rest pose knows nothing of.
+TEST(NeighbourProof, IsIgnoredByQueriesThatItIsNotOf) {
+    Body body(shapes::torus(36, 24));
+    NeighbourProof proof(body.rest);
+    proof.prove(body.X.cast<double>(), {}, {.apart = 0.1 * body.edge});
+    ASSERT_EQ(proof.proved(), proof.leaves());
+    SelfQuery query(body.left_out);
+    const Vertices flat = body.pose(rough_poses()[1].deform).cast<float>();
+    body.posed.begin_step(body.X, flat);
+    const std::size_t expected = query.boxes_within(body.posed, 0).size();
+    query.use(&proof);
+    EXPECT_EQ(query.boxes_within(body.posed, 0).size(), expected) << "in a step";
+    PosedTree other(shared_exact_tree(body.X, body.F), BoundKind::boxes), exact(body.tree, BoundKind::exact);
+    for (PosedTree* tree : {&other, &exact}) {
+        tree->begin_pose(flat);
+        query.use(nullptr);
+        const std::size_t touching = query.intersecting(*tree).size();
+        EXPECT_GT(touching, 100u);
+        query.use(&proof);
+        EXPECT_EQ(query.intersecting(*tree).size(), touching) << name(tree->kind());
+    }
+}
+
+TEST(NeighbourProof, MustLeaveOutWhatTheQueryLeavesOut) {
+    const Body body(shapes::sphere(24, 40));
+    const NeighbourProof proof(body.rest);
+    SelfQuery all;
+    EXPECT_THROW(all.use(&proof), std::invalid_argument);
+    EXPECT_NO_THROW(all.use(nullptr));
+}
+
+TEST(NeighbourProof, RefusesOtherNumbersOfVertices) {
+    const Body body(shapes::sphere(24, 40));
+    NeighbourProof proof(body.rest);
+    const Nodes x = body.X.cast<double>(), fewer = x.topRows(x.rows() - 1);
+    EXPECT_THROW(proof.prove(fewer, {}, {}), std::invalid_argument);
+    EXPECT_THROW(proof.prove(x, fewer, {}), std::invalid_argument);
+}
+
 TEST(NeighbourProof, DoesNotDependOnTheExecutor) {
     const Surface surface = shapes::torus(36, 24);
     const Body body(surface);
@@ -223,7 +280,7 @@ TEST(NeighbourProof, DoesNotDependOnTheExecutor) {
         for (int i = count; i-- > 0;) task(i);
     };
     const auto rest = std::make_shared<const RestNeighbours>(body.X.cast<double>(), body.F, body.rest->tree(),
-                                                             body.left_out.get(), 1.5 * body.edge,
+                                                             body.left_out, 1.5 * body.edge * (1 - 1e-5),
                                                              4 * body.edge, backwards);
     NeighbourProof one(body.rest), other(rest);
     const Nodes x = body.pose(rough_poses().back().deform);
@@ -235,11 +292,23 @@ TEST(NeighbourProof, DoesNotDependOnTheExecutor) {
             ASSERT_EQ(one.apart(leaf, near), other.apart(leaf, near));
 }
 
-TEST(RestNeighbours, RefusesATreeOfOtherFaces) {
+TEST(RestNeighbours, RefusesWhatIsNotOfTheSurface) {
     const Body body(shapes::sphere(24, 40));
+    const Nodes X = body.X.cast<double>();
+    const WideTree& tree = body.rest->tree();
     const Surface other = shapes::torus(24, 20);
-    EXPECT_THROW(RestNeighbours(other.X.cast<double>(), other.F, body.rest->tree(), nullptr, 0, 0.1),
+    EXPECT_THROW(RestNeighbours(other.X.cast<double>(), other.F, tree, nullptr, 0, 0.1),
                  std::invalid_argument);
+    const auto pairs = std::make_shared<const FacePairSet>(std::vector<FacePair>{}, 7);
+    EXPECT_THROW(RestNeighbours(X, body.F, tree, pairs, 0, 0.1), std::invalid_argument);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (const double number : {-1.0, nan, std::numeric_limits<double>::infinity()}) {
+        EXPECT_THROW(RestNeighbours(X, body.F, tree, nullptr, number, 0.1), std::invalid_argument);
+        EXPECT_THROW(RestNeighbours(X, body.F, tree, nullptr, 0, number), std::invalid_argument);
+    }
+    Nodes broken = X;
+    broken(3, 2) = nan;
+    EXPECT_THROW(RestNeighbours(broken, body.F, tree, nullptr, 0, 0.1), std::invalid_argument);
 }
 
 TEST(RestNeighbours, CoversTheFacesAroundALeaf) {
