@@ -12,6 +12,13 @@
 namespace nbd {
 namespace {
 
+/// The cost of a factorisation grows with the square of the number of nodes, that of an iteration with the
+/// number: at 10,000 nodes and at 100,000, a factorisation takes as long as some 70 and 500 iterations.
+int most_iterations(const LinearSolveConfig& config, const CoupledSystem& system) {
+    constexpr int nodes = 10'000;
+    return config.max_iterations * std::max(1, system.node_count() / nodes);
+}
+
 constexpr int stale_iterations = 20;  // a factorisation costs more than this many iterations
 
 double dot(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
@@ -164,7 +171,7 @@ LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen:
     if (!direct_) {
         factorize_contacts(system);
         cycle_.set_couplings(couplings_);
-        if (refine(system, b, goal, config_.max_iterations, v, report)) return report;
+        if (refine(system, b, goal, most_iterations(config_, system), v, report)) return report;
         report.fallback = fmt::format("{} iterations left a relative residual of {:.2g}", report.iterations,
                                       report.residual);
         direct_ = true;

@@ -11,7 +11,9 @@ enum class LinearSolver {
 struct LinearSolveConfig {
     LinearSolver solver = LinearSolver::iterative;
     double tolerance = 1e-6;  // |b - A v| over |b| on nodes that are not prescribed; > 0 and < 1
-    int max_iterations = 80;  // > 0; after these the system is factorised
+    /// > 0; of systems of up to 10,000 nodes, and in proportion of larger ones. After these the system is
+    /// factorised, which costs more, the more nodes there are.
+    int max_iterations = 80;
 };
 
 }  // namespace nbd
