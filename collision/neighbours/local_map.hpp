@@ -1,10 +1,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cstdint>
 #include <span>
 
-#include "collision/bounds/affine/wide_tree.hpp"
 #include "collision/geometry/tet_mesh.hpp"
 
 namespace nbd {
@@ -35,38 +33,12 @@ MapTerms term_slopes(const Point& z, const Eigen::Vector3d& n) {
     return b;
 }
 
-/// Unit normal of the face between three points; zero if they lie on a line.
-inline Eigen::Vector3d unit_normal(const Eigen::Vector3d& p, const Eigen::Vector3d& q,
-                                   const Eigen::Vector3d& r) {
-    const Eigen::Vector3d n = (q - p).cross(r - p);
-    const double length = n.norm();
-    if (length > 0) return n / length;
-    return Eigen::Vector3d::Zero();
-}
-
-/// A map is fitted to the points of a region and to the normals of the leaf's faces, without which nothing
-/// would tell how a flat part turns. Calls f(slopes, weight, i, j, k) for each face of a leaf: slopes of the
-/// terms along its normal, its weight in the fit, and its corners. Z: points of the region at rest, those of
-/// the leaf first.
-template <class F>
-void for_each_normal(const WideTree& tree, int leaf, const LocalPoints& Z, const F& f) {
-    const auto l = static_cast<std::size_t>(leaf);
-    constexpr int step = 4;         // a few faces tell how the leaf turns
-    constexpr double share = 1e-3;  // small beside what the points of a curved part tell
-    const double weight = share * static_cast<double>(Z.cols() * step) / tree.faces_in[l];
-    for (int k = 0; k < tree.faces_in[l]; k += step) {
-        const std::uint8_t* corner = tree.corners[l].data() + k;
-        const int p = corner[0], q = corner[tree_width], r = corner[2 * tree_width];
-        const Eigen::Vector3d centre = (Z.col(p) + Z.col(q) + Z.col(r)) / 3;
-        f(term_slopes(centre, unit_normal(Z.col(p), Z.col(q), Z.col(r))), weight, p, q, r);
-    }
-}
-
 /// What a local map does to distances in a box around the origin.
 struct MapBound {
-    double
-        stretch;  // |q(x) - q(y)| >= stretch |x - y| for all x, y in the box; <= 0 or NaN: nothing is known
-    double bend;  // the second derivative along any unit vector has at most this norm
+    /// |q(x) - q(y)| >= stretch |x - y| for all x, y in the box. Nothing is known if it is <= 0 or NaN.
+    double stretch;
+    /// The norm of the second derivative along any unit vector is no larger.
+    double bend;
 };
 
 /// half: half the sides of the box.

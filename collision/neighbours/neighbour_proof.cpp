@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "collision/base/message.hpp"
+#include "collision/neighbours/leaf_normals.hpp"
 #include "collision/neighbours/local_map.hpp"
 
 namespace nbd {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "collision/base/message.hpp"
+#include "collision/neighbours/leaf_normals.hpp"
 #include "collision/neighbours/local_map.hpp"
 #include "collision/neighbours/region_builder.hpp"
 
