@@ -41,9 +41,9 @@ class SelfContactRest {
 
 /// Finds where a body presses on itself: each vertex with the nearest face that it is in front of, and pairs
 /// of edges that cross at a distance. What was near at rest makes no contact: faces with a common vertex, and
-/// faces nearer to each other than twice the thickness. For each vertex in contact it remembers the side
-/// by which the vertex came, as BodyContactFinder does. A vertex behind a face that it was not in contact
-/// with before is no contact: the face may be on the other side of a thin part.
+/// faces nearer to each other than twice the thickness. For each vertex in contact it tells the side by
+/// which the vertex came, as BodyContactFinder remembers it. A vertex behind a face that it was not in
+/// contact with before is no contact: the face may be on the other side of a thin part.
 class SelfContactFinder {
  public:
     /// body: its number, to store in the contacts.
