@@ -14,7 +14,7 @@
 namespace nbd {
 namespace {
 
-constexpr int leaves_a_task = 512;
+constexpr int leaves_a_builder = 512;
 
 template <class List>
 void append(const List& from, List& to) {
@@ -50,10 +50,10 @@ RestNeighbours::RestNeighbours(const Nodes& X, FacesRef F, const WideTree& tree,
     const RegionBuilder::Surface surface{X,     F, tree, places, graph, left_out_.get(), left_out_distance,
                                          radius};
     std::vector<RegionBuilder::Lists> built(static_cast<std::size_t>(tree.leaves()));
-    run((tree.leaves() + leaves_a_task - 1) / leaves_a_task, [&](int task) {
+    run((tree.leaves() + leaves_a_builder - 1) / leaves_a_builder, [&](int task) {
         RegionBuilder builder(surface);
-        for (int leaf = task * leaves_a_task; leaf < std::min((task + 1) * leaves_a_task, tree.leaves());
-             ++leaf)
+        for (int leaf = task * leaves_a_builder;
+             leaf < std::min((task + 1) * leaves_a_builder, tree.leaves()); ++leaf)
             built[static_cast<std::size_t>(leaf)] = builder.build(leaf);
     });
     leaves_.resize(built.size() + 1);
