@@ -50,7 +50,17 @@ std::vector<NamedPose> gentle_poses() {
          }}};
 }
 std::vector<NamedPose> rough_poses() {
+    const auto noise = [](double number) {
+        const double n = 43758.5453 * std::sin(number);
+        return n - std::floor(n) - 0.5;
+    };
     return {
+        {"shrunk", [](const Eigen::Vector3d& x) -> Eigen::Vector3d { return 0.5 * x; }},
+        {"jittered",
+         [=](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+             const double at = 12.9898 * x[0] + 78.233 * x[1] + 37.719 * x[2];
+             return x + 0.12 * Eigen::Vector3d(noise(at), noise(at + 1), noise(at + 2));
+         }},
         {"folded",
          [](const Eigen::Vector3d& x) -> Eigen::Vector3d {
              return Eigen::Vector3d(std::abs(x[0]), x[1], x[2]);
@@ -241,7 +251,7 @@ TEST(NeighbourProof, IsIgnoredByQueriesThatItIsNotOf) {
     proof.prove(body.X.cast<double>(), {}, {.apart = 0.1 * body.edge});
     ASSERT_EQ(proof.proved(), proof.leaves());
     SelfQuery query(body.left_out);
-    const Vertices flat = body.pose(rough_poses()[1].deform).cast<float>();
+    const Vertices flat = body.pose(rough_poses()[3].deform).cast<float>();
     body.posed.begin_step(body.X, flat);
     const std::size_t expected = query.boxes_within(body.posed, 0).size();
     query.use(&proof);
