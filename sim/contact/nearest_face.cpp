@@ -4,16 +4,10 @@
 #include <cmath>
 #include <utility>
 
-#include "collision/geometry/closest_points.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
 namespace {
-
-ClosestPoints closest_point(const ContactSurface& surface, int face, const Eigen::Vector3d& p) {
-    const auto corners = surface.F().row(face);
-    return closest_point_triangle(p, surface.x(corners[0]), surface.x(corners[1]), surface.x(corners[2]));
-}
 
 bool is_in_reach(const PosedPatches& points, int vertex, const PosedPatches& others, int face,
                  double distance, const ContactReach& reach) {
@@ -24,10 +18,18 @@ bool is_in_reach(const PosedPatches& points, int vertex, const PosedPatches& oth
 
 }  // namespace
 
+ClosestPoints closest_point(const ContactSurface& surface, int face, const Eigen::Vector3d& p) {
+    const auto corners = surface.F().row(face);
+    return closest_point_triangle(p, surface.x(corners[0]), surface.x(corners[1]), surface.x(corners[2]));
+}
+
 NearestFace measure(const ContactSurface& surface, int face, const Eigen::Vector3d& p, double reach) {
+    return measure(surface, face, closest_point(surface, face, p), reach);
+}
+
+NearestFace measure(const ContactSurface& surface, int face, const ClosestPoints& closest, double reach) {
     /// At smaller shares of `reach` the line between two points is too short to give a direction.
     constexpr double direction_share = 1e-3;
-    const ClosestPoints closest = closest_point(surface, face, p);
     const Eigen::Vector3d outward = surface.feature_normal(face, closest.weights_b);
     const double sign = closest.gap.dot(outward) < 0 ? -1 : 1;
     const bool far = closest.distance > direction_share * reach;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "collision/geometry/closest_points.hpp"
 #include "sim/contact/contact.hpp"
 #include "sim/patches/posed_patches.hpp"
 
@@ -21,6 +22,10 @@ struct NearestFace {
 /// Measures the distance of p from a face. reach: metres; at distances far below it the face's own normal
 /// gives the direction.
 NearestFace measure(const ContactSurface& surface, int face, const Eigen::Vector3d& p, double reach);
+/// Likewise from the closest points of p and the face.
+NearestFace measure(const ContactSurface& surface, int face, const ClosestPoints& closest, double reach);
+/// The closest points of p and a face.
+ClosestPoints closest_point(const ContactSurface& surface, int face, const Eigen::Vector3d& p);
 
 /// How far a vertex and a face may approach each other in the step, at most, metres. Their patches must be
 /// required.

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "collision/base/stopwatch.hpp"
-#include "collision/geometry/closest_points.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "sim/contact/edge_contact.hpp"
 #include "sim/contact/nearest_face.hpp"
@@ -180,11 +179,9 @@ void SelfContactFinder::test_vertex(const ContactSurface& surface, int vertex, i
     const FaceBalls& ball = balls_[static_cast<std::size_t>(face)];
     const double most = reach.most() + ball.radius;
     if ((p - ball.centre).squaredNorm() > most * most) return;
-    const auto corners = surface.F().row(face);
-    if (closest_point_triangle(p, surface.x(corners[0]), surface.x(corners[1]), surface.x(corners[2]))
-            .distance > reach.most())
-        return;
-    const NearestFace candidate = measure(surface, face, p, reach.most());
+    const ClosestPoints closest = closest_point(surface, face, p);
+    if (closest.distance > reach.most()) return;
+    const NearestFace candidate = measure(surface, face, closest, reach.most());
     const double distance = std::abs(candidate.distance);
     if (candidate.distance < 0) {
         const auto side = std::ranges::lower_bound(test.sides, vertex, {}, &VertexSide::vertex);
@@ -192,7 +189,7 @@ void SelfContactFinder::test_vertex(const ContactSurface& surface, int vertex, i
             distance > reach.inside || distance > side->depth + test.moved)
             return;
     } else if (distance > reach.apart) {
-        const double motion = relative_motion(motions_, std::array{vertex}, corners);
+        const double motion = relative_motion(motions_, std::array{vertex}, surface.F().row(face));
         if (distance > reach.apart + std::min(reach.approach, motion)) return;
     }
     found.vertices.push_back({vertex, candidate});
