@@ -38,6 +38,22 @@ TEST_F(BenchSimulate, RejectsInvalidInput) {
     EXPECT_EQ(test::run_bench(folder(), {"simulate", "box.h5", "-o", "box.h5"}).status, 1);
 }
 
+TEST_F(BenchSimulate, RacesSolversToOneResidual) {
+    const test::Ran ran =
+        test::run_bench(folder(), {"solvers", "box.h5", "--repeats", "1", "-o", "solvers.csv", "--json"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto rows = nlohmann::json::parse(ran.out);
+    for (const char* solver : {"ours", "incomplete Cholesky", "factorisation"})
+        for (const char* scene : {"fly", "twist"})
+            EXPECT_TRUE(std::ranges::any_of(
+                rows,
+                [&](const auto& row) { return row.at("solver") == solver && row.at("scene") == scene; }))
+                << solver << " in " << scene;
+    for (const auto& row : rows) EXPECT_LT(row.at("residual").get<double>(), 2e-6) << row;
+    EXPECT_TRUE(test::listing(folder()).contains("solvers.csv"));
+    EXPECT_EQ(test::run_bench(folder(), {"solvers", "absent.h5"}).status, 1);
+}
+
 TEST_F(BenchSimulate, TimesEveryLaw) {
     const test::Ran ran = test::run_bench(folder(), {"laws", "box.h5", "--steps", "2", "-o", "laws.csv"});
     ASSERT_EQ(ran.status, 0) << ran.err;

@@ -13,6 +13,9 @@ std::map<std::string, std::string> bench_examples() {
         {"ring",
          "  nbdtree-bench ring beam.h5 -o ring.csv\n"
          "  nbdtree-bench ring beam.h5 --json"},
+        {"solvers",
+         "  nbdtree-bench solvers armadillo.h5 bunny.h5 -o solvers.csv\n"
+         "  nbdtree-bench solvers beam.h5 --repeats 1"},
         {"learned",
          "  nbdtree-bench learned beam.h5 poses.h5 -o learned.csv\n"
          "  nbdtree-bench learned beam.h5 poses.h5 --samples 16,32,0 --max-frames 500"},
