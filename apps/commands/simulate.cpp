@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 
-#include "apps/cli/file_hash.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/commands/commands.hpp"
@@ -18,6 +17,7 @@
 #include "apps/simulate/scene_files.hpp"
 #include "apps/simulate/simulation_outputs.hpp"
 #include "collision/base/stopwatch.hpp"
+#include "meshing/h5/sha256.hpp"
 #include "meshing/h5/version.hpp"
 #include "meshing/surface/counted.hpp"
 #include "sim/factor/blas.hpp"
@@ -84,12 +84,12 @@ bool is_finished(const SceneOutput& paths, const WantedRun& wanted, const Simula
 Journal::Facts facts_of(const RunOptions& options, const SceneSpec& spec) {
     Journal::Facts facts{
         {"program version", std::string(version())},
-        {"scene", text_hash(spec.text)},
+        {"scene", h5::text_sha256(spec.text)},
         {"--frames", fmt::format("{}", spec.time.frames)},
     };
     facts.insert(facts.end(), options.begin(), options.end());
     for (const std::filesystem::path& input : scene_inputs(spec))
-        facts.emplace_back(input.filename().string(), file_hash(input));
+        facts.emplace_back(input.filename().string(), h5::file_sha256(input));
     return facts;
 }
 

@@ -8,6 +8,7 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/simulate/scene_files.hpp"
+#include "collision/base/file_text.hpp"
 #include "sim/scene/scene_check.hpp"
 
 namespace nbd {
@@ -17,7 +18,7 @@ namespace {
 std::vector<std::string> problems_of(const std::filesystem::path& path) {
     SceneReading reading;
     try {
-        reading = read_scene(scene_text(path), path.parent_path());
+        reading = read_scene(file_text(path), path.parent_path());
     } catch (const std::invalid_argument& error) {
         return {fmt::format("{}: {}", path.string(), error.what())};
     } catch (const std::runtime_error& error) {

@@ -2,27 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 
 #include "apps/dataset/plan.hpp"
+#include "collision/base/file_text.hpp"
 #include "meshing/h5/atomic_file.hpp"
 #include "training/files/dataset_manifest.hpp"
 
 namespace nbd {
-namespace {
-
-std::string plan_there(const std::filesystem::path& path) {
-    std::ifstream in;
-    if (std::filesystem::is_regular_file(path)) in.open(path, std::ios::binary);
-    if (!in.is_open())
-        throw std::runtime_error(fmt::format("{}: cannot be read; allowed: a JSON file", path.string()));
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
-}  // namespace
-
 void begin_dataset(const ShardFolder& folder, const std::string& plan) {
     const auto refuse_other = [&](const std::string& there) {
         const std::string difference = plan_difference(there, plan);
@@ -37,7 +24,7 @@ void begin_dataset(const ShardFolder& folder, const std::string& plan) {
                         folder.view().string()));
     if (std::filesystem::exists(folder.plan())) {
         try {
-            refuse_other(plan_there(folder.plan()));
+            refuse_other(file_text(folder.plan()));
         } catch (const std::invalid_argument& error) {
             throw std::runtime_error(fmt::format("{}: {}", folder.plan().string(), error.what()));
         }

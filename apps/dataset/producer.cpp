@@ -16,6 +16,7 @@
 #include "apps/dataset/shard.hpp"
 #include "apps/dataset/variety.hpp"
 #include "collision/base/temporary_files.hpp"
+#include "meshing/h5/sha256.hpp"
 #include "sim/contact/self_contact.hpp"
 #include "training/files/dataset_manifest.hpp"
 #include "training/files/recording_format.hpp"
@@ -144,7 +145,7 @@ void Producer::verify(const std::function<bool(int)>& mine) {
                 const auto entry = std::ranges::find(known, folder_.relative(g), &DatasetShard::file);
                 if (entry == known.end()) {
                     remove_broken(path, folder_.first(g), folder_.end(g));
-                } else if (file_sha256(path) != entry->sha256) {
+                } else if (h5::file_sha256(path) != entry->sha256) {
                     warn(fmt::format(
                         "remaking a damaged file: {}: its SHA-256 is not {:.12}... as in the manifest",
                         path.string(), entry->sha256));
@@ -260,7 +261,7 @@ bool Producer::merge() {
         hooks_.stop_if_asked();
         finish_shard(g);
         if (!std::filesystem::exists(folder_.shard(g))) return false;
-        DatasetShard shard{folder_.relative(g), file_sha256(folder_.shard(g))};
+        DatasetShard shard{folder_.relative(g), h5::file_sha256(folder_.shard(g))};
         const std::string& before = old.shards[static_cast<std::size_t>(g)].sha256;
         if (!fits(g, shard.sha256, before)) return false;
         changed = changed || shard.sha256 != before;

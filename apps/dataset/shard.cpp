@@ -1,17 +1,12 @@
 #include "apps/dataset/shard.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <memory>
 #include <stdexcept>
 #include <vector>
 
-#include "meshing/h5/sha256.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/recording_format.hpp"
 #include "training/files/recording_hash.hpp"
@@ -92,28 +87,6 @@ bool pack_shard(const ShardFolder& folder, const std::string& key, int shard,
     }
     for (int i = first; i < end; ++i) std::filesystem::remove(folder.part(i));
     return true;
-}
-
-std::string file_sha256(const std::filesystem::path& path) {
-    const auto fail = [&] {
-        const std::string why = errno == ENOENT || errno == ENOTDIR
-                                    ? "no such file"
-                                    : fmt::format("cannot be read: {}", std::strerror(errno));
-        throw std::runtime_error(fmt::format("{}: {}", path.string(), why));
-    };
-    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) fail();
-    const std::unique_ptr<const int, void (*)(const int*)> closed(&descriptor,
-                                                                  [](const int* d) { close(*d); });
-    h5::Sha256 hash;
-    std::vector<std::byte> bytes(std::size_t{1} << 20);
-    for (;;) {
-        const ssize_t n = read(descriptor, bytes.data(), bytes.size());
-        if (n < 0 && errno == EINTR) continue;
-        if (n < 0) fail();
-        if (n == 0) return hash.hex();
-        hash.add(std::span(bytes).first(static_cast<std::size_t>(n)));
-    }
 }
 
 }  // namespace nbd

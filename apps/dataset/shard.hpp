@@ -19,7 +19,4 @@ std::string shard_defect(const std::filesystem::path& path, const std::string& k
 bool pack_shard(const ShardFolder& folder, const std::string& key, int shard,
                 const std::function<void(const std::string&)>& warn);
 
-/// Hex SHA-256 of a file's bytes, as sha256sum prints it. Throws std::runtime_error with path and reason.
-std::string file_sha256(const std::filesystem::path& path);
-
 }  // namespace nbd

@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <system_error>
 
+#include "collision/base/file_text.hpp"
 #include "meshing/checks/printable.hpp"
 
 namespace nbd {
@@ -23,15 +22,7 @@ std::string quoted(std::string_view word) { return fmt::format("'{}'", printable
 
 }  // namespace
 
-FileCursor::FileCursor(const std::filesystem::path& path) : path_(path) {
-    std::error_code error;
-    if (!std::filesystem::exists(path, error)) throw std::runtime_error(path.string() + ": no such file");
-    if (!std::filesystem::is_regular_file(path, error))
-        throw std::runtime_error(path.string() + ": not a regular file");
-    std::ifstream file(path, std::ios::binary);
-    bytes_.assign(std::istreambuf_iterator<char>(file), {});
-    if (!file) throw std::runtime_error(path.string() + ": cannot be read");
-}
+FileCursor::FileCursor(const std::filesystem::path& path) : path_(path), bytes_(file_text(path)) {}
 
 bool FileCursor::at_end() noexcept {
     at_ = std::min(bytes_.find_first_not_of(white, at_), bytes_.size());

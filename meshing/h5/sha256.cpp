@@ -1,9 +1,15 @@
 #include "meshing/h5/sha256.hpp"
 
+#include <fcntl.h>
+#include <fmt/format.h>
 #include <openssl/evp.h>
+#include <unistd.h>
 
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <stdexcept>
+#include <vector>
 
 namespace nbd::h5 {
 
@@ -33,6 +39,34 @@ std::string Sha256::hex() {
         text += digits[byte & 15];
     }
     return text;
+}
+
+std::string text_sha256(std::string_view text) {
+    Sha256 hash;
+    hash.add(std::as_bytes(std::span(text)));
+    return hash.hex();
+}
+
+std::string file_sha256(const std::filesystem::path& path) {
+    const auto fail = [&] {
+        const std::string why = errno == ENOENT || errno == ENOTDIR
+                                    ? "no such file"
+                                    : fmt::format("cannot be read: {}", std::strerror(errno));
+        throw std::runtime_error(fmt::format("{}: {}", path.string(), why));
+    };
+    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) fail();
+    const std::unique_ptr<const int, void (*)(const int*)> closed(&descriptor,
+                                                                  [](const int* d) { close(*d); });
+    Sha256 hash;
+    std::vector<std::byte> bytes(std::size_t{1} << 20);
+    for (;;) {
+        const ssize_t n = read(descriptor, bytes.data(), bytes.size());
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) fail();
+        if (n == 0) return hash.hex();
+        hash.add(std::span(bytes).first(static_cast<std::size_t>(n)));
+    }
 }
 
 }  // namespace nbd::h5

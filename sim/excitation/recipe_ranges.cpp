@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <stdexcept>
 
+#include "collision/base/file_text.hpp"
 #include "sim/json/json_object.hpp"
 
 namespace nbd {
@@ -122,13 +121,7 @@ RecipeRanges parse_recipe_ranges(std::string_view text) {
 }
 
 RecipeRanges load_recipe_ranges(const std::filesystem::path& path) {
-    if (!std::filesystem::exists(path))
-        throw std::runtime_error(fmt::format("{}: no such file", path.string()));
-    std::ifstream in;
-    if (std::filesystem::is_regular_file(path)) in.open(path, std::ios::binary);
-    if (!in.is_open())
-        throw std::runtime_error(fmt::format("{}: cannot be read; allowed: a JSON file", path.string()));
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    const std::string text = file_text(path);
     try {
         return parse_recipe_ranges(text);
     } catch (const std::invalid_argument& error) {

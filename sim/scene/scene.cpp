@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <numbers>
 #include <stdexcept>
+
+#include "collision/base/file_text.hpp"
 
 namespace nbd {
 namespace {
@@ -329,25 +327,8 @@ SceneSpec parse_scene(std::string_view text, const std::filesystem::path& base) 
     return std::move(reading.spec);
 }
 
-std::string scene_text(const std::filesystem::path& path) {
-    const auto fail = [&](const char* why) {
-        throw std::runtime_error(fmt::format("{}: cannot read the scene: {}", path.string(), why));
-    };
-    std::error_code ignored;
-    if (!std::filesystem::exists(path, ignored) && !ignored)
-        throw std::runtime_error(fmt::format("{}: no such file", path.string()));
-    if (std::filesystem::is_directory(path, ignored)) fail("it is a folder");
-    if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
-        fail("it is a special file; allowed: a regular file");
-    std::ifstream file(path, std::ios::binary);
-    if (!file) fail(std::strerror(errno));
-    std::string text{std::istreambuf_iterator<char>(file), {}};
-    if (file.bad()) fail(std::strerror(errno));
-    return text;
-}
-
 SceneSpec load_scene(const std::filesystem::path& path) {
-    const std::string text = scene_text(path);
+    const std::string text = file_text(path);
     try {
         return parse_scene(text, path.parent_path());
     } catch (const std::invalid_argument& error) {

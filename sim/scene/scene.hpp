@@ -135,10 +135,7 @@ SceneSpec parse_scene(std::string_view text, const std::filesystem::path& base);
 /// key.
 SceneReading read_scene(std::string_view text, const std::filesystem::path& base);
 
-/// Text of the scene file at `path`. Throws std::runtime_error with path and reason if it cannot be read.
-std::string scene_text(const std::filesystem::path& path);
-
-/// scene_text() and parse_scene() of the file at `path`; messages start with the path.
+/// file_text() and parse_scene() of the file at `path`; messages start with the path.
 SceneSpec load_scene(const std::filesystem::path& path);
 
 /// The loaded data of a scene's body. Bodies that refer to the same data share what is made of it.

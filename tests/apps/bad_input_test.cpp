@@ -368,10 +368,10 @@ TEST_F(BadInputTest, RejectsInvalidScenes) {
               "bodies[0].material.law: is 3, but must be corotated, stable_neo_hookean or "
               "st_venant_kirchhoff")},
         {{"simulate", "none.json", "-o", "x.h5"}, 1, "none.json: no such file"},
-        {{"simulate", "dir", "-o", "x.h5"}, 1, "dir: cannot read the scene: it is a folder"},
+        {{"simulate", "dir", "-o", "x.h5"}, 1, "dir: cannot be read: it is a folder"},
         {{"simulate", "/dev/zero", "-o", "x.h5"},
          1,
-         "/dev/zero: cannot read the scene: it is a special file; allowed: a regular file"},
+         "/dev/zero: cannot be read: it is a special file; allowed: a regular file"},
     });
     write("good.json", R"({"bodies": [{"body": "box.h5"}]})");
     const auto simulate = [](const char* output, const char* option, const char* value) {

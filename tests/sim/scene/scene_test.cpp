@@ -245,7 +245,7 @@ TEST(Scene, NamesAnUnreadableFileAndTheReason) {
     EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/nowhere/scene.json"); }),
               "/nowhere/scene.json: no such file");
     EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/proc"); }),
-              "/proc: cannot read the scene: it is a folder");
+              "/proc: cannot be read: it is a folder");
 }
 
 TEST(Scene, AgreesWithThePublishedSchema) {
