@@ -15,6 +15,8 @@ namespace {
 /// would hardly ever hold.
 constexpr double least_distance = 0.2;
 
+constexpr double distance_rounding = 1e-6;  // more than that of distances, over their size
+
 Triangle triangle(const Nodes& X, FacesRef F, int face) {
     const auto corner = [&](int k) { return Eigen::Vector3f(X.row(F(face, k)).transpose().cast<float>()); };
     return {corner(0), corner(1), corner(2)};
@@ -72,11 +74,15 @@ RegionBuilder::Lists RegionBuilder::build(int leaf) {
         own_.push_back(face_of(surface_.tree.faces[static_cast<std::size_t>(tree_width * leaf + k)]));
         lists.longest_edge = std::max(lists.longest_edge, own_.back().longest_edge);
     }
-    const double edge = lists.longest_edge;
+    enclose_own();
+    const double edge = lists.longest_edge, least = least_distance * edge;
     for (const int number : faces_between(lists.vertices)) {
         const Face face = face_of(number);
-        const double distance = distance_to_leaf(face, edge);
-        if (distance < least_distance * edge) continue;
+        const double balls = (face.centre - own_centre_).norm() - face.radius - own_radius_;
+        double distance = balls * (1 - distance_rounding);
+        if (distance < std::max(least, lists.distance))
+            distance = distance_to_leaf(face, least, std::min(edge, lists.distance));
+        if (distance < least) continue;
         const int at = surface_.places.leaf[static_cast<std::size_t>(number)];
         if (lists.covered.empty() || lists.covered.back().leaf != at) lists.covered.push_back({at, 0});
         lists.covered.back().faces |=
@@ -108,25 +114,48 @@ std::vector<int> RegionBuilder::faces_between(std::span<const int> vertices) {
     return found;
 }
 
-/// Infinite if no pair needs a proof. enough: see distance().
-double RegionBuilder::distance_to_leaf(const Face& face, double enough) const {
-    double least = std::numeric_limits<double>::infinity();
+/// A lower bound on the distance of a face to the leaf's, exact between `least` and `enough`: what is less or
+/// more need not be. Infinite if no pair needs a proof.
+double RegionBuilder::distance_to_leaf(const Face& face, double least, double enough) {
+    candidates_.clear();
     for (const Face& own : own_)
         if (!share_a_corner(own.corners, face.corners) &&
             !(surface_.left_out && surface_.left_out->contains(own.face, face.face)))
-            least = std::min(least, distance(own, face, enough));
-    return least;
+            candidates_.push_back({lower_bound(own, face), &own});
+    std::ranges::sort(candidates_, {}, &Candidate::bound);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& [bound, own] : candidates_) {
+        if (bound >= nearest || nearest < least) break;
+        nearest = std::min(nearest, bound >= enough ? bound : std::max(bound, measured(*own, face)));
+    }
+    return nearest;
 }
 
-/// A lower bound on the distance of two faces, exact unless it is at least `enough`.
-double RegionBuilder::distance(const Face& a, const Face& b, double enough) const {
-    constexpr double rounding = 1e-6;
-    const double balls = (a.centre - b.centre).norm() - a.radius - b.radius,
-                 known = std::max({0.0, balls, surface_.left_out_distance}) * (1 - rounding);
-    if (known >= enough) return known;
-    const double measured =
+/// A ball around the faces of the leaf.
+void RegionBuilder::enclose_own() {
+    own_centre_.setZero();
+    own_radius_ = 0;
+    for (const Face& own : own_) own_centre_ += own.centre / static_cast<double>(own_.size());
+    for (const Face& own : own_)
+        own_radius_ = std::max(own_radius_, (own.centre - own_centre_).norm() + own.radius);
+}
+
+/// A lower bound on the distance of two faces from balls around them and a plane between them.
+double RegionBuilder::lower_bound(const Face& a, const Face& b) const {
+    const Eigen::RowVector3d along = b.centre - a.centre;
+    const double length = along.norm(), balls = length - a.radius - b.radius;
+    double end_a = -std::numeric_limits<double>::infinity(), begin_b = -end_a;
+    for (const int v : a.corners) end_a = std::max(end_a, along.dot(surface_.X.row(v) - a.centre));
+    for (const int v : b.corners) begin_b = std::min(begin_b, along.dot(surface_.X.row(v) - a.centre));
+    const double slab = length > 0 ? (begin_b - end_a) / length : 0;
+    return std::max({0.0, balls, slab, surface_.left_out_distance}) * (1 - distance_rounding);
+}
+
+/// A lower bound on the distance of two faces, to rounding errors.
+double RegionBuilder::measured(const Face& a, const Face& b) const {
+    const double distance =
         triangle_distance(triangle(surface_.X, surface_.F, a.face), triangle(surface_.X, surface_.F, b.face));
-    return std::max(known, measured * (1 - rounding) - 4 * coordinate_error_);
+    return distance * (1 - distance_rounding) - 4 * coordinate_error_;
 }
 
 }  // namespace nbd

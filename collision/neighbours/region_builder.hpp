@@ -51,14 +51,23 @@ class RegionBuilder {
     };
     Face face_of(int face) const;
     std::vector<int> faces_between(std::span<const int> vertices);
-    double distance(const Face& a, const Face& b, double enough) const;
-    double distance_to_leaf(const Face& face, double enough) const;
+    void enclose_own();
+    double lower_bound(const Face& a, const Face& b) const;
+    double measured(const Face& a, const Face& b) const;
+    double distance_to_leaf(const Face& face, double least, double enough);
 
     const Surface surface_;
     const double coordinate_error_;  // of positions in single precision, metres
     EdgePaths paths_;
     std::vector<char> is_inside_;  // [n] whether a vertex is in the region
     std::vector<Face> own_;        // faces of the leaf
+    Eigen::RowVector3d own_centre_;
+    double own_radius_ = 0;  // of a ball around them
+    struct Candidate {
+        double bound;  // of the distance
+        const Face* own;
+    };
+    std::vector<Candidate> candidates_;  // scratch
 };
 
 }  // namespace nbd

@@ -10,7 +10,8 @@
 
 namespace nbd {
 
-/// Whether two triangles are within `distance`, if their corners and the balls around them tell.
+/// Whether two triangles are within `distance`, if their corners, the balls around them or a plane between
+/// them tell.
 inline std::optional<bool> surely_within(const Triangle& a, const Triangle& b, double distance) noexcept {
     constexpr double rounding = 1e-12;  // more than that of all steps below and of triangle_distance()
     const auto corners = [](const Triangle& t) {
@@ -28,7 +29,15 @@ inline std::optional<bool> surely_within(const Triangle& a, const Triangle& b, d
     for (const auto& p : in_b) radius_b = std::max(radius_b, (p - centre_b).squaredNorm());
     const double size = in_a[0].cwiseAbs().maxCoeff() + in_b[0].cwiseAbs().maxCoeff(),
                  most = distance + std::sqrt(radius_a) + std::sqrt(radius_b) + rounding * size;
-    if ((centre_a - centre_b).squaredNorm() > most * most * (1 + rounding)) return false;
+    const Eigen::Vector3d along = centre_b - centre_a;
+    if (along.squaredNorm() > most * most * (1 + rounding)) return false;
+    // The triangles are at least as far apart as what they cover of a line.
+    double end_a = along.dot(in_a[0]), begin_b = along.dot(in_b[0]);
+    for (std::size_t k = 1; k < 3; ++k) {
+        end_a = std::max(end_a, along.dot(in_a[k]));
+        begin_b = std::min(begin_b, along.dot(in_b[k]));
+    }
+    if (begin_b - end_a > (distance + rounding * size) * along.norm() * (1 + rounding)) return false;
     return std::nullopt;
 }
 
