@@ -139,7 +139,7 @@ std::vector<SolverTiming> race_solvers(const Body& body, const SolverRaceConfig&
         add("ours", [&](SolverTiming& row) { time_ours(moved, LinearSolver::iterative, config, row); });
         for (const PreconditionerEntry& rival : rival_preconditioners()) {
             add(rival.name, [&](SolverTiming& row) { time_rival(moved, moved, rival.make, config, row); });
-            add(rival.name + ", kept",
+            add(rival.name + " (kept)",
                 [&](SolverTiming& row) { time_rival(moved, rest, rival.make, config, row); });
         }
         add("factorisation", [&](SolverTiming& row) { time_ours(moved, LinearSolver::direct, config, row); });

@@ -24,7 +24,7 @@ struct SolverTiming {
     double set_up = 0;     // ms, in each step
     double solve = 0;      // ms
     int iterations = 0;    // of the conjugate gradients
-    double residual = 0;   // |b - A v| over |b| that was reached
+    double residual = 0;   // |b - A v| over |b|, where A is rounded as in StepProblem
     double megabytes = 0;  // heap that the solver holds
     /// Of our solver alone: bytes a second that an iteration reads, if it reads what the solver holds and the
     /// matrix once. Iterations read some of it twice, so this is a lower bound of the memory's use.

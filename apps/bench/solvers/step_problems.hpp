@@ -13,7 +13,7 @@ namespace nbd {
 struct StepProblem {
     std::string scene;
     StepSystem system;  // the same equations, as our own solver reads them
-    SparseMatrix A;     // symmetric, both triangles
+    SparseMatrix A;     // symmetric, both triangles; its blocks are rounded to single precision
     Eigen::VectorXd b;
     Nodes x;  // [N, 3] positions that the system is linearised at, m
 };
