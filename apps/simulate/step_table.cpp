@@ -18,6 +18,7 @@ StepRow step_row(int frame, const WorldReport& report) {
             .inverted_elements = report.inverted_elements,
             .solver_converged = report.solver_converged,
             .face_pairs = report.face_pairs,
+            .pairs_measured = report.pairs_measured,
             .nodes_bounded = report.nodes_bounded,
             .nodes_out_of_range = report.nodes_out_of_range,
             .kinetic_energy = report.kinetic_energy,
@@ -36,7 +37,8 @@ StepRow step_row(int frame, const WorldReport& report) {
 
 StepTable::StepTable(const std::filesystem::path& path) : file_(path) {
     file_->out()
-        << "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,collision_us,"
+        << "frame,time,contacts,face_pairs,pairs_measured,nodes_bounded,nodes_out_of_range,update_us,"
+           "collision_us,"
            "detect_us,assemble_us,solve_us,rest_us,substeps,"
            "newton_iterations,solver_iterations,"
            "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
@@ -79,11 +81,11 @@ StepTotals StepTable::totals() const {
 
 void StepTable::write(const StepRow& row) {
     file_->out() << fmt::format(
-        "{},{:.9g},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g}"
+        "{},{:.9g},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g}"
         ",{:.6g},{},{},{}",
-        row.frame, row.time, row.contacts, row.face_pairs, row.nodes_bounded, row.nodes_out_of_range,
-        row.update_us, row.collision_us, row.detect_us, row.assemble_us, row.solve_us, row.rest_us,
-        row.substeps, row.newton_iterations, row.solver_iterations, row.solver_converged ? 1 : 0,
+        row.frame, row.time, row.contacts, row.face_pairs, row.pairs_measured, row.nodes_bounded,
+        row.nodes_out_of_range, row.update_us, row.collision_us, row.detect_us, row.assemble_us, row.solve_us,
+        row.rest_us, row.substeps, row.newton_iterations, row.solver_iterations, row.solver_converged ? 1 : 0,
         row.kinetic_energy, row.elastic_energy, row.gravity_energy, row.deepest_penetration,
         row.inverted_elements, name(row.trouble),
         std::isfinite(row.least_distance) ? fmt::format("{:.6g}", row.least_distance) : "");

@@ -17,7 +17,7 @@ struct StepRow {
     double time = 0;
     int contacts = 0, substeps = 0, newton_iterations = 0, solver_iterations = 0, inverted_elements = 0;
     bool solver_converged = true, audited = false;
-    long face_pairs = 0, nodes_bounded = 0, nodes_out_of_range = 0;
+    long face_pairs = 0, pairs_measured = 0, nodes_bounded = 0, nodes_out_of_range = 0;
     double kinetic_energy = 0, elastic_energy = 0, gravity_energy = 0, deepest_penetration = 0;
     double update_us = 0, collision_us = 0, detect_us = 0, assemble_us = 0, solve_us = 0,
            rest_us = 0;  // measured; all other values are the same in every run

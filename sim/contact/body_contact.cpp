@@ -31,7 +31,7 @@ std::vector<std::span<const PatchPair>> by_first(std::span<const PatchPair> pair
 
 }  // namespace
 
-void BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const PatchPair> pairs,
+long BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const PatchPair> pairs,
                              const ContactReach& reach, ContactDetail detail, double moved,
                              std::vector<Contact>& contacts) {
     a.require(pairs, &PatchPair::a);
@@ -53,13 +53,14 @@ void BodyContactFinder::find(PosedPatches& a, PosedPatches& b, std::span<const P
     }
     counting_sort_.sort(flipped_, b.surface().patches().count(),
                         [](const PatchPair& pair) { return pair.a; });
-    find_vertices(body_a_, a, body_b_, b, near_, reach, detail, moved, sides_a_, contacts);
-    find_vertices(body_b_, b, body_a_, a, flipped_, reach, detail, moved, sides_b_, contacts);
-    find_edge_contacts({body_a_, a}, {body_b_, b}, near_, reach, detail, contacts);
+    long measured = find_vertices(body_a_, a, body_b_, b, near_, reach, detail, moved, sides_a_, contacts);
+    measured += find_vertices(body_b_, b, body_a_, a, flipped_, reach, detail, moved, sides_b_, contacts);
+    measured += find_edge_contacts({body_a_, a}, {body_b_, b}, near_, reach, detail, contacts);
+    return measured;
 }
 
 /// pairs: sorted; pair.a is a patch of `points`.
-void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int other_body,
+long BodyContactFinder::find_vertices(int body, const PosedPatches& points, int other_body,
                                       const PosedPatches& others, std::span<const PatchPair> pairs,
                                       const ContactReach& reach, ContactDetail detail, double moved,
                                       VertexSides& sides, std::vector<Contact>& contacts) {
@@ -70,7 +71,8 @@ void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int 
     for (std::size_t g = 0; g < groups.size(); ++g)
         for (const int vertex : vertices.of_patch[groups[g].front().a]) sought.push_back({vertex, g});
     // Threads find the nearest faces; their normals, which positions around them are computed for, follow.
-    const std::vector<int> faces = nearest_faces(points, others, groups, reach, sought);
+    const NearestFaces nearest_face = nearest_faces(points, others, groups, reach, sought);
+    const std::vector<int>& faces = nearest_face.of_vertices;
     struct Hit {
         int vertex;
         NearestFace nearest;
@@ -108,6 +110,7 @@ void BodyContactFinder::find_vertices(int body, const PosedPatches& points, int 
                             .gap = nearest.distance,
                             .area = vertices.areas[vertex]});
     }
+    return nearest_face.measured;
 }
 
 double BodyContactFinder::deepest() const noexcept {

@@ -28,7 +28,8 @@ class BodyContactFinder {
     /// patches within reach.most(); more do no harm.
     /// detail: see contact_vertices() and find_edge_contacts(). moved: maximum approach of the bodies since
     /// the last call, metres.
-    void find(PosedPatches& a, PosedPatches& b, std::span<const PatchPair> pairs, const ContactReach& reach,
+    /// Returns how many pairs of features were measured in double precision.
+    long find(PosedPatches& a, PosedPatches& b, std::span<const PatchPair> pairs, const ContactReach& reach,
               ContactDetail detail, double moved, std::vector<Contact>& contacts);
 
     /// Depth of the deepest vertex behind the other surface in the last find(), metres, >= 0.
@@ -41,7 +42,7 @@ class BodyContactFinder {
     void restore_sides(const ContactSides& sides);
 
  private:
-    void find_vertices(int body, const PosedPatches& points, int other_body, const PosedPatches& others,
+    long find_vertices(int body, const PosedPatches& points, int other_body, const PosedPatches& others,
                        std::span<const PatchPair> pairs, const ContactReach& reach, ContactDetail detail,
                        double moved, VertexSides& sides, std::vector<Contact>& contacts);
 

@@ -212,7 +212,8 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
     const std::size_t first = contacts_.size();
     const double moved =
         dt_before > 0 ? dt_before * speed + a.moved + b.moved : std::numeric_limits<double>::infinity();
-    finder.find(posed_a_, posed_b_, pairs, reach, detail_of(config), moved, contacts_);
+    report.pairs_measured +=
+        finder.find(posed_a_, posed_b_, pairs, reach, detail_of(config), moved, contacts_);
     finish_bodies(first, pair, bodies, config, thickness,
                   config.stiffness_scale * layer_modulus(a, b) / thickness);
 }

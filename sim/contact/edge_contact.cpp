@@ -175,7 +175,7 @@ bool flag_facing(const FloatEdge& edge, const PosedEdges& pack, float reach, flo
 
 }  // namespace
 
-void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<const PatchPair> pairs,
+long find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<const PatchPair> pairs,
                         const ContactReach& reach, ContactDetail detail, std::vector<Contact>& contacts) {
     constexpr std::size_t width = ContactPatches::width;
     const float tolerance = a.patches.tolerance() + b.patches.tolerance(), room = 8 * tolerance;
@@ -237,6 +237,7 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
     std::vector<EdgePair> facing;
     for (const std::vector<EdgePair>& part : found) facing.insert(facing.end(), part.begin(), part.end());
     std::ranges::sort(facing);
+    long measured = 0;
     for (const EdgePair& pair : facing) {
         // Patches with short edges alone were left out; of the others, edges are judged one by one, so that
         // contacts do not depend on which edges lie in one patch.
@@ -245,10 +246,12 @@ void find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
             continue;
         const double motion =
             std::min(reach.approach, double{relative_motion(a.patches, pair.a, b.patches, pair.b)});
+        ++measured;
         if (const std::optional<Contact> contact = edge_contact(
                 {a.body, a.patches.surface(), pair.a}, {b.body, b.patches.surface(), pair.b}, reach, motion))
             contacts.push_back(*contact);
     }
+    return measured;
 }
 
 }  // namespace nbd

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
@@ -148,6 +149,7 @@ int NearestFaceSearch::nearest_candidate(int vertex) {
         const int face = candidate.face;
         if (!in_reach(vertex, face, std::sqrt(candidate.squared) - slack_)) continue;
         const double distance = closest_point(surface, face, p).distance;
+        ++measured_;
         if ((distance < least || (distance == least && face < nearest)) && in_reach(vertex, face, distance)) {
             least = distance;
             nearest = face;
@@ -157,24 +159,28 @@ int NearestFaceSearch::nearest_candidate(int vertex) {
     return nearest;
 }
 
-std::vector<int> nearest_faces(const PosedPatches& points, const PosedPatches& others,
-                               std::span<const std::span<const PatchPair>> groups, const ContactReach& reach,
-                               std::span<const SoughtVertex> sought) {
+NearestFaces nearest_faces(const PosedPatches& points, const PosedPatches& others,
+                           std::span<const std::span<const PatchPair>> groups, const ContactReach& reach,
+                           std::span<const SoughtVertex> sought) {
     constexpr std::size_t vertices_per_task = 128;
-    std::vector<int> faces(sought.size());
+    const std::size_t tasks = (sought.size() + vertices_per_task - 1) / vertices_per_task;
+    NearestFaces result{.of_vertices = std::vector<int>(sought.size())};
+    std::vector<long> measured(tasks);
     parallel_for(
-        static_cast<int>((sought.size() + vertices_per_task - 1) / vertices_per_task),
+        static_cast<int>(tasks),
         [&](int task) {
             NearestFaceSearch search(points, others, reach);
             const std::size_t first = static_cast<std::size_t>(task) * vertices_per_task;
             for (std::size_t i = first; i < std::min(first + vertices_per_task, sought.size()); ++i) {
                 const auto& [vertex, group] = sought[i];
                 if (i == first || group != sought[i - 1].group) search.begin_patch(groups[group]);
-                faces[i] = search.nearest(vertex);
+                result.of_vertices[i] = search.nearest(vertex);
             }
+            measured[static_cast<std::size_t>(task)] = search.measured();
         },
         1);
-    return faces;
+    result.measured = std::accumulate(measured.begin(), measured.end(), 0L);
+    return result;
 }
 
 }  // namespace nbd

@@ -56,6 +56,9 @@ class NearestFaceSearch {
     /// The nearest face of a vertex, -1 if none is in reach; of several as near, the first.
     int nearest(int vertex);
 
+    /// Faces whose distance from a vertex was measured in double precision.
+    long measured() const noexcept { return measured_; }
+
  private:
     /// A patch that may have the nearest face of a vertex: how near it is at least, and the maximum reach of
     /// its faces.
@@ -81,6 +84,7 @@ class NearestFaceSearch {
     std::vector<NearPatch> near_;    // for one
     PatchLanes squared_;
     std::vector<Candidate> candidates_;
+    long measured_ = 0;
 };
 
 /// A vertex whose nearest face is sought, and the place of its patch's pairs in a list.
@@ -89,10 +93,15 @@ struct SoughtVertex {
     std::size_t group;
 };
 
+struct NearestFaces {
+    std::vector<int> of_vertices;  // -1: none is in reach
+    long measured = 0;             // see NearestFaceSearch::measured()
+};
+
 /// The nearest face of each vertex, see NearestFaceSearch::nearest(), on the threads of the caller's TBB
 /// arena. groups: for each patch its pairs with patches of `others`. sought: by ascending group.
-std::vector<int> nearest_faces(const PosedPatches& points, const PosedPatches& others,
-                               std::span<const std::span<const PatchPair>> groups, const ContactReach& reach,
-                               std::span<const SoughtVertex> sought);
+NearestFaces nearest_faces(const PosedPatches& points, const PosedPatches& others,
+                           std::span<const std::span<const PatchPair>> groups, const ContactReach& reach,
+                           std::span<const SoughtVertex> sought);
 
 }  // namespace nbd

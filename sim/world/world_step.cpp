@@ -81,6 +81,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, WorldRep
 World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
     detect(part.dt);
     report.face_pairs += detected_.face_pairs;
+    report.pairs_measured += detected_.pairs_measured;
     report.nodes_bounded += detected_.nodes_bounded;
     report.nodes_out_of_range += detected_.nodes_out_of_range;
     report.patches += detected_.patches;

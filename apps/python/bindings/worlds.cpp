@@ -227,6 +227,7 @@ void bind_report(py::module_& m) {
         .def_readonly("time", &WorldReport::time)
         .def_readonly("contacts", &WorldReport::contacts)
         .def_readonly("face_pairs", &WorldReport::face_pairs)
+        .def_readonly("pairs_measured", &WorldReport::pairs_measured)
         .def_readonly("nodes_bounded", &WorldReport::nodes_bounded)
         .def_readonly("nodes_out_of_range", &WorldReport::nodes_out_of_range)
         .def_readonly("patches", &WorldReport::patches)

@@ -14,6 +14,7 @@
 #include "collision/base/counter_random.hpp"
 #include "collision/geometry/closest_points.hpp"
 #include "meshing/body/make_body.hpp"
+#include "sim/contact/nearest_face.hpp"
 #include "tests/support/box_body.hpp"
 
 namespace nbd {
@@ -113,10 +114,10 @@ class CrumpledBoxes : public testing::Test {
     }
 
     /// The contacts of a first find(), from all pairs of patches.
-    /// v: velocity of b, m/s, in a step of 0.005 s.
+    /// v: velocity of b, m/s, in a step of 0.005 s. measured: out, what find() returns.
     std::vector<Contact> contacts(const ContactSurface& a, const ContactSurface& b, const ContactReach& reach,
                                   const Eigen::RowVector3d& v = Eigen::RowVector3d::Zero(),
-                                  ContactDetail detail = ContactDetail::all) const {
+                                  ContactDetail detail = ContactDetail::all, long* measured = nullptr) const {
         const Nodes v_a = Nodes::Zero(body_.tets.X.rows(), 3), v_b = v_a.rowwise() + v;
         std::vector<PatchPair> all;
         for (int i = 0; i < a.patches().count(); ++i)
@@ -126,8 +127,9 @@ class CrumpledBoxes : public testing::Test {
         posed_a.begin(a, Eigen::Vector3d(0, 0, 0.15), v_a, 0.005);
         posed_b.begin(b, Eigen::Vector3d(0, 0, 0.15), v_b, 0.005);
         std::vector<Contact> contacts;
-        BodyContactFinder(0, 1).find(posed_a, posed_b, all, reach, detail,
-                                     std::numeric_limits<double>::infinity(), contacts);
+        const long pairs = BodyContactFinder(0, 1).find(posed_a, posed_b, all, reach, detail,
+                                                        std::numeric_limits<double>::infinity(), contacts);
+        if (measured) *measured = pairs;
         return contacts;
     }
 
@@ -149,6 +151,33 @@ class CrumpledBoxes : public testing::Test {
  private:
     Body body_;
 };
+
+/// Vertices with faces, both ways, and edges with edges that are at most this far apart, from all pairs.
+long near_features(const ContactSurface& a, const ContactSurface& b, double distance) {
+    long near = 0;
+    for (const auto& [points, faces] : {std::pair{&a, &b}, std::pair{&b, &a}})
+        for (int v = 0; v < points->vertex_count(); ++v)
+            for (int f = 0; f < faces->F().rows(); ++f)
+                near += closest_point(*faces, f, points->x(v)).distance <= distance;
+    const auto &edges_a = a.topology().edges, &edges_b = b.topology().edges;
+    for (int i = 0; i < edges_a.rows(); ++i)
+        for (int j = 0; j < edges_b.rows(); ++j)
+            near += closest_edge_edge(a.x(edges_a(i, 0)), a.x(edges_a(i, 1)), b.x(edges_b(j, 0)),
+                                      b.x(edges_b(j, 1)))
+                        .distance <= distance;
+    return near;
+}
+
+TEST_F(CrumpledBoxes, HaveFewerPairsMeasuredThanAreNear) {
+    const ContactReach reach{.apart = 0.03, .inside = 0.04};
+    const ContactSurface a = crumpled(3, {0, 0, 0}), b = crumpled(103, {0.1, 0.05, 0.3});
+    long measured = 0;
+    const std::size_t found =
+        contacts(a, b, reach, Eigen::RowVector3d::Zero(), ContactDetail::all, &measured).size();
+    EXPECT_GT(found, 50u);
+    EXPECT_GE(measured, static_cast<long>(found));
+    EXPECT_LE(measured, near_features(a, b, reach.most()));
+}
 
 TEST_F(CrumpledBoxes, HaveEveryContactOfAVertexThatAllFacesGive) {
     const ContactReach reach{.apart = 0.03, .inside = 0.04};
