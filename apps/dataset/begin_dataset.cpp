@@ -10,6 +10,7 @@
 #include "training/files/dataset_manifest.hpp"
 
 namespace nbd {
+
 void begin_dataset(const ShardFolder& folder, const std::string& plan) {
     const auto refuse_other = [&](const std::string& there) {
         const std::string difference = plan_difference(there, plan);

@@ -15,7 +15,7 @@ namespace {
 /// would hardly ever hold.
 constexpr double least_distance = 0.2;
 
-constexpr double distance_rounding = 1e-6;  // more than that of distances, over their size
+constexpr double distance_rounding = 1e-6;  // relative; more than that of distances
 
 Triangle triangle(const Nodes& X, FacesRef F, int face) {
     const auto corner = [&](int k) { return Eigen::Vector3f(X.row(F(face, k)).transpose().cast<float>()); };
@@ -114,8 +114,8 @@ std::vector<int> RegionBuilder::faces_between(std::span<const int> vertices) {
     return found;
 }
 
-/// A lower bound on the distance of a face to the leaf's, exact between `least` and `enough`: what is less or
-/// more need not be. Infinite if no pair needs a proof.
+/// A lower bound on the distance of a face to the leaf's faces, exact where it is between `least` and
+/// `enough`. Infinite if no pair needs a proof.
 double RegionBuilder::distance_to_leaf(const Face& face, double least, double enough) {
     candidates_.clear();
     for (const Face& own : own_)
@@ -151,7 +151,7 @@ double RegionBuilder::lower_bound(const Face& a, const Face& b) const {
     return std::max({0.0, balls, slab, surface_.left_out_distance}) * (1 - distance_rounding);
 }
 
-/// A lower bound on the distance of two faces, to rounding errors.
+/// The distance of two faces, less what rounding may add; negative for some that touch.
 double RegionBuilder::measured(const Face& a, const Face& b) const {
     const double distance =
         triangle_distance(triangle(surface_.X, surface_.F, a.face), triangle(surface_.X, surface_.F, b.face));

@@ -61,7 +61,7 @@ class RegionBuilder {
     EdgePaths paths_;
     std::vector<char> is_inside_;  // [n] whether a vertex is in the region
     std::vector<Face> own_;        // faces of the leaf
-    Eigen::RowVector3d own_centre_;
+    Eigen::RowVector3d own_centre_ = Eigen::RowVector3d::Zero();
     double own_radius_ = 0;  // of a ball around them
     struct Candidate {
         double bound;  // of the distance

@@ -24,11 +24,12 @@ inline std::optional<bool> surely_within(const Triangle& a, const Triangle& b, d
     if (least <= distance * distance * (1 - rounding)) return true;
     const Eigen::Vector3d centre_a = (in_a[0] + in_a[1] + in_a[2]) / 3,
                           centre_b = (in_b[0] + in_b[1] + in_b[2]) / 3;
-    double radius_a = 0, radius_b = 0;
+    double radius_a = 0, radius_b = 0, size = 0;
     for (const auto& p : in_a) radius_a = std::max(radius_a, (p - centre_a).squaredNorm());
     for (const auto& p : in_b) radius_b = std::max(radius_b, (p - centre_b).squaredNorm());
-    const double size = in_a[0].cwiseAbs().maxCoeff() + in_b[0].cwiseAbs().maxCoeff(),
-                 most = distance + std::sqrt(radius_a) + std::sqrt(radius_b) + rounding * size;
+    for (const auto* corners_of : {&in_a, &in_b})
+        for (const auto& p : *corners_of) size = std::max(size, p.cwiseAbs().maxCoeff());
+    const double most = distance + std::sqrt(radius_a) + std::sqrt(radius_b) + rounding * size;
     const Eigen::Vector3d along = centre_b - centre_a;
     if (along.squaredNorm() > most * most * (1 + rounding)) return false;
     // The triangles are at least as far apart as what they cover of a line.

@@ -11,6 +11,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "collision/base/file_text.hpp"
+
 namespace nbd::h5 {
 
 struct Sha256::Impl {
@@ -48,11 +50,9 @@ std::string text_sha256(std::string_view text) {
 }
 
 std::string file_sha256(const std::filesystem::path& path) {
+    require_regular_file(path);
     const auto fail = [&] {
-        const std::string why = errno == ENOENT || errno == ENOTDIR
-                                    ? "no such file"
-                                    : fmt::format("cannot be read: {}", std::strerror(errno));
-        throw std::runtime_error(fmt::format("{}: {}", path.string(), why));
+        throw std::runtime_error(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
     };
     const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor < 0) fail();

@@ -28,7 +28,8 @@ class BodyContactFinder {
     /// patches within reach.most(); more do no harm.
     /// detail: see contact_vertices() and find_edge_contacts(). moved: maximum approach of the bodies since
     /// the last call, metres.
-    /// Returns how many pairs of features were measured in double precision.
+    /// Returns how many pairs were examined one by one, in double precision: vertices with faces, edges with
+    /// edges.
     long find(PosedPatches& a, PosedPatches& b, std::span<const PatchPair> pairs, const ContactReach& reach,
               ContactDetail detail, double moved, std::vector<Contact>& contacts);
 

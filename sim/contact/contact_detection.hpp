@@ -28,7 +28,7 @@ struct ContactParty {
 /// Counts and costs of a search for contacts.
 struct DetectionReport {
     long face_pairs = 0;          // face pairs of patches of two bodies that are close, at most
-    long pairs_measured = 0;      // of two bodies, see BodyContactFinder::find()
+    long pairs_measured = 0;      // see BodyContactFinder::find()
     long nodes_bounded = 0;       // spheres of collision trees that were computed
     long nodes_out_of_range = 0;  // those bounded exactly: input out of the calibrated range
     long patches = 0;             // of bodies that meet themselves, for which proofs were tried

@@ -33,7 +33,7 @@ std::optional<Contact> edge_contact(const EdgeOfBody& a, const EdgeOfBody& b,
 /// zero.
 /// pairs: patches that were required, without repeats: all that own edges within reach of each other; more do
 /// no harm. detail: with `enough`, pairs of edges that are both short beside the contact distance are left to
-/// their vertices. Returns how many pairs were measured in double precision.
+/// their vertices. Returns how many pairs were examined in double precision.
 long find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<const PatchPair> pairs,
                         const ContactReach& reach, ContactDetail detail, std::vector<Contact>& contacts);
 

@@ -49,7 +49,10 @@ TEST_F(BenchSimulate, RacesSolversToOneResidual) {
                 rows,
                 [&](const auto& row) { return row.at("solver") == solver && row.at("scene") == scene; }))
                 << solver << " in " << scene;
-    for (const auto& row : rows) EXPECT_LT(row.at("residual").get<double>(), 1e-5) << row;
+    for (const auto& row : rows) {
+        EXPECT_LT(row.at("residual").get<double>(), 1e-5) << row;
+        EXPECT_EQ(row.at("failure"), "") << row;
+    }
     EXPECT_TRUE(test::listing(folder()).contains("solvers.csv"));
     EXPECT_EQ(test::run_bench(folder(), {"solvers", "absent.h5"}).status, 1);
 }

@@ -8,7 +8,10 @@ namespace {
 
 class IncompleteCholesky final : public Preconditioner {
  public:
-    explicit IncompleteCholesky(const SparseMatrix& A) : factor_(A) {
+    explicit IncompleteCholesky(const SparseMatrix& A) : A_(A) { factor_.analyzePattern(A); }
+
+    void set_up() override {
+        factor_.factorize(A_);
         if (factor_.info() != Eigen::Success)
             throw std::runtime_error("the incomplete Cholesky factorisation failed");
     }
@@ -16,6 +19,7 @@ class IncompleteCholesky final : public Preconditioner {
     void apply(const Eigen::VectorXd& r, Eigen::VectorXd& z) override { z = factor_.solve(r); }
 
  private:
+    const SparseMatrix& A_;
     Eigen::IncompleteCholesky<double> factor_;
 };
 

@@ -6,6 +6,8 @@
 #include <mpi.h>
 
 #include <Teuchos_ParameterList.hpp>
+#include <stdexcept>
+#include <vector>
 
 #include "apps/bench/solvers/preconditioner.hpp"
 #include "apps/bench/solvers/serial_mpi.hpp"
@@ -14,12 +16,18 @@
 namespace nbd {
 namespace {
 
+std::vector<int> row_lengths(const SparseMatrix& A) {
+    std::vector<int> lengths;
+    for (int i = 0; i < A.rows(); ++i) lengths.push_back(A.outerIndexPtr()[i + 1] - A.outerIndexPtr()[i]);
+    return lengths;
+}
+
 class Ml final : public Preconditioner {
  public:
     Ml(const SparseMatrix& A, const Nodes& x)
         : comm_(MPI_COMM_SELF),
           map_(static_cast<int>(A.rows()), 0, comm_),
-          matrix_(Copy, map_, A.outerIndexPtr()[1]),
+          matrix_(Copy, map_, row_lengths(A).data()),
           modes_(static_cast<std::size_t>(6 * A.rows())) {
         for (int i = 0; i < A.rows(); ++i) {  // a column is a row, since A is symmetric
             const int begin = A.outerIndexPtr()[i], count = A.outerIndexPtr()[i + 1] - begin;
@@ -45,7 +53,12 @@ class Ml final : public Preconditioner {
         list.set("null space: add default vectors", false);
         list.set("null space: dimension", 6);
         list.set("null space: vectors", modes_.data());
-        ml_ = std::make_unique<ML_Epetra::MultiLevelPreconditioner>(matrix_, list, true);
+        ml_ = std::make_unique<ML_Epetra::MultiLevelPreconditioner>(matrix_, list, false);
+    }
+
+    void set_up() override {
+        if (ml_->ComputePreconditioner() != 0)
+            throw std::runtime_error("ML's preconditioner cannot be set up");
     }
 
     void apply(const Eigen::VectorXd& r, Eigen::VectorXd& z) override {

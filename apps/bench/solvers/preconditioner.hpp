@@ -17,10 +17,13 @@ class Preconditioner {
     Preconditioner(const Preconditioner&) = delete;
     Preconditioner& operator=(const Preconditioner&) = delete;
     virtual ~Preconditioner() = default;
+    /// What is to be done for each new matrix. Call once.
+    virtual void set_up() = 0;
     virtual void apply(const Eigen::VectorXd& r, Eigen::VectorXd& z) = 0;
 };
 
-/// Makes a preconditioner for A. x: [N, 3] positions of the nodes, whose rigid motions A maps to little.
+/// A preconditioner for A before its set_up(): A is copied to the library's own format. A must outlive it. x:
+/// [N, 3] positions of the nodes; A times a rigid motion of these is small.
 using MakePreconditioner = std::unique_ptr<Preconditioner> (*)(const SparseMatrix& A, const Nodes& x);
 
 struct PreconditionerEntry {

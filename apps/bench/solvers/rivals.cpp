@@ -22,9 +22,10 @@ std::vector<std::string> missing_preconditioners() {
     std::vector<std::string> lines;
     const std::vector<PreconditionerEntry> found = rival_preconditioners();
     for (const auto& [name, packages] :
-         {std::pair{"hypre BoomerAMG", "libhypre-dev"},
+         {std::pair{"hypre BoomerAMG", "libhypre-dev libopenmpi-dev"},
           {"Trilinos ML",
-           "libtrilinos-ml-dev libtrilinos-epetraext-dev libtrilinos-epetra-dev libtrilinos-teuchos-dev "
+           "libopenmpi-dev libtrilinos-ml-dev libtrilinos-epetraext-dev libtrilinos-epetra-dev "
+           "libtrilinos-teuchos-dev "
            "libtrilinos-amesos-dev libtrilinos-ifpack-dev libtrilinos-aztecoo-dev"}})
         if (std::ranges::find(found, name, &PreconditionerEntry::name) == found.end())
             lines.push_back(
