@@ -54,14 +54,14 @@ std::string file_sha256(const std::filesystem::path& path) {
     const auto fail = [&] {
         throw std::runtime_error(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
     };
-    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor < 0) fail();
     const std::unique_ptr<const int, void (*)(const int*)> closed(&descriptor,
-                                                                  [](const int* d) { close(*d); });
+                                                                  [](const int* d) { ::close(*d); });
     Sha256 hash;
     std::vector<std::byte> bytes(std::size_t{1} << 20);
     for (;;) {
-        const ssize_t n = read(descriptor, bytes.data(), bytes.size());
+        const ssize_t n = ::read(descriptor, bytes.data(), bytes.size());
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) fail();
         if (n == 0) return hash.hex();
