@@ -37,13 +37,13 @@ StepRow step_row(int frame, const WorldReport& report) {
 
 StepTable::StepTable(const std::filesystem::path& path) : file_(path) {
     file_->out()
-        << "frame,time,contacts,face_pairs,pairs_measured,nodes_bounded,nodes_out_of_range,update_us,"
+        << "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,"
            "collision_us,"
            "detect_us,assemble_us,solve_us,rest_us,substeps,"
            "newton_iterations,solver_iterations,"
            "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
            "inverted_elements,trouble,least_distance,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
-           "near_pairs_missed,audit_tests,audit_exact_tests,audit_us,audit_exact_us\n";
+           "near_pairs_missed,audit_tests,audit_exact_tests,audit_us,audit_exact_us,pairs_measured\n";
 }
 
 void StepTable::add(const std::vector<StepRow>& rows) {
@@ -81,20 +81,21 @@ StepTotals StepTable::totals() const {
 
 void StepTable::write(const StepRow& row) {
     file_->out() << fmt::format(
-        "{},{:.9g},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g}"
+        "{},{:.9g},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g}"
         ",{:.6g},{},{},{}",
-        row.frame, row.time, row.contacts, row.face_pairs, row.pairs_measured, row.nodes_bounded,
-        row.nodes_out_of_range, row.update_us, row.collision_us, row.detect_us, row.assemble_us, row.solve_us,
-        row.rest_us, row.substeps, row.newton_iterations, row.solver_iterations, row.solver_converged ? 1 : 0,
+        row.frame, row.time, row.contacts, row.face_pairs, row.nodes_bounded, row.nodes_out_of_range,
+        row.update_us, row.collision_us, row.detect_us, row.assemble_us, row.solve_us, row.rest_us,
+        row.substeps, row.newton_iterations, row.solver_iterations, row.solver_converged ? 1 : 0,
         row.kinetic_energy, row.elastic_energy, row.gravity_energy, row.deepest_penetration,
         row.inverted_elements, name(row.trouble),
         std::isfinite(row.least_distance) ? fmt::format("{:.6g}", row.least_distance) : "");
     if (row.audited)
-        file_->out() << fmt::format(",{},{},{},{},{},{},{:.6g},{:.6g}\n", row.audit.intersecting,
+        file_->out() << fmt::format(",{},{},{},{},{},{},{:.6g},{:.6g}", row.audit.intersecting,
                                     row.audit.intersecting_missed, row.audit.near, row.audit.near_missed,
                                     row.audit.tests, row.audit.exact_tests, row.audit.us, row.audit.exact_us);
     else
-        file_->out() << ",,,,,,,,\n";
+        file_->out() << ",,,,,,,,";
+    file_->out() << fmt::format(",{}\n", row.pairs_measured);
 }
 
 void StepTable::finish() {

@@ -7,17 +7,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/support/error_of.hpp"
+
 namespace nbd {
 namespace {
 
-/// The message of the error that reading a file ends with.
-std::string error_of(const std::filesystem::path& path) {
-    try {
-        file_text(path);
-    } catch (const std::runtime_error& error) {
-        return error.what();
-    }
-    return {};
+std::string refusal_of(const std::filesystem::path& path) {
+    return test::error_of<std::runtime_error>([&] { file_text(path); });
 }
 
 TEST(FileText, HasEveryByte) {
@@ -32,13 +28,13 @@ TEST(FileText, HasEveryByte) {
 }
 
 TEST(FileText, SaysInOneLineWhyAFileCannotBeRead) {
-    EXPECT_EQ(error_of("absent.json"), "absent.json: no such file");
-    EXPECT_EQ(error_of("/proc/version/a"), "/proc/version/a: no such file");
-    EXPECT_EQ(error_of("/proc"), "/proc: cannot be read: it is a folder");
-    EXPECT_EQ(error_of("/dev/zero"),
+    EXPECT_EQ(refusal_of("absent.json"), "absent.json: no such file");
+    EXPECT_EQ(refusal_of("/proc/version/a"), "/proc/version/a: no such file");
+    EXPECT_EQ(refusal_of("/proc"), "/proc: cannot be read: it is a folder");
+    EXPECT_EQ(refusal_of("/dev/zero"),
               "/dev/zero: cannot be read: it is a special file; allowed: a regular file");
     // A regular file whose first page nobody may read.
-    EXPECT_EQ(error_of("/proc/self/mem"), "/proc/self/mem: cannot be read: Input/output error");
+    EXPECT_EQ(refusal_of("/proc/self/mem"), "/proc/self/mem: cannot be read: Input/output error");
 }
 
 }  // namespace
