@@ -1,5 +1,6 @@
 #include "apps/cli/program.hpp"
 
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
