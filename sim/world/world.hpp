@@ -90,7 +90,7 @@ const char* name(StepTrouble trouble) noexcept;
 struct WorldReport {
     double time = 0;              // seconds, end of the step
     int contacts = 0;             // those that press
-    long face_pairs = 0;          // of patches of faces that are close, at most
+    long face_pairs = 0;          // face pairs of patches that are close: no more can touch
     long pairs_measured = 0;      // of two bodies, in the default mode: see BodyContactFinder::find()
     long nodes_bounded = 0;       // bounds of tree nodes computed
     long nodes_out_of_range = 0;  // of these, computed exactly because the input was out of distribution

@@ -14,6 +14,7 @@
 namespace nbd {
 namespace {
 
+/// Starts MPI and hypre, once.
 struct StartedHypre {
     StartedHypre() { [[maybe_unused]] static const int once = HYPRE_Init(); }
     SerialMpi mpi;
