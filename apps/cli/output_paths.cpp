@@ -3,12 +3,11 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cctype>
 #include <map>
 #include <stdexcept>
 #include <system_error>
 
+#include "collision/base/file_name.hpp"
 #include "collision/base/temporary_files.hpp"
 
 namespace nbd {
@@ -19,9 +18,8 @@ namespace {
 }
 
 void check_extension(const std::filesystem::path& path, std::string_view extension) {
+    if (extension.empty() || has_extension(path, extension)) return;
     const std::string has = path.extension().string();
-    const auto is_alike = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; };
-    if (extension.empty() || std::ranges::equal(has, extension, is_alike)) return;
     cannot_write(path, has.empty() ? fmt::format("its name has no extension; allowed: {}", extension)
                                    : fmt::format("its name ends in {}; allowed: {}", has, extension));
 }

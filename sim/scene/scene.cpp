@@ -7,6 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "collision/base/file_name.hpp"
 #include "collision/base/file_text.hpp"
 
 namespace nbd {
@@ -269,13 +270,21 @@ SceneTime read_time(JsonObject from) {
     return time;
 }
 
+/// The path of a file whose name must end in `extension`.
+std::filesystem::path read_file_path(JsonObject& from, const std::string& key, std::string_view extension) {
+    std::filesystem::path path = read_path(from, key, "");
+    if (!path.empty() && !has_extension(path, extension))
+        from.problem(key, fmt::format("is \"{}\", but must end in {}", path.string(), extension));
+    return path;
+}
+
 SceneOutput read_output(JsonObject from) {
     SceneOutput output;
-    output.recording = read_path(from, "recording", "");
-    output.csv = read_path(from, "csv", "");
+    output.recording = read_file_path(from, "recording", ".h5");
+    output.csv = read_file_path(from, "csv", ".csv");
     output.vtu = read_path(from, "vtu", "");
     output.obj = read_path(from, "obj", "");
-    output.picture = read_path(from, "picture", "");
+    output.picture = read_file_path(from, "picture", ".png");
     from.finish();
     return output;
 }
