@@ -14,7 +14,7 @@ namespace nbd {
 namespace {
 
 constexpr std::int64_t least_per_node = 12;
-constexpr double per_cell = 16;
+constexpr double least_per_cell = 16, cells_per_node = 4;
 constexpr std::size_t kept_per_cell = 3;
 
 /// The sum of the normals of each vertex's faces.
@@ -60,7 +60,9 @@ std::vector<int> most_spread(std::span<const int> group, const Nodes& rest, cons
 ContactSamples contact_samples(const Faces& F, const Nodes& rest, const Eigen::VectorXd& rest_areas,
                                int carriers) {
     const auto count = static_cast<std::size_t>(rest.rows());
-    const double cell = std::sqrt(per_cell * rest_areas.mean());
+    const double per_node = static_cast<double>(rest.rows()) / std::max(carriers, 1),
+                 per_cell = std::max(least_per_cell, per_node / cells_per_node),
+                 cell = std::sqrt(per_cell * rest_areas.mean());
     if (rest.rows() < least_per_node * carriers || !(cell > 0))
         return {std::vector<bool>(count, true), rest_areas};
     ContactSamples samples{std::vector<bool>(count, false), Eigen::VectorXd::Zero(rest.rows())};

@@ -40,23 +40,28 @@ TEST(ContactSamples, AreAllVerticesOfASurfaceThatIsNotMuchFinerThanItsNodes) {
 }
 
 TEST(ContactSamples, AreFewerOfFinerSurfacesAndStandForTheWholeArea) {
-    const Body body = fine_box(4);
-    const Nodes rest = embedded(body.W, body.tets.X);
-    const ContactSamples samples = samples_of(body, rest);
-    const auto kept = std::ranges::count(samples.kept, true);
-    EXPECT_LT(kept, rest.rows() / 2);
-    EXPECT_GT(kept, rest.rows() / 8);
-    EXPECT_NEAR(samples.areas.sum(), vertex_areas(body.surface.F, rest).sum(), 1e-12);
-    for (Eigen::Index v = 0; v < rest.rows(); ++v)
-        EXPECT_EQ(samples.areas[v] > 0, samples.kept[static_cast<std::size_t>(v)]);
-    // None is far from the nearest of those kept.
-    const double cell = 4 * std::sqrt(vertex_areas(body.surface.F, rest).mean());
-    for (Eigen::Index v = 0; v < rest.rows(); v += 7) {
-        double nearest = 1;
-        for (Eigen::Index k = 0; k < rest.rows(); ++k)
-            if (samples.kept[static_cast<std::size_t>(k)])
-                nearest = std::min(nearest, (rest.row(v) - rest.row(k)).norm());
-        EXPECT_LT(nearest, cell);
+    for (const int levels : {3, 4}) {
+        const Body body = fine_box(levels);
+        const Nodes rest = embedded(body.W, body.tets.X);
+        const ContactSamples samples = samples_of(body, rest);
+        const auto vertices = static_cast<double>(rest.rows()),
+                   nodes = static_cast<double>(body.tets.X.rows()),
+                   per_cell = std::max(16.0, vertices / (4 * nodes));
+        const auto kept = static_cast<double>(std::ranges::count(samples.kept, true));
+        EXPECT_LT(kept, 8 * vertices / per_cell);
+        EXPECT_GT(kept, 2 * vertices / per_cell);
+        EXPECT_NEAR(samples.areas.sum(), vertex_areas(body.surface.F, rest).sum(), 1e-12);
+        for (Eigen::Index v = 0; v < rest.rows(); ++v)
+            EXPECT_EQ(samples.areas[v] > 0, samples.kept[static_cast<std::size_t>(v)]);
+        // None is far from the nearest of those kept.
+        const double cell = std::sqrt(per_cell * vertex_areas(body.surface.F, rest).mean());
+        for (Eigen::Index v = 0; v < rest.rows(); v += 7) {
+            double nearest = 1;
+            for (Eigen::Index k = 0; k < rest.rows(); ++k)
+                if (samples.kept[static_cast<std::size_t>(k)])
+                    nearest = std::min(nearest, (rest.row(v) - rest.row(k)).norm());
+            EXPECT_LT(nearest, cell);
+        }
     }
 }
 
