@@ -215,6 +215,43 @@ TEST(NeighbourProof, LeavesOutOfAQueryOnlyWhatIsFartherApart) {
     }
 }
 
+/// Of pairs that reach farther than a leaf's region, the faces of either leaf that the other's proof covers.
+TEST(NeighbourProof, LeavesOutOfAQueryWhatEachLeafCovers) {
+    for (Body& body : bodies()) {
+        NeighbourProof proof(body.rest);
+        proof.prove(body.X.cast<double>(), {}, {});
+        ASSERT_EQ(proof.proved(), proof.leaves());
+        const WideTree& tree = proof.tree();
+        std::vector<int> slot_of(static_cast<std::size_t>(body.F.rows()));
+        for (int leaf = 0; leaf < tree.leaves(); ++leaf)
+            for (int i = 0; i < tree.faces_in[static_cast<std::size_t>(leaf)]; ++i) {
+                const int slot = tree_width * leaf + i;
+                slot_of[static_cast<std::size_t>(tree.faces[static_cast<std::size_t>(slot)])] = slot;
+            }
+        const auto covers = [&](int slot, int other) {
+            return proof.apart(slot / tree_width, other / tree_width) >> other % tree_width & 1;
+        };
+        body.posed.begin_pose(body.X);
+        SelfQuery query(body.left_out);
+        const auto distance = static_cast<float>(6 * body.edge);
+        const auto near = [&] {
+            const auto pairs = query.boxes_within(body.posed, distance);
+            return std::vector<FacePair>(pairs.begin(), pairs.end());
+        };
+        std::vector<FacePair> expected = near();
+        const std::size_t all = expected.size();
+        std::erase_if(expected, [&](const FacePair& pair) {
+            const int a = slot_of[static_cast<std::size_t>(pair.a)],
+                      b = slot_of[static_cast<std::size_t>(pair.b)];
+            return covers(a, b) || covers(b, a);
+        });
+        query.use(&proof);
+        EXPECT_EQ(near(), expected);
+        EXPECT_GT(expected.size(), all / 10);
+        EXPECT_LT(expected.size(), all);
+    }
+}
+
 TEST(NeighbourProof, IsRefusedWherePositionsAreNotFinite) {
     const Body body(shapes::sphere(24, 40));
     NeighbourProof proof(body.rest);

@@ -137,7 +137,8 @@ TEST(CoupledSolver, SolvesWhereContactsCoupleAllNodes) {
 
 /// Iterations of a bent bar that falls, from rest to a residual of 1e-6. stiff: Young's modulus of every
 /// fourth slice of the bar; 0: that of the material.
-int iterations(const Eigen::Vector3i& cells, const Material& material, double step, double stiff = 0) {
+int iterations(const Eigen::Vector3i& cells, const Material& material, double step, double stiff = 0,
+               const LinearSolveConfig& config = {}) {
     const TetMesh tets = test::box_mesh({2, 0.5, 0.5}, {cells[0], cells[1], cells[2]});
     MaterialRegion slices{.name = "slices", .material = material, .tets = {}};
     slices.material.young = stiff;
@@ -153,7 +154,7 @@ int iterations(const Eigen::Vector3i& cells, const Material& material, double st
     systems[0].assemble(state, step, {.gravity = {0, 0, -9.81}, .forces = {}});
     const std::vector<int> first{0, body.unknown_count()};
     const CoupledSystem system{systems, first, {}, {}};
-    CoupledSolver solver;
+    CoupledSolver solver(config);
     solver.begin_matrices(system);
     Eigen::VectorXd v = Eigen::VectorXd::Zero(body.unknown_count());
     const LinearSolveReport report =
@@ -173,6 +174,13 @@ TEST(CoupledSolver, NeedsHardlyMoreIterationsForFinerBodiesStifferMaterialsAndLo
     EXPECT_LE(iterations({16, 4, 4}, {.young = 1e8, .poisson = 0.3}, 0.01), 3 * coarse);
     EXPECT_LE(iterations({16, 4, 4}, soft, 0.01, 1e8), 2 * coarse);  // parts a thousand times stiffer
     EXPECT_LE(iterations({16, 4, 4}, {.young = 1e9, .poisson = 0.3}, 0.01), 7 * coarse);
+}
+
+TEST(CoupledSolver, LetsABodyOfTwentyThousandNodesIterateTwiceAsLong) {
+    const Eigen::Vector3i cells(80, 16, 16);  // 23,409 nodes
+    const Material soft{.young = 1e5, .poisson = 0.3};
+    const int needed = iterations(cells, soft, 0.01);
+    EXPECT_EQ(iterations(cells, soft, 0.01, 0, {.max_iterations = needed / 2 + 1}), needed);
 }
 
 TEST(CoupledSolver, GivesTheSameBitsOnAnyNumberOfThreads) {
