@@ -20,6 +20,8 @@ class Preconditioner {
     /// What is to be done for each new matrix. Call once.
     virtual void set_up() = 0;
     virtual void apply(const Eigen::VectorXd& r, Eigen::VectorXd& z) = 0;
+    /// Sets v to what the conjugate gradients are to start from instead of zero; returns whether it does.
+    virtual bool guess(const Eigen::VectorXd& /*b*/, Eigen::VectorXd& /*v*/) { return false; }
 };
 
 /// A preconditioner for A before its set_up(): A is copied to the library's own format. A must outlive it. x:

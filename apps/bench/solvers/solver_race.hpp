@@ -36,7 +36,8 @@ struct SolverTiming {
 };
 
 /// Races our solver, a factorisation, and conjugate gradients with rival_preconditioners(), each made anew
-/// for the step and, a second time, in the rest pose and kept.
+/// for the step and, a second time, in the rest pose and kept, and with our preconditioner, plain and
+/// deflated. The time of the deflation's vibration modes, all made together, counts once for a body.
 std::vector<SolverTiming> race_solvers(const Body& body, const SolverRaceConfig& config, Output& out);
 
 /// Writes CSV, one line per row. Atomic.
