@@ -81,7 +81,8 @@ TEST_F(MessagesTest, ViewSaysHowABodyOrATreeIsShown) {
 }
 
 TEST_F(MessagesTest, OutputsRefuseOtherExtensions) {
-    write("falling.json", R"({"bodies": [{"body": "box.h5"}], "output": {"picture": "run.jpg"}})");
+    write("falling.json", R"({"bodies": [{"body": "box.h5"}]})");
+    write("shown.json", R"({"bodies": [{"body": "box.h5"}], "output": {"picture": "run.jpg"}})");
     const auto ends = [](const std::string& path, const std::string& in, const std::string& allowed) {
         return path + ": cannot be written: its name ends in " + in + "; allowed: " + allowed;
     };
@@ -114,7 +115,9 @@ TEST_F(MessagesTest, OutputsRefuseOtherExtensions) {
         {{"simulate", "falling.json", "-o", "x.png"}, 1, ends("x.png", ".png", ".h5")},
         {{"simulate", "falling.json", "-o", "x.h5", "--csv", "x.txt"}, 1, ends("x.txt", ".txt", ".csv")},
         {{"simulate", "falling.json", "-o", "x.h5", "--picture", "x.jpg"}, 1, ends("x.jpg", ".jpg", ".png")},
-        {{"simulate", "falling.json", "-o", "x.h5"}, 1, ends("run.jpg", ".jpg", ".png")},
+        {{"simulate", "shown.json", "-o", "x.h5"},
+         1,
+         "shown.json: output.picture: is \"run.jpg\", but must end in .png"},
     });
 }
 

@@ -35,7 +35,7 @@ TEST_F(UnsafeRuns, ScenesCannotWriteOutsideOfTheRecordingsFolder) {
         {with_recording(climbing), 1, outside("inner/../victim.csv", "climbing.json")},
         {with_recording(scene("hidden.json", R"("obj": "sub/../../frames")")), 1,
          outside("inner/../frames", "hidden.json")},
-        {with_recording(scene("absolute.json", R"("picture": ")" + absolute + '"')), 1,
+        {with_recording(scene("absolute.json", R"("csv": ")" + absolute + '"')), 1,
          outside(absolute, "absolute.json")},
         {with_recording(scene("linked.json", R"("csv": "link/victim.csv")")), 1,
          outside("inner/link/victim.csv", "linked.json")},

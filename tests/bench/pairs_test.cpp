@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <vector>
 
 #include "apps/bench/pairs/crowd.hpp"
 #include "apps/bench/pairs/lazy_boxes.hpp"
@@ -12,6 +13,7 @@
 #include "apps/bench/peers/peers.hpp"
 #include "tests/support/brute_force.hpp"
 #include "tests/support/error_of.hpp"
+#include "tests/support/on_threads.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/training/bar.hpp"
 
@@ -187,7 +189,9 @@ TEST_F(BenchPairs, CrowdMethodsAgreeWithBruteForce) {
     config.spacing = 0.7;
     config.threads = {1, 2};
     config.race.rounds = 1;
-    const auto rows = race_crowds(*coarse_, recording(), frames, config, [](const std::string&) {});
+    std::vector<CrowdRow> rows;
+    test::on_threads(
+        2, [&] { rows = race_crowds(*coarse_, recording(), frames, config, [](const std::string&) {}); });
     EXPECT_EQ(2 * std::ranges::count(rows, 2, &CrowdRow::threads) + 1, static_cast<long>(rows.size()));
     for (const CrowdRow& row : rows) EXPECT_EQ(row.pairs, expected) << row.method;
 }
