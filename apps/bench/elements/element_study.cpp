@@ -1,0 +1,170 @@
+#include "apps/bench/elements/element_study.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ctime>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include "apps/bench/elements/clamped_body.hpp"
+#include "apps/bench/measure/median.hpp"
+#include "sim/factor/cholesky.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr Eigen::Index most_tets = 160'000;  // of the reference, which then takes about 6 GB
+
+/// A mesh whose first tetrahedra are held.
+struct HeldMesh {
+    TetMesh tets;
+    int held = 0;
+};
+
+HeldMesh hold_one_end(const TetMesh& tets, Eigen::Index axis) {
+    const double low = tets.X.col(axis).minCoeff(), length = tets.X.col(axis).maxCoeff() - low;
+    std::vector<int> order(static_cast<std::size_t>(tets.T.rows()));
+    std::iota(order.begin(), order.end(), 0);
+    const auto others = std::stable_partition(order.begin(), order.end(), [&](int t) {
+        double centre = 0;
+        for (const int node : tets.T.row(t)) centre += 0.25 * tets.X(node, axis);
+        return centre < low + 0.1 * length;
+    });
+    return {{tets.X, tets.T(order, Eigen::all)}, static_cast<int>(others - order.begin())};
+}
+
+/// Equilibrium of one mesh.
+struct Equilibrium {
+    ElementRow row;
+    Nodes u;          // of the body's own nodes, m
+    double work = 0;  // of the load; twice the elastic energy, J
+};
+
+/// The load of gravity on a material, and which of the nodes are the body's own.
+struct Load {
+    Moduli moduli;
+    Eigen::Vector3d force;  // N/m3
+    Eigen::Index own_nodes;
+};
+
+/// Time of the processor, which other programs on the same core do not lengthen.
+double processor_ms(auto&& work) {
+    const std::clock_t start = std::clock();
+    work();
+    return 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+template <int N>
+Equilibrium find_equilibrium(const Nodes& X, const Elements<N>& T, int held, const Load& load, int repeats) {
+    const ClampedBody<N> body(X, T, held);
+    SparseMatrix K = body.zero_matrix();
+    Eigen::VectorXd f, u(body.unknown_count());
+    Cholesky factor;
+    factor.analyze(K);
+    std::vector<double> assembly, factorisation, solve;
+    for (int k = 0; k < repeats; ++k) {
+        assembly.push_back(processor_ms([&] { body.assemble(load.moduli, load.force, K, f); }));
+        factorisation.push_back(processor_ms([&] { factor.factorize(K); }));
+        solve.push_back(processor_ms([&] { factor.solve(f, u); }));
+    }
+    Equilibrium result{.row = {.body = {},
+                               .nodes_per_tet = N,
+                               .tets = static_cast<int>(T.rows()),
+                               .nodes = static_cast<int>(X.rows()),
+                               .unknowns = body.unknown_count(),
+                               .nonzeros = K.nonZeros(),
+                               .assembly = median(assembly),
+                               .factorisation = median(factorisation),
+                               .solve = median(solve)},
+                       .u = body.of_nodes(u).topRows(load.own_nodes),
+                       .work = f.dot(u)};
+    return result;
+}
+
+/// How far a sequence is from its limit if its steps go on shrinking as the last two did.
+double left_over(double step_before, double last_step) {
+    const double shrinking = step_before / last_step;
+    return shrinking > 1 ? last_step / (shrinking - 1) : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// Fills in the errors; the last one is the reference.
+void measure_errors(std::vector<Equilibrium>& found) {
+    Equilibrium& best = found.back();
+    const double size = best.u.norm();
+    std::vector<const Equilibrium*> quadratic;
+    for (Equilibrium& e : found) {
+        if (e.row.nodes_per_tet == 10) quadratic.push_back(&e);
+        e.row.displacement = (e.u - best.u).norm() / size;
+        e.row.energy = std::sqrt(std::max(0.0, (best.work - e.work) / best.work));
+    }
+    best.row.reference = true;
+    best.row.displacement = best.row.energy = std::numeric_limits<double>::quiet_NaN();
+    if (quadratic.size() < 3) return;
+    const Equilibrium &last = *quadratic[quadratic.size() - 2], &before = *quadratic[quadratic.size() - 3];
+    best.row.displacement = left_over((last.u - before.u).norm(), (best.u - last.u).norm()) / size;
+    best.row.energy = std::sqrt(left_over(last.work - before.work, best.work - last.work) / best.work);
+}
+
+/// How often the body can be split, `most` times at most.
+int levels_of(const Body& body, int most) {
+    int levels = 0;
+    for (Eigen::Index tets = 8 * body.tets.T.rows(); levels < most && tets <= most_tets; tets *= 8) ++levels;
+    if (levels == 0)
+        throw std::runtime_error(fmt::format("{}: {} tetrahedra; allowed: at most {}", body.name,
+                                             body.tets.T.rows(), most_tets / 8));
+    return levels;
+}
+
+}  // namespace
+
+std::vector<ElementRow> study_elements(const Body& body, const ElementStudyConfig& config, Output& out) {
+    const int levels = levels_of(body, config.levels);
+    Eigen::Index longest = 0, shortest = 0;
+    const Eigen::RowVector3d extent = body.tets.X.colwise().maxCoeff() - body.tets.X.colwise().minCoeff();
+    extent.maxCoeff(&longest);
+    extent.minCoeff(&shortest);
+    const Material material{.poisson = config.poisson};
+    const Load load{.moduli = moduli_of(material),
+                    .force = -9.81 * material.density * Eigen::Vector3d::Unit(shortest),
+                    .own_nodes = body.tets.X.rows()};
+    HeldMesh mesh = hold_one_end(body.tets, longest);
+    if (mesh.held == 0)
+        throw std::runtime_error(fmt::format(
+            "{}: no tetrahedron has its centre in the first tenth of the body, where it is held; a finer "
+            "body is needed",
+            body.name));
+
+    std::vector<Equilibrium> found;
+    const auto add = [&](int level, const Nodes& nodes, const auto& elements, int held, int repeats) {
+        out.progress(fmt::format("{}: {} nodes", body.name, nodes.rows()), static_cast<int>(found.size()),
+                     2 * levels + 3);
+        try {
+            found.push_back(find_equilibrium(nodes, elements, held, load, repeats));
+        } catch (const std::runtime_error& error) {
+            throw std::runtime_error(
+                fmt::format("{}: no equilibrium of {} nodes: {}", body.name, nodes.rows(), error.what()));
+        }
+        found.back().row.body = body.name;
+        found.back().row.level = level;
+    };
+    for (int level = 0; level <= levels; ++level) {
+        const bool last = level == levels;
+        const QuadraticMesh quadratic = add_midpoints(mesh.tets);
+        HeldMesh finer{split(quadratic), 8 * mesh.held};
+        add(level, mesh.tets.X, mesh.tets.T, mesh.held, config.repeats);
+        if (last) add(level + 1, finer.tets.X, finer.tets.T, finer.held, 1);
+        add(level, quadratic.X, quadratic.T, mesh.held, last ? 1 : config.repeats);
+        mesh = std::move(finer);
+    }
+    measure_errors(found);
+    std::vector<ElementRow> rows;
+    for (const Equilibrium& e : found) rows.push_back(e.row);
+    return rows;
+}
+
+}  // namespace nbd

@@ -1,0 +1,187 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <array>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "apps/bench/elements/clamped_body.hpp"
+#include "apps/bench/elements/element_stiffness.hpp"
+#include "apps/bench/elements/element_table.hpp"
+#include "sim/fem/elastic_body.hpp"
+#include "tests/support/box_mesh.hpp"
+#include "tests/support/error_of.hpp"
+
+namespace nbd {
+namespace {
+
+const Moduli moduli{.mu = 3, .lambda = 5};
+
+Eigen::Matrix3d corner_edges(const TetMesh& mesh, Eigen::Index t) {
+    const Eigen::Matrix<double, 4, 3> corners = mesh.X(mesh.T.row(t), Eigen::all);
+    return corners.bottomRows<3>().rowwise() - corners.row(0);
+}
+
+/// Largest force that nodes inside a unit box feel beside the load, if the displacement is quadratic:
+/// u_i = X^T H_i X / 2. Also tells the largest force that the load has there.
+template <int N>
+std::pair<double, double> unbalanced(const Nodes& X, const Elements<N>& T) {
+    std::array<Eigen::Matrix3d, 3> H;
+    H[0] << 1, -2, 0.5, -2, 3, 1, 0.5, 1, -1;
+    H[1] << -2, 1, 1.5, 1, 0.5, -1, 1.5, -1, 2;
+    H[2] << 0.5, 2, -1, 2, 1, 3, -1, 3, 1.5;
+    // The load that holds it: minus (lambda + mu) grad div u + mu laplace u.
+    Eigen::Vector3d load = Eigen::Vector3d::Zero();
+    for (int i = 0; i < 3; ++i) {
+        load -= (moduli.lambda + moduli.mu) * H[i].col(i);
+        load[i] -= moduli.mu * H[i].trace();
+    }
+    Eigen::VectorXd u(3 * X.rows());
+    for (Eigen::Index a = 0; a < X.rows(); ++a)
+        for (int i = 0; i < 3; ++i) u[3 * a + i] = 0.5 * X.row(a).dot(H[i] * X.row(a).transpose());
+    const ClampedBody<N> body(X, T, 0);
+    SparseMatrix K = body.zero_matrix();
+    Eigen::VectorXd f;
+    body.assemble(moduli, load, K, f);
+    const Eigen::VectorXd rest = K * u - f;
+    double left = 0, size = 0;
+    for (Eigen::Index a = 0; a < X.rows(); ++a)
+        if (X.row(a).minCoeff() > 1e-9 && X.row(a).maxCoeff() < 1 - 1e-9) {
+            left = std::max(left, rest.segment<3>(3 * a).norm());
+            size = std::max(size, f.segment<3>(3 * a).norm());
+        }
+    return {left, size};
+}
+
+TEST(QuadraticElement, AloneHoldsQuadraticDisplacementsInEquilibrium) {
+    const TetMesh linear = test::box_mesh({1, 1, 1}, {3, 3, 3}, 0.3);
+    const QuadraticMesh quadratic = add_midpoints(linear);
+    const auto [left, size] = unbalanced(quadratic.X, quadratic.T);
+    EXPECT_GT(size, 0.01);
+    EXPECT_LT(left, 1e-12 * moduli.lambda);
+    EXPECT_GT(unbalanced(linear.X, linear.T).first, 0.01);
+}
+
+template <int N>
+void expect_six_rigid_motions(const Nodes& X) {
+    const ElementIntegrals<N> element = integrate_element<N>(X.topRows<4>().transpose(), moduli);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(element.stiffness);
+    EXPECT_NEAR(solver.eigenvalues().head(6).norm(), 0, 1e-12);
+    EXPECT_GT(solver.eigenvalues()[6], 1e-3);
+    for (int axis = 0; axis < 3; ++axis) {
+        Eigen::Matrix<double, 3, N> turned;
+        for (int a = 0; a < N; ++a)
+            turned.col(a) = Eigen::Vector3d::Unit(axis).cross(X.row(a).transpose()) + Eigen::Vector3d::Ones();
+        EXPECT_NEAR((element.stiffness * turned.reshaped()).norm(), 0, 1e-12);
+    }
+}
+
+TEST(QuadraticElement, FeelsNoForceInRigidMotionsAlone) {
+    TetMesh tet{Nodes(4, 3), Tets(1, 4)};
+    tet.X << 0.1, 0, 0, 1.2, 0.1, 0, 0.3, 0.9, -0.1, 0.2, 0.3, 1.1;
+    tet.T << 0, 1, 2, 3;
+    expect_six_rigid_motions<4>(tet.X);
+    expect_six_rigid_motions<10>(add_midpoints(tet).X);
+}
+
+TEST(LinearElement, IsThatOfTheSimulator) {
+    const ElasticBody elastic(test::box_mesh({1, 0.7, 0.4}, {2, 2, 1}, 0.3), Material{});
+    const ClampedBody<4> body(elastic.rest().X, elastic.rest().T, 0);
+    SparseMatrix K = body.zero_matrix();
+    Eigen::VectorXd f;
+    body.assemble(elastic.moduli(0), {0, 0, 1}, K, f);
+    const SparseMatrix simulated = elastic.rest_stiffness();
+    EXPECT_GT(simulated.norm(), 1e4);
+    EXPECT_LT((K - simulated).norm(), 1e-12 * simulated.norm());
+    EXPECT_NEAR(f.sum(), elastic.rest_volumes().sum(), 1e-14);
+}
+
+TEST(QuadraticMesh, SplitsTetrahedraIntoEightEqualVolumes) {
+    const TetMesh coarse = test::box_mesh({1, 0.7, 0.4}, {2, 2, 1}, 0.3);
+    const QuadraticMesh middle = add_midpoints(coarse);
+    const TetMesh fine = split(middle);
+    ASSERT_EQ(fine.T.rows(), 8 * coarse.T.rows());
+    EXPECT_EQ(fine.X, middle.X);
+    for (Eigen::Index t = 0; t < fine.T.rows(); ++t)
+        EXPECT_NEAR(corner_edges(fine, t).determinant(), corner_edges(coarse, t / 8).determinant() / 8,
+                    1e-15);
+    EXPECT_EQ(boundary_faces(fine).rows(),
+              4 * boundary_faces(coarse).rows());  // children fit their neighbours
+}
+
+/// A cantilever of few tetrahedra.
+Body cantilever() {
+    Body body;
+    body.name = "cantilever";
+    body.tets = test::box_mesh({1, 0.2, 0.2}, {6, 1, 1});
+    return body;
+}
+
+TEST(ElementStudy, BringsBothElementsToOneSolution) {
+    Output out;
+    out.quiet = true;
+    const std::vector<ElementRow> rows = study_elements(cantilever(), {.levels = 2, .repeats = 1}, out);
+    ASSERT_EQ(rows.size(), 7U);
+    std::map<int, std::vector<const ElementRow*>> by_kind;
+    for (const ElementRow& row : rows)
+        if (!row.reference) by_kind[row.nodes_per_tet].push_back(&row);
+    for (const auto& [kind, sequence] : by_kind)
+        for (std::size_t k = 1; k < sequence.size(); ++k) {
+            EXPECT_LT(sequence[k]->displacement, 0.7 * sequence[k - 1]->displacement) << kind << ' ' << k;
+            EXPECT_LT(sequence[k]->energy, 0.9 * sequence[k - 1]->energy) << kind << ' ' << k;
+        }
+    // On the same nodes quadratic tetrahedra bend better.
+    EXPECT_EQ(by_kind[4][1]->unknowns, by_kind[10][0]->unknowns);
+    EXPECT_LT(by_kind[10][0]->displacement, 0.5 * by_kind[4][1]->displacement);
+    EXPECT_TRUE(rows.back().reference);
+    EXPECT_LT(rows.back().displacement, by_kind[10][1]->displacement);
+}
+
+TEST(ElementStudy, RefusesBodiesThatItCannotSplitOrHold) {
+    Output out;
+    Body body = cantilever();
+    body.tets = test::box_mesh({1, 1, 1}, {20, 20, 20});
+    EXPECT_EQ(test::error_of([&] { study_elements(body, {}, out); }),
+              "cantilever: 48000 tetrahedra; allowed: at most 20000");
+    body.tets = test::box_mesh({1, 0.2, 0.2}, {1, 1, 1});
+    EXPECT_EQ(test::error_of([&] { study_elements(body, {}, out); }),
+              "cantilever: no tetrahedron has its centre in the first tenth of the body, where it is held; a "
+              "finer body is needed");
+    body = cantilever();
+    const TetMesh whole = body.tets;
+    body.tets.X.conservativeResize(2 * whole.X.rows(), 3);
+    body.tets.X.bottomRows(whole.X.rows()) = whole.X.rowwise() + Eigen::RowVector3d(2, 0, 0);
+    body.tets.T.conservativeResize(2 * whole.T.rows(), 4);
+    body.tets.T.bottomRows(whole.T.rows()) = whole.T.array() + static_cast<int>(whole.X.rows());
+    EXPECT_TRUE(test::error_of([&] {
+                    study_elements(body, {}, out);
+                }).starts_with("cantilever: no equilibrium of 56 nodes: "));
+}
+
+TEST(EqualError, InterpolatesCostsInLogarithms) {
+    const auto row = [](int kind, double error, int cost) {
+        return ElementRow{.body = "b",
+                          .nodes_per_tet = kind,
+                          .unknowns = cost,
+                          .nonzeros = 10 * cost,
+                          .displacement = error,
+                          .assembly = 1e-3 * cost};
+    };
+    const std::vector<ElementRow> rows{row(4, 0.4, 100), row(4, 0.1, 10'000), row(10, 0.2, 500),
+                                       row(10, 0.05, 2000), row(10, 0.5, 50)};
+    const auto within = equal_error(rows, rows[2], &ElementRow::displacement),
+               beyond = equal_error(rows, rows[3], &ElementRow::displacement);
+    ASSERT_TRUE(within && beyond);
+    EXPECT_NEAR(within->unknowns, 2, 1e-12);  // 1000 of linear ones
+    EXPECT_NEAR(within->nonzeros, 2, 1e-12);
+    EXPECT_NEAR(within->milliseconds, 2, 1e-12);
+    EXPECT_FALSE(within->at_least);
+    EXPECT_NEAR(beyond->unknowns, 5, 1e-12);
+    EXPECT_TRUE(beyond->at_least);
+    EXPECT_FALSE(equal_error(rows, rows[4], &ElementRow::displacement));
+}
+
+}  // namespace
+}  // namespace nbd
