@@ -58,6 +58,33 @@ TEST_F(BenchSimulate, RacesSolversToOneResidual) {
     EXPECT_EQ(test::run_bench(folder(), {"solvers", "absent.h5"}).status, 1);
 }
 
+TEST_F(BenchSimulate, ComparesElementsOfBodiesAndOfSurfacesInCages) {
+    const test::Ran ran =
+        test::run_bench(folder(), {"elements", "box.h5", "box.obj", "--cage", "60", "--levels", "1",
+                                   "--repeats", "1", "-o", "elements.csv", "--json"});
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const auto rows = nlohmann::json::parse(ran.out);
+    ASSERT_EQ(rows.size(), 10U);
+    EXPECT_EQ(rows[0].at("body"), "box");
+    EXPECT_TRUE(rows[5].at("body").get<std::string>().starts_with("box_")) << rows[5];
+    for (const std::size_t body : {0, 5}) {
+        EXPECT_EQ(rows[body + 1].at("unknowns"), rows[body + 2].at("unknowns"));
+        EXPECT_LT(rows[body + 1].at("displacement_error"), rows[body].at("displacement_error"));
+        EXPECT_TRUE(rows[body + 4].at("reference").get<bool>());
+        EXPECT_TRUE(rows[body + 4].at("displacement_error").is_null());  // two meshes tell no rate
+    }
+    EXPECT_TRUE(test::listing(folder()).contains("elements.csv"));
+}
+
+TEST_F(BenchSimulate, RefusesBodiesThatElementsCannotCompare) {
+    const test::Ran coarse = test::run_bench(folder(), {"elements", "box.obj", "--cage", "20"});
+    EXPECT_EQ(coarse.status, 1);
+    EXPECT_NE(coarse.err.find("a cage of 20 nodes; allowed: 50"), std::string::npos) << coarse.err;
+    EXPECT_EQ(test::run_bench(folder(), {"elements", "absent.h5"}).status, 1);
+    EXPECT_EQ(test::run_bench(folder(), {"elements", "box.h5", "--levels", "0"}).status, 2);
+    EXPECT_EQ(test::run_bench(folder(), {"elements", "box.h5", "-o", "box.h5"}).status, 1);
+}
+
 TEST_F(BenchSimulate, TimesEveryLaw) {
     const test::Ran ran = test::run_bench(folder(), {"laws", "box.h5", "--steps", "2", "-o", "laws.csv"});
     ASSERT_EQ(ran.status, 0) << ran.err;

@@ -13,6 +13,7 @@ void add_bench_simulate(CLI::App& app, Output& out);
 void add_bench_laws(CLI::App& app, Output& out);
 void add_bench_ring(CLI::App& app, Output& out);
 void add_bench_solvers(CLI::App& app, Output& out);
+void add_bench_elements(CLI::App& app, Output& out);
 void add_bench_learned(CLI::App& app, Output& out);
 void add_bench_kernels(CLI::App& app, Output& out);
 void add_bench_peers(CLI::App& app, Output& out);

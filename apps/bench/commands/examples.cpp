@@ -16,6 +16,9 @@ std::map<std::string, std::string> bench_examples() {
         {"solvers",
          "  nbdtree-bench solvers armadillo.h5 bunny.h5 -o solvers.csv\n"
          "  nbdtree-bench solvers beam.h5 --repeats 1"},
+        {"elements",
+         "  nbdtree-bench elements assets/beam.obj assets/gecko.obj -o elements.csv\n"
+         "  nbdtree-bench elements assets/gecko.obj --cage 200 --levels 2"},
         {"learned",
          "  nbdtree-bench learned beam.h5 poses.h5 -o learned.csv\n"
          "  nbdtree-bench learned beam.h5 poses.h5 --samples 16,32,0 --max-frames 500"},

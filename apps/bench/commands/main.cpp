@@ -10,6 +10,7 @@ nbd::Program describe() {
         nbd::add_bench_laws(app, out);
         nbd::add_bench_ring(app, out);
         nbd::add_bench_solvers(app, out);
+        nbd::add_bench_elements(app, out);
         nbd::add_bench_learned(app, out);
         nbd::add_bench_peers(app, out);
         nbd::add_bench_exactness(app, out);
