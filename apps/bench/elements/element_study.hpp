@@ -37,7 +37,7 @@ struct ElementRow {
 /// again and again, so that the geometry is the same in all rows.
 /// Rows: linear tetrahedra that were split 0 to `levels` + 1 times, quadratic ones 0 to `levels` - 1 times,
 /// and last the reference, by which errors are measured: quadratic ones that were split `levels` times. It
-/// has the nodes of the finest linear ones. Squares of errors in energy are too small by that of the
+/// has the nodes of the finest linear ones. Squares of errors in energy are too small by the square of the
 /// reference's. The order of elimination is made before times are taken; the finest two rows are timed once.
 /// Throws std::runtime_error, naming the body, if it is too large, cannot be held or is in several parts.
 std::vector<ElementRow> study_elements(const Body& body, const ElementStudyConfig& config, Output& out);
