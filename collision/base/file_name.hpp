@@ -5,7 +5,8 @@
 
 namespace nbd {
 
-/// Whether the name of a file ends in `extension`, for example ".h5", in small letters or capitals.
+/// Whether the name of a file ends in `extension`, in small letters or capitals. extension: in small letters,
+/// for example ".h5".
 bool has_extension(const std::filesystem::path& path, std::string_view extension);
 
 }  // namespace nbd
