@@ -44,7 +44,7 @@ TEST_F(BenchSimulate, RacesSolversToOneResidual) {
     ASSERT_EQ(ran.status, 0) << ran.err;
     const auto rows = nlohmann::json::parse(ran.out);
     for (const char* solver :
-         {"ours", "ours, plain CG", "ours, 32 modes deflated", "incomplete Cholesky", "factorisation"})
+         {"ours", "ours, plain CG", "ours, 32 motions deflated", "incomplete Cholesky", "factorisation"})
         for (const char* scene : {"fly", "twist"})
             EXPECT_TRUE(std::ranges::any_of(
                 rows,
@@ -81,6 +81,11 @@ TEST_F(BenchSimulate, RefusesBodiesThatElementsCannotCompare) {
     EXPECT_EQ(coarse.status, 1);
     EXPECT_NE(coarse.err.find("a cage of 20 nodes; allowed: 50"), std::string::npos) << coarse.err;
     EXPECT_EQ(test::run_bench(folder(), {"elements", "absent.h5"}).status, 1);
+    const test::Ran twice =
+        test::run_bench(folder(), {"elements", "box.h5", "box.h5", "--levels", "1", "--repeats", "1"});
+    EXPECT_EQ(twice.status, 1);
+    EXPECT_NE(twice.err.find("two bodies are called box; allowed: different names"), std::string::npos)
+        << twice.err;
     EXPECT_EQ(test::run_bench(folder(), {"elements", "box.h5", "--levels", "0"}).status, 2);
     EXPECT_EQ(test::run_bench(folder(), {"elements", "box.h5", "-o", "box.h5"}).status, 1);
 }

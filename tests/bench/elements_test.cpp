@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <map>
 #include <utility>
@@ -55,7 +56,7 @@ std::pair<double, double> unbalanced(const Nodes& X, const Elements<N>& T) {
     return {left, size};
 }
 
-TEST(QuadraticElement, AloneHoldsQuadraticDisplacementsInEquilibrium) {
+TEST(QuadraticElement, HoldsQuadraticDisplacementsInEquilibriumAsLinearOnesDoNot) {
     const TetMesh linear = test::box_mesh({1, 1, 1}, {3, 3, 3}, 0.3);
     const QuadraticMesh quadratic = add_midpoints(linear);
     const auto [left, size] = unbalanced(quadratic.X, quadratic.T);
@@ -78,16 +79,22 @@ void expect_six_rigid_motions(const Nodes& X) {
     }
 }
 
-TEST(QuadraticElement, FeelsNoForceInRigidMotionsAlone) {
+/// One tetrahedron, whose edges all have different lengths.
+TetMesh skewed_tet() {
     TetMesh tet{Nodes(4, 3), Tets(1, 4)};
     tet.X << 0.1, 0, 0, 1.2, 0.1, 0, 0.3, 0.9, -0.1, 0.2, 0.3, 1.1;
     tet.T << 0, 1, 2, 3;
+    return tet;
+}
+
+TEST(QuadraticElement, FeelsNoForceInRigidMotionsAlone) {
+    const TetMesh tet = skewed_tet();
     expect_six_rigid_motions<4>(tet.X);
     expect_six_rigid_motions<10>(add_midpoints(tet).X);
 }
 
 TEST(LinearElement, IsThatOfTheSimulator) {
-    const ElasticBody elastic(test::box_mesh({1, 0.7, 0.4}, {2, 2, 1}, 0.3), Material{});
+    const ElasticBody elastic(test::box_mesh({1, 0.7, 0.4}, {3, 3, 3}, 0.3), Material{});
     const ClampedBody<4> body(elastic.rest().X, elastic.rest().T, 0);
     SparseMatrix K = body.zero_matrix();
     Eigen::VectorXd f;
@@ -99,7 +106,7 @@ TEST(LinearElement, IsThatOfTheSimulator) {
 }
 
 TEST(QuadraticMesh, SplitsTetrahedraIntoEightEqualVolumes) {
-    const TetMesh coarse = test::box_mesh({1, 0.7, 0.4}, {2, 2, 1}, 0.3);
+    const TetMesh coarse = test::box_mesh({1, 0.7, 0.4}, {3, 3, 3}, 0.3);
     const QuadraticMesh middle = add_midpoints(coarse);
     const TetMesh fine = split(middle);
     ASSERT_EQ(fine.T.rows(), 8 * coarse.T.rows());
@@ -109,6 +116,31 @@ TEST(QuadraticMesh, SplitsTetrahedraIntoEightEqualVolumes) {
                     1e-15);
     EXPECT_EQ(boundary_faces(fine).rows(),
               4 * boundary_faces(coarse).rows());  // children fit their neighbours
+}
+
+/// Each of the three diagonals of the octahedron in the middle is the shortest one once.
+TEST(QuadraticMesh, CutsTheMiddleAlongItsShortestDiagonal) {
+    constexpr std::array<std::array<int, 2>, 3> diagonals{{{4, 9}, {5, 8}, {6, 7}}};
+    std::array<int, 3> chosen{};
+    for (const std::array<int, 4>& order : {std::array{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}}) {
+        TetMesh tet = skewed_tet();
+        for (int k = 0; k < 4; ++k) tet.T(0, k) = order[static_cast<std::size_t>(k)];
+        const QuadraticMesh middle = add_midpoints(tet);
+        const TetMesh fine = split(middle);
+        for (Eigen::Index t = 0; t < 8; ++t)
+            EXPECT_NEAR(corner_edges(fine, t).determinant(), corner_edges(tet, 0).determinant() / 8, 1e-15);
+        const auto length = [&](const std::array<int, 2>& d) {
+            return (middle.X.row(middle.T(0, d[0])) - middle.X.row(middle.T(0, d[1]))).norm();
+        };
+        const auto shortest = std::ranges::min_element(diagonals, {}, length);
+        ++chosen[static_cast<std::size_t>(shortest - diagonals.begin())];
+        int around = 0;
+        for (Eigen::Index t = 0; t < 8; ++t)
+            around += (fine.T.row(t).array() == middle.T(0, (*shortest)[0])).any() &&
+                      (fine.T.row(t).array() == middle.T(0, (*shortest)[1])).any();
+        EXPECT_EQ(around, 4);
+    }
+    EXPECT_EQ(chosen, (std::array{1, 1, 1}));
 }
 
 /// A cantilever of few tetrahedra.

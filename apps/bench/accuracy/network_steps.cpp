@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <ctime>
 #include <iterator>
 
+#include "apps/bench/measure/processor_time.hpp"
 #include "training/calibrate/calibrate.hpp"
 
 namespace nbd {
@@ -34,9 +34,6 @@ double node_bytes(const NbdModel& model) {
                                   static_cast<double>(FixedVector::padded(model.centre_map.rows()));
     return (static_cast<double>(model.networks.memory()) + columns * column_bytes) / nodes;
 }
-
-/// Processor time of all threads of the program, which other programs on the machine hardly change.
-double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 NetworkStep train_step(const SurfaceBody& body, FrameSource& source, const TrainConfig& config) {
     double start = 0;

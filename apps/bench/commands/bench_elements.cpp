@@ -1,8 +1,12 @@
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -45,10 +49,56 @@ std::string in_words(const std::optional<CostRatios>& r) {
 }
 
 void tell(const ElementRow& r, const Output& out) {
-    out.text(fmt::format("{:14} {:2} {:6} {:8} {:8} {:9} {:>12.3f} {:>8.3f} {:10.2f} {:10.2f} {:8.2f}{}",
+    out.text(fmt::format("{:14} {:9} {:6} {:8} {:8} {:9} {:>12.3f} {:>8.3f} {:10.2f} {:11.2f} {:9.2f}{}",
                          r.body, r.nodes_per_tet, r.level, r.nodes, r.unknowns, r.nonzeros,
                          100 * r.displacement, 100 * r.energy, r.assembly, r.factorisation, r.solve,
                          r.reference ? "  reference, its errors extrapolated" : ""));
+}
+
+void tell_ratios(std::span<const ElementRow> rows, const Output& out) {
+    out.text("linear tetrahedra of the same error cost so many times as many unknowns, non-zeros and ms:");
+    out.text("body           level   in displacement          in energy");
+    for (const ElementRow& row : rows)
+        if (is_compared(row))
+            out.text(fmt::format("{:14} {:5}   {}   {}", row.body, row.level,
+                                 in_words(equal_error(rows, row, &ElementRow::displacement)),
+                                 in_words(equal_error(rows, row, &ElementRow::energy))));
+}
+
+nlohmann::ordered_json to_json(const std::optional<CostRatios>& r) {
+    if (!r) return nullptr;
+    return {{"unknowns", r->unknowns},
+            {"nonzeros", r->nonzeros},
+            {"ms", r->milliseconds},
+            {"at_least", r->at_least}};
+}
+
+nlohmann::ordered_json to_json(std::span<const ElementRow> rows, const ElementRow& row) {
+    nlohmann::ordered_json result{{"body", row.body},
+                                  {"nodes_per_tet", row.nodes_per_tet},
+                                  {"level", row.level},
+                                  {"reference", row.reference},
+                                  {"tets", row.tets},
+                                  {"nodes", row.nodes},
+                                  {"unknowns", row.unknowns},
+                                  {"nonzeros", row.nonzeros},
+                                  {"displacement_error", row.displacement},
+                                  {"energy_error", row.energy},
+                                  {"assembly_ms", row.assembly},
+                                  {"factorisation_ms", row.factorisation},
+                                  {"solve_ms", row.solve}};
+    if (is_compared(row)) {
+        result["equal_displacement_error"] = to_json(equal_error(rows, row, &ElementRow::displacement));
+        result["equal_energy_error"] = to_json(equal_error(rows, row, &ElementRow::energy));
+    }
+    return result;
+}
+
+/// Rows are told apart by the names of their bodies.
+void require_new_name(const Body& body, std::span<const ElementRow> rows) {
+    if (std::ranges::any_of(rows, [&](const ElementRow& row) { return row.body == body.name; }))
+        throw std::runtime_error(
+            fmt::format("two bodies are called {}; allowed: different names", body.name));
 }
 
 void run(const BenchElementsArguments& arguments, Output& out) {
@@ -58,9 +108,9 @@ void run(const BenchElementsArguments& arguments, Output& out) {
     if (!arguments.csv.empty())
         check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()}, ".csv");
     std::vector<ElementRow> rows;
-    nlohmann::ordered_json result = nlohmann::ordered_json::array();
     for (const std::string& path : arguments.bodies)
         for (const Body& body : bodies_to_compare(path, arguments.cages, out)) {
+            require_new_name(body, rows);
             const std::vector<ElementRow> found = study_elements(body, arguments.config, out);
             rows.insert(rows.end(), found.begin(), found.end());
         }
@@ -68,25 +118,12 @@ void run(const BenchElementsArguments& arguments, Output& out) {
     out.text(
         "body         nodes a tet  level    nodes unknowns non-zeros displacement   energy   assembly + "
         "factorise +    solve");
-    for (const ElementRow& row : rows) tell(row, out);
-    out.text("linear tetrahedra of the same error cost so many times as many unknowns, non-zeros and ms:");
-    out.text("body           level   in displacement          in energy");
+    nlohmann::ordered_json result = nlohmann::ordered_json::array();
     for (const ElementRow& row : rows) {
-        result.push_back({{"body", row.body},
-                          {"nodes_per_tet", row.nodes_per_tet},
-                          {"level", row.level},
-                          {"reference", row.reference},
-                          {"nodes", row.nodes},
-                          {"unknowns", row.unknowns},
-                          {"nonzeros", row.nonzeros},
-                          {"displacement_error", row.displacement},
-                          {"energy_error", row.energy},
-                          {"ms", row.total()}});
-        if (row.nodes_per_tet == 10 && !row.reference)
-            out.text(fmt::format("{:14} {:5}   {}   {}", row.body, row.level,
-                                 in_words(equal_error(rows, row, &ElementRow::displacement)),
-                                 in_words(equal_error(rows, row, &ElementRow::energy))));
+        tell(row, out);
+        result.push_back(to_json(rows, row));
     }
+    tell_ratios(rows, out);
     if (!arguments.csv.empty()) write_table(arguments.csv, rows);
     out.result(result);
 }

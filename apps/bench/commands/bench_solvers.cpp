@@ -75,7 +75,8 @@ void add_bench_solvers(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<BenchSolversArguments>();
     CLI::App* solvers = app.add_subcommand(
         "solvers",
-        "Times the linear system of a step with our solver, a factorisation and algebraic multigrid");
+        "Times the linear system of a step with our solver, also deflated, a factorisation and algebraic "
+        "multigrid");
     solvers->add_option("BODIES", arguments->bodies, "Body files")->required();
     solvers->add_option("--steps", arguments->config.steps, "Steps of the scene before its system is taken")
         ->check(whole_number(1, 1'000'000))

@@ -3,9 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -13,6 +11,7 @@
 
 #include "apps/bench/elements/clamped_body.hpp"
 #include "apps/bench/measure/median.hpp"
+#include "apps/bench/measure/processor_time.hpp"
 #include "sim/factor/cholesky.hpp"
 
 namespace nbd {
@@ -52,11 +51,10 @@ struct Load {
     Eigen::Index own_nodes;
 };
 
-/// Time of the processor, which other programs on the same core do not lengthen.
 double processor_ms(auto&& work) {
-    const std::clock_t start = std::clock();
+    const double start = processor_seconds();
     work();
-    return 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    return 1e3 * (processor_seconds() - start);
 }
 
 template <int N>

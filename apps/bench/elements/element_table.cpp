@@ -25,6 +25,8 @@ std::string cells(const std::optional<CostRatios>& r) {
 
 }  // namespace
 
+bool is_compared(const ElementRow& row) noexcept { return row.nodes_per_tet == 10 && !row.reference; }
+
 std::optional<CostRatios> equal_error(std::span<const ElementRow> rows, const ElementRow& quadratic,
                                       double ElementRow::*error) {
     const double wanted = quadratic.*error;
@@ -60,9 +62,8 @@ void write_table(const std::filesystem::path& path, std::span<const ElementRow> 
                                   r.nodes_per_tet, r.level, static_cast<int>(r.reference), r.tets, r.nodes,
                                   r.unknowns, r.nonzeros, r.displacement, r.energy, r.assembly,
                                   r.factorisation, r.solve);
-        const bool compared = r.nodes_per_tet == 10 && !r.reference;
         for (double ElementRow::*error : {&ElementRow::displacement, &ElementRow::energy})
-            file.out() << ',' << cells(compared ? equal_error(rows, r, error) : std::nullopt);
+            file.out() << ',' << cells(is_compared(r) ? equal_error(rows, r, error) : std::nullopt);
         file.out() << '\n';
     }
     file.commit();

@@ -10,14 +10,15 @@
 
 namespace nbd {
 
-/// z = B r, where B is an approximate inverse of a matrix, symmetric and positive definite.
+/// z = B r, where B is an approximate inverse of a matrix, symmetric and positive definite, at least for the
+/// residuals that follow from guess().
 class Preconditioner {
  public:
     Preconditioner() = default;
     Preconditioner(const Preconditioner&) = delete;
     Preconditioner& operator=(const Preconditioner&) = delete;
     virtual ~Preconditioner() = default;
-    /// What is to be done for each new matrix. Call once.
+    /// What is to be done for each new matrix.
     virtual void set_up() = 0;
     virtual void apply(const Eigen::VectorXd& r, Eigen::VectorXd& z) = 0;
     /// Sets v to what the conjugate gradients are to start from instead of zero; returns whether it does.

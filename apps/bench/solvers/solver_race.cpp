@@ -182,7 +182,7 @@ void time_deflated(const StepProblem& problem, LowestModes& modes, int count, co
         const double ms = 1e3 * set_up.seconds();
         if (k == 0) {
             row.once = ms;
-            row.megabytes = static_cast<double>(heap_bytes() - before) / 1e6;
+            row.megabytes = (static_cast<double>(heap_bytes()) - static_cast<double>(before)) / 1e6;
             continue;
         }
         times.set_up.push_back(ms);
@@ -214,7 +214,7 @@ std::vector<SolverTiming> race_solvers(const Body& body, const SolverRaceConfig&
         };
         add("ours", [&](SolverTiming& row) { time_ours(moved, LinearSolver::iterative, config, row); });
         for (const int count : deflated_counts)
-            add(count == 0 ? "ours, plain CG" : fmt::format("ours, {} modes deflated", count),
+            add(count == 0 ? "ours, plain CG" : fmt::format("ours, {} motions deflated", count),
                 [&](SolverTiming& row) { time_deflated(moved, modes, count, config, row); });
         for (const PreconditionerEntry& rival : rival_preconditioners()) {
             add(rival.name, [&](SolverTiming& row) { time_rival(moved, moved, rival.make, config, row); });

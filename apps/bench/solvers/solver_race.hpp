@@ -17,7 +17,7 @@ struct SolverRaceConfig {
     int max_iterations = 1000;  // of rivals
 };
 
-/// One way of solving the linear system of one step, on one thread, from v = 0.
+/// One way of solving the linear system of one step, on one thread, from v = 0 or a guess of the deflation.
 struct SolverTiming {
     std::string body, scene, solver;
     int nodes = 0;
@@ -37,7 +37,8 @@ struct SolverTiming {
 
 /// Races our solver, a factorisation, and conjugate gradients with rival_preconditioners(), each made anew
 /// for the step and, a second time, in the rest pose and kept, and with our preconditioner, plain and
-/// deflated. The time of the deflation's vibration modes, all made together, counts once for a body.
+/// deflated. The time of the deflation's vibration modes, all made together, counts once for a body, unless
+/// its file has them.
 std::vector<SolverTiming> race_solvers(const Body& body, const SolverRaceConfig& config, Output& out);
 
 /// Writes CSV, one line per row. Atomic.

@@ -215,7 +215,8 @@ TEST(NeighbourProof, LeavesOutOfAQueryOnlyWhatIsFartherApart) {
     }
 }
 
-/// Of pairs that reach farther than a leaf's region, the faces of either leaf that the other's proof covers.
+/// Where pairs reach farther than a leaf's region, the query leaves out the faces of each leaf that the
+/// other's proof covers.
 TEST(NeighbourProof, LeavesOutOfAQueryWhatEachLeafCovers) {
     for (Body& body : bodies()) {
         NeighbourProof proof(body.rest);
