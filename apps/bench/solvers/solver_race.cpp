@@ -214,7 +214,7 @@ std::vector<SolverTiming> race_solvers(const Body& body, const SolverRaceConfig&
         };
         add("ours", [&](SolverTiming& row) { time_ours(moved, LinearSolver::iterative, config, row); });
         for (const int count : deflated_counts)
-            add(count == 0 ? "ours, plain CG" : fmt::format("ours, {} motions deflated", count),
+            add(count == 0 ? "ours (plain iteration)" : fmt::format("ours ({} motions deflated)", count),
                 [&](SolverTiming& row) { time_deflated(moved, modes, count, config, row); });
         for (const PreconditionerEntry& rival : rival_preconditioners()) {
             add(rival.name, [&](SolverTiming& row) { time_rival(moved, moved, rival.make, config, row); });
