@@ -37,10 +37,8 @@ StepRow step_row(int frame, const WorldReport& report) {
 
 StepTable::StepTable(const std::filesystem::path& path) : file_(path) {
     file_->out()
-        << "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,"
-           "collision_us,"
-           "detect_us,assemble_us,solve_us,rest_us,substeps,"
-           "newton_iterations,solver_iterations,"
+        << "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,collision_us,"
+           "detect_us,assemble_us,solve_us,rest_us,substeps,newton_iterations,solver_iterations,"
            "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
            "inverted_elements,trouble,least_distance,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
            "near_pairs_missed,audit_tests,audit_exact_tests,audit_us,audit_exact_us,pairs_measured\n";

@@ -94,7 +94,7 @@ nlohmann::ordered_json to_json(std::span<const ElementRow> rows, const ElementRo
     return result;
 }
 
-/// Rows are told apart by the names of their bodies.
+/// Throws std::runtime_error if there are rows of a body of that name: names tell rows of bodies apart.
 void require_new_name(const Body& body, std::span<const ElementRow> rows) {
     if (std::ranges::any_of(rows, [&](const ElementRow& row) { return row.body == body.name; }))
         throw std::runtime_error(
