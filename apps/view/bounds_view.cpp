@@ -74,7 +74,7 @@ std::vector<std::vector<Box>> box_levels(AffineBoxes& boxes, std::size_t most) {
     std::vector<Box>& leaves = levels.emplace_back();
     for (int b = 0; b < tree.blocks(); ++b)
         for (int l = 0; l < tree.leaves_in[static_cast<std::size_t>(b)]; ++l)
-            leaves.push_back(boxes.leaves(b).box(l));
+            leaves.push_back(boxes.leaves(b).boxes.box(l));
     return levels;
 }
 

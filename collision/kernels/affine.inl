@@ -1,14 +1,5 @@
 // The kernels of affine bounds, part of kernels.inl.
 
-/// Smallest and largest lane.
-inline float least(const Lanes& a) noexcept {
-    alignas(64) float v[16];
-    store(a, v);
-    float result = v[0];
-    for (int k = 1; k < 16; ++k) result = v[k] < result ? v[k] : result;
-    return result;
-}
-inline float most(const Lanes& a) noexcept { return -least(all(0) - a); }
 inline float magnitude(float x) noexcept { return x < 0 ? -x : x; }
 
 /// Why `slack` suffices, with u = 2^-24, o the origin, y the nodes relative to o, and for each axis
@@ -18,7 +9,9 @@ inline float magnitude(float x) noexcept { return x < 0 ? -x : x; }
 /// from y costs at most 5.01 u M. A vertex in float, a sum of K products, is off by at most 1.02 K u M, and
 /// weights whose sum is off add at most 2.1 e M. Centre and sides of a child cost 4.01 u M and 5.01 u M, and
 /// 2 u M for being float32 themselves, and the last three sums, of terms of at most 4 M together, 12 u M. All
-/// of it is below ((32 + 2 K) u + 3 (e + v)) M; 2^-100 covers underflow.
+/// of it is below ((32 + 2 K) u + 3 (e + v)) M; 2^-100 covers underflow. An oriented box has none of the last
+/// three sums, but two that make its centre and margin, at most 16 u M, and those of Slab; twice the slack
+/// covers all.
 inline Lanes slack(float rounding, const Lanes& far) noexcept { return all(rounding) * far + all(0x1p-100f); }
 
 /// An affine map per lane.
@@ -46,15 +39,20 @@ struct LaneMaps {
     /// Boxes of children. low, high: least and greatest d of their carriers. far: M without the map's part.
     template <class Load>
     void box(int a, const RestBoxes& rest, const Load& reach, float origin, const Lanes& low,
-             const Lanes& high, const Lanes& far, float rounding, BoxPack& boxes) const noexcept {
+             const Lanes& high, const Lanes& far, float rounding, BoxPack& boxes,
+             OrientedBoxes* oriented) const noexcept {
         const Lanes all_far =
             far + abs(t[a]) + abs(A[a][0]) * reach(0) + abs(A[a][1]) * reach(1) + abs(A[a][2]) * reach(2);
         const Lanes centre = linear(a, rest.centre) + (t[a] + all(origin));
-        const Lanes half =
-            abs(linear(a, rest.side[0])) + abs(linear(a, rest.side[1])) + abs(linear(a, rest.side[2]));
+        const Lanes side[3] = {linear(a, rest.side[0]), linear(a, rest.side[1]), linear(a, rest.side[2])};
+        const Lanes half = abs(side[0]) + abs(side[1]) + abs(side[2]);
         const Lanes by = slack(rounding, all_far);
         store(centre - half + (low - by), boxes.lo[a]);
         store(centre + half + (high + by), boxes.hi[a]);
+        if (!oriented) return;
+        store(centre + (low + high) * all(0.5f), oriented->centre[a]);
+        for (int s = 0; s < 3; ++s) store(side[s], oriented->side[s][a]);
+        store((high - low) * all(0.5f) + (by + by), oriented->margin[a]);
     }
 };
 
@@ -72,7 +70,7 @@ inline void relative_nodes(const AffinePart& part, const float* nodes, float* y)
 }
 
 void shared_map(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
-                float* scratch, BoxPack& boxes) noexcept {
+                float* scratch, BoxPack& boxes, OrientedBoxes* oriented) noexcept {
     const int count = part.count;
     const float* origin = nodes + part.nodes[0];
     relative_nodes(part, nodes, scratch);
@@ -114,12 +112,13 @@ void shared_map(const AffinePart& part, const RestBoxes& rest, const float* node
         }
         maps.box(
             a, rest, [&](int m) { return all(part.reach[m]); }, origin[a], low, high,
-            all(magnitude(origin[a]) + most(farthest[a])), rounding, boxes);
+            all(magnitude(origin[a]) + most(farthest[a])), rounding, boxes, oriented);
     }
+    if (oriented) find_slabs(*oriented);
 }
 
 void own_maps(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
-              float* scratch, BoxPack& boxes) noexcept {
+              float* scratch, BoxPack& boxes, OrientedBoxes* oriented) noexcept {
     const int count = part.count;
     const float* origin = nodes + part.nodes[0];
     relative_nodes(part, nodes, scratch);
@@ -159,5 +158,6 @@ void own_maps(const AffinePart& part, const RestBoxes& rest, const float* nodes,
     for (int a = 0; a < 3; ++a)
         maps.box(
             a, rest, [&](int m) { return load(part.reach + 16 * m); }, origin[a], low[a], high[a],
-            all(magnitude(origin[a])) + farthest[a], rounding, boxes);
+            all(magnitude(origin[a])) + farthest[a], rounding, boxes, oriented);
+    if (oriented) find_slabs(*oriented);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 
 #include "collision/geometry/box.hpp"
 #include "collision/kernels/kernels.hpp"
@@ -45,6 +46,14 @@ inline void BoxPack::grow(float by) noexcept {
 inline const float* numbers(const Box& box) noexcept {
     static_assert(sizeof(Box) == 8 * sizeof(float));
     return reinterpret_cast<const float*>(&box);
+}
+inline float* numbers(Box& box) noexcept { return const_cast<float*>(numbers(std::as_const(box))); }
+
+/// The box around all sixteen boxes of a pack.
+inline Box hull(const BoxPack& boxes) noexcept {
+    Box box;
+    kernels().hull(boxes, numbers(box));
+    return box;
 }
 
 /// Sets bit k unless box k of s and t have no point in common.

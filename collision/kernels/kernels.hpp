@@ -5,6 +5,7 @@
 namespace nbd {
 
 struct BoxPack;
+struct OrientedBoxes;
 struct RestBoxes;
 struct TrianglePack;
 
@@ -96,6 +97,12 @@ struct Kernels {
                                   unsigned in_t, const float* whole_t, std::uint16_t* masks) noexcept;
     unsigned (*near_pairs)(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t,
                            unsigned in_t, const float* whole_t, float most, std::uint16_t* masks) noexcept;
+    /// The box around all sixteen boxes of a pack. box: eight numbers as above.
+    void (*hull)(const BoxPack& boxes, float* box) noexcept;
+    /// For each bit i set in `which`, clears bit k of masks[i] where box i of s and box k of t are certainly
+    /// more than `distance` apart across the slab that holds one of them.
+    void (*clear_parted)(const OrientedBoxes& s, const OrientedBoxes& t, float distance, unsigned which,
+                         std::uint16_t* masks) noexcept;
     /// Boxes of sixteen triangles, exact. points: four numbers each, of which the first three count. corners:
     /// corner c of triangle k is the point corners[16 * c + k].
     void (*triangle_boxes)(const float* points, const std::uint8_t* corners, BoxPack& boxes) noexcept;
@@ -108,11 +115,12 @@ struct Kernels {
     /// scratch: 3 * count floats. The kernel fits an affine map (A, b) to nodes n_i by least squares. What it
     /// leaves, d_i = n_i - A r_i - b, moves a vertex by a convex mean of d_i: x = A X + b + sum w_i d_i. So
     /// the box of a child moves with the map and grows by the box of its carriers' d_i. shared_map fits one
-    /// map to all nodes of the part, own_maps one to the carriers of each child.
+    /// map to all nodes of the part, own_maps one to the carriers of each child. oriented: the same bounds
+    /// before they become boxes along the axes; null: not wanted.
     void (*shared_map)(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
-                       float* scratch, BoxPack& boxes) noexcept;
+                       float* scratch, BoxPack& boxes, OrientedBoxes* oriented) noexcept;
     void (*own_maps)(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
-                     float* scratch, BoxPack& boxes) noexcept;
+                     float* scratch, BoxPack& boxes, OrientedBoxes* oriented) noexcept;
 
     /// Rounds `count` numbers x, a multiple of 16, to the nearest fixed[i] * scale. Returns the scale: a
     /// power of 2 for which the largest magnitude in `fixed` is at least max_fixed / 2; 0 if all numbers are

@@ -2,6 +2,8 @@
 
 constexpr float infinity = __builtin_inff();
 
+inline float most(const Lanes& a) noexcept { return -least(all(0) - a); }
+
 // Boxes
 
 struct BoxLanes {
@@ -93,6 +95,14 @@ unsigned overlapping_pairs(const BoxPack& s, unsigned in_s, const float* whole_s
 unsigned near_pairs(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t, unsigned in_t,
                     const float* whole_t, float most, std::uint16_t* masks) noexcept {
     return test_pairs(Near{most}, s, in_s, whole_s, t, in_t, whole_t, masks);
+}
+
+void hull(const BoxPack& boxes, float* box) noexcept {
+    for (int a = 0; a < 3; ++a) {
+        box[a] = least(load(boxes.lo[a]));
+        box[4 + a] = most(load(boxes.hi[a]));
+    }
+    box[3] = box[7] = 0;
 }
 
 void triangle_boxes(const float* points, const std::uint8_t* corners, BoxPack& boxes) noexcept {
@@ -231,6 +241,8 @@ PackVerdict edges_meet_faces(const TrianglePack& first, const TrianglePack& seco
     return {above(certainty.meeting + doubt, 0), above(certainty.apart + doubt, 0)};
 }
 
+#include "collision/kernels/oriented.inl"
+// Affine maps make oriented boxes, so they come second.
 #include "collision/kernels/affine.inl"
 
 // Fixed point
@@ -378,6 +390,8 @@ constexpr Kernels make_kernels(InstructionSet instructions) noexcept {
             .near_each = near_each,
             .overlapping_pairs = overlapping_pairs,
             .near_pairs = near_pairs,
+            .hull = hull,
+            .clear_parted = clear_parted,
             .triangle_boxes = triangle_boxes,
             .separated_by_plane = separated_by_plane,
             .edges_meet_faces = edges_meet_faces,

@@ -64,6 +64,10 @@ inline Lanes max(const Lanes& a, const Lanes& b) noexcept {
 inline Lanes min(const Lanes& a, const Lanes& b) noexcept {
     return {{_mm256_min_ps(a.v[0], b.v[0]), _mm256_min_ps(a.v[1], b.v[1])}};
 }
+inline Lanes operator/(const Lanes& a, const Lanes& b) noexcept {
+    return {{_mm256_div_ps(a.v[0], b.v[0]), _mm256_div_ps(a.v[1], b.v[1])}};
+}
+inline Lanes root(const Lanes& a) noexcept { return {{_mm256_sqrt_ps(a.v[0]), _mm256_sqrt_ps(a.v[1])}}; }
 inline Lanes abs(const Lanes& a) noexcept {
     const __m256 sign = _mm256_set1_ps(-0.f);
     return {{_mm256_andnot_ps(sign, a.v[0]), _mm256_andnot_ps(sign, a.v[1])}};
@@ -145,4 +149,10 @@ inline float sum(const Lanes& a) noexcept {
     const __m128 four = _mm_add_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
     const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
     return _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)));
+}
+inline float least(const Lanes& a) noexcept {
+    const __m256 eight = _mm256_min_ps(a.v[0], a.v[1]);
+    const __m128 four = _mm_min_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+    const __m128 two = _mm_min_ps(four, _mm_movehl_ps(four, four));
+    return _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)));
 }

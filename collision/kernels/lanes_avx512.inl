@@ -51,6 +51,8 @@ inline Lanes operator-(const Lanes& a, const Lanes& b) noexcept { return {_mm512
 inline Lanes operator*(const Lanes& a, const Lanes& b) noexcept { return {_mm512_mul_ps(a.v, b.v)}; }
 inline Lanes max(const Lanes& a, const Lanes& b) noexcept { return {_mm512_max_ps(a.v, b.v)}; }
 inline Lanes min(const Lanes& a, const Lanes& b) noexcept { return {_mm512_min_ps(a.v, b.v)}; }
+inline Lanes operator/(const Lanes& a, const Lanes& b) noexcept { return {_mm512_div_ps(a.v, b.v)}; }
+inline Lanes root(const Lanes& a) noexcept { return {_mm512_sqrt_ps(a.v)}; }
 inline Lanes abs(const Lanes& a) noexcept { return {_mm512_abs_ps(a.v)}; }
 inline unsigned above(const Lanes& a, float limit) noexcept {
     return _mm512_cmp_ps_mask(a.v, _mm512_set1_ps(limit), _CMP_GT_OQ);
@@ -138,4 +140,10 @@ inline float sum(const Lanes& a) noexcept {
     const __m128 four = _mm_add_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
     const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
     return _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)));
+}
+inline float least(const Lanes& a) noexcept {
+    const __m256 eight = _mm256_min_ps(_mm512_castps512_ps256(a.v), _mm512_extractf32x8_ps(a.v, 1));
+    const __m128 four = _mm_min_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+    const __m128 two = _mm_min_ps(four, _mm_movehl_ps(four, four));
+    return _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)));
 }

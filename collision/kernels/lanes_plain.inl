@@ -60,6 +60,12 @@ inline Lanes max(const Lanes& a, const Lanes& b) noexcept {
 inline Lanes min(const Lanes& a, const Lanes& b) noexcept {
     return each([&](int k) { return a.v[k] < b.v[k] ? a.v[k] : b.v[k]; });
 }
+inline Lanes operator/(const Lanes& a, const Lanes& b) noexcept {
+    return each([&](int k) { return a.v[k] / b.v[k]; });
+}
+inline Lanes root(const Lanes& a) noexcept {
+    return each([&](int k) { return __builtin_sqrtf(a.v[k]); });
+}
 inline Lanes abs(const Lanes& a) noexcept {
     return each([&](int k) { return __builtin_fabsf(a.v[k]); });
 }
@@ -148,4 +154,12 @@ inline float sum(const Lanes& a) noexcept {
     for (int k = 0; k < 8; ++k) s[k] = a.v[k] + a.v[k + 8];
     for (int k = 0; k < 4; ++k) s[k] += s[k + 4];
     return (s[0] + s[2]) + (s[1] + s[3]);
+}
+/// Smallest lane, in the same order; any number if a lane is NaN.
+inline float least(const Lanes& a) noexcept {
+    float s[8];
+    for (int k = 0; k < 8; ++k) s[k] = a.v[k] < a.v[k + 8] ? a.v[k] : a.v[k + 8];
+    for (int step = 4; step > 0; step /= 2)
+        for (int k = 0; k < step; ++k) s[k] = s[k] < s[k + step] ? s[k] : s[k + step];
+    return s[0];
 }

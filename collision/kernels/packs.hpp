@@ -24,9 +24,18 @@ struct alignas(64) BoxPack {
 };
 
 /// Sixteen boxes in a part's rest frame, one per lane: centres and the three vectors from the centre to the
-/// middle of a side. Unused lanes hold zeros.
+/// middle of a side, of which the last is the shortest. Unused lanes hold zeros.
 struct alignas(64) RestBoxes {
     float centre[3][kernel_lanes], side[3][3][kernel_lanes];  // [axis][box], [side][axis][box]
+};
+
+/// Sixteen boxes in a pose, one per lane, that an affine map may have sheared: centre, sides as above, and
+/// the margin by which they reach farther along each axis.
+struct alignas(64) OrientedBoxes {
+    float centre[3][kernel_lanes], side[3][3][kernel_lanes], margin[3][kernel_lanes];
+    /// A unit vector across the two long sides of each box, zero or NaN where there is none, and the slab
+    /// that holds the box: lo <= normal . x <= hi.
+    float normal[3][kernel_lanes], lo[kernel_lanes], hi[kernel_lanes];
 };
 
 /// Sixteen triangles, one per lane.

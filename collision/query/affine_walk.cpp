@@ -16,7 +16,13 @@ struct Side {
     const BoxPack& boxes;
     unsigned present;  // bits of the lanes in use
     const Box& whole;
+    const OrientedBoxes* oriented = nullptr;  // the same boxes; null: not known
 };
+
+Side side(const AffineBoxes& body, int block, const AffineBoxes::Leaves& leaves) noexcept {
+    return {leaves.boxes, body.leaves_in(block), leaves.whole,
+            leaves.are_oriented ? &leaves.oriented : nullptr};
+}
 
 /// Calls f(i, j) for each box i of s and j of t that are near each other. Returns the number of boxes
 /// compared, at most.
@@ -24,6 +30,7 @@ template <class Near, class F>
 long near_pairs(const Side& s, const Side& t, const Near& near, const F& f) {
     std::uint16_t masks[tree_width];
     const unsigned lanes = near.pairs(s.boxes, s.present, s.whole, t.boxes, t.present, t.whole, masks);
+    if (s.oriented && t.oriented) near.clear_parted(*s.oriented, *t.oriented, lanes, masks);
     for_each_bit(lanes, [&](int i) { for_each_bit(masks[i], [&](int j) { f(i, j); }); });
     return tree_width * (2 + std::popcount(lanes));
 }
@@ -89,10 +96,16 @@ void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, c
         prefetch_ahead(
             blocks_, k, [&](int i) { a.prefetch_block(i); }, [&](int i) { b.prefetch_block(i); });
         const NodePair& pair = blocks_[k];
+        const auto& near_leaves = leaf_test(pair.a, pair.b);
+        // Boxes of blocks shrink when their leaves are fitted.
+        const auto are_near = [&] { return near_leaves.boxes(a.block(pair.a), b.block(pair.b)); };
+        if (!are_near()) continue;
+        a.leaves(pair.a);
+        if (!are_near()) continue;
+        b.leaves(pair.b);  // may move the first ones, if both are one body
         counters_.node_tests +=
-            near_pairs(Side{a.leaves(pair.a), a.leaves_in(pair.a), a.block(pair.a)},
-                       Side{b.leaves(pair.b), b.leaves_in(pair.b), b.block(pair.b)},
-                       leaf_test(pair.a, pair.b), [&](int i, int j) {
+            near_pairs(side(a, pair.a, a.leaves(pair.a)), side(b, pair.b, b.leaves(pair.b)), near_leaves,
+                       [&](int i, int j) {
                            if (taken.children(pair.a, pair.b, i, j))
                                leaves_.push_back({tree_width * pair.a + i, tree_width * pair.b + j});
                        });

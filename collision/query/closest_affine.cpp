@@ -57,10 +57,13 @@ void ClosestQuery::search_wide(AffineBoxes& a, AffineBoxes& b) {
         else if (pair.level == Candidate::clusters)
             push_children(Candidate::blocks, a.blocks(pair.a), a.blocks_in(pair.a), a.first_block(pair.a),
                           b.blocks(pair.b), b.blocks_in(pair.b), b.first_block(pair.b), b.cluster(pair.b));
-        else if (pair.level == Candidate::blocks)
-            push_children(Candidate::leaves, a.leaves(pair.a), a.leaves_in(pair.a), tree_width * pair.a,
-                          b.leaves(pair.b), b.leaves_in(pair.b), tree_width * pair.b, b.block(pair.b));
-        else if (pair.level == Candidate::leaves)
+        else if (pair.level == Candidate::blocks) {
+            a.leaves(pair.a);
+            b.leaves(pair.b);  // may move the first ones, if both are one body
+            const AffineBoxes::Leaves &s = a.leaves(pair.a), &t = b.leaves(pair.b);
+            push_children(Candidate::leaves, s.boxes, a.leaves_in(pair.a), tree_width * pair.a, t.boxes,
+                          b.leaves_in(pair.b), tree_width * pair.b, t.whole);
+        } else if (pair.level == Candidate::leaves)
             open_leaves(a, pair.a, b, pair.b);
         else
             measure({a.face(pair.a), b.face(pair.b)}, a.triangle(pair.a), b.triangle(pair.b));

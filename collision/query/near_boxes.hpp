@@ -12,6 +12,7 @@ namespace nbd {
 /// Neither test ever leaves out a near box. See Kernels.
 class Overlapping {
  public:
+    bool boxes(const Box& s, const Box& t) const noexcept { return !apart(s, t, 0); }
     void all(const BoxPack* packs, int count, const Box& t, std::uint16_t* masks) const noexcept {
         kernels_->overlapping(packs, count, numbers(t), masks);
     }
@@ -23,13 +24,18 @@ class Overlapping {
                    const Box& whole_t, std::uint16_t* masks) const noexcept {
         return kernels_->overlapping_pairs(s, in_s, numbers(whole_s), t, in_t, numbers(whole_t), masks);
     }
+    void clear_parted(const OrientedBoxes& s, const OrientedBoxes& t, unsigned which,
+                      std::uint16_t* masks) const noexcept {
+        kernels_->clear_parted(s, t, 0, which, masks);
+    }
 
  private:
     const Kernels* kernels_ = &kernels();
 };
 class Within {
  public:
-    explicit Within(float distance) noexcept : most_(certain_square(distance)) {}
+    explicit Within(float distance) noexcept : distance_(distance), most_(certain_square(distance)) {}
+    bool boxes(const Box& s, const Box& t) const noexcept { return !apart(s, t, distance_); }
     void all(const BoxPack* packs, int count, const Box& t, std::uint16_t* masks) const noexcept {
         kernels_->near(packs, count, numbers(t), most_, masks);
     }
@@ -41,10 +47,14 @@ class Within {
                    const Box& whole_t, std::uint16_t* masks) const noexcept {
         return kernels_->near_pairs(s, in_s, numbers(whole_s), t, in_t, numbers(whole_t), most_, masks);
     }
+    void clear_parted(const OrientedBoxes& s, const OrientedBoxes& t, unsigned which,
+                      std::uint16_t* masks) const noexcept {
+        kernels_->clear_parted(s, t, distance_, which, masks);
+    }
 
  private:
     const Kernels* kernels_ = &kernels();
-    float most_;  // largest squared distance
+    float distance_, most_;  // largest distance, largest squared one
 };
 
 /// Sets bit k if box k of the pack is near t.

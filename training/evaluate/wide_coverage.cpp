@@ -71,7 +71,7 @@ std::span<const WideOutcome> WideCoverage::measure(VerticesRef x) {
     }
     for (int i = 0; i < tree_->blocks(); ++i) {
         const int before = boxes_.out_of_range();
-        add_children(2, boxes_.leaves(i), tree_width * i, tree_->leaves_in[static_cast<std::size_t>(i)],
+        add_children(2, boxes_.leaves(i).boxes, tree_width * i, tree_->leaves_in[static_cast<std::size_t>(i)],
                      before, [&](int k) { return leaf(k); });
     }
     return outcomes_;

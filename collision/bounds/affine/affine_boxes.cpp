@@ -25,7 +25,7 @@ AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model, std::optional
                blocks = static_cast<std::size_t>(tree_->blocks());
     cluster_boxes_.resize((clusters + tree_width - 1) / tree_width);
     block_boxes_.resize(clusters);
-    leaf_boxes_.resize(blocks);
+    block_at_.resize(blocks);
     leaf_at_.resize(blocks * tree_width);
     cluster_poses_.resize(clusters);
     block_poses_.resize(blocks);
@@ -92,7 +92,7 @@ void AffineBoxes::begin() noexcept {
         for (auto* poses : {&cluster_poses_, &block_poses_, &leaf_poses_}) std::ranges::fill(*poses, 0);
         pose_ = 1;
     }
-    leaves_in_use_ = 0;
+    blocks_in_use_ = leaves_in_use_ = 0;
     fitted_ = 0;
     met_non_finite_ = false;
     whole_ = empty_box();
@@ -104,6 +104,10 @@ void AffineBoxes::begin() noexcept {
         cluster_boxes_[static_cast<std::size_t>(cluster / tree_width)].set(cluster % tree_width, box);
         whole_ = joined(whole_, box);
     }
+    // All nodes of a leaf are finite then, and so are its positions, unless they are so large that sums
+    // overflow.
+    constexpr float large = 1e37f;
+    reads_unchecked_ = is_learned() || !(whole_.lo > -large && whole_.hi < large).all();
 }
 
 Box AffineBoxes::cluster_box(int cluster) noexcept {
@@ -112,11 +116,12 @@ Box AffineBoxes::cluster_box(int cluster) noexcept {
     return box_of_nodes(model_->clusters().nodes(cluster));
 }
 
-void AffineBoxes::map_children(const AffineParts& parts, int i, BoxPack& boxes) noexcept {
+void AffineBoxes::map_children(const AffineParts& parts, int i, BoxPack& boxes,
+                               OrientedBoxes* oriented) noexcept {
     const AffinePart part = parts.part(i);
     const auto map = parts.maps(i) == AffineParts::Maps::shared ? kernels().shared_map : kernels().own_maps;
     const auto map_from = [&](const float* nodes, BoxPack& mapped) {
-        map(part, parts.rest_boxes(i), nodes, model_->rounding(), scratch_.data(), mapped);
+        map(part, parts.rest_boxes(i), nodes, model_->rounding(), scratch_.data(), mapped, oriented);
     };
     map_from(nodes_, boxes);
     if (!start_) return;
@@ -132,20 +137,34 @@ void AffineBoxes::fit_cluster(int cluster) noexcept {
     BoxPack& boxes = block_boxes_[c];
     if (is_learned() && learned_->blocks(cluster, boxes)) return;
     if (model_->clusters().maps(cluster) != AffineParts::Maps::none)
-        return map_children(model_->clusters(), cluster, boxes);
+        return map_children(model_->clusters(), cluster, boxes, nullptr);
     for (int k = 0; k < tree_->blocks_in(cluster); ++k)
         boxes.set(k, box_of_nodes(model_->blocks().nodes(tree_->first_block[c] + k)));
 }
 
-void AffineBoxes::fit_block(int block) noexcept {
+void AffineBoxes::fit_block(int block) {
     const auto b = static_cast<std::size_t>(block);
+    // First, since it may throw.
+    if (blocks_.size() == static_cast<std::size_t>(blocks_in_use_)) blocks_.emplace_back();
+    const int at = blocks_in_use_++;
+    fit_leaves(block, blocks_[static_cast<std::size_t>(at)]);
+    block_at_[b] = at;
     block_poses_[b] = pose_;
     ++fitted_;
-    BoxPack& boxes = leaf_boxes_[b];
-    if (is_learned() && learned_->leaves(block, boxes)) return;
-    if (model_->blocks().maps(block) != AffineParts::Maps::none)
-        return map_children(model_->blocks(), block, boxes);
-    for (int k = 0; k < tree_->leaves_in[b]; ++k) boxes.set(k, box_of_leaf_nodes(tree_width * block + k));
+}
+
+void AffineBoxes::fit_leaves(int block, Leaves& leaves) noexcept {
+    const int count = tree_->leaves_in[static_cast<std::size_t>(block)];
+    const AffineParts& parts = model_->blocks();
+    leaves.are_oriented = false;
+    const bool learned = is_learned() && learned_->leaves(block, leaves.boxes);
+    const bool mapped = !learned && parts.maps(block) != AffineParts::Maps::none;
+    leaves.are_oriented = mapped && !start_;
+    if (mapped) map_children(parts, block, leaves.boxes, leaves.are_oriented ? &leaves.oriented : nullptr);
+    for (int k = 0; k < count && !learned && !mapped; ++k)
+        leaves.boxes.set(k, box_of_leaf_nodes(tree_width * block + k));
+    for (int k = count; k < tree_width; ++k) leaves.boxes.set(k, leaves.boxes.box(0));
+    leaves.whole = hull(leaves.boxes);
 }
 
 void AffineBoxes::leaf_vertices(int i, const float* nodes, Eigen::Array4f* x) const noexcept {
@@ -156,9 +175,10 @@ void AffineBoxes::leaf_vertices(int i, const float* nodes, Eigen::Array4f* x) co
 }
 
 void AffineBoxes::leaf_boxes(int i, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) noexcept {
-    const std::size_t count = tree_->leaf_vertices(i).size();
-    whole = box_of_points(x[0].data(), count, count, [](std::size_t v) { return 4 * v; });
     kernels().triangle_boxes(x[0].data(), tree_->corners[static_cast<std::size_t>(i)].data(), boxes);
+    whole = hull(boxes);
+    for (std::size_t v = 0; reads_unchecked_ && v < tree_->leaf_vertices(i).size(); ++v)
+        met_non_finite_ |= !(0 * x[v].head<3>() == 0).all();
 }
 
 void AffineBoxes::fit_leaf(int i) {

@@ -22,6 +22,14 @@ namespace nbd {
 /// which contain it as calibrated. Boxes of faces are exact.
 class AffineBoxes {
  public:
+    /// The leaves of a block in this pose.
+    struct Leaves {
+        BoxPack boxes;  // one per leaf
+        Box whole;
+        bool are_oriented = false;  // whether the next array holds them too
+        OrientedBoxes oriented;
+    };
+
     /// The faces of a leaf in this pose.
     struct Leaf {
         BoxPack boxes;  // one per face
@@ -47,7 +55,10 @@ class AffineBoxes {
     /// Ends the pose or step: as before the first one.
     void forget_pose() noexcept;
     /// Makes room for poses in which all leaves are asked for.
-    void reserve() { leaves_.reserve(leaf_at_.size()); }
+    void reserve() {
+        blocks_.reserve(block_at_.size());
+        leaves_.reserve(leaf_at_.size());
+    }
 
     const WideTree& tree() const noexcept { return *tree_; }
     bool has_pose() const noexcept { return nodes_ != nullptr; }
@@ -66,8 +77,10 @@ class AffineBoxes {
         return cluster_boxes_[static_cast<std::size_t>(i / tree_width)].box(i % tree_width);
     }
 
-    /// Box of a block whose cluster was asked for in this pose.
+    /// Box of a block whose cluster was asked for in this pose; once its leaves were, the box around these.
     Box block(int i) const noexcept {
+        const auto b = static_cast<std::size_t>(i);
+        if (block_poses_[b] == pose_) return blocks_[static_cast<std::size_t>(block_at_[b])].whole;
         const auto c = static_cast<std::size_t>(tree_->cluster_of[static_cast<std::size_t>(i)]);
         return block_boxes_[c].box(i - tree_->first_block[c]);
     }
@@ -75,16 +88,17 @@ class AffineBoxes {
     int first_block(int cluster) const noexcept {
         return tree_->first_block[static_cast<std::size_t>(cluster)];
     }
-    /// Boxes of the blocks of a cluster, and of the leaves of a block.
+    /// Boxes of the blocks of a cluster.
     const BoxPack& blocks(int cluster) noexcept {
         const auto c = static_cast<std::size_t>(cluster);
         if (cluster_poses_[c] != pose_) fit_cluster(cluster);
         return block_boxes_[c];
     }
-    const BoxPack& leaves(int block) noexcept {
+    /// Valid until leaves are asked for of a block of which they were not before.
+    const Leaves& leaves(int block) {
         const auto b = static_cast<std::size_t>(block);
         if (block_poses_[b] != pose_) fit_block(block);
-        return leaf_boxes_[b];
+        return blocks_[static_cast<std::size_t>(block_at_[b])];
     }
     /// Valid until a leaf is asked for that was not asked for before.
     const Leaf& leaf(int i) {
@@ -131,9 +145,11 @@ class AffineBoxes {
  private:
     static unsigned bits(int count) noexcept { return (1u << count) - 1; }
     void begin() noexcept;
-    void map_children(const AffineParts& parts, int part, BoxPack& boxes) noexcept;
+    /// oriented: null: not wanted.
+    void map_children(const AffineParts& parts, int part, BoxPack& boxes, OrientedBoxes* oriented) noexcept;
     void fit_cluster(int cluster) noexcept;
-    void fit_block(int block) noexcept;
+    void fit_block(int block);
+    void fit_leaves(int block, Leaves& leaves) noexcept;
     void fit_leaf(int leaf);
     void leaf_vertices(int leaf, const float* nodes, Eigen::Array4f* x) const noexcept;
     /// Boxes of a leaf's faces, and the box around all of them, from positions of its vertices.
@@ -163,16 +179,18 @@ class AffineBoxes {
     const float* start_ = nullptr;  // at the start of the step; null: a pose
     Vertices own_, own_start_;      // nodes whose rows were not contiguous
     Box whole_ = empty_box();
-    AlignedVector<BoxPack> cluster_boxes_;             // sixteen clusters each
-    AlignedVector<BoxPack> block_boxes_, leaf_boxes_;  // [clusters], [blocks]
-    AlignedVector<Leaf> leaves_;                       // the first leaves_in_use_ were fitted in this pose
-    int leaves_in_use_ = 0;
-    std::vector<int> leaf_at_;                                             // [leaves] index into leaves_
+    AlignedVector<BoxPack> cluster_boxes_;  // sixteen clusters each
+    AlignedVector<BoxPack> block_boxes_;    // [clusters]
+    AlignedVector<Leaves> blocks_;          // the first blocks_in_use_ were fitted in this pose
+    AlignedVector<Leaf> leaves_;            // likewise
+    int blocks_in_use_ = 0, leaves_in_use_ = 0;
+    std::vector<int> block_at_, leaf_at_;  // [blocks], [leaves] index into blocks_, leaves_
     std::vector<std::uint32_t> cluster_poses_, block_poses_, leaf_poses_;  // pose in which each was fitted
     std::vector<float> scratch_;
     std::uint32_t pose_ = 0;
     int fitted_ = 0;
     bool met_non_finite_ = false;
+    bool reads_unchecked_ = false;  // whether positions in leaves may be the first that are not finite
 };
 
 }  // namespace nbd

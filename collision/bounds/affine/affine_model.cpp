@@ -11,7 +11,9 @@ namespace nbd {
 namespace {
 
 constexpr std::size_t most_mapped = 64;  // nodes of a cluster whose blocks are bounded by an affine map
-constexpr double tolerance = 1e-5;       // of the weights of a vertex and of their sum
+constexpr std::size_t most_shared =
+    32;                             // nodes of a block whose leaves share a map: it reads the fewest bytes
+constexpr double tolerance = 1e-5;  // of the weights of a vertex and of their sum
 
 /// What check_embedding() found.
 struct EmbeddingCheck {
@@ -82,6 +84,11 @@ bool are_nodes(const AffineParts::Children& children, const SurfaceEmbedding& W)
     return true;
 }
 
+AffineParts::Maps maps_of_block(const AffineParts::Children& leaves, const SurfaceEmbedding& W) {
+    if (are_nodes(leaves, W)) return AffineParts::Maps::none;
+    return distinct_nodes(leaves, W) <= most_shared ? AffineParts::Maps::shared : AffineParts::Maps::own;
+}
+
 }  // namespace
 
 AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W, VerticesRef rest)
@@ -96,7 +103,7 @@ AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W
         for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
             const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
             const WideTree::Children of_block = tree_.block_children(block);
-            blocks_.add(of_block, are_nodes(of_block, W) ? Maps::none : Maps::own, W, rest);
+            blocks_.add(of_block, maps_of_block(of_block, W), W, rest);
             for (const std::vector<int>& vertices : of_block) add_leaf(vertices, blocks_.nodes(block), W);
         }
         const WideTree::Children of_cluster = tree_.cluster_children(cluster);

@@ -87,10 +87,14 @@ void set_rest_box(RestBoxes& boxes, int lane, std::span<const Eigen::Vector3d> p
         const Eigen::Vector3d centre = axes * ((lo + hi) / 2).matrix();
         // Sums in double precision are off by far less than the length added here.
         const Eigen::Array3d half = (hi - lo) / 2 + 1e-6;
+        int thin;
+        half.minCoeff(&thin);
         for (int a = 0; a < 3; ++a) {
             boxes.centre[a][lane] = static_cast<float>(centre[a]);
-            for (int side = 0; side < 3; ++side)
-                boxes.side[side][a][lane] = static_cast<float>(axes(a, side) * half[side]);
+            for (int side = 0; side < 3; ++side) {
+                const int axis = (thin + 1 + side) % 3;
+                boxes.side[side][a][lane] = static_cast<float>(axes(a, axis) * half[axis]);
+            }
         }
     }
 }

@@ -14,6 +14,12 @@
 namespace nbd {
 namespace {
 
+Box hull_of(const BoxPack& boxes) {
+    Box whole = empty_box();
+    for (int k = 0; k < BoxPack::lanes; ++k) whole = joined(whole, boxes.box(k));
+    return whole;
+}
+
 /// Every instruction set that the CPU supports gives the same bits as the plain kernels.
 class KernelForms : public testing::TestWithParam<InstructionSet> {
  protected:
@@ -303,15 +309,27 @@ TEST_P(KernelForms, GiveTheSameAffineBoxes) {
         const AffinePart part{places.data(), count,       round % 2 == 0, carrier.data(),
                               carriers,      rest.data(), moments.data(), reach.data()};
         BoxPack expected, found;
-        const auto compare = [&](const char* name) {
+        OrientedBoxes oriented_expected[2], oriented[2];
+        const auto compare = [&](const char* name, int i) {
             EXPECT_EQ(std::memcmp(&expected, &found, sizeof found), 0) << name << ", round " << round;
+            EXPECT_EQ(std::memcmp(&oriented_expected[i], &oriented[i], sizeof oriented[i]), 0)
+                << name << ", round " << round;
+            const Box hull = nbd::hull(expected), own = hull_of(expected);
+            EXPECT_TRUE((hull.lo == own.lo).all() && (hull.hi == own.hi).all());
         };
-        plain.shared_map(part, boxes, nodes.data(), 4e-6f, scratch.data(), expected);
-        form->shared_map(part, boxes, nodes.data(), 4e-6f, scratch.data(), found);
-        compare("shared map");
-        plain.own_maps(part, boxes, nodes.data(), 4e-6f, scratch.data(), expected);
-        form->own_maps(part, boxes, nodes.data(), 4e-6f, scratch.data(), found);
-        compare("own maps");
+        plain.shared_map(part, boxes, nodes.data(), 4e-6f, scratch.data(), expected, &oriented_expected[0]);
+        form->shared_map(part, boxes, nodes.data(), 4e-6f, scratch.data(), found, &oriented[0]);
+        compare("shared map", 0);
+        plain.own_maps(part, boxes, nodes.data(), 4e-6f, scratch.data(), expected, &oriented_expected[1]);
+        form->own_maps(part, boxes, nodes.data(), 4e-6f, scratch.data(), found, &oriented[1]);
+        compare("own maps", 1);
+        std::uint16_t masks_expected[16], masks[16];
+        for (int i = 0; i < 16; ++i) masks_expected[i] = masks[i] = static_cast<std::uint16_t>(random());
+        const float distance = round % 2 == 0 ? 0 : 0.1f;
+        const auto which = static_cast<unsigned>(random()) & 0xffff;
+        plain.clear_parted(oriented[0], oriented[1], distance, which, masks_expected);
+        form->clear_parted(oriented[0], oriented[1], distance, which, masks);
+        EXPECT_EQ(std::memcmp(masks, masks_expected, sizeof masks), 0);
     }
 }
 

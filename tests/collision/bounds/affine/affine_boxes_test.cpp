@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -36,6 +37,14 @@ float outside(const Box& box, const Eigen::RowVector3f& p) {
     return std::max((box.lo.head<3>() - x).maxCoeff(), (x - box.hi.head<3>()).maxCoeff());
 }
 
+/// How far a point sticks out of the slab of an oriented box; NaN if that has none.
+double outside_slab(const OrientedBoxes& boxes, int i, const Eigen::RowVector3f& p) {
+    double along = 0;
+    for (int a = 0; a < 3; ++a) along += double{boxes.normal[a][i]} * double{p[a]};
+    if (!std::isfinite(along)) return 0;
+    return std::max(boxes.lo[i] - along, along - boxes.hi[i]);
+}
+
 /// Expects every box of a posed tree to contain the vertices below it, and leaves to hold the positions x.
 void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
     const WideTree& tree = boxes.tree();
@@ -43,7 +52,8 @@ void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
         if (tree.faces_in[static_cast<std::size_t>(leaf)] == 0) continue;
         const int block = leaf / tree_width, cluster = tree.cluster_of[static_cast<std::size_t>(block)];
         const Box leaf_box = boxes.blocks(cluster).box(block - boxes.first_block(cluster));
-        const Box own = boxes.leaves(block).box(leaf % tree_width);
+        const AffineBoxes::Leaves& leaves = boxes.leaves(block);
+        const Box own = leaves.boxes.box(leaf % tree_width);
         const AffineBoxes::Leaf& opened = boxes.leaf(leaf);
         const auto vertices = tree.leaf_vertices(leaf);
         for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -52,6 +62,9 @@ void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
             ASSERT_LE(outside(boxes.cluster(cluster), p), 0) << "cluster " << cluster;
             ASSERT_LE(outside(leaf_box, p), 0) << "block " << block;
             ASSERT_LE(outside(own, p), 0) << "leaf " << leaf;
+            ASSERT_LE(outside(leaves.whole, p), 0) << "leaves of block " << block;
+            ASSERT_LE(leaves.are_oriented ? outside_slab(leaves.oriented, leaf % tree_width, p) : 0, 0)
+                << "slab of leaf " << leaf;
             ASSERT_EQ(Eigen::RowVector3f(opened.x[i].head<3>().matrix().transpose()), p)
                 << "vertex " << vertices[i];
         }
@@ -100,7 +113,7 @@ TEST(AffineBoxes, FromNodesAreTightWhereTheMotionIsAffine) {
     for (int block = 0; block < tree.blocks(); ++block) {
         boxes.blocks(tree.cluster_of[static_cast<std::size_t>(block)]);
         for (int k = 0; k < tree.leaves_in[static_cast<std::size_t>(block)]; ++k) {
-            const Box own = boxes.leaves(block).box(k),
+            const Box own = boxes.leaves(block).boxes.box(k),
                       least = bounding_box(Positions(x), tree.leaf_vertices(tree_width * block + k));
             sizes += (own.hi - own.lo).sum();
             exact_sizes += (least.hi - least.lo).sum();
@@ -163,7 +176,7 @@ TEST(AffineModel, IsMadeAgainFromItsWeightsAndRestNodes) {
         for (int block = 0; block < first->tree().blocks(); ++block) {
             const int cluster = first->tree().cluster_of[static_cast<std::size_t>(block)];
             EXPECT_EQ(std::memcmp(&a.blocks(cluster), &b.blocks(cluster), sizeof(BoxPack)), 0);
-            EXPECT_EQ(std::memcmp(&a.leaves(block), &b.leaves(block), sizeof(BoxPack)), 0);
+            EXPECT_EQ(std::memcmp(&a.leaves(block).boxes, &b.leaves(block).boxes, sizeof(BoxPack)), 0);
         }
         SurfaceEmbedding other = hung.W;
         other.coeffRef(4, 0) += 0.25f;

@@ -71,7 +71,7 @@ Fit fit_of_children(AffineBoxes& boxes, VerticesRef x) {
                 exact.blocks[static_cast<std::size_t>(tree.first_block[static_cast<std::size_t>(c)] + k)]);
     for (int b = 0; b < tree.blocks(); ++b)
         for (int k = 0; k < tree.leaves_in[static_cast<std::size_t>(b)]; ++k)
-            fit.add(boxes.leaves(b).box(k), exact.leaves[static_cast<std::size_t>(tree_width * b + k)]);
+            fit.add(boxes.leaves(b).boxes.box(k), exact.leaves[static_cast<std::size_t>(tree_width * b + k)]);
     return fit;
 }
 
