@@ -69,7 +69,7 @@ std::vector<std::vector<Box>> box_levels(AffineBoxes& boxes, std::size_t most) {
     if (!fits(tree.blocks())) return levels;
     std::vector<Box>& blocks = levels.emplace_back();
     for (int c = 0; c < tree.clusters(); ++c)
-        for (int b = 0; b < tree.blocks_in(c); ++b) blocks.push_back(boxes.blocks(c).box(b));
+        for (int b = 0; b < tree.blocks_in(c); ++b) blocks.push_back(boxes.blocks(c).boxes.box(b));
     if (!fits(leaf_count)) return levels;
     std::vector<Box>& leaves = levels.emplace_back();
     for (int b = 0; b < tree.blocks(); ++b)

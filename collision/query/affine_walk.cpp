@@ -7,6 +7,7 @@
 #include "collision/kernels/lane_mask.hpp"
 #include "collision/query/near_boxes.hpp"
 #include "collision/query/one_body.hpp"
+#include "collision/query/wide_levels.hpp"
 
 namespace nbd {
 namespace {
@@ -19,9 +20,12 @@ struct Side {
     const OrientedBoxes* oriented = nullptr;  // the same boxes; null: not known
 };
 
-Side side(const AffineBoxes& body, int block, const AffineBoxes::Leaves& leaves) noexcept {
-    return {leaves.boxes, body.leaves_in(block), leaves.whole,
-            leaves.are_oriented ? &leaves.oriented : nullptr};
+/// The children of a node, which were asked for before.
+template <class Level>
+Side side(AffineBoxes& body, int node) {
+    const AffineBoxes::Children& children = Level::children(body, node);
+    return {children.boxes, Level::present(body, node), children.whole,
+            children.are_oriented ? &children.oriented : nullptr};
 }
 
 /// Calls f(i, j) for each box i of s and j of t that are near each other. Returns the number of boxes
@@ -43,6 +47,31 @@ void prefetch_ahead(const std::vector<Pair>& coming, std::size_t k, const OneOfA
     if (k + ahead >= coming.size()) return;
     one_of_a(coming[k + ahead].a);
     one_of_b(coming[k + ahead].b);
+}
+
+/// Appends the pairs of children near each other of pairs of nodes of one level. child_test(a, b): the test
+/// for children of these nodes. Returns the number of boxes compared, at most.
+template <class Level, class Taken, class ChildTest>
+long open_pairs(AffineBoxes& a, AffineBoxes& b, const std::vector<NodePair>& pairs, const Taken& taken,
+                const ChildTest& child_test, std::vector<NodePair>& children) {
+    long compared = 0;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        prefetch_ahead(
+            pairs, k, [&](int i) { Level::prefetch(a, i); }, [&](int i) { Level::prefetch(b, i); });
+        const NodePair& pair = pairs[k];
+        const auto& near = child_test(pair.a, pair.b);
+        // Boxes shrink when their children are fitted.
+        const auto are_near = [&] { return near.boxes(Level::box(a, pair.a), Level::box(b, pair.b)); };
+        if (!are_near()) continue;
+        Level::children(a, pair.a);
+        if (!are_near()) continue;
+        Level::children(b, pair.b);  // may move those of a, if both are one body
+        compared += near_pairs(side<Level>(a, pair.a), side<Level>(b, pair.b), near, [&](int i, int j) {
+            if (taken.children(pair.a, pair.b, i, j))
+                children.push_back({Level::first_child(a, pair.a) + i, Level::first_child(b, pair.b) + j});
+        });
+    }
+    return compared;
 }
 
 }  // namespace
@@ -81,35 +110,9 @@ template <class Near, class Taken, class LeafTest>
 void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken,
                              const LeafTest& leaf_test) {
     find_clusters(a, b, near, taken);
-    for (std::size_t k = 0; k < clusters_.size(); ++k) {
-        prefetch_ahead(
-            clusters_, k, [&](int i) { a.prefetch_cluster(i); }, [&](int i) { b.prefetch_cluster(i); });
-        const NodePair& pair = clusters_[k];
-        counters_.node_tests += near_pairs(
-            Side{a.blocks(pair.a), a.blocks_in(pair.a), a.cluster(pair.a)},
-            Side{b.blocks(pair.b), b.blocks_in(pair.b), b.cluster(pair.b)}, near, [&](int i, int j) {
-                if (taken.children(pair.a, pair.b, i, j))
-                    blocks_.push_back({a.first_block(pair.a) + i, b.first_block(pair.b) + j});
-            });
-    }
-    for (std::size_t k = 0; k < blocks_.size(); ++k) {
-        prefetch_ahead(
-            blocks_, k, [&](int i) { a.prefetch_block(i); }, [&](int i) { b.prefetch_block(i); });
-        const NodePair& pair = blocks_[k];
-        const auto& near_leaves = leaf_test(pair.a, pair.b);
-        // Boxes of blocks shrink when their leaves are fitted.
-        const auto are_near = [&] { return near_leaves.boxes(a.block(pair.a), b.block(pair.b)); };
-        if (!are_near()) continue;
-        a.leaves(pair.a);
-        if (!are_near()) continue;
-        b.leaves(pair.b);  // may move the first ones, if both are one body
-        counters_.node_tests +=
-            near_pairs(side(a, pair.a, a.leaves(pair.a)), side(b, pair.b, b.leaves(pair.b)), near_leaves,
-                       [&](int i, int j) {
-                           if (taken.children(pair.a, pair.b, i, j))
-                               leaves_.push_back({tree_width * pair.a + i, tree_width * pair.b + j});
-                       });
-    }
+    counters_.node_tests += open_pairs<Clusters>(
+        a, b, clusters_, taken, [&](int, int) { return near; }, blocks_);
+    counters_.node_tests += open_pairs<Blocks>(a, b, blocks_, taken, leaf_test, leaves_);
     counters_.leaf_pairs = static_cast<long>(leaves_.size());
     counters_.most_pairs = static_cast<long>(std::max({clusters_.size(), blocks_.size(), leaves_.size()}));
 }

@@ -7,6 +7,7 @@
 #include "collision/query/closest_query.hpp"
 #include "collision/query/least_distance.hpp"
 #include "collision/query/near_boxes.hpp"
+#include "collision/query/wide_levels.hpp"
 
 namespace nbd {
 namespace {
@@ -29,6 +30,16 @@ void ClosestQuery::push_children(Candidate::Level level, const BoxPack& s, unsig
             push({least_distance(box, t.box(j)), level, first_a + i, first_b + j});
         });
     });
+}
+
+template <class Level>
+void ClosestQuery::open_children(Candidate::Level children, AffineBoxes& a, int node_a, AffineBoxes& b,
+                                 int node_b) {
+    Level::children(a, node_a);
+    Level::children(b, node_b);  // may move those of a, if both are one body
+    const AffineBoxes::Children &s = Level::children(a, node_a), &t = Level::children(b, node_b);
+    push_children(children, s.boxes, Level::present(a, node_a), Level::first_child(a, node_a), t.boxes,
+                  Level::present(b, node_b), Level::first_child(b, node_b), t.whole);
 }
 
 void ClosestQuery::open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int leaf_b) {
@@ -55,15 +66,10 @@ void ClosestQuery::search_wide(AffineBoxes& a, AffineBoxes& b) {
             for (int j = 0; j < b.tree().clusters(); ++j)
                 push({least_distance(a.cluster(pair.a), b.cluster(j)), Candidate::clusters, pair.a, j});
         else if (pair.level == Candidate::clusters)
-            push_children(Candidate::blocks, a.blocks(pair.a), a.blocks_in(pair.a), a.first_block(pair.a),
-                          b.blocks(pair.b), b.blocks_in(pair.b), b.first_block(pair.b), b.cluster(pair.b));
-        else if (pair.level == Candidate::blocks) {
-            a.leaves(pair.a);
-            b.leaves(pair.b);  // may move the first ones, if both are one body
-            const AffineBoxes::Leaves &s = a.leaves(pair.a), &t = b.leaves(pair.b);
-            push_children(Candidate::leaves, s.boxes, a.leaves_in(pair.a), tree_width * pair.a, t.boxes,
-                          b.leaves_in(pair.b), tree_width * pair.b, t.whole);
-        } else if (pair.level == Candidate::leaves)
+            open_children<Clusters>(Candidate::blocks, a, pair.a, b, pair.b);
+        else if (pair.level == Candidate::blocks)
+            open_children<Blocks>(Candidate::leaves, a, pair.a, b, pair.b);
+        else if (pair.level == Candidate::leaves)
             open_leaves(a, pair.a, b, pair.b);
         else
             measure({a.face(pair.a), b.face(pair.b)}, a.triangle(pair.a), b.triangle(pair.b));

@@ -65,6 +65,8 @@ class ClosestQuery {
     void open_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b);
     void open_boxes(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b);
     void open_faces(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b);
+    template <class Level>
+    void open_children(Candidate::Level children, AffineBoxes& a, int node_a, AffineBoxes& b, int node_b);
     void open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int leaf_b);
     void push_children(Candidate::Level level, const BoxPack& s, unsigned in_s, int first_a, const BoxPack& t,
                        unsigned in_t, int first_b, const Box& whole_t);

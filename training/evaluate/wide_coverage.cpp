@@ -66,7 +66,7 @@ std::span<const WideOutcome> WideCoverage::measure(VerticesRef x) {
     };
     for (int i = 0; i < tree_->clusters(); ++i) {
         const int before = boxes_.out_of_range();
-        add_children(1, boxes_.blocks(i), tree_->first_block[static_cast<std::size_t>(i)],
+        add_children(1, boxes_.blocks(i).boxes, tree_->first_block[static_cast<std::size_t>(i)],
                      tree_->blocks_in(i), before, [&](int k) { return block(k); });
     }
     for (int i = 0; i < tree_->blocks(); ++i) {

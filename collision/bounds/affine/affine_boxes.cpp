@@ -20,18 +20,14 @@ const float* contiguous(const VertexView& nodes, Vertices& own) {
 }  // namespace
 
 AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model, std::optional<LearnedAffineBoxes> learned)
-    : model_(std::move(model)), learned_(std::move(learned)), tree_(&model_->tree()) {
-    const auto clusters = static_cast<std::size_t>(tree_->clusters()),
-               blocks = static_cast<std::size_t>(tree_->blocks());
-    cluster_boxes_.resize((clusters + tree_width - 1) / tree_width);
-    block_boxes_.resize(clusters);
-    block_at_.resize(blocks);
-    leaf_at_.resize(blocks * tree_width);
-    cluster_poses_.resize(clusters);
-    block_poses_.resize(blocks);
-    leaf_poses_.resize(leaf_at_.size());
-    scratch_.resize(static_cast<std::size_t>(model_->scratch()));
-}
+    : model_(std::move(model)),
+      learned_(std::move(learned)),
+      tree_(&model_->tree()),
+      cluster_boxes_(static_cast<std::size_t>((tree_->clusters() + tree_width - 1) / tree_width)),
+      clusters_(tree_->clusters()),
+      blocks_(tree_->blocks()),
+      leaves_(tree_width * tree_->blocks()),
+      scratch_(static_cast<std::size_t>(model_->scratch())) {}
 
 template <class Place>
 Box AffineBoxes::box_of_points(const float* x, std::size_t count, std::size_t padded,
@@ -88,11 +84,9 @@ void AffineBoxes::forget_pose() noexcept {
 }
 
 void AffineBoxes::begin() noexcept {
-    if (++pose_ == 0) {  // the counter wrapped around: mark all as old
-        for (auto* poses : {&cluster_poses_, &block_poses_, &leaf_poses_}) std::ranges::fill(*poses, 0);
-        pose_ = 1;
-    }
-    blocks_in_use_ = leaves_in_use_ = 0;
+    clusters_.begin_pose();
+    blocks_.begin_pose();
+    leaves_.begin_pose();
     fitted_ = 0;
     met_non_finite_ = false;
     whole_ = empty_box();
@@ -116,55 +110,52 @@ Box AffineBoxes::cluster_box(int cluster) noexcept {
     return box_of_nodes(model_->clusters().nodes(cluster));
 }
 
-void AffineBoxes::map_children(const AffineParts& parts, int i, BoxPack& boxes,
-                               OrientedBoxes* oriented) noexcept {
+void AffineBoxes::map_children(const AffineParts& parts, int i, Children& children) noexcept {
     const AffinePart part = parts.part(i);
     const auto map = parts.maps(i) == AffineParts::Maps::shared ? kernels().shared_map : kernels().own_maps;
-    const auto map_from = [&](const float* nodes, BoxPack& mapped) {
-        map(part, parts.rest_boxes(i), nodes, model_->rounding(), scratch_.data(), mapped, oriented);
+    const auto map_from = [&](const float* nodes, BoxPack& boxes, OrientedBoxes* oriented) {
+        map(part, parts.rest_boxes(i), nodes, model_->rounding(), scratch_.data(), boxes, oriented);
     };
-    map_from(nodes_, boxes);
+    children.are_oriented = !start_;
+    map_from(nodes_, children.boxes, children.are_oriented ? &children.oriented : nullptr);
     if (!start_) return;
     BoxPack at_start;
-    map_from(start_, at_start);
-    boxes.join(at_start);
+    map_from(start_, at_start, nullptr);
+    children.boxes.join(at_start);
 }
 
-void AffineBoxes::fit_cluster(int cluster) noexcept {
-    const auto c = static_cast<std::size_t>(cluster);
-    cluster_poses_[c] = pose_;
+void AffineBoxes::finish(Children& children, int count) noexcept {
+    for (int k = count; k < tree_width; ++k) children.boxes.set(k, children.boxes.box(0));
+    children.whole = hull(children.boxes);
+}
+
+void AffineBoxes::fit_cluster(int cluster) {
+    Children& children = clusters_.add(cluster);
     ++fitted_;
-    BoxPack& boxes = block_boxes_[c];
-    if (is_learned() && learned_->blocks(cluster, boxes)) return;
-    if (model_->clusters().maps(cluster) != AffineParts::Maps::none)
-        return map_children(model_->clusters(), cluster, boxes, nullptr);
-    for (int k = 0; k < tree_->blocks_in(cluster); ++k)
-        boxes.set(k, box_of_nodes(model_->blocks().nodes(tree_->first_block[c] + k)));
+    children.are_oriented = false;
+    const AffineParts& parts = model_->clusters();
+    const int count = tree_->blocks_in(cluster);
+    if (is_learned() && learned_->blocks(cluster, children.boxes)) return finish(children, count);
+    if (parts.maps(cluster) != AffineParts::Maps::none)
+        map_children(parts, cluster, children);
+    else
+        for (int k = 0; k < count; ++k)
+            children.boxes.set(k, box_of_nodes(model_->blocks().nodes(first_block(cluster) + k)));
+    finish(children, count);
 }
 
 void AffineBoxes::fit_block(int block) {
-    const auto b = static_cast<std::size_t>(block);
-    // First, since it may throw.
-    if (blocks_.size() == static_cast<std::size_t>(blocks_in_use_)) blocks_.emplace_back();
-    const int at = blocks_in_use_++;
-    fit_leaves(block, blocks_[static_cast<std::size_t>(at)]);
-    block_at_[b] = at;
-    block_poses_[b] = pose_;
+    Children& children = blocks_.add(block);
     ++fitted_;
-}
-
-void AffineBoxes::fit_leaves(int block, Leaves& leaves) noexcept {
-    const int count = tree_->leaves_in[static_cast<std::size_t>(block)];
+    children.are_oriented = false;
     const AffineParts& parts = model_->blocks();
-    leaves.are_oriented = false;
-    const bool learned = is_learned() && learned_->leaves(block, leaves.boxes);
-    const bool mapped = !learned && parts.maps(block) != AffineParts::Maps::none;
-    leaves.are_oriented = mapped && !start_;
-    if (mapped) map_children(parts, block, leaves.boxes, leaves.are_oriented ? &leaves.oriented : nullptr);
-    for (int k = 0; k < count && !learned && !mapped; ++k)
-        leaves.boxes.set(k, box_of_leaf_nodes(tree_width * block + k));
-    for (int k = count; k < tree_width; ++k) leaves.boxes.set(k, leaves.boxes.box(0));
-    leaves.whole = hull(leaves.boxes);
+    const int count = tree_->leaves_in[static_cast<std::size_t>(block)];
+    if (is_learned() && learned_->leaves(block, children.boxes)) return finish(children, count);
+    if (parts.maps(block) != AffineParts::Maps::none)
+        map_children(parts, block, children);
+    else
+        for (int k = 0; k < count; ++k) children.boxes.set(k, box_of_leaf_nodes(tree_width * block + k));
+    finish(children, count);
 }
 
 void AffineBoxes::leaf_vertices(int i, const float* nodes, Eigen::Array4f* x) const noexcept {
@@ -182,13 +173,8 @@ void AffineBoxes::leaf_boxes(int i, const Eigen::Array4f* x, BoxPack& boxes, Box
 }
 
 void AffineBoxes::fit_leaf(int i) {
-    const auto l = static_cast<std::size_t>(i);
-    // First, since it may throw.
-    if (leaves_.size() == static_cast<std::size_t>(leaves_in_use_)) leaves_.emplace_back();
-    leaf_poses_[l] = pose_;
-    leaf_at_[l] = leaves_in_use_++;
+    Leaf& leaf = leaves_.add(i);
     ++fitted_;
-    Leaf& leaf = leaves_[static_cast<std::size_t>(leaf_at_[l])];
     leaf_vertices(i, nodes_, leaf.x);
     leaf_boxes(i, leaf.x, leaf.boxes, leaf.whole);
     if (!start_) return;
@@ -248,17 +234,16 @@ Box AffineBoxes::box_of_leaf_nodes(int leaf) noexcept {
 }
 
 void AffineBoxes::prefetch_cluster(int cluster) const noexcept {
-    const auto c = static_cast<std::size_t>(cluster);
-    if (cluster_poses_[c] == pose_) return;
+    if (clusters_.has(cluster)) return;
     if (is_learned()) return learned_->prefetch_blocks(cluster);
     if (model_->clusters().maps(cluster) != AffineParts::Maps::none) return;
-    const int first = tree_->first_block[c], last = tree_->first_block[c + 1] - 1;
+    const int first = first_block(cluster), last = first_block(cluster + 1) - 1;
     const std::span<const int> begin = model_->blocks().nodes(first), end = model_->blocks().nodes(last);
     prefetch_lines(std::span(begin.data(), end.data() + end.size()));
 }
 
 void AffineBoxes::prefetch_block(int block) const noexcept {
-    if (block_poses_[static_cast<std::size_t>(block)] == pose_) return;
+    if (blocks_.has(block)) return;
     if (is_learned()) return learned_->prefetch_leaves(block);
     prefetch_lines(model_->blocks().nodes(block));
     if (model_->blocks().maps(block) == AffineParts::Maps::none) return;
@@ -271,9 +256,8 @@ void AffineBoxes::prefetch_block(int block) const noexcept {
 }
 
 void AffineBoxes::prefetch_leaf(int leaf) const noexcept {
-    const auto l = static_cast<std::size_t>(leaf);
-    if (leaf_poses_[l] == pose_) return;
-    prefetch_line(tree_->corners[l].data());
+    if (leaves_.has(leaf)) return;
+    prefetch_line(tree_->corners[static_cast<std::size_t>(leaf)].data());
     const AffineModel::LeafWeights weights = model_->leaf_weights(leaf);
     const auto entries = tree_->leaf_vertices(leaf).size() * static_cast<std::size_t>(weights.count);
     prefetch_lines(std::span(weights.weights, entries));

@@ -9,6 +9,7 @@
 #include "collision/base/aligned_vector.hpp"
 #include "collision/bounds/affine/affine_model.hpp"
 #include "collision/bounds/affine/learned_affine_boxes.hpp"
+#include "collision/bounds/affine/pose_cache.hpp"
 #include "collision/bounds/affine/wide_tree.hpp"
 #include "collision/geometry/box.hpp"
 #include "collision/geometry/posed_faces.hpp"
@@ -22,9 +23,9 @@ namespace nbd {
 /// which contain it as calibrated. Boxes of faces are exact.
 class AffineBoxes {
  public:
-    /// The leaves of a block in this pose.
-    struct Leaves {
-        BoxPack boxes;  // one per leaf
+    /// The children of a cluster or of a block in this pose.
+    struct Children {
+        BoxPack boxes;  // one per child
         Box whole;
         bool are_oriented = false;  // whether the next array holds them too
         OrientedBoxes oriented;
@@ -56,8 +57,9 @@ class AffineBoxes {
     void forget_pose() noexcept;
     /// Makes room for poses in which all leaves are asked for.
     void reserve() {
-        blocks_.reserve(block_at_.size());
-        leaves_.reserve(leaf_at_.size());
+        clusters_.reserve();
+        blocks_.reserve();
+        leaves_.reserve();
     }
 
     const WideTree& tree() const noexcept { return *tree_; }
@@ -73,38 +75,34 @@ class AffineBoxes {
     /// Boxes of all clusters, sixteen a pack.
     const BoxPack* clusters() const noexcept { return cluster_boxes_.data(); }
     int cluster_packs() const noexcept { return static_cast<int>(cluster_boxes_.size()); }
+    /// Boxes of a cluster, and of a block whose cluster's blocks were asked for in this pose. Once its own
+    /// children were, it is the box around these.
     Box cluster(int i) const noexcept {
+        if (clusters_.has(i)) return clusters_[i].whole;
         return cluster_boxes_[static_cast<std::size_t>(i / tree_width)].box(i % tree_width);
     }
-
-    /// Box of a block whose cluster was asked for in this pose; once its leaves were, the box around these.
     Box block(int i) const noexcept {
-        const auto b = static_cast<std::size_t>(i);
-        if (block_poses_[b] == pose_) return blocks_[static_cast<std::size_t>(block_at_[b])].whole;
-        const auto c = static_cast<std::size_t>(tree_->cluster_of[static_cast<std::size_t>(i)]);
-        return block_boxes_[c].box(i - tree_->first_block[c]);
+        if (blocks_.has(i)) return blocks_[i].whole;
+        const int cluster = tree_->cluster_of[static_cast<std::size_t>(i)];
+        return clusters_[cluster].boxes.box(i - first_block(cluster));
     }
     /// First block of a cluster.
     int first_block(int cluster) const noexcept {
         return tree_->first_block[static_cast<std::size_t>(cluster)];
     }
-    /// Boxes of the blocks of a cluster.
-    const BoxPack& blocks(int cluster) noexcept {
-        const auto c = static_cast<std::size_t>(cluster);
-        if (cluster_poses_[c] != pose_) fit_cluster(cluster);
-        return block_boxes_[c];
+    /// The blocks of a cluster, the leaves of a block and a leaf. Valid until one of the same kind is asked
+    /// for that was not asked for before.
+    const Children& blocks(int cluster) {
+        if (!clusters_.has(cluster)) fit_cluster(cluster);
+        return clusters_[cluster];
     }
-    /// Valid until leaves are asked for of a block of which they were not before.
-    const Leaves& leaves(int block) {
-        const auto b = static_cast<std::size_t>(block);
-        if (block_poses_[b] != pose_) fit_block(block);
-        return blocks_[static_cast<std::size_t>(block_at_[b])];
+    const Children& leaves(int block) {
+        if (!blocks_.has(block)) fit_block(block);
+        return blocks_[block];
     }
-    /// Valid until a leaf is asked for that was not asked for before.
     const Leaf& leaf(int i) {
-        const auto l = static_cast<std::size_t>(i);
-        if (leaf_poses_[l] != pose_) fit_leaf(i);
-        return leaves_[static_cast<std::size_t>(leaf_at_[l])];
+        if (!leaves_.has(i)) fit_leaf(i);
+        return leaves_[i];
     }
     /// Bits of the children that are present.
     unsigned blocks_in(int cluster) const noexcept { return bits(tree_->blocks_in(cluster)); }
@@ -121,7 +119,7 @@ class AffineBoxes {
     /// Corners of the face in a slot whose leaf was asked for in this pose. Lane 3 is unspecified.
     FaceCorners corners(int slot) const noexcept {
         const auto l = static_cast<std::size_t>(slot / tree_width);
-        const Eigen::Array4f* x = leaves_[static_cast<std::size_t>(leaf_at_[l])].x;
+        const Eigen::Array4f* x = leaves_[slot / tree_width].x;
         const std::uint8_t* at = tree_->corners[l].data() + slot % tree_width;
         return {x[at[0]], x[at[tree_width]], x[at[2 * tree_width]]};
     }
@@ -145,13 +143,14 @@ class AffineBoxes {
  private:
     static unsigned bits(int count) noexcept { return (1u << count) - 1; }
     void begin() noexcept;
-    /// oriented: null: not wanted.
-    void map_children(const AffineParts& parts, int part, BoxPack& boxes, OrientedBoxes* oriented) noexcept;
-    void fit_cluster(int cluster) noexcept;
+    void fit_cluster(int cluster);
     void fit_block(int block);
-    void fit_leaves(int block, Leaves& leaves) noexcept;
     void fit_leaf(int leaf);
     void leaf_vertices(int leaf, const float* nodes, Eigen::Array4f* x) const noexcept;
+    /// Fills in children with maps.
+    void map_children(const AffineParts& parts, int part, Children& children) noexcept;
+    /// Fills in what the boxes of children imply.
+    static void finish(Children& children, int count) noexcept;
     /// Boxes of a leaf's faces, and the box around all of them, from positions of its vertices.
     void leaf_boxes(int leaf, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) noexcept;
     /// A box of nodes, with room for the rounding errors of what hangs on them.
@@ -180,14 +179,9 @@ class AffineBoxes {
     Vertices own_, own_start_;      // nodes whose rows were not contiguous
     Box whole_ = empty_box();
     AlignedVector<BoxPack> cluster_boxes_;  // sixteen clusters each
-    AlignedVector<BoxPack> block_boxes_;    // [clusters]
-    AlignedVector<Leaves> blocks_;          // the first blocks_in_use_ were fitted in this pose
-    AlignedVector<Leaf> leaves_;            // likewise
-    int blocks_in_use_ = 0, leaves_in_use_ = 0;
-    std::vector<int> block_at_, leaf_at_;  // [blocks], [leaves] index into blocks_, leaves_
-    std::vector<std::uint32_t> cluster_poses_, block_poses_, leaf_poses_;  // pose in which each was fitted
+    PoseCache<Children> clusters_, blocks_;
+    PoseCache<Leaf> leaves_;
     std::vector<float> scratch_;
-    std::uint32_t pose_ = 0;
     int fitted_ = 0;
     bool met_non_finite_ = false;
     bool reads_unchecked_ = false;  // whether positions in leaves may be the first that are not finite

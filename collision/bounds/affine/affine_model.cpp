@@ -10,7 +10,7 @@
 namespace nbd {
 namespace {
 
-constexpr std::size_t most_mapped = 64;  // nodes of a cluster whose blocks are bounded by an affine map
+constexpr std::size_t most_mapped = 160;  // nodes of a cluster whose blocks are bounded by an affine map
 constexpr std::size_t most_shared =
     32;                             // nodes of a block whose leaves share a map: it reads the fewest bytes
 constexpr double tolerance = 1e-5;  // of the weights of a vertex and of their sum

@@ -51,8 +51,8 @@ void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
     for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
         if (tree.faces_in[static_cast<std::size_t>(leaf)] == 0) continue;
         const int block = leaf / tree_width, cluster = tree.cluster_of[static_cast<std::size_t>(block)];
-        const Box leaf_box = boxes.blocks(cluster).box(block - boxes.first_block(cluster));
-        const AffineBoxes::Leaves& leaves = boxes.leaves(block);
+        const Box leaf_box = boxes.blocks(cluster).boxes.box(block - boxes.first_block(cluster));
+        const AffineBoxes::Children& leaves = boxes.leaves(block);
         const Box own = leaves.boxes.box(leaf % tree_width);
         const AffineBoxes::Leaf& opened = boxes.leaf(leaf);
         const auto vertices = tree.leaf_vertices(leaf);
@@ -175,7 +175,7 @@ TEST(AffineModel, IsMadeAgainFromItsWeightsAndRestNodes) {
         b.begin_pose(nodes);
         for (int block = 0; block < first->tree().blocks(); ++block) {
             const int cluster = first->tree().cluster_of[static_cast<std::size_t>(block)];
-            EXPECT_EQ(std::memcmp(&a.blocks(cluster), &b.blocks(cluster), sizeof(BoxPack)), 0);
+            EXPECT_EQ(std::memcmp(&a.blocks(cluster).boxes, &b.blocks(cluster).boxes, sizeof(BoxPack)), 0);
             EXPECT_EQ(std::memcmp(&a.leaves(block).boxes, &b.leaves(block).boxes, sizeof(BoxPack)), 0);
         }
         SurfaceEmbedding other = hung.W;

@@ -67,7 +67,7 @@ Fit fit_of_children(AffineBoxes& boxes, VerticesRef x) {
     for (int c = 0; c < tree.clusters(); ++c)
         for (int k = 0; k < tree.blocks_in(c); ++k)
             fit.add(
-                boxes.blocks(c).box(k),
+                boxes.blocks(c).boxes.box(k),
                 exact.blocks[static_cast<std::size_t>(tree.first_block[static_cast<std::size_t>(c)] + k)]);
     for (int b = 0; b < tree.blocks(); ++b)
         for (int k = 0; k < tree.leaves_in[static_cast<std::size_t>(b)]; ++k)
@@ -101,8 +101,8 @@ TEST(LearnedAffine, GrowsByMarginsInResiduals) {
         AffineBoxes boxes = torus.boxes(torus.margins(margin));
         boxes.begin_pose(x);
         const float by = (0.5f + margin) * residual;  // 0.5 is the model's growth
-        EXPECT_NEAR(boxes.blocks(0).lo[1][0], plain.lo[1][0] - by, 1e-6f);
-        EXPECT_NEAR(boxes.blocks(0).hi[2][1], plain.hi[2][1] + by, 1e-6f);
+        EXPECT_NEAR(boxes.blocks(0).boxes.lo[1][0], plain.lo[1][0] - by, 1e-6f);
+        EXPECT_NEAR(boxes.blocks(0).boxes.hi[2][1], plain.hi[2][1] + by, 1e-6f);
     }
 }
 
@@ -177,7 +177,7 @@ TEST(LearnedAffine, GiveTheSameAnswersInAllForms) {
         AffineBoxes boxes = torus.boxes(torus.margins(1));
         boxes.begin_pose(x);
         std::vector<BoxPack> all;
-        for (int c = 0; c < torus.wide().clusters(); ++c) all.push_back(boxes.blocks(c));
+        for (int c = 0; c < torus.wide().clusters(); ++c) all.push_back(boxes.blocks(c).boxes);
         if (first.empty()) first = all;
         for (std::size_t i = 0; i < all.size(); ++i)
             for (int k = 0; k < torus.wide().blocks_in(static_cast<int>(i)); ++k)
