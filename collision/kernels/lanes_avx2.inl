@@ -27,6 +27,12 @@ inline Lanes pick(const float* table, int, const std::uint16_t* indices) noexcep
     };
     return {{eight(0), eight(8)}};
 }
+inline Lanes load_rows(const float* p0, const float* p1, const float* p2, const float* p3) noexcept {
+    const auto two = [](const float* p, const float* q) {
+        return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), _mm_loadu_ps(q), 1);
+    };
+    return {{two(p0, p1), two(p2, p3)}};
+}
 template <class At>
 inline void load_points(const At& at, Lanes (&xyz)[3]) noexcept {
     for (int half = 0; half < 2; ++half) {
@@ -150,9 +156,13 @@ inline float sum(const Lanes& a) noexcept {
     const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
     return _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)));
 }
-inline float least(const Lanes& a) noexcept {
+inline __m128 least_row(const Lanes& a) noexcept {
     const __m256 eight = _mm256_min_ps(a.v[0], a.v[1]);
-    const __m128 four = _mm_min_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+    return _mm_min_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+}
+inline void store_least_row(const Lanes& a, float* p) noexcept { _mm_storeu_ps(p, least_row(a)); }
+inline float least(const Lanes& a) noexcept {
+    const __m128 four = least_row(a);
     const __m128 two = _mm_min_ps(four, _mm_movehl_ps(four, four));
     return _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)));
 }

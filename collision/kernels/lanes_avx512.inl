@@ -25,15 +25,16 @@ inline Lanes pick(const float* table, int count, const std::uint16_t* indices) n
     const __mmask16 upper = _mm512_cmpge_epi32_mask(at, _mm512_set1_epi32(32));
     return {_mm512_mask_blend_ps(upper, of_two(table, table + 16), of_two(table + 32, table + count - 16))};
 }
+inline Lanes load_rows(const float* p0, const float* p1, const float* p2, const float* p3) noexcept {
+    __m512 v = _mm512_castps128_ps512(_mm_loadu_ps(p0));
+    v = _mm512_insertf32x4(v, _mm_loadu_ps(p1), 1);
+    v = _mm512_insertf32x4(v, _mm_loadu_ps(p2), 2);
+    return {_mm512_insertf32x4(v, _mm_loadu_ps(p3), 3)};
+}
 template <class At>
 inline void load_points(const At& at, Lanes (&xyz)[3]) noexcept {
     // Row r holds the points r, r + 4, r + 8 and r + 12.
-    const auto row = [&](int r) {
-        __m512 v = _mm512_castps128_ps512(_mm_loadu_ps(at(r)));
-        v = _mm512_insertf32x4(v, _mm_loadu_ps(at(r + 4)), 1);
-        v = _mm512_insertf32x4(v, _mm_loadu_ps(at(r + 8)), 2);
-        return _mm512_insertf32x4(v, _mm_loadu_ps(at(r + 12)), 3);
-    };
+    const auto row = [&](int r) { return load_rows(at(r), at(r + 4), at(r + 8), at(r + 12)).v; };
     const __m512 r0 = row(0), r1 = row(1), r2 = row(2), r3 = row(3);
     const __m512 xy01 = _mm512_unpacklo_ps(r0, r1), xy23 = _mm512_unpacklo_ps(r2, r3),
                  z01 = _mm512_unpackhi_ps(r0, r1), z23 = _mm512_unpackhi_ps(r2, r3);
@@ -141,9 +142,13 @@ inline float sum(const Lanes& a) noexcept {
     const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
     return _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)));
 }
-inline float least(const Lanes& a) noexcept {
+inline __m128 least_row(const Lanes& a) noexcept {
     const __m256 eight = _mm256_min_ps(_mm512_castps512_ps256(a.v), _mm512_extractf32x8_ps(a.v, 1));
-    const __m128 four = _mm_min_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+    return _mm_min_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+}
+inline void store_least_row(const Lanes& a, float* p) noexcept { _mm_storeu_ps(p, least_row(a)); }
+inline float least(const Lanes& a) noexcept {
+    const __m128 four = least_row(a);
     const __m128 two = _mm_min_ps(four, _mm_movehl_ps(four, four));
     return _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)));
 }

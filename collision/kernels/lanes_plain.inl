@@ -33,6 +33,11 @@ inline Lanes gather(const float* base, const std::int32_t* offsets) noexcept {
 inline Lanes pick(const float* table, int, const std::uint16_t* indices) noexcept {
     return each([&](int k) { return table[indices[k]]; });
 }
+/// Four points side by side, with the number that follows each of them.
+inline Lanes load_rows(const float* p0, const float* p1, const float* p2, const float* p3) noexcept {
+    const float* points[4] = {p0, p1, p2, p3};
+    return each([&](int k) { return points[k / 4][k % 4]; });
+}
 /// The coordinates of sixteen points, one per lane. at(k): where point k stands; reads a fourth number there.
 template <class At>
 inline void load_points(const At& at, Lanes (&xyz)[3]) noexcept {
@@ -162,4 +167,12 @@ inline float least(const Lanes& a) noexcept {
     for (int step = 4; step > 0; step /= 2)
         for (int k = 0; k < step; ++k) s[k] = s[k] < s[k + step] ? s[k] : s[k + step];
     return s[0];
+}
+/// Stores the smallest of lanes k, k + 4, k + 8 and k + 12 in p[k].
+inline void store_least_row(const Lanes& a, float* p) noexcept {
+    for (int k = 0; k < 4; ++k) {
+        const float first = a.v[k] < a.v[k + 8] ? a.v[k] : a.v[k + 8],
+                    second = a.v[k + 4] < a.v[k + 12] ? a.v[k + 4] : a.v[k + 12];
+        p[k] = first < second ? first : second;
+    }
 }

@@ -29,38 +29,6 @@ AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model, std::optional
       leaves_(tree_width * tree_->blocks()),
       scratch_(static_cast<std::size_t>(model_->scratch())) {}
 
-template <class Place>
-Box AffineBoxes::box_of_points(const float* x, std::size_t count, std::size_t padded,
-                               const Place& place) noexcept {
-    constexpr std::size_t chains = 4;  // independent minima, so that none waits for the one before
-    Eigen::Array4f lo[chains], hi[chains];
-    Eigen::Array4f doubt[chains];  // NaN where a number is not finite: minima lose it
-    for (std::size_t chain = 0; chain < chains; ++chain) {
-        lo[chain] = empty_box().lo;
-        hi[chain] = empty_box().hi;
-        doubt[chain].setZero();
-    }
-    const auto add = [&](std::size_t chain, const auto& p) {
-        lo[chain] = lo[chain].min(p);
-        hi[chain] = hi[chain].max(p);
-        doubt[chain] += 0 * p;
-    };
-    const auto four = [&](std::size_t i) { return Eigen::Map<const Eigen::Array4f>(x + place(i)); };
-    std::size_t i = 0;
-    for (; i + chains <= padded; i += chains)
-        for (std::size_t chain = 0; chain < chains; ++chain) add(chain, four(i + chain));
-    for (; i < padded; ++i) add(0, four(i));
-    for (; i < count; ++i) {
-        const float* p = x + place(i);
-        add(0, Eigen::Array4f(p[0], p[1], p[2], 0));
-    }
-    Box box{lo[0].min(lo[1]).min(lo[2].min(lo[3])), hi[0].max(hi[1]).max(hi[2].max(hi[3]))};
-    box.lo[3] = box.hi[3] = 0;
-    const Eigen::Array4f any = (doubt[0] + doubt[1]) + (doubt[2] + doubt[3]);
-    met_non_finite_ |= !(any.head<3>() == 0).all();
-    return box;
-}
-
 void AffineBoxes::begin_pose(VertexView nodes) {
     assert(nodes.count() == model_->node_count());
     nodes_ = contiguous(nodes, own_);
@@ -218,19 +186,34 @@ Box AffineBoxes::over_step(const BoxAt& box_at) const noexcept {
 }
 
 Box AffineBoxes::box_of_nodes(std::span<const int> nodes) noexcept {
-    const std::size_t count = nodes.size(), padded = has_last_node(nodes) ? count - 1 : count;
+    // The kernel reads a fourth number of each node, and none may follow the last one in memory.
+    const bool at_end = has_last_node(nodes);
+    const int count = static_cast<int>(nodes.size()) - at_end;
     return widened(over_step([&](const float* x) {
-        return box_of_points(x, count, padded, [&](std::size_t i) { return nodes[i]; });
+        Box box;
+        met_non_finite_ |= !kernels().box_of_points(x, nodes.data(), nullptr, count, numbers(box));
+        return at_end ? joined(box, box_of_node(x + nodes.back())) : box;
     }));
 }
 
 Box AffineBoxes::box_of_leaf_nodes(int leaf) noexcept {
     const std::span<const int> nodes = model_->blocks().nodes(leaf / tree_width);
-    const AffineModel::LeafWeights weights = model_->leaf_weights(leaf);
-    const std::size_t count = tree_->leaf_vertices(leaf).size(), padded = has_last_node(nodes) ? 0 : count;
+    const std::uint16_t* which = model_->leaf_weights(leaf).nodes;
+    const int count = static_cast<int>(tree_->leaf_vertices(leaf).size());
     return widened(over_step([&](const float* x) {
-        return box_of_points(x, count, padded, [&](std::size_t i) { return nodes[weights.nodes[i]]; });
+        Box box = empty_box();
+        if (has_last_node(nodes))
+            for (int k = 0; k < count; ++k) box = joined(box, box_of_node(x + nodes[which[k]]));
+        else
+            met_non_finite_ |= !kernels().box_of_points(x, nodes.data(), which, count, numbers(box));
+        return box;
     }));
+}
+
+Box AffineBoxes::box_of_node(const float* p) noexcept {
+    const Eigen::Array4f point(p[0], p[1], p[2], 0);
+    met_non_finite_ |= !(0 * point == 0).all();
+    return {point, point};
 }
 
 void AffineBoxes::prefetch_cluster(int cluster) const noexcept {

@@ -166,10 +166,7 @@ class AffineBoxes {
     Box box_of_nodes(std::span<const int> nodes) noexcept;
     /// Of a leaf whose vertices are nodes.
     Box box_of_leaf_nodes(int leaf) noexcept;
-    /// Box around points x + place(i), i < count. Four floats are read at once of the first `padded` points;
-    /// no number may follow the others in memory.
-    template <class Place>
-    Box box_of_points(const float* x, std::size_t count, std::size_t padded, const Place& place) noexcept;
+    Box box_of_node(const float* p) noexcept;
 
     std::shared_ptr<const AffineModel> model_;
     std::optional<LearnedAffineBoxes> learned_;
