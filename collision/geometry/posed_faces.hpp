@@ -8,8 +8,8 @@
 
 namespace nbd {
 
-/// Corners of a face, one per column: a register each.
-using FaceCorners = std::array<Eigen::Array4f, 3>;
+/// Where the corners of a face stand: four numbers each, of which the last one is unspecified.
+using FaceCorners = std::array<const float*, 3>;
 
 /// Faces in a pose, in the form that triangle tests read.
 struct PosedFaces {
@@ -18,8 +18,9 @@ struct PosedFaces {
 
     /// Lane 3 is unspecified, see Positions::operator[].
     Eigen::Array4f corner(int face, int k) const noexcept { return x[(*F)(face, k)]; }
-    FaceCorners corners(int face) const noexcept {
-        return {corner(face, 0), corner(face, 1), corner(face, 2)};
+    /// spare: takes a corner that no number may follow.
+    FaceCorners corners(int face, Eigen::Array4f& spare) const noexcept {
+        return {x.four((*F)(face, 0), spare), x.four((*F)(face, 1), spare), x.four((*F)(face, 2), spare)};
     }
     /// Lane 3 of both corners is unspecified.
     Box box(int face) const noexcept {

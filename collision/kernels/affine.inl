@@ -103,6 +103,8 @@ void shared_map(const AffinePart& part, const RestBoxes& rest, const float* node
             store(load(y) - (maps.linear(a, r[0], r[1], r[2]) + maps.t[a]), y);
         }
     }
+    float most[4];
+    store_joined<Most>(farthest, most);
     for (int a = 0; a < 3; ++a) {
         Lanes low = all(infinity), high = all(-infinity);
         for (int c = 0; c < part.carriers; ++c) {
@@ -112,7 +114,7 @@ void shared_map(const AffinePart& part, const RestBoxes& rest, const float* node
         }
         maps.box(
             a, rest, [&](int m) { return all(part.reach[m]); }, origin[a], low, high,
-            all(magnitude(origin[a]) + most(farthest[a])), rounding, boxes, oriented);
+            all(magnitude(origin[a]) + most[a]), rounding, boxes, oriented);
     }
     if (oriented) find_slabs(*oriented);
 }

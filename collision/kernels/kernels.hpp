@@ -111,6 +111,9 @@ struct Kernels {
     /// Boxes of sixteen triangles, exact. points: four numbers each, of which the first three count. corners:
     /// corner c of triangle k is the point corners[16 * c + k].
     void (*triangle_boxes)(const float* points, const std::uint8_t* corners, BoxPack& boxes) noexcept;
+    /// Packs sixteen triangles. corners: [3][16], where each corner stands; reads a fourth number of each,
+    /// which does not count.
+    void (*pack_triangles)(const float* const (*corners)[16], TrianglePack& pack) noexcept;
     /// See triangle_pack.hpp.
     unsigned (*separated_by_plane)(const TrianglePack& s, const TrianglePack& t) noexcept;
     PackVerdict (*edges_meet_faces)(const TrianglePack& s, const TrianglePack& t) noexcept;

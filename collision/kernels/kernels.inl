@@ -2,8 +2,6 @@
 
 constexpr float infinity = __builtin_inff();
 
-inline float most(const Lanes& a) noexcept { return -least(all(0) - a); }
-
 // Boxes
 
 struct BoxLanes {
@@ -118,10 +116,8 @@ inline bool box_of(const At& at, int count, float* box) noexcept {
         for (int chain = 0; chain < chains; ++chain) add(chain, four(k + 4 * chain));
     for (; k + 4 <= count; k += 4) add(0, four(k));
     for (; k < count; ++k) add(1, load_rows(at(k), at(k), at(k), at(k)));
-    store_least_row(min(lo[0], lo[1]), box);
-    store_least_row(all(0) - max(hi[0], hi[1]), box + 4);
-    for (int a = 0; a < 3; ++a) box[4 + a] = -box[4 + a];
-    box[3] = box[7] = 0;
+    store_joined<Least>(min(lo[0], lo[1]), box);
+    store_joined<Most>(max(hi[0], hi[1]), box + 4);
     constexpr unsigned coordinates = 0x7777;
     return (above(doubt[0] + doubt[1], -1) & coordinates) == coordinates;
 }
@@ -132,11 +128,10 @@ bool box_of_points(const float* x, const std::int32_t* places, const std::uint16
 }
 
 void hull(const BoxPack& boxes, float* box) noexcept {
-    for (int a = 0; a < 3; ++a) {
-        box[a] = least(load(boxes.lo[a]));
-        box[4 + a] = most(load(boxes.hi[a]));
-    }
-    box[3] = box[7] = 0;
+    const Lanes lo[3] = {load(boxes.lo[0]), load(boxes.lo[1]), load(boxes.lo[2])},
+                hi[3] = {load(boxes.hi[0]), load(boxes.hi[1]), load(boxes.hi[2])};
+    store_joined<Least>(lo, box);
+    store_joined<Most>(hi, box + 4);
 }
 
 void triangle_boxes(const float* points, const std::uint8_t* corners, BoxPack& boxes) noexcept {
@@ -156,6 +151,14 @@ void triangle_boxes(const float* points, const std::uint8_t* corners, BoxPack& b
 }
 
 // Triangles
+
+void pack_triangles(const float* const (*corners)[16], TrianglePack& pack) noexcept {
+    for (int c = 0; c < 3; ++c) {
+        Lanes x[3];
+        load_points([&](int k) { return corners[c][k]; }, x);
+        for (int axis = 0; axis < 3; ++axis) store(x[axis], pack.corners[c][axis]);
+    }
+}
 
 struct Corner {
     Lanes x, y, z;
@@ -428,6 +431,7 @@ constexpr Kernels make_kernels(InstructionSet instructions) noexcept {
             .hull = hull,
             .clear_parted = clear_parted,
             .triangle_boxes = triangle_boxes,
+            .pack_triangles = pack_triangles,
             .separated_by_plane = separated_by_plane,
             .edges_meet_faces = edges_meet_faces,
             .shared_map = shared_map,

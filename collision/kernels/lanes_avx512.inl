@@ -142,13 +142,29 @@ inline float sum(const Lanes& a) noexcept {
     const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
     return _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)));
 }
-inline __m128 least_row(const Lanes& a) noexcept {
-    const __m256 eight = _mm256_min_ps(_mm512_castps512_ps256(a.v), _mm512_extractf32x8_ps(a.v, 1));
-    return _mm_min_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+struct Least {
+    __m128 operator()(__m128 a, __m128 b) const noexcept { return _mm_min_ps(a, b); }
+    __m256 operator()(__m256 a, __m256 b) const noexcept { return _mm256_min_ps(a, b); }
+    __m512 operator()(__m512 a, __m512 b) const noexcept { return _mm512_min_ps(a, b); }
+};
+struct Most {
+    __m128 operator()(__m128 a, __m128 b) const noexcept { return _mm_max_ps(a, b); }
+    __m256 operator()(__m256 a, __m256 b) const noexcept { return _mm256_max_ps(a, b); }
+    __m512 operator()(__m512 a, __m512 b) const noexcept { return _mm512_max_ps(a, b); }
+};
+template <class Join>
+inline void store_joined(const Lanes& a, float* p) noexcept {
+    constexpr Join join{};
+    const __m256 eight = join(_mm512_castps512_ps256(a.v), _mm512_extractf32x8_ps(a.v, 1));
+    const __m128 four = join(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+    _mm_storeu_ps(p, _mm_blend_ps(four, _mm_setzero_ps(), 8));
 }
-inline void store_least_row(const Lanes& a, float* p) noexcept { _mm_storeu_ps(p, least_row(a)); }
-inline float least(const Lanes& a) noexcept {
-    const __m128 four = least_row(a);
-    const __m128 two = _mm_min_ps(four, _mm_movehl_ps(four, four));
-    return _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)));
+template <class Join>
+inline void store_joined(const Lanes (&xyz)[3], float* p) noexcept {
+    constexpr Join join{};
+    const __m512 x = xyz[0].v, y = xyz[1].v, z = xyz[2].v;
+    const __m512 xy = join(_mm512_unpacklo_ps(x, y), _mm512_unpackhi_ps(x, y)),
+                 zz = join(_mm512_unpacklo_ps(z, z), _mm512_unpackhi_ps(z, z));
+    const __m512 points = join(_mm512_shuffle_ps(xy, zz, 0x44), _mm512_shuffle_ps(xy, zz, 0xee));
+    store_joined<Join>(Lanes{points}, p);
 }

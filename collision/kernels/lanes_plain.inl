@@ -160,19 +160,32 @@ inline float sum(const Lanes& a) noexcept {
     for (int k = 0; k < 4; ++k) s[k] += s[k + 4];
     return (s[0] + s[2]) + (s[1] + s[3]);
 }
-/// Smallest lane, in the same order; any number if a lane is NaN.
-inline float least(const Lanes& a) noexcept {
-    float s[8];
-    for (int k = 0; k < 8; ++k) s[k] = a.v[k] < a.v[k + 8] ? a.v[k] : a.v[k + 8];
-    for (int step = 4; step > 0; step /= 2)
-        for (int k = 0; k < step; ++k) s[k] = s[k] < s[k + step] ? s[k] : s[k + step];
-    return s[0];
+/// How lanes are joined: the smaller or the larger of two numbers; the second if either is NaN or both are
+/// equal.
+struct Least {
+    float operator()(float a, float b) const noexcept { return a < b ? a : b; }
+};
+struct Most {
+    float operator()(float a, float b) const noexcept { return a > b ? a : b; }
+};
+/// Joins four points from load_rows() and stores x, y, z and 0.
+template <class Join>
+inline void store_joined(const Lanes& points, float* p) noexcept {
+    constexpr Join join{};
+    const float* v = points.v;
+    for (int axis = 0; axis < 3; ++axis)
+        p[axis] = join(join(v[axis], v[axis + 8]), join(v[axis + 4], v[axis + 12]));
+    p[3] = 0;
 }
-/// Stores the smallest of lanes k, k + 4, k + 8 and k + 12 in p[k].
-inline void store_least_row(const Lanes& a, float* p) noexcept {
-    for (int k = 0; k < 4; ++k) {
-        const float first = a.v[k] < a.v[k + 8] ? a.v[k] : a.v[k + 8],
-                    second = a.v[k + 4] < a.v[k + 12] ? a.v[k + 4] : a.v[k + 12];
-        p[k] = first < second ? first : second;
-    }
+/// Likewise sixteen points, one per lane.
+template <class Join>
+inline void store_joined(const Lanes (&xyz)[3], float* p) noexcept {
+    constexpr Join join{};
+    Lanes points;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int k = 0; k < 16; k += 4) {
+            const float* v = xyz[axis].v + k;
+            points.v[k + axis] = join(join(v[0], v[2]), join(v[1], v[3]));
+        }
+    store_joined<Join>(points, p);
 }

@@ -13,21 +13,14 @@ namespace {
 /// Packs up to 16 faces; the lanes left over repeat the last one.
 template <int FacePair::*face, class Posed>
 TrianglePack pack(const Posed& faces, std::span<const FacePair> pairs) noexcept {
-    constexpr int lanes = TrianglePack::lanes;
-    TrianglePack packed;
-    for (int first = 0; first < lanes; first += 4) {
-        Eigen::Array44f positions[3];
-        for (int lane = 0; lane < 4; ++lane) {
-            const auto i = std::min(static_cast<std::size_t>(first + lane), pairs.size() - 1);
-            const FaceCorners corners = faces.corners(pairs[i].*face);
-            for (int k = 0; k < 3; ++k) positions[k].col(lane) = corners[static_cast<std::size_t>(k)];
-        }
-        for (int k = 0; k < 3; ++k) {
-            const Eigen::Array44f by_axis = positions[k].transpose();
-            for (int axis = 0; axis < 3; ++axis)
-                Eigen::Map<Eigen::Array4f>(packed.corners[k][axis] + first) = by_axis.col(axis);
-        }
+    const float* corners[3][TrianglePack::lanes];
+    Eigen::Array4f spare;
+    for (std::size_t lane = 0; lane < TrianglePack::lanes; ++lane) {
+        const FaceCorners places = faces.corners(pairs[std::min(lane, pairs.size() - 1)].*face, spare);
+        for (std::size_t k = 0; k < 3; ++k) corners[k][lane] = places[k];
     }
+    TrianglePack packed;
+    kernels().pack_triangles(corners, packed);
     return packed;
 }
 

@@ -116,16 +116,18 @@ class AffineBoxes {
     /// Writes the positions of all vertices that a face uses; the others are zero.
     void make_surface(Vertices& x);
 
-    /// Corners of the face in a slot whose leaf was asked for in this pose. Lane 3 is unspecified.
-    FaceCorners corners(int slot) const noexcept {
-        const auto l = static_cast<std::size_t>(slot / tree_width);
-        const Eigen::Array4f* x = leaves_[slot / tree_width].x;
-        const std::uint8_t* at = tree_->corners[l].data() + slot % tree_width;
-        return {x[at[0]], x[at[tree_width]], x[at[2 * tree_width]]};
+    /// Where the corners of a face stand, four numbers each. slot: of a leaf that was asked for in this pose.
+    FaceCorners corners(int slot, Eigen::Array4f& /*spare*/) const noexcept {
+        const int leaf = slot / tree_width;
+        const Eigen::Array4f* x = leaves_[leaf].x;
+        const std::uint8_t* at = tree_->corners[static_cast<std::size_t>(leaf)].data() + slot % tree_width;
+        return {x[at[0]].data(), x[at[tree_width]].data(), x[at[2 * tree_width]].data()};
     }
     Triangle triangle(int slot) const noexcept {
-        const FaceCorners c = corners(slot);
-        return {c[0].head<3>().matrix(), c[1].head<3>().matrix(), c[2].head<3>().matrix()};
+        Eigen::Array4f spare;
+        const FaceCorners c = corners(slot, spare);
+        using Point = Eigen::Map<const Eigen::Vector3f>;
+        return {Point(c[0]), Point(c[1]), Point(c[2])};
     }
     std::array<int, 3> face_vertices(int slot) const noexcept { return tree_->face_vertices(slot); }
     int face(int slot) const noexcept { return tree_->faces[static_cast<std::size_t>(slot)]; }
