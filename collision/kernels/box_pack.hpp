@@ -49,10 +49,10 @@ inline const float* numbers(const Box& box) noexcept {
 }
 inline float* numbers(Box& box) noexcept { return const_cast<float*>(numbers(std::as_const(box))); }
 
-/// The box around all sixteen boxes of a pack.
-inline Box hull(const BoxPack& boxes) noexcept {
+/// The box around the first `count` boxes of a pack, 1 to 16.
+inline Box hull(const BoxPack& boxes, int count = BoxPack::lanes) noexcept {
     Box box;
-    kernels().hull(boxes, numbers(box));
+    kernels().hull(boxes, count, numbers(box));
     return box;
 }
 

@@ -102,8 +102,8 @@ struct Kernels {
     /// means nothing. box: eight numbers as above.
     bool (*box_of_points)(const float* x, const std::int32_t* places, const std::uint16_t* which, int count,
                           float* box) noexcept;
-    /// The box around all sixteen boxes of a pack. box: eight numbers as above.
-    void (*hull)(const BoxPack& boxes, float* box) noexcept;
+    /// The box around the first `count` boxes of a pack, 1 to 16. box: eight numbers as above.
+    void (*hull)(const BoxPack& boxes, int count, float* box) noexcept;
     /// For each bit i set in `which`, clears bit k of masks[i] where box i of s and box k of t are certainly
     /// more than `distance` apart across the slab that holds one of them.
     void (*clear_parted)(const OrientedBoxes& s, const OrientedBoxes& t, float distance, unsigned which,

@@ -127,9 +127,10 @@ bool box_of_points(const float* x, const std::int32_t* places, const std::uint16
     return box_of([=](int k) { return x + places[which[k]]; }, count, box);
 }
 
-void hull(const BoxPack& boxes, float* box) noexcept {
-    const Lanes lo[3] = {load(boxes.lo[0]), load(boxes.lo[1]), load(boxes.lo[2])},
-                hi[3] = {load(boxes.hi[0]), load(boxes.hi[1]), load(boxes.hi[2])};
+void hull(const BoxPack& boxes, int count, float* box) noexcept {
+    const auto some = [&](const float* p) { return load_some(p, count); };
+    const Lanes lo[3] = {some(boxes.lo[0]), some(boxes.lo[1]), some(boxes.lo[2])},
+                hi[3] = {some(boxes.hi[0]), some(boxes.hi[1]), some(boxes.hi[2])};
     store_joined<Least>(lo, box);
     store_joined<Most>(hi, box + 4);
 }

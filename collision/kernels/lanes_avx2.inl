@@ -11,6 +11,15 @@ struct Pairs {
 };
 
 inline Lanes load(const float* p) noexcept { return {{_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8)}}; }
+inline Lanes load_some(const float* p, int count) noexcept {
+    const __m256i last = _mm256_set1_epi32(count - 1), first = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    const __m256 repeated = _mm256_set1_ps(p[0]);
+    const auto eight = [&](const float* at, __m256i lanes) {
+        const __m256 beyond = _mm256_castsi256_ps(_mm256_cmpgt_epi32(lanes, last));
+        return _mm256_blendv_ps(_mm256_loadu_ps(at), repeated, beyond);
+    };
+    return {{eight(p, first), eight(p + 8, _mm256_add_epi32(first, _mm256_set1_epi32(8)))}};
+}
 inline void store(const Lanes& a, float* p) noexcept {
     _mm256_storeu_ps(p, a.v[0]);
     _mm256_storeu_ps(p + 8, a.v[1]);

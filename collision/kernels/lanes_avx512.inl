@@ -11,6 +11,9 @@ struct Pairs {
 };
 
 inline Lanes load(const float* p) noexcept { return {_mm512_loadu_ps(p)}; }
+inline Lanes load_some(const float* p, int count) noexcept {
+    return {_mm512_mask_loadu_ps(_mm512_set1_ps(p[0]), static_cast<__mmask16>((1u << count) - 1), p)};
+}
 inline void store(const Lanes& a, float* p) noexcept { _mm512_storeu_ps(p, a.v); }
 inline Lanes gather(const float* base, const std::int32_t* offsets) noexcept {
     return {_mm512_i32gather_ps(_mm512_loadu_si512(offsets), base, 4)};

@@ -22,6 +22,10 @@ inline Lanes each(const F& f) noexcept {
 inline Lanes load(const float* p) noexcept {
     return each([&](int k) { return p[k]; });
 }
+/// The first `count` numbers, 1 to 16; lanes beyond them repeat the first. Reads sixteen.
+inline Lanes load_some(const float* p, int count) noexcept {
+    return each([&](int k) { return p[k < count ? k : 0]; });
+}
 inline void store(const Lanes& a, float* p) noexcept {
     for (int k = 0; k < 16; ++k) p[k] = a.v[k];
 }

@@ -92,24 +92,19 @@ void AffineBoxes::map_children(const AffineParts& parts, int i, Children& childr
     children.boxes.join(at_start);
 }
 
-void AffineBoxes::finish(Children& children, int count) noexcept {
-    for (int k = count; k < tree_width; ++k) children.boxes.set(k, children.boxes.box(0));
-    children.whole = hull(children.boxes);
-}
-
 void AffineBoxes::fit_cluster(int cluster) {
     Children& children = clusters_.add(cluster);
     ++fitted_;
     children.are_oriented = false;
     const AffineParts& parts = model_->clusters();
     const int count = tree_->blocks_in(cluster);
-    if (is_learned() && learned_->blocks(cluster, children.boxes)) return finish(children, count);
-    if (parts.maps(cluster) != AffineParts::Maps::none)
+    const bool learned = is_learned() && learned_->blocks(cluster, children.boxes);
+    if (!learned && parts.maps(cluster) != AffineParts::Maps::none)
         map_children(parts, cluster, children);
-    else
+    else if (!learned)
         for (int k = 0; k < count; ++k)
             children.boxes.set(k, box_of_nodes(model_->blocks().nodes(first_block(cluster) + k)));
-    finish(children, count);
+    children.whole = hull(children.boxes, count);
 }
 
 void AffineBoxes::fit_block(int block) {
@@ -118,12 +113,12 @@ void AffineBoxes::fit_block(int block) {
     children.are_oriented = false;
     const AffineParts& parts = model_->blocks();
     const int count = tree_->leaves_in[static_cast<std::size_t>(block)];
-    if (is_learned() && learned_->leaves(block, children.boxes)) return finish(children, count);
-    if (parts.maps(block) != AffineParts::Maps::none)
+    const bool learned = is_learned() && learned_->leaves(block, children.boxes);
+    if (!learned && parts.maps(block) != AffineParts::Maps::none)
         map_children(parts, block, children);
-    else
+    else if (!learned)
         for (int k = 0; k < count; ++k) children.boxes.set(k, box_of_leaf_nodes(tree_width * block + k));
-    finish(children, count);
+    children.whole = hull(children.boxes, count);
 }
 
 void AffineBoxes::leaf_vertices(int i, const float* nodes, Eigen::Array4f* x) const noexcept {

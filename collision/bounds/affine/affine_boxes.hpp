@@ -151,8 +151,6 @@ class AffineBoxes {
     void leaf_vertices(int leaf, const float* nodes, Eigen::Array4f* x) const noexcept;
     /// Fills in children with maps.
     void map_children(const AffineParts& parts, int part, Children& children) noexcept;
-    /// Fills in what the boxes of children imply.
-    static void finish(Children& children, int count) noexcept;
     /// Boxes of a leaf's faces, and the box around all of them, from positions of its vertices.
     void leaf_boxes(int leaf, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) noexcept;
     /// A box of nodes, with room for the rounding errors of what hangs on them.

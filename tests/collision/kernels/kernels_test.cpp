@@ -14,9 +14,9 @@
 namespace nbd {
 namespace {
 
-Box hull_of(const BoxPack& boxes) {
+Box hull_of(const BoxPack& boxes, int count) {
     Box whole = empty_box();
-    for (int k = 0; k < BoxPack::lanes; ++k) whole = joined(whole, boxes.box(k));
+    for (int k = 0; k < count; ++k) whole = joined(whole, boxes.box(k));
     return whole;
 }
 
@@ -314,8 +314,11 @@ TEST_P(KernelForms, GiveTheSameAffineBoxes) {
             EXPECT_EQ(std::memcmp(&expected, &found, sizeof found), 0) << name << ", round " << round;
             EXPECT_EQ(std::memcmp(&oriented_expected[i], &oriented[i], sizeof oriented[i]), 0)
                 << name << ", round " << round;
-            const Box hull = nbd::hull(expected), own = hull_of(expected);
-            EXPECT_TRUE((hull.lo == own.lo).all() && (hull.hi == own.hi).all());
+            const int count = 1 + round % 16;
+            Box hull;
+            form->hull(expected, count, numbers(hull));
+            const Box own = hull_of(expected, count);
+            EXPECT_TRUE((hull.lo == own.lo).all() && (hull.hi == own.hi).all()) << count;
         };
         plain.shared_map(part, boxes, nodes.data(), 4e-6f, scratch.data(), expected, &oriented_expected[0]);
         form->shared_map(part, boxes, nodes.data(), 4e-6f, scratch.data(), found, &oriented[0]);
