@@ -223,14 +223,7 @@ void AffineBoxes::prefetch_cluster(int cluster) const noexcept {
 void AffineBoxes::prefetch_block(int block) const noexcept {
     if (blocks_.has(block)) return;
     if (is_learned()) return learned_->prefetch_leaves(block);
-    prefetch_lines(model_->blocks().nodes(block));
-    if (model_->blocks().maps(block) == AffineParts::Maps::none) return;
-    const AffinePart part = model_->blocks().part(block);
-    const auto carriers = 16 * static_cast<std::size_t>(part.carriers);
-    prefetch_lines(std::span(part.carrier, carriers));
-    prefetch_lines(std::span(part.rest, 3 * carriers));
-    prefetch_lines(std::span(part.moments, 9 * 16));
-    prefetch_lines(std::span(&model_->blocks().rest_boxes(block), 1));
+    model_->blocks().prefetch(block);
 }
 
 void AffineBoxes::prefetch_leaf(int leaf) const noexcept {

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "collision/base/prefetch.hpp"
+
 namespace nbd {
 namespace {
 
@@ -234,6 +236,21 @@ AffinePart AffineParts::part(int i) const noexcept {
             .rest = rest_.data() + p.rest,
             .moments = moments,
             .reach = moments + (maps(i) == Maps::own ? 6 * lanes : 6)};
+}
+
+void AffineParts::prefetch(int part) const noexcept {
+    const Place &p = places_[static_cast<std::size_t>(part)],
+                &next = places_[static_cast<std::size_t>(part) + 1];
+    const auto prefetch_range = [](const auto& array, std::size_t begin, std::size_t end) {
+        end = std::min(end, array.size());
+        prefetch_lines(std::span(array).subspan(begin, end - begin));
+    };
+    prefetch_range(nodes_, p.nodes, next.nodes);
+    prefetch_range(carriers_, p.carriers, next.carriers);
+    prefetch_range(boxes_, p.boxes, next.boxes);
+    // Of what is small, some of the next parts, too: they are neighbours.
+    prefetch_range(rest_, p.rest, std::max(next.rest, p.rest + 512));
+    prefetch_range(numbers_, p.numbers, std::max(next.numbers, p.numbers + 144));
 }
 
 std::size_t AffineParts::bytes() const noexcept {

@@ -45,6 +45,9 @@ class AffineParts {
         return boxes_[places_[static_cast<std::size_t>(part)].boxes];
     }
 
+    /// Prefetches all that a part holds.
+    void prefetch(int part) const noexcept;
+
     /// Largest number of nodes of a part with maps.
     int max_nodes() const noexcept { return max_nodes_; }
     std::size_t bytes() const noexcept;

@@ -164,16 +164,6 @@ void LearnedAffineModel::prefetch_samples(int cluster, const float* x) const noe
         prefetch_line(x + box_places_[static_cast<std::size_t>(i)]);
 }
 
-void LearnedAffineModel::prefetch_part(int i) const noexcept {
-    const AffinePart part = maps_.part(i);
-    const auto count = static_cast<std::size_t>(part.count);
-    prefetch_lines(std::span(part.nodes, count));
-    prefetch_lines(std::span(part.carrier, 16 * static_cast<std::size_t>(part.carriers)));
-    prefetch_lines(std::span(part.rest, 3 * count));
-    prefetch_lines(std::span(part.moments, 9));
-    prefetch_lines(std::span(&maps_.rest_boxes(i), 1));
-}
-
 std::size_t LearnedAffineModel::bytes() const noexcept {
     return maps_.bytes() + static_cast<std::size_t>(fit_.X.size()) * sizeof(float) +
            (fit_.samples.size() + 2 * fit_.box_samples.size()) * sizeof(int) +

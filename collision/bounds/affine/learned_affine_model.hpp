@@ -81,7 +81,7 @@ class LearnedAffineModel {
 
     /// Prefetch the positions that cluster_samples() reads, and all but positions that map_children() reads.
     void prefetch_samples(int cluster, const float* x) const noexcept;
-    void prefetch_part(int part) const noexcept;
+    void prefetch_part(int part) const noexcept { maps_.prefetch(part); }
 
     std::size_t bytes() const noexcept;
 

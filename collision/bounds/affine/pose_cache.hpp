@@ -48,7 +48,7 @@ class PoseCache {
     std::vector<Place> places_;
     AlignedVector<T> values_;
     int in_use_ = 0;
-    std::uint32_t pose_ = 0;
+    std::uint32_t pose_ = 1;
 };
 
 }  // namespace nbd
