@@ -50,7 +50,7 @@ class Positions {
         if (v == last_) return {p[0], p[1], p[2], 0};  // the array may end here
         return Eigen::Map<const Eigen::Array4f>(p);
     }
-    /// Where these four stand: in `spare` if the array may end after the first three.
+    /// Pointer to the same four floats; copies them to `spare` if the array may end after the first three.
     const float* four(int v, Eigen::Array4f& spare) const noexcept {
         if (v != last_) return data(v);
         spare = (*this)[v];

@@ -47,8 +47,9 @@ struct LaneMaps {
         const Lanes side[3] = {linear(a, rest.side[0]), linear(a, rest.side[1]), linear(a, rest.side[2])};
         const Lanes half = abs(side[0]) + abs(side[1]) + abs(side[2]);
         const Lanes by = slack(rounding, all_far);
-        store(centre - half + (low - by), boxes.lo[a]);
-        store(centre + half + (high + by), boxes.hi[a]);
+        // Where numbers overflow, NaN becomes infinity: boxes are joined, and a minimum may lose NaN.
+        store(max(centre - half + (low - by), all(-infinity)), boxes.lo[a]);
+        store(min(centre + half + (high + by), all(infinity)), boxes.hi[a]);
         if (!oriented) return;
         store(centre + (low + high) * all(0.5f), oriented->centre[a]);
         for (int s = 0; s < 3; ++s) store(side[s], oriented->side[s][a]);

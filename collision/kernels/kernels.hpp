@@ -97,7 +97,8 @@ struct Kernels {
                                   unsigned in_t, const float* whole_t, std::uint16_t* masks) noexcept;
     unsigned (*near_pairs)(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t,
                            unsigned in_t, const float* whole_t, float most, std::uint16_t* masks) noexcept;
-    /// The box around points x + places[k], or x + places[which[k]] if `which` is not null; k < count. Reads
+    /// The box around points x + places[k], or x + places[which[k]] if `which` is not null; k < count, which
+    /// may be 0: the empty box. Reads
     /// a fourth number of each, which does not count. Returns whether all numbers are finite; if not, the box
     /// means nothing. box: eight numbers as above.
     bool (*box_of_points)(const float* x, const std::int32_t* places, const std::uint16_t* which, int count,

@@ -5,7 +5,7 @@
 struct Slab {
     Lanes lo, hi;
 
-    /// number(p): the number of the boxes that stands at p, in each lane.
+    /// number(p): loads one field of the boxes into lanes.
     template <class Number>
     Slab(const OrientedBoxes& boxes, const Lanes (&n)[3], const Number& number) noexcept {
         const auto along = [&](const float(&v)[3][16]) {
@@ -34,7 +34,8 @@ inline void find_slabs(OrientedBoxes& boxes) noexcept {
         n[a] =
             load(boxes.side[0][b]) * load(boxes.side[1][c]) - load(boxes.side[0][c]) * load(boxes.side[1][b]);
     }
-    const Lanes length = root(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    // The number added keeps normals that are tiny from becoming longer than 1 where their squares underflow.
+    const Lanes length = root(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] + all(0x1p-100f));
     for (int a = 0; a < 3; ++a) {
         n[a] = n[a] / length;
         store(n[a], boxes.normal[a]);
@@ -46,7 +47,7 @@ inline void find_slabs(OrientedBoxes& boxes) noexcept {
 
 void clear_parted(const OrientedBoxes& s, const OrientedBoxes& t, float distance, unsigned which,
                   std::uint16_t* masks) noexcept {
-    // A normal is longer than 1 by a few u at most. 2^-100 covers underflow.
+    // A normal is longer than 1 by a few u at most. 2^-100 covers underflow of coordinates along it.
     const float limit = distance * (1 + 0x1p-16f) + 0x1p-100f;
     const Lanes of_t[3] = {load(t.normal[0]), load(t.normal[1]), load(t.normal[2])};
     for (; which != 0; which &= which - 1) {

@@ -33,8 +33,8 @@ struct alignas(64) RestBoxes {
 /// the margin by which they reach farther along each axis.
 struct alignas(64) OrientedBoxes {
     float centre[3][kernel_lanes], side[3][3][kernel_lanes], margin[3][kernel_lanes];
-    /// A unit vector across the two long sides of each box, zero or NaN where there is none, and the slab
-    /// that holds the box: lo <= normal . x <= hi.
+    /// A vector across the two long sides of each box, and the slab that holds the box: lo <= normal . x <=
+    /// hi. Its length is 1, less where the sides are next to nothing, and NaN where numbers overflow.
     float normal[3][kernel_lanes], lo[kernel_lanes], hi[kernel_lanes];
 };
 

@@ -60,7 +60,7 @@ long open_pairs(AffineBoxes& a, AffineBoxes& b, const std::vector<NodePair>& pai
             pairs, k, [&](int i) { Level::prefetch(a, i); }, [&](int i) { Level::prefetch(b, i); });
         const NodePair& pair = pairs[k];
         const auto& near = child_test(pair.a, pair.b);
-        // Boxes shrink when their children are fitted.
+        // Boxes change, and mostly shrink, when their children are fitted.
         const auto are_near = [&] { return near.boxes(Level::box(a, pair.a), Level::box(b, pair.b)); };
         if (!are_near()) continue;
         Level::children(a, pair.a);
@@ -110,9 +110,9 @@ template <class Near, class Taken, class LeafTest>
 void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, const Taken& taken,
                              const LeafTest& leaf_test) {
     find_clusters(a, b, near, taken);
-    counters_.node_tests += open_pairs<Clusters>(
+    counters_.node_tests += open_pairs<ClusterLevel>(
         a, b, clusters_, taken, [&](int, int) { return near; }, blocks_);
-    counters_.node_tests += open_pairs<Blocks>(a, b, blocks_, taken, leaf_test, leaves_);
+    counters_.node_tests += open_pairs<BlockLevel>(a, b, blocks_, taken, leaf_test, leaves_);
     counters_.leaf_pairs = static_cast<long>(leaves_.size());
     counters_.most_pairs = static_cast<long>(std::max({clusters_.size(), blocks_.size(), leaves_.size()}));
 }

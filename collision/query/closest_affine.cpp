@@ -66,9 +66,9 @@ void ClosestQuery::search_wide(AffineBoxes& a, AffineBoxes& b) {
             for (int j = 0; j < b.tree().clusters(); ++j)
                 push({least_distance(a.cluster(pair.a), b.cluster(j)), Candidate::clusters, pair.a, j});
         else if (pair.level == Candidate::clusters)
-            open_children<Clusters>(Candidate::blocks, a, pair.a, b, pair.b);
+            open_children<ClusterLevel>(Candidate::blocks, a, pair.a, b, pair.b);
         else if (pair.level == Candidate::blocks)
-            open_children<Blocks>(Candidate::leaves, a, pair.a, b, pair.b);
+            open_children<BlockLevel>(Candidate::leaves, a, pair.a, b, pair.b);
         else if (pair.level == Candidate::leaves)
             open_leaves(a, pair.a, b, pair.b);
         else

@@ -50,9 +50,9 @@ class PairQuery {
     /// Face pairs at most `distance` apart (metres, finite, >= 0); order and exactness as in intersecting().
     std::span<const FacePair> within(PosedTree& a, PosedTree& b, float distance);
 
-    /// Face pairs whose boxes come within `distance`: all pairs of within() and some more, found much faster,
-    /// in no particular order, without repeats. For bodies in a step, those of their boxes over the whole
-    /// step: see PosedTree::begin_step().
+    /// All pairs of within() and some more whose boxes come within `distance`, found much faster, in no
+    /// particular order, without repeats. Slabs of `affine` bounds leave out some of the latter. For bodies
+    /// in a step, those of their boxes over the whole step: see PosedTree::begin_step().
     std::span<const FacePair> boxes_within(PosedTree& a, PosedTree& b, float distance);
 
     /// Leaves of the bodies' box trees, see PosedTree::box_tree(), whose boxes come within the reach of their

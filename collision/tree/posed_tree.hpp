@@ -83,7 +83,7 @@ class PosedTree {
 
     /// Makes room for poses in which queries with bodies of its kind read all of this body. Such poses and
     /// queries then allocate nothing in it; else they do where they read more than any before, as does the
-    /// first query with a body whose bounds are of another form. About 1.2 kB for each of the tree's leaves,
+    /// first query with a body whose bounds are of another form. About 1.3 kB for each of the tree's leaves,
     /// which hold up to 16 faces; nothing for bounds without a box tree.
     void reserve();
 

@@ -17,6 +17,7 @@ void LowestModes::make() {
     U_ = vibration_modes(elastic_, {.count = count_}).basis.U;
     ms_ = 1e3 * stopwatch.seconds();
 }
+
 void time_deflated(const StepProblem& problem, LowestModes& modes, int count, const SolverRaceConfig& config,
                    SolverTiming& row) {
     const bool vibrates = count > DeflatedCycle::rigid_count;

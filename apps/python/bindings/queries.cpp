@@ -93,7 +93,7 @@ void bind_pair_query(py::module_& m) {
                     }));
             },
             py::arg("a"), py::arg("b"), py::arg("distance"),
-            "Face pairs whose boxes come within `distance`: all of within() and some more, in no order.")
+            "All of within() and some more pairs of faces whose boxes come within `distance`, in no order.")
         .def_property_readonly(
             "counters", [](const PairQueryObject& self) { return counters_of(self.query.counters()); },
             "Counters of the last query.");

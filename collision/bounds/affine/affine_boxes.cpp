@@ -66,7 +66,7 @@ void AffineBoxes::begin() noexcept {
         cluster_boxes_[static_cast<std::size_t>(cluster / tree_width)].set(cluster % tree_width, box);
         whole_ = joined(whole_, box);
     }
-    // All nodes of a leaf are finite then, and so are its positions, unless they are so large that sums
+    // All nodes that carry vertices were read here. Positions are sums of them, finite unless the sums
     // overflow.
     constexpr float large = 1e37f;
     reads_unchecked_ = is_learned() || !(whole_.lo > -large && whole_.hi < large).all();
@@ -92,33 +92,30 @@ void AffineBoxes::map_children(const AffineParts& parts, int i, Children& childr
     children.boxes.join(at_start);
 }
 
-void AffineBoxes::fit_cluster(int cluster) {
-    Children& children = clusters_.add(cluster);
+template <class BoxOf>
+void AffineBoxes::fit_children(Children& children, const AffineParts& parts, int part, int count,
+                               bool learned, const BoxOf& box_of) noexcept {
     ++fitted_;
     children.are_oriented = false;
-    const AffineParts& parts = model_->clusters();
-    const int count = tree_->blocks_in(cluster);
-    const bool learned = is_learned() && learned_->blocks(cluster, children.boxes);
-    if (!learned && parts.maps(cluster) != AffineParts::Maps::none)
-        map_children(parts, cluster, children);
+    if (!learned && parts.maps(part) != AffineParts::Maps::none)
+        map_children(parts, part, children);
     else if (!learned)
-        for (int k = 0; k < count; ++k)
-            children.boxes.set(k, box_of_nodes(model_->blocks().nodes(first_block(cluster) + k)));
+        for (int k = 0; k < count; ++k) children.boxes.set(k, box_of(k));
     children.whole = hull(children.boxes, count);
+}
+
+void AffineBoxes::fit_cluster(int cluster) {
+    Children& children = clusters_.add(cluster);
+    const bool learned = is_learned() && learned_->blocks(cluster, children.boxes);
+    fit_children(children, model_->clusters(), cluster, tree_->blocks_in(cluster), learned,
+                 [&](int k) { return box_of_nodes(model_->blocks().nodes(first_block(cluster) + k)); });
 }
 
 void AffineBoxes::fit_block(int block) {
     Children& children = blocks_.add(block);
-    ++fitted_;
-    children.are_oriented = false;
-    const AffineParts& parts = model_->blocks();
-    const int count = tree_->leaves_in[static_cast<std::size_t>(block)];
     const bool learned = is_learned() && learned_->leaves(block, children.boxes);
-    if (!learned && parts.maps(block) != AffineParts::Maps::none)
-        map_children(parts, block, children);
-    else if (!learned)
-        for (int k = 0; k < count; ++k) children.boxes.set(k, box_of_leaf_nodes(tree_width * block + k));
-    children.whole = hull(children.boxes, count);
+    fit_children(children, model_->blocks(), block, tree_->leaves_in[static_cast<std::size_t>(block)],
+                 learned, [&](int k) { return box_of_leaf_nodes(tree_width * block + k); });
 }
 
 void AffineBoxes::leaf_vertices(int i, const float* nodes, Eigen::Array4f* x) const noexcept {

@@ -27,7 +27,7 @@ class AffineBoxes {
     struct Children {
         BoxPack boxes;  // one per child
         Box whole;
-        bool are_oriented = false;  // whether the next array holds them too
+        bool are_oriented = false;  // whether `oriented` is filled in
         OrientedBoxes oriented;
     };
 
@@ -76,7 +76,7 @@ class AffineBoxes {
     const BoxPack* clusters() const noexcept { return cluster_boxes_.data(); }
     int cluster_packs() const noexcept { return static_cast<int>(cluster_boxes_.size()); }
     /// Boxes of a cluster, and of a block whose cluster's blocks were asked for in this pose. Once its own
-    /// children were, it is the box around these.
+    /// children were asked for, it is the box around them, which may be another, mostly a smaller one.
     Box cluster(int i) const noexcept {
         if (clusters_.has(i)) return clusters_[i].whole;
         return cluster_boxes_[static_cast<std::size_t>(i / tree_width)].box(i % tree_width);
@@ -147,6 +147,10 @@ class AffineBoxes {
     void begin() noexcept;
     void fit_cluster(int cluster);
     void fit_block(int block);
+    /// learned: the boxes are there. box_of(k): the box of child k of a part without maps.
+    template <class BoxOf>
+    void fit_children(Children& children, const AffineParts& parts, int part, int count, bool learned,
+                      const BoxOf& box_of) noexcept;
     void fit_leaf(int leaf);
     void leaf_vertices(int leaf, const float* nodes, Eigen::Array4f* x) const noexcept;
     /// Fills in children with maps.

@@ -248,9 +248,10 @@ void AffineParts::prefetch(int part) const noexcept {
     prefetch_range(nodes_, p.nodes, next.nodes);
     prefetch_range(carriers_, p.carriers, next.carriers);
     prefetch_range(boxes_, p.boxes, next.boxes);
-    // Of what is small, some of the next parts, too: they are neighbours.
-    prefetch_range(rest_, p.rest, std::max(next.rest, p.rest + 512));
-    prefetch_range(numbers_, p.numbers, std::max(next.numbers, p.numbers + 144));
+    // Where these are small, the next parts' as well, which a query is likely to read.
+    constexpr std::size_t rest = 512, numbers = 9 * lanes;  // of some blocks with one map each
+    prefetch_range(rest_, p.rest, std::max(next.rest, p.rest + rest));
+    prefetch_range(numbers_, p.numbers, std::max(next.numbers, p.numbers + numbers));
 }
 
 std::size_t AffineParts::bytes() const noexcept {

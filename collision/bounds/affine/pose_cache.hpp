@@ -29,7 +29,8 @@ class PoseCache {
     const T& operator[](int part) const noexcept {
         return values_[static_cast<std::size_t>(places_[static_cast<std::size_t>(part)].at)];
     }
-    /// Adds a part, to be filled in: it holds anything. Throws std::bad_alloc, and has not added it then.
+    /// Adds a part, to be filled in: its contents are unspecified. Throws std::bad_alloc, and has not added
+    /// it then.
     T& add(int part) {
         if (values_.size() == static_cast<std::size_t>(in_use_)) values_.emplace_back();
         places_[static_cast<std::size_t>(part)] = {pose_, in_use_};

@@ -92,9 +92,13 @@ TEST_F(Slabs, NeverPartBoxesThatAreNear) {
         const MovedBoxes s(random, thinnest, map(), 5 * point());
         const int i = static_cast<int>(random() % 16), k = static_cast<int>(random() % 16);
         const float distance = round % 2 == 0 ? 0 : 0.5f;
-        // A point of box k of t comes to lie within the distance of a point of box i of s.
-        const Eigen::Vector3f touched = s.point(i, point()) + 0.999f * distance * point().normalized();
-        const Eigen::Vector3f along = point();
+        // A point of box k of t, often a corner, comes to lie within the distance of one of box i of s.
+        const auto corner = [&] {
+            const Eigen::Vector3f p = point();
+            return round % 5 == 0 ? p : Eigen::Vector3f(p.array().sign());
+        };
+        const Eigen::Vector3f touched = s.point(i, corner()) + 0.99999f * distance * point().normalized();
+        const Eigen::Vector3f along = corner();
         const Eigen::Matrix3f A =
             round % 4 == 0 ? Eigen::Matrix3f(1e-4f * Eigen::Matrix3f::Identity()) : map();
         std::mt19937 same = random;
@@ -108,7 +112,7 @@ TEST_F(Slabs, NeverPartBoxesThatAreNear) {
 }
 
 TEST_F(Slabs, PartObliquePlatesWhoseBoxesOverlap) {
-    // Plates at 45 degrees, some thicknesses apart: their boxes along the axes are as large as the plates.
+    // Plates turned in all ways, some thicknesses apart: boxes along the axes around them overlap.
     const Eigen::Matrix3f A =
         1e-4f * Eigen::AngleAxisf(0.785f, Eigen::Vector3f(1, 1, 0).normalized()).matrix();
     int parted = 0, boxes = 0;
@@ -138,10 +142,11 @@ TEST_F(Slabs, PartObliquePlatesWhoseBoxesOverlap) {
 }
 
 TEST_F(Slabs, KeepBoxesWithoutANormal) {
-    // A map to a point, and one so large that numbers overflow.
-    for (const float size : {0.f, 1e33f}) {
+    // A map to a point, and ones so large that numbers overflow, here and there.
+    for (const float size : {0.f, 1e33f, 1e16f}) {
+        const Eigen::Vector3f far = Eigen::Vector3f::Constant(size == 1e16f ? 3e38f : 0);
         const MovedBoxes s(random, 100, size * Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero()),
-            t(random, 100, size * Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero());
+            t(random, 100, size * Eigen::Matrix3f::Identity(), far);
         std::uint16_t masks[16];
         std::fill(std::begin(masks), std::end(masks), std::uint16_t{0xffff});
         kernels().clear_parted(s.oriented, t.oriented, 0, 0xffff, masks);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -83,6 +84,75 @@ TEST(AffineQuery, AgreesWithBruteForceInWildPoses) {
     EXPECT_GT(found, 1000u);
     EXPECT_GT(near, 2 * found);
     EXPECT_GT(apart, 5);
+}
+
+TEST(AffineQuery, FindsAllPairsWhereNumbersOverflow) {
+    const HungSurface hung = test::hung_on_lattice(shapes::torus(40, 30), 6);
+    PosedTree a(tree_of(hung), BoundKind::affine), b(tree_of(hung), BoundKind::affine);
+    PairQuery query;
+    Vertices nodes_b = hung.rest;
+    nodes_b.rowwise() += Eigen::RowVector3f(0.3f, 0.2f, 0.1f);
+    const Vertices x_b = embedded(hung.W, nodes_b);
+    b.begin_pose_of_nodes(nodes_b);
+    std::size_t found = 0;
+    for (const float far : {1e30f, 1e34f, 1e36f, 3e37f})
+        for (int node = 0; node < hung.rest.rows(); node += 23) {
+            Vertices nodes = hung.rest;
+            nodes(node, node % 3) = far;
+            a.begin_pose_of_nodes(nodes);
+            const auto expected =
+                test::brute_force_intersecting(embedded(hung.W, nodes), hung.surface.F, x_b, hung.surface.F);
+            ASSERT_EQ(as_list(query.intersecting(a, b)), expected) << "node " << node << " at " << far;
+            found += expected.size();
+        }
+    EXPECT_GT(found, 1000u);
+}
+
+TEST(AffineQuery, FindsFacesWithinADistanceOfLines) {
+    // Normals of such thin boxes are so short that their squares underflow.
+    const HungSurface hung = test::hung_on_tets(shapes::bar(20, 14), 5);
+    PosedTree a(tree_of(hung), BoundKind::affine), b(tree_of(hung), BoundKind::affine);
+    PairQuery query;
+    for (const float thickness : {1e-15f, 1e-17f, 1e-18f, 3e-19f, 1e-19f, 3e-20f, 1e-20f, 1e-21f, 1e-23f}) {
+        Vertices nodes = hung.rest;
+        nodes.rightCols<2>() *= thickness;
+        Vertices nodes_b = nodes;
+        nodes_b.col(1).array() += 0.1f;
+        a.begin_pose_of_nodes(nodes);
+        b.begin_pose_of_nodes(nodes_b);
+        const auto expected = test::brute_force_within(embedded(hung.W, nodes), hung.surface.F,
+                                                       embedded(hung.W, nodes_b), hung.surface.F, 0.101f);
+        EXPECT_GT(expected.size(), 100u);
+        EXPECT_EQ(as_list(query.within(a, b, 0.101f)), expected) << thickness;
+    }
+}
+
+TEST(AffineQuery, PartsObliqueSheets) {
+    // Boxes along the axes of sheets that lie in parallel at a slant overlap; `boxes` have no others.
+    const HungSurface hung = test::hung_on_tets(shapes::torus(80, 60), 4);
+    Vertices sheet = hung.rest;
+    sheet.col(2) *= 0.01f;
+    sheet *= Eigen::AngleAxisf(0.8f, Eigen::Vector3f(1, 0.7f, 0).normalized()).matrix();
+    const Eigen::RowVector3f normal =
+        Eigen::RowVector3f::UnitZ() *
+        Eigen::AngleAxisf(0.8f, Eigen::Vector3f(1, 0.7f, 0).normalized()).matrix();
+    PairQuery query;
+    const auto leaf_pairs = [&](BoundKind kind) {
+        PosedTree a(tree_of(hung), kind), b(tree_of(hung), kind);
+        Vertices x_a, x_b;
+        const Vertices other = sheet.rowwise() + 0.05f * normal;
+        if (kind == BoundKind::affine) {
+            a.begin_pose_of_nodes(sheet);
+            b.begin_pose_of_nodes(other);
+        } else {
+            a.begin_pose(x_a = embedded(hung.W, sheet));
+            b.begin_pose(x_b = embedded(hung.W, other));
+        }
+        EXPECT_TRUE(query.intersecting(a, b).empty());
+        return query.counters().leaf_pairs;
+    };
+    EXPECT_GT(leaf_pairs(BoundKind::boxes), 1000);
+    EXPECT_LT(leaf_pairs(BoundKind::affine), 20);
 }
 
 TEST(AffineQuery, FindsFacesWithinADistanceOfBodiesWhoseBoxesAreApart) {

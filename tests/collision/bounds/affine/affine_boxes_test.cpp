@@ -37,7 +37,7 @@ float outside(const Box& box, const Eigen::RowVector3f& p) {
     return std::max((box.lo.head<3>() - x).maxCoeff(), (x - box.hi.head<3>()).maxCoeff());
 }
 
-/// How far a point sticks out of the slab of an oriented box; NaN if that has none.
+/// How far a point sticks out of the slab of an oriented box; 0 where that has none.
 double outside_slab(const OrientedBoxes& boxes, int i, const Eigen::RowVector3f& p) {
     double along = 0;
     for (int a = 0; a < 3; ++a) along += double{boxes.normal[a][i]} * double{p[a]};
@@ -51,7 +51,8 @@ void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
     for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
         if (tree.faces_in[static_cast<std::size_t>(leaf)] == 0) continue;
         const int block = leaf / tree_width, cluster = tree.cluster_of[static_cast<std::size_t>(block)];
-        const Box leaf_box = boxes.blocks(cluster).boxes.box(block - boxes.first_block(cluster));
+        const Box of_cluster = boxes.clusters()[cluster / tree_width].box(cluster % tree_width);
+        const Box of_block = boxes.blocks(cluster).boxes.box(block - boxes.first_block(cluster));
         const AffineBoxes::Children& leaves = boxes.leaves(block);
         const Box own = leaves.boxes.box(leaf % tree_width);
         const AffineBoxes::Leaf& opened = boxes.leaf(leaf);
@@ -59,8 +60,9 @@ void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
         for (std::size_t i = 0; i < vertices.size(); ++i) {
             const Eigen::RowVector3f p = x.row(vertices[i]);
             ASSERT_LE(outside(boxes.whole(), p), 0) << "body";
-            ASSERT_LE(outside(boxes.cluster(cluster), p), 0) << "cluster " << cluster;
-            ASSERT_LE(outside(leaf_box, p), 0) << "block " << block;
+            ASSERT_LE(outside(of_cluster, p), 0) << "cluster " << cluster;
+            ASSERT_LE(outside(boxes.cluster(cluster), p), 0) << "blocks of cluster " << cluster;
+            ASSERT_LE(outside(of_block, p), 0) << "block " << block;
             ASSERT_LE(outside(own, p), 0) << "leaf " << leaf;
             ASSERT_LE(outside(leaves.whole, p), 0) << "leaves of block " << block;
             ASSERT_LE(leaves.are_oriented ? outside_slab(leaves.oriented, leaf % tree_width, p) : 0, 0)
@@ -82,6 +84,27 @@ TEST(AffineBoxes, ContainTheSurfaceInWildPoses) {
             if (HasFatalFailure()) FAIL() << "pose " << kind;
         }
     }
+}
+
+TEST(AffineBoxes, AreOrientedWhereMapsBoundThem) {
+    int oriented[2] = {}, not_oriented = 0;
+    for (const HungSurface& hung : hung_surfaces()) {
+        const auto model = model_of(hung);
+        AffineBoxes boxes(model);
+        boxes.begin_pose(hung.rest);
+        for (int c = 0; c < model->tree().clusters(); ++c) boxes.blocks(c);
+        for (int b = 0; b < model->tree().blocks(); ++b) {
+            const AffineParts::Maps maps = model->blocks().maps(b);
+            EXPECT_EQ(boxes.leaves(b).are_oriented, maps != AffineParts::Maps::none);
+            if (maps == AffineParts::Maps::none)
+                ++not_oriented;
+            else
+                ++oriented[maps == AffineParts::Maps::own];
+        }
+    }
+    EXPECT_GT(oriented[0], 0);
+    EXPECT_GT(oriented[1], 0);
+    EXPECT_GT(not_oriented, 0);
 }
 
 TEST(AffineBoxes, HoldPositionsThatRoundOutOfThePlaneOfTheirNodes) {
