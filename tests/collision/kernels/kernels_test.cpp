@@ -133,19 +133,6 @@ TEST_P(KernelForms, BoundPoints) {
     EXPECT_GT(not_finite, 100);
 }
 
-TEST_P(KernelForms, PackTriangles) {
-    std::vector<float> points(4 * 48);
-    for (float& x : points) x = number();
-    const float* corners[3][16];
-    for (auto& corner : corners)
-        for (const float*& p : corner) p = points.data() + 4 * (random() % 48);
-    TrianglePack pack;
-    form->pack_triangles(corners, pack);
-    for (int c = 0; c < 3; ++c)
-        for (int axis = 0; axis < 3; ++axis)
-            for (int k = 0; k < 16; ++k) EXPECT_EQ(pack.corners[c][axis][k], corners[c][k][axis]);
-}
-
 TEST_P(KernelForms, BoundTriangles) {
     for (int round = 0; round < 200; ++round) {
         std::vector<float> points(4 * 48);

@@ -4,12 +4,14 @@
 
 #include <bit>
 #include <cmath>
+#include <random>
 #include <vector>
 
 #include "collision/geometry/triangle_triangle.hpp"
 #include "collision/query/keep_intersecting.hpp"
 #include "tests/support/brute_force.hpp"
 #include "tests/support/random_triangles.hpp"
+#include "tests/support/shapes.hpp"
 
 namespace nbd {
 namespace {
@@ -40,6 +42,24 @@ TrianglePack packed(const std::vector<Pair>& pairs, Triangle Pair::*side) {
         }
     }
     return pack;
+}
+
+TEST(TrianglePack, IsPackedFromItsCornersByAllForms) {
+    std::mt19937 random(3);
+    std::vector<float> points(4 * 48);
+    for (float& x : points) x = shapes::uniform(random);
+    const float* corners[3][16];
+    for (auto& corner : corners)
+        for (const float*& p : corner) p = points.data() + 4 * (random() % 48);
+    for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512}) {
+        const Kernels* form = kernels_for(set);
+        if (!form) continue;
+        TrianglePack pack;
+        form->pack_triangles(corners, pack);
+        for (int c = 0; c < 3; ++c)
+            for (int axis = 0; axis < 3; ++axis)
+                for (int k = 0; k < 16; ++k) EXPECT_EQ(pack.corners[c][axis][k], corners[c][k][axis]);
+    }
 }
 
 constexpr float scales[] = {1, 1e-3f, 1e4f, 1e-13f, 1e-20f, 1e13f, 1e30f};
