@@ -95,61 +95,7 @@ unsigned near_pairs(const BoxPack& s, unsigned in_s, const float* whole_s, const
     return test_pairs(Near{most}, s, in_s, whole_s, t, in_t, whole_t, masks);
 }
 
-/// Box around points at(k), k < count.
-template <class At>
-inline bool box_of(const At& at, int count, float* box) noexcept {
-    constexpr int chains = 2;                     // independent minima, so that none waits for the one before
-    Lanes lo[chains], hi[chains], doubt[chains];  // four points side by side
-    for (int chain = 0; chain < chains; ++chain) {
-        lo[chain] = all(infinity);
-        hi[chain] = all(-infinity);
-        doubt[chain] = all(0);  // NaN where a number is not finite: minima lose it
-    }
-    const auto add = [&](int chain, const Lanes& p) {
-        lo[chain] = min(lo[chain], p);
-        hi[chain] = max(hi[chain], p);
-        doubt[chain] = doubt[chain] + all(0) * p;
-    };
-    const auto four = [&](int k) { return load_rows(at(k), at(k + 1), at(k + 2), at(k + 3)); };
-    int k = 0;
-    for (; k + 4 * chains <= count; k += 4 * chains)
-        for (int chain = 0; chain < chains; ++chain) add(chain, four(k + 4 * chain));
-    for (; k + 4 <= count; k += 4) add(0, four(k));
-    for (; k < count; ++k) add(1, load_rows(at(k), at(k), at(k), at(k)));
-    store_joined<Least>(min(lo[0], lo[1]), box);
-    store_joined<Most>(max(hi[0], hi[1]), box + 4);
-    constexpr unsigned coordinates = 0x7777;
-    return (above(doubt[0] + doubt[1], -1) & coordinates) == coordinates;
-}
-bool box_of_points(const float* x, const std::int32_t* places, const std::uint16_t* which, int count,
-                   float* box) noexcept {
-    if (!which) return box_of([=](int k) { return x + places[k]; }, count, box);
-    return box_of([=](int k) { return x + places[which[k]]; }, count, box);
-}
-
-void hull(const BoxPack& boxes, int count, float* box) noexcept {
-    const auto some = [&](const float* p) { return load_some(p, count); };
-    const Lanes lo[3] = {some(boxes.lo[0]), some(boxes.lo[1]), some(boxes.lo[2])},
-                hi[3] = {some(boxes.hi[0]), some(boxes.hi[1]), some(boxes.hi[2])};
-    store_joined<Least>(lo, box);
-    store_joined<Most>(hi, box + 4);
-}
-
-void triangle_boxes(const float* points, const std::uint8_t* corners, BoxPack& boxes) noexcept {
-    Lanes low[3], high[3];
-    for (int c = 0; c < 3; ++c) {
-        Lanes x[3];
-        load_points([&](int k) { return points + 4 * corners[16 * c + k]; }, x);
-        for (int axis = 0; axis < 3; ++axis) {
-            low[axis] = c == 0 ? x[axis] : min(low[axis], x[axis]);
-            high[axis] = c == 0 ? x[axis] : max(high[axis], x[axis]);
-        }
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-        store(low[axis], boxes.lo[axis]);
-        store(high[axis], boxes.hi[axis]);
-    }
-}
+#include "collision/kernels/points.inl"
 
 // Triangles
 
@@ -429,6 +375,8 @@ constexpr Kernels make_kernels(InstructionSet instructions) noexcept {
             .overlapping_pairs = overlapping_pairs,
             .near_pairs = near_pairs,
             .box_of_points = box_of_points,
+            .boxes_of_lists = boxes_of_lists,
+            .boxes_of_points = boxes_of_points,
             .hull = hull,
             .clear_parted = clear_parted,
             .triangle_boxes = triangle_boxes,

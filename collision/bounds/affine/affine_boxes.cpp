@@ -23,6 +23,8 @@ AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model, std::optional
     : model_(std::move(model)),
       learned_(std::move(learned)),
       tree_(&model_->tree()),
+      boxes_(static_cast<std::size_t>(tree_->clusters())),
+      boxes_at_start_(boxes_.size()),
       cluster_boxes_(static_cast<std::size_t>((tree_->clusters() + tree_width - 1) / tree_width)),
       clusters_(tree_->clusters()),
       blocks_(tree_->blocks()),
@@ -58,24 +60,39 @@ void AffineBoxes::begin() noexcept {
     fitted_ = 0;
     met_non_finite_ = false;
     whole_ = empty_box();
-    if (is_learned()) learned_->begin_pose(nodes_);
-    constexpr int ahead = 2;
-    for (int cluster = 0; cluster < tree_->clusters(); ++cluster) {
-        if (is_learned() && cluster + ahead < tree_->clusters()) learned_->prefetch_box(cluster + ahead);
-        const Box box = cluster_box(cluster);
-        cluster_boxes_[static_cast<std::size_t>(cluster / tree_width)].set(cluster % tree_width, box);
-        whole_ = joined(whole_, box);
-    }
+    if (is_learned())
+        learned_cluster_boxes();
+    else
+        exact_cluster_boxes();
     // All nodes that carry vertices were read here. Positions are sums of them, finite unless the sums
     // overflow.
     constexpr float large = 1e37f;
     reads_unchecked_ = is_learned() || !(whole_.lo > -large && whole_.hi < large).all();
 }
 
-Box AffineBoxes::cluster_box(int cluster) noexcept {
-    Box box;
-    if (is_learned() && learned_->box(cluster, box)) return box;
-    return box_of_nodes(model_->clusters().nodes(cluster));
+void AffineBoxes::set_cluster_box(int cluster, const Box& box) noexcept {
+    cluster_boxes_[static_cast<std::size_t>(cluster / tree_width)].set(cluster % tree_width, box);
+    whole_ = joined(whole_, box);
+}
+
+void AffineBoxes::exact_cluster_boxes() noexcept {
+    met_non_finite_ |= !model_->cluster_nodes().boxes(nodes_, boxes_);
+    if (start_) met_non_finite_ |= !model_->cluster_nodes().boxes(start_, boxes_at_start_);
+    for (int cluster = 0; cluster < tree_->clusters(); ++cluster) {
+        const auto c = static_cast<std::size_t>(cluster);
+        set_cluster_box(cluster, widened(start_ ? joined(boxes_[c], boxes_at_start_[c]) : boxes_[c]));
+    }
+}
+
+void AffineBoxes::learned_cluster_boxes() noexcept {
+    learned_->begin_pose(nodes_);
+    constexpr int ahead = 2;
+    for (int cluster = 0; cluster < tree_->clusters(); ++cluster) {
+        if (cluster + ahead < tree_->clusters()) learned_->prefetch_box(cluster + ahead);
+        Box box;
+        if (!learned_->box(cluster, box)) box = box_of_nodes(model_->clusters().nodes(cluster));
+        set_cluster_box(cluster, box);
+    }
 }
 
 void AffineBoxes::map_children(const AffineParts& parts, int i, Children& children) noexcept {
@@ -92,30 +109,32 @@ void AffineBoxes::map_children(const AffineParts& parts, int i, Children& childr
     children.boxes.join(at_start);
 }
 
-template <class BoxOf>
-void AffineBoxes::fit_children(Children& children, const AffineParts& parts, int part, int count,
-                               bool learned, const BoxOf& box_of) noexcept {
+void AffineBoxes::fit_children(const AffineParts& parts, int part, int count, bool learned,
+                               Children& children) noexcept {
+    using Maps = AffineParts::Maps;
     ++fitted_;
     children.are_oriented = false;
-    if (!learned && parts.maps(part) != AffineParts::Maps::none)
-        map_children(parts, part, children);
+    const Maps maps = parts.maps(part);
+    if (!learned && maps == Maps::none)
+        boxes_of_blocks(part, count, children.boxes);
+    else if (!learned && maps == Maps::nodes)
+        boxes_of_child_nodes(parts, part, count, children.boxes);
     else if (!learned)
-        for (int k = 0; k < count; ++k) children.boxes.set(k, box_of(k));
+        map_children(parts, part, children);
     children.whole = hull(children.boxes, count);
 }
 
 void AffineBoxes::fit_cluster(int cluster) {
     Children& children = clusters_.add(cluster);
     const bool learned = is_learned() && learned_->blocks(cluster, children.boxes);
-    fit_children(children, model_->clusters(), cluster, tree_->blocks_in(cluster), learned,
-                 [&](int k) { return box_of_nodes(model_->blocks().nodes(first_block(cluster) + k)); });
+    fit_children(model_->clusters(), cluster, tree_->blocks_in(cluster), learned, children);
 }
 
 void AffineBoxes::fit_block(int block) {
     Children& children = blocks_.add(block);
     const bool learned = is_learned() && learned_->leaves(block, children.boxes);
-    fit_children(children, model_->blocks(), block, tree_->leaves_in[static_cast<std::size_t>(block)],
-                 learned, [&](int k) { return box_of_leaf_nodes(tree_width * block + k); });
+    fit_children(model_->blocks(), block, tree_->leaves_in[static_cast<std::size_t>(block)], learned,
+                 children);
 }
 
 void AffineBoxes::leaf_vertices(int i, const float* nodes, Eigen::Array4f* x) const noexcept {
@@ -164,12 +183,14 @@ bool AffineBoxes::has_last_node(std::span<const int> nodes) const noexcept {
     return !nodes.empty() && nodes.back() == 3 * (model_->node_count() - 1);
 }
 
-Box AffineBoxes::widened(Box box) const noexcept {
-    if (model_->rounding() == 0) return box;
-    const float slack =
-        model_->rounding() * std::max(box.lo.abs().maxCoeff(), box.hi.abs().maxCoeff()) + 0x1p-100f;
-    const Eigen::Array4f by(slack, slack, slack, 0);
-    return {box.lo - by, box.hi + by};
+float AffineBoxes::slack(const Box& box) const noexcept {
+    if (model_->rounding() == 0) return 0;
+    return model_->rounding() * std::max(box.lo.abs().maxCoeff(), box.hi.abs().maxCoeff()) + 0x1p-100f;
+}
+
+Box AffineBoxes::widened(const Box& box) const noexcept {
+    const float by = slack(box);
+    return {box.lo - Eigen::Array4f(by, by, by, 0), box.hi + Eigen::Array4f(by, by, by, 0)};
 }
 
 template <class BoxAt>
@@ -183,23 +204,31 @@ Box AffineBoxes::box_of_nodes(std::span<const int> nodes) noexcept {
     const int count = static_cast<int>(nodes.size()) - at_end;
     return widened(over_step([&](const float* x) {
         Box box;
-        met_non_finite_ |= !kernels().box_of_points(x, nodes.data(), nullptr, count, numbers(box));
+        met_non_finite_ |= !kernels().box_of_points(x, nodes.data(), count, numbers(box));
         return at_end ? joined(box, box_of_node(x + nodes.back())) : box;
     }));
 }
 
-Box AffineBoxes::box_of_leaf_nodes(int leaf) noexcept {
-    const std::span<const int> nodes = model_->blocks().nodes(leaf / tree_width);
-    const std::uint16_t* which = model_->leaf_weights(leaf).nodes;
-    const int count = static_cast<int>(tree_->leaf_vertices(leaf).size());
-    return widened(over_step([&](const float* x) {
-        Box box = empty_box();
-        if (has_last_node(nodes))
-            for (int k = 0; k < count; ++k) box = joined(box, box_of_node(x + nodes[which[k]]));
-        else
-            met_non_finite_ |= !kernels().box_of_points(x, nodes.data(), which, count, numbers(box));
-        return box;
-    }));
+void AffineBoxes::boxes_of_blocks(int cluster, int count, BoxPack& boxes) noexcept {
+    for (int k = 0; k < count; ++k)
+        boxes.set(k, box_of_nodes(model_->blocks().nodes(first_block(cluster) + k)));
+}
+
+void AffineBoxes::boxes_of_child_nodes(const AffineParts& parts, int part, int count,
+                                       BoxPack& boxes) noexcept {
+    const std::span<const std::int32_t> places = parts.child_nodes(part);
+    const bool at_end = has_last_node(parts.nodes(part));
+    const auto make = [&](const float* x, BoxPack& made) {
+        met_non_finite_ |= !kernels().boxes_of_points(
+            x, places.data(), static_cast<int>(places.size()) / tree_width, at_end, made);
+    };
+    make(nodes_, boxes);
+    if (start_) {
+        BoxPack before;
+        make(start_, before);
+        boxes.join(before);
+    }
+    if (model_->rounding() != 0) boxes.grow(slack(hull(boxes, count)));
 }
 
 Box AffineBoxes::box_of_node(const float* p) noexcept {

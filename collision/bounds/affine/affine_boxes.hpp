@@ -147,29 +147,32 @@ class AffineBoxes {
     void begin() noexcept;
     void fit_cluster(int cluster);
     void fit_block(int block);
-    /// learned: the boxes are there. box_of(k): the box of child k of a part without maps.
-    template <class BoxOf>
-    void fit_children(Children& children, const AffineParts& parts, int part, int count, bool learned,
-                      const BoxOf& box_of) noexcept;
+    /// learned: the children's boxes are there.
+    void fit_children(const AffineParts& parts, int part, int count, bool learned,
+                      Children& children) noexcept;
     void fit_leaf(int leaf);
     void leaf_vertices(int leaf, const float* nodes, Eigen::Array4f* x) const noexcept;
     /// Fills in children with maps.
     void map_children(const AffineParts& parts, int part, Children& children) noexcept;
     /// Boxes of a leaf's faces, and the box around all of them, from positions of its vertices.
     void leaf_boxes(int leaf, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) noexcept;
-    /// A box of nodes, with room for the rounding errors of what hangs on them.
-    Box widened(Box box) const noexcept;
+    /// How far vertices may leave a box of the nodes on which they hang, by rounding errors, metres.
+    float slack(const Box& box) const noexcept;
+    Box widened(const Box& box) const noexcept;
     /// nodes: ascending places.
     bool has_last_node(std::span<const int> nodes) const noexcept;
     /// Whether this pose uses the learned boxes; a step does not.
     bool is_learned() const noexcept { return learned_ && !start_; }
-    Box cluster_box(int cluster) noexcept;
+    void set_cluster_box(int cluster, const Box& box) noexcept;
+    void exact_cluster_boxes() noexcept;
+    void learned_cluster_boxes() noexcept;
     /// box_at(nodes): of the pose, or joined from both ends of the step.
     template <class BoxAt>
     Box over_step(const BoxAt& box_at) const noexcept;
     Box box_of_nodes(std::span<const int> nodes) noexcept;
-    /// Of a leaf whose vertices are nodes.
-    Box box_of_leaf_nodes(int leaf) noexcept;
+    void boxes_of_blocks(int cluster, int count, BoxPack& boxes) noexcept;
+    /// Of the children of a part that lists their nodes.
+    void boxes_of_child_nodes(const AffineParts& parts, int part, int count, BoxPack& boxes) noexcept;
     Box box_of_node(const float* p) noexcept;
 
     std::shared_ptr<const AffineModel> model_;
@@ -179,7 +182,8 @@ class AffineBoxes {
     const float* start_ = nullptr;  // at the start of the step; null: a pose
     Vertices own_, own_start_;      // nodes whose rows were not contiguous
     Box whole_ = empty_box();
-    AlignedVector<BoxPack> cluster_boxes_;  // sixteen clusters each
+    std::vector<Box> boxes_, boxes_at_start_;  // of the clusters' nodes
+    AlignedVector<BoxPack> cluster_boxes_;     // sixteen clusters each
     PoseCache<Children> clusters_, blocks_;
     PoseCache<Leaf> leaves_;
     std::vector<float> scratch_;

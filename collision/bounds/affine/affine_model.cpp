@@ -85,7 +85,7 @@ bool are_nodes(const AffineParts::Children& children, const SurfaceEmbedding& W)
 }
 
 AffineParts::Maps maps_of_block(const AffineParts::Children& leaves, const SurfaceEmbedding& W) {
-    if (are_nodes(leaves, W)) return AffineParts::Maps::none;
+    if (are_nodes(leaves, W)) return AffineParts::Maps::nodes;
     return distinct_nodes(leaves, W) <= most_shared ? AffineParts::Maps::shared : AffineParts::Maps::own;
 }
 
@@ -110,6 +110,7 @@ AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W
         const bool mapped = !are_nodes(of_cluster, W) && distinct_nodes(of_cluster, W) <= most_mapped;
         clusters_.add(of_cluster, mapped ? Maps::shared : Maps::none, W, rest);
     }
+    list_cluster_nodes();
 }
 
 AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tree_.vertex_count) {
@@ -118,7 +119,7 @@ AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tr
         for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
             const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
             const std::vector<int> vertices = tree_.block_vertices(block);
-            blocks_.add(vertices);
+            blocks_.add(tree_.block_children(block), node_count_);
             of_cluster.insert(of_cluster.end(), vertices.begin(), vertices.end());
             for (int leaf = tree_width * block; leaf < tree_width * (block + 1); ++leaf) {
                 weight_begin_.push_back(static_cast<int>(weights_.size()));
@@ -134,6 +135,13 @@ AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tr
         of_cluster.erase(std::unique(of_cluster.begin(), of_cluster.end()), of_cluster.end());
         clusters_.add(of_cluster);
     }
+    list_cluster_nodes();
+}
+
+void AffineModel::list_cluster_nodes() {
+    std::vector<std::span<const std::int32_t>> lists;
+    for (int cluster = 0; cluster < tree_.clusters(); ++cluster) lists.push_back(clusters_.nodes(cluster));
+    cluster_nodes_ = NodeLists(lists, node_count_);
 }
 
 void AffineModel::add_leaf(std::span<const int> vertices, std::span<const int> nodes,
@@ -196,7 +204,8 @@ bool AffineModel::hangs_by(const SurfaceEmbedding& W) const {
 
 std::size_t AffineModel::bytes() const noexcept {
     const auto size = [](const auto&... arrays) { return ((arrays.size() * sizeof(arrays[0])) + ...); };
-    return clusters_.bytes() + blocks_.bytes() + static_cast<std::size_t>(rest_.size()) * sizeof(float) +
+    return clusters_.bytes() + blocks_.bytes() + cluster_nodes_.bytes() +
+           static_cast<std::size_t>(rest_.size()) * sizeof(float) +
            size(weight_begin_, weights_per_vertex_, weights_, weight_nodes_, tree_.first_block,
                 tree_.cluster_of, tree_.leaves_in, tree_.faces_in, tree_.faces, tree_.vertices,
                 tree_.vertex_begin, tree_.corners);

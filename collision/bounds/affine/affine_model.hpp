@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "collision/bounds/affine/affine_parts.hpp"
+#include "collision/bounds/affine/node_lists.hpp"
 #include "collision/bounds/affine/wide_tree.hpp"
 #include "collision/geometry/embedding.hpp"
 
@@ -51,6 +52,8 @@ class AffineModel {
     /// The clusters, whose children are blocks, and the blocks, whose children are leaves.
     const AffineParts& clusters() const noexcept { return clusters_; }
     const AffineParts& blocks() const noexcept { return blocks_; }
+    /// The nodes of each cluster.
+    const NodeLists& cluster_nodes() const noexcept { return cluster_nodes_; }
     /// Number of floats that the kernels need for any part.
     int scratch() const noexcept { return 3 * std::max(clusters_.max_nodes(), blocks_.max_nodes()); }
 
@@ -72,6 +75,7 @@ class AffineModel {
     std::size_t bytes() const noexcept;
 
  private:
+    void list_cluster_nodes();
     void add_leaf(std::span<const int> vertices, std::span<const int> nodes, const SurfaceEmbedding& W);
 
     WideTree tree_;
@@ -79,6 +83,7 @@ class AffineModel {
     Vertices rest_;
     float rounding_ = 0;
     AffineParts clusters_, blocks_;
+    NodeLists cluster_nodes_;
     std::vector<int> weight_begin_;                 // [leaves] into the two arrays below
     std::vector<std::uint8_t> weights_per_vertex_;  // [leaves]
     std::vector<float> weights_;

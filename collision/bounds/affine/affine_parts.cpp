@@ -24,6 +24,27 @@ std::vector<int> carriers_of(const std::vector<int>& vertices, const SurfaceEmbe
     return nodes;
 }
 
+/// The nodes of all children without repeats, ascending.
+std::vector<int> nodes_of(const AffineParts::Children& carriers) {
+    std::vector<int> nodes;
+    for (const std::vector<int>& list : carriers) nodes.insert(nodes.end(), list.begin(), list.end());
+    std::ranges::sort(nodes);
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+}
+
+std::size_t longest(const AffineParts::Children& carriers) {
+    std::size_t most = 0;
+    for (const std::vector<int>& list : carriers) most = std::max(most, list.size());
+    return most;
+}
+
+/// Entry i of a list made longer: the nodes of a short list repeat in turn, so that each counts about as
+/// often; those of an empty one are `other`.
+int entry(const std::vector<int>& list, std::size_t i, int other) {
+    return list.empty() ? other : list[i % list.size()];
+}
+
 /// Rest coordinates of some nodes, of which some may repeat, in a frame around their mean, as integers. A map
 /// is fitted as if they had no mean at all; integers make it vanish nearly.
 class Frame {
@@ -119,11 +140,10 @@ float rounded_up(double x) {
 void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbedding& W, VerticesRef rest) {
     node_count_ = static_cast<int>(W.cols());
     Children carriers;
-    std::vector<int> nodes;
-    for (std::size_t k = 0; k < lanes; ++k) {
-        carriers[k] = carriers_of(children[k], W);
-        nodes.insert(nodes.end(), carriers[k].begin(), carriers[k].end());
-    }
+    for (std::size_t k = 0; k < lanes; ++k) carriers[k] = carriers_of(children[k], W);
+    if (maps == Maps::nodes) return add(carriers, node_count_);
+    std::vector<int> nodes = nodes_of(carriers);
+    if (maps == Maps::none) return add(nodes);
     add(carriers, std::move(nodes), maps, rest, [&](std::size_t k, const Frame& frame) {
         std::vector<Eigen::Vector3d> points;
         for (const int v : children[k]) points.push_back(frame.of_vertex(v, W));
@@ -144,22 +164,13 @@ void AffineParts::add(const Children& children, const Children& carriers, std::s
 template <class RestPoints>
 void AffineParts::add(const Children& carriers, std::vector<int> nodes, Maps maps, VerticesRef rest,
                       const RestPoints& rest_points) {
-    std::size_t most = 0;
-    for (const std::vector<int>& list : carriers) most = std::max(most, list.size());
-    std::ranges::sort(nodes);
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    places_.back().node_count = nodes.size();
-    for (const int node : nodes) nodes_.push_back(3 * node);
-    while (!nodes.empty() && (nodes_.size() - places_.back().nodes) % lanes != 0)
-        nodes_.push_back(nodes_.back());
+    const std::size_t most = longest(carriers);
+    add_nodes(nodes);
+    while ((nodes_.size() - places_.back().nodes) % lanes != 0) nodes_.push_back(nodes_.back());
     const auto padded = nodes_.size() - places_.back().nodes;
-    // Lists of equal length: the nodes of a shorter one repeat in turn, so that each counts about as often.
-    const auto carrier = [&](std::size_t c, std::size_t k) {
-        return carriers[k].empty() ? nodes.front() : carriers[k][c % carriers[k].size()];
-    };
-    if (nodes.empty()) maps = Maps::none;
-    if (maps != Maps::none) max_nodes_ = std::max(max_nodes_, static_cast<int>(padded));
-    for (std::size_t c = 0; c < most && maps != Maps::none; ++c)
+    const auto carrier = [&](std::size_t c, std::size_t k) { return entry(carriers[k], c, nodes.front()); };
+    max_nodes_ = std::max(max_nodes_, static_cast<int>(padded));
+    for (std::size_t c = 0; c < most; ++c)
         for (std::size_t k = 0; k < lanes; ++k)
             carriers_.push_back(
                 static_cast<std::uint16_t>(std::ranges::lower_bound(nodes, carrier(c, k)) - nodes.begin()));
@@ -185,7 +196,7 @@ void AffineParts::add(const Children& carriers, std::vector<int> nodes, Maps map
             }
         for (const float number : inverse_moments(sum)) numbers_.push_back(number);
         for (int a = 0; a < 3; ++a) numbers_.push_back(rounded_up(reach[a]));
-    } else if (maps == Maps::own) {
+    } else {
         const std::size_t first_rest = rest_.size(), first_number = numbers_.size();
         rest_.resize(first_rest + 3 * lanes * most);
         numbers_.resize(first_number + 9 * lanes);
@@ -212,21 +223,44 @@ void AffineParts::add(const Children& carriers, std::vector<int> nodes, Maps map
                 numbers_[first_number + lanes * (6 + a) + k] = rounded_up(reach[static_cast<int>(a)]);
         }
     }
-    if (maps != Maps::none) boxes_.push_back(boxes);
-    maps_.push_back(maps);
-    places_.push_back({nodes_.size(), 0, carriers_.size(), rest_.size(), numbers_.size(), boxes_.size()});
+    boxes_.push_back(boxes);
+    end_part(maps);
+}
+
+void AffineParts::add(const Children& carriers, int node_count) {
+    node_count_ = node_count;
+    const std::vector<int> nodes = nodes_of(carriers);
+    add_nodes(nodes);
+    for (std::size_t c = 0, most = longest(carriers); c < most; ++c)
+        for (const std::vector<int>& list : carriers)
+            child_nodes_.push_back(3 * entry(list, c, nodes.front()));
+    end_part(Maps::nodes);
 }
 
 void AffineParts::add(std::span<const int> nodes) {
+    add_nodes(nodes);
+    end_part(Maps::none);
+}
+
+void AffineParts::add_nodes(std::span<const int> nodes) {
     places_.back().node_count = nodes.size();
     for (const int node : nodes) nodes_.push_back(3 * node);
-    maps_.push_back(Maps::none);
-    places_.push_back({nodes_.size(), 0, carriers_.size(), rest_.size(), numbers_.size(), boxes_.size()});
+}
+
+void AffineParts::end_part(Maps maps) {
+    maps_.push_back(maps);
+    places_.push_back({.nodes = nodes_.size(),
+                       .node_count = 0,
+                       .child_nodes = child_nodes_.size(),
+                       .carriers = carriers_.size(),
+                       .rest = rest_.size(),
+                       .numbers = numbers_.size(),
+                       .boxes = boxes_.size()});
 }
 
 AffinePart AffineParts::part(int i) const noexcept {
     const Place &p = places_[static_cast<std::size_t>(i)], &next = places_[static_cast<std::size_t>(i) + 1];
-    if (maps(i) == Maps::none) return {};
+    if (maps(i) == Maps::none || maps(i) == Maps::nodes) return {};
     const float* moments = numbers_.data() + p.numbers;
     return {.nodes = nodes_.data() + p.nodes,
             .count = static_cast<int>(next.nodes - p.nodes),
@@ -246,6 +280,7 @@ void AffineParts::prefetch(int part) const noexcept {
         prefetch_lines(std::span(array).subspan(begin, end - begin));
     };
     prefetch_range(nodes_, p.nodes, next.nodes);
+    prefetch_range(child_nodes_, p.child_nodes, next.child_nodes);
     prefetch_range(carriers_, p.carriers, next.carriers);
     prefetch_range(boxes_, p.boxes, next.boxes);
     // Where these are small, the next parts' as well, which a query is likely to read.
@@ -256,7 +291,7 @@ void AffineParts::prefetch(int part) const noexcept {
 
 std::size_t AffineParts::bytes() const noexcept {
     const auto size = [](const auto&... arrays) { return ((arrays.size() * sizeof(arrays[0])) + ...); };
-    return size(places_, maps_, nodes_, carriers_, rest_, numbers_, boxes_);
+    return size(places_, maps_, nodes_, child_nodes_, carriers_, rest_, numbers_, boxes_);
 }
 
 }  // namespace nbd

@@ -17,8 +17,8 @@ namespace nbd {
 class AffineParts {
  public:
     /// How a part's children are bounded: by one map for the part or one map for each child, see Kernels, or
-    /// by boxes of their own nodes. Only maps need carriers.
-    enum class Maps : std::uint8_t { shared, own, none };
+    /// by boxes around their own nodes, which the part lists (`nodes`) or leaves to the children (`none`).
+    enum class Maps : std::uint8_t { shared, own, nodes, none };
 
     /// Vertices of the children of a part; empty lists for those that are not present.
     using Children = std::array<std::vector<int>, 16>;
@@ -26,16 +26,26 @@ class AffineParts {
     /// Appends a part. W: weights, [vertices, nodes]. rest: rest positions of the nodes.
     void add(const Children& children, Maps maps, const SurfaceEmbedding& W, VerticesRef rest);
     /// Appends a part with a shared map whose nodes are some of its own vertices. No child is known to hang
-    /// on them, so that its box may miss. samples: without repeats. carriers: of each child, among the
-    /// samples. X: rest positions of the vertices.
+    /// on them, so that its box may miss. samples: ascending, without repeats. carriers: of each child, among
+    /// the samples. X: rest positions of the vertices.
     void add(const Children& children, const Children& carriers, std::span<const int> samples, VerticesRef X);
-    /// Appends a part without maps. nodes: without repeats, ascending.
+    /// Appends a part that lists the nodes of its children. carriers: of each child. node_count: of all
+    /// nodes.
+    void add(const Children& carriers, int node_count);
+    /// Appends a part without maps and lists. nodes: without repeats, ascending.
     void add(std::span<const int> nodes);
 
     /// Nodes of a part without repeats, ascending, as places of their first coordinates.
     std::span<const int> nodes(int part) const noexcept {
         const Place& p = places_[static_cast<std::size_t>(part)];
         return std::span(nodes_).subspan(p.nodes, p.node_count);
+    }
+    /// [16 * count] places of the nodes of the children: those of child k at k, k + 16 and so on, some more
+    /// than once. Only for parts that list them.
+    std::span<const std::int32_t> child_nodes(int part) const noexcept {
+        const std::size_t begin = places_[static_cast<std::size_t>(part)].child_nodes,
+                          end = places_[static_cast<std::size_t>(part) + 1].child_nodes;
+        return std::span(child_nodes_).subspan(begin, end - begin);
     }
     /// As the kernels take it; only for parts with maps.
     AffinePart part(int i) const noexcept;
@@ -59,13 +69,18 @@ class AffineParts {
              const RestPoints& rest_points);
 
     struct Place {
-        std::size_t nodes = 0, node_count = 0, carriers = 0, rest = 0, numbers = 0, boxes = 0;
+        std::size_t nodes = 0, node_count = 0, child_nodes = 0, carriers = 0, rest = 0, numbers = 0,
+                    boxes = 0;
     };
+    void add_nodes(std::span<const int> nodes);
+    /// Ends the part that was appended.
+    void end_part(Maps maps);
 
     std::vector<Place> places_{Place{}};  // [parts + 1] beginnings in the arrays below
     std::vector<Maps> maps_;
     std::vector<std::int32_t>
         nodes_;  // of parts with maps padded with repeats of the last one to a multiple of sixteen
+    std::vector<std::int32_t> child_nodes_;
     std::vector<std::uint16_t> carriers_;
     std::vector<std::int16_t> rest_;
     std::vector<float> numbers_;  // moments, then reach

@@ -100,39 +100,6 @@ TEST_P(KernelForms, FindTheSameOverlappingBoxes) {
     EXPECT_GT(found, 500);
 }
 
-TEST_P(KernelForms, BoundPoints) {
-    constexpr float inf = std::numeric_limits<float>::infinity(),
-                    nan = std::numeric_limits<float>::quiet_NaN();
-    int not_finite = 0;
-    for (int round = 0; round < 2000; ++round) {
-        const int count = round % 21;
-        std::vector<float> x(4 * 24);
-        for (float& number : x) number = this->number();
-        std::vector<std::int32_t> places;
-        for (int i = 0; i < 24; ++i) places.push_back(4 * i);
-        std::ranges::shuffle(places, random);
-        std::vector<std::uint16_t> which;
-        for (int i = 0; i < count; ++i) which.push_back(static_cast<std::uint16_t>(random() % 24));
-        if (round % 3 == 0) x[random() % x.size()] = round % 2 == 0 ? inf : nan;
-        const std::uint16_t* list = round % 2 == 0 ? nullptr : which.data();
-        Box expected = empty_box(), found, own;
-        bool finite = true;
-        for (int k = 0; k < count; ++k) {
-            const float* p = x.data() + places[list ? list[k] : static_cast<std::size_t>(k)];
-            const Eigen::Array4f point(p[0], p[1], p[2], 0);
-            finite &= point.isFinite().all();
-            expected = joined(expected, {point, point});
-        }
-        not_finite += !finite;
-        EXPECT_EQ(plain.box_of_points(x.data(), places.data(), list, count, numbers(own)), finite);
-        EXPECT_EQ(form->box_of_points(x.data(), places.data(), list, count, numbers(found)), finite);
-        if (!finite) continue;
-        EXPECT_TRUE((found.lo == expected.lo).all() && (found.hi == expected.hi).all()) << count;
-        EXPECT_EQ(std::memcmp(&found, &own, sizeof found), 0);
-    }
-    EXPECT_GT(not_finite, 100);
-}
-
 TEST_P(KernelForms, BoundTriangles) {
     for (int round = 0; round < 200; ++round) {
         std::vector<float> points(4 * 48);

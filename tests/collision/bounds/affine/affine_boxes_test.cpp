@@ -95,8 +95,8 @@ TEST(AffineBoxes, AreOrientedWhereMapsBoundThem) {
         for (int c = 0; c < model->tree().clusters(); ++c) boxes.blocks(c);
         for (int b = 0; b < model->tree().blocks(); ++b) {
             const AffineParts::Maps maps = model->blocks().maps(b);
-            EXPECT_EQ(boxes.leaves(b).are_oriented, maps != AffineParts::Maps::none);
-            if (maps == AffineParts::Maps::none)
+            EXPECT_EQ(boxes.leaves(b).are_oriented, maps != AffineParts::Maps::nodes);
+            if (maps == AffineParts::Maps::nodes)
                 ++not_oriented;
             else
                 ++oriented[maps == AffineParts::Maps::own];
