@@ -101,7 +101,7 @@ void PairQuery::reserve(const PosedTree& a, const PosedTree& b, std::size_t pair
     affine_walk_.reserve(packs, pairs);
     counting_sort_.reserve(pairs, leaves);
     for (auto* held : {&leaf_pairs_, &stack_, &next_}) held->reserve(pairs);
-    pairs_.reserve(pairs);
+    for (auto* held : {&pairs_, &other_pairs_}) held->reserve(pairs);
 }
 
 void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) {
@@ -227,12 +227,20 @@ std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b,
         return AutoChoice::Trial{.query_ns = (1e9 * watch.seconds() - (starts_ns() - before_ns)) / 2,
                                  .work = work()};
     };
-    // Exact boxes come second, in caches that hold what both read, and give the answer. Bodies that learned
-    // boxes find apart say nothing of the costs.
-    const AutoChoice::Trial learned = tried(true);
+    // Exact boxes give the answer. Bodies that the first kind finds apart say nothing of the costs.
+    const bool learned_first = bodies[0]->choice.learned_goes_first();
+    const AutoChoice::Trial first = tried(learned_first);
     if (counters_.leaf_pairs == 0) return pairs_;
-    const AutoChoice::Trial boxes = tried(false);
-    for (AutoPose* body : bodies) body->add_trial(boxes, learned);
+    const QueryCounters counters = counters_;
+    std::swap(pairs_, other_pairs_);
+    const AutoChoice::Trial second = tried(!learned_first);
+    if (!learned_first) {
+        std::swap(pairs_, other_pairs_);
+        counters_ = counters;
+        choose_bounds(s, t, false);
+    }
+    for (AutoPose* body : bodies)
+        body->add_trial(learned_first ? second : first, learned_first ? first : second);
     return pairs_;
 }
 

@@ -94,7 +94,8 @@ class PairQuery {
     std::vector<LeafPair> leaf_pairs_;
     CountingSort<LeafPair> counting_sort_;
     std::vector<NodePair> stack_, next_;
-    std::vector<FacePair> pairs_;  // during a query: positions in the trees' `faces`
+    std::vector<FacePair> other_pairs_;  // of the other kind of `auto` bounds in a trial
+    std::vector<FacePair> pairs_;        // during a query: positions in the trees' `faces`
 };
 
 }  // namespace nbd

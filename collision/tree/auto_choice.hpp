@@ -10,11 +10,11 @@ struct BoundsCost {
     double start_ns = std::numeric_limits<double>::infinity();  // to begin a pose; infinite: not measured
     double work_ns = 0;                                         // per unit of work
     double measured_work = 0;                                   // greatest work of a trial
-    double work = 0;                                            // of the last pose, or an estimate of it
+    double work = 0;  // expected of the next pose: a running mean over poses
 
     /// Of a pose with so much work, ns.
     double of_pose(double work_done) const noexcept { return start_ns + work_ns * work_done; }
-    double of_last_pose() const noexcept { return of_pose(work); }
+    double of_next_pose() const noexcept { return of_pose(work); }
 };
 
 /// The choice of `auto` bounds between `boxes` and learned ones, for one body. Both are measured on the
@@ -24,12 +24,13 @@ struct BoundsCost {
 ///
 /// A plain value: a simulator that keeps it with its own state continues with the same choices.
 struct AutoChoice {
-    static constexpr int first_trials = 4;
+    static constexpr int first_trials = 8;
     static constexpr double share_of_trials = 0.02;  // of the time, after the first ones
+    static constexpr double share_of_pose = 0.25;    // in the running mean of work
 
     BoundsCost boxes, learned;
-    double learned_per_boxes = 1;  // work of learned boxes over that of exact ones, in the last trial
-    int trials = 0;                // up to first_trials
+    double learned_per_boxes = 1;  // work of learned boxes over that of exact ones, at the last trial
+    int trials = 0;
     double since_trial_ns = 0;
 
     /// Whether the next query should use both kinds and measure them.
@@ -39,17 +40,23 @@ struct AutoChoice {
     struct Trial {
         double start_ns = 0, query_ns = 0, work = 0;
     };
+    /// Whether the next trial uses learned ones first. The second kind finds caches that hold what both
+    /// read, so they take turns.
+    bool learned_goes_first() const noexcept { return trials % 2 == 0; }
     /// Takes what the same queries took with both kinds.
     void take_trial(const Trial& boxes, const Trial& learned) noexcept;
 
     /// Takes the work of a pose's queries with each kind.
     void take_pose(double boxes_work, double learned_work) noexcept;
+
+ private:
+    void expect(double boxes_work, double learned_work) noexcept;
 };
 
 /// Whether learned boxes are cheaper for two bodies together. They are not before the first trial.
 inline bool learned_is_cheaper(const AutoChoice& a, const AutoChoice& b) noexcept {
-    return a.learned.of_last_pose() + b.learned.of_last_pose() <
-           a.boxes.of_last_pose() + b.boxes.of_last_pose();
+    return a.learned.of_next_pose() + b.learned.of_next_pose() <
+           a.boxes.of_next_pose() + b.boxes.of_next_pose();
 }
 
 }  // namespace nbd

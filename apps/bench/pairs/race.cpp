@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <deque>
 #include <numeric>
-#include <ranges>
+#include <random>
 #include <stdexcept>
 
 #include "apps/bench/measure/heap.hpp"
@@ -182,11 +182,18 @@ std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEnt
         tell(entry.name);
     }
     const auto runs = [&](const Racer& racer) { return racer.share_done(config) < 1; };
-    while (std::ranges::any_of(racers, runs))
-        for (Racer& racer : racers | std::views::filter(runs)) {
-            racer.run_round();
-            tell(racer.name());
-        }
+    // Each round has another order, so that no method always follows one that leaves it warm caches.
+    std::vector<Racer*> order;
+    for (Racer& racer : racers) order.push_back(&racer);
+    std::mt19937 random(1);
+    while (std::ranges::any_of(racers, runs)) {
+        std::ranges::shuffle(order, random);
+        for (Racer* racer : order)
+            if (runs(*racer)) {
+                racer->run_round();
+                tell(racer->name());
+            }
+    }
     std::vector<RaceRow> rows;
     for (const Racer& racer : racers) {
         rows.push_back(racer.result());

@@ -39,7 +39,8 @@ using RaceProgress = std::function<void(const std::string& method, double share)
 
 /// Times methods on one body. Before each timing, the pose is written to the arrays that methods read, as a
 /// simulator would do. One thread; all methods exist at the same time and take turns, a round over all scenes
-/// each, so that slow minutes of the machine hit all of them. Lazy boxes give the reference pairs. Throws
+/// each, in another order every time, so that slow minutes of the machine hit all of them and none always
+/// finds the caches as its neighbour left them. Lazy boxes give the reference pairs. Throws
 /// std::runtime_error if an exact method finds other pairs.
 std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEntry>& methods,
                           std::span<const TouchingScene> scenes, const RaceConfig& config,

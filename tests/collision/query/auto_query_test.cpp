@@ -54,6 +54,12 @@ TEST_F(AutoQuery, AnswersExactlyWhileItTries) {
         EXPECT_EQ(found, test::brute_force_intersecting(x, s.F, y, s.F));
         EXPECT_GT(found.size(), 10u);
         EXPECT_EQ(a.chosen(), BoundKind::boxes);
+        PosedTree c(learned, BoundKind::boxes), d(learned, BoundKind::boxes);
+        c.begin_pose(x);
+        d.begin_pose(y);
+        PairQuery exact;
+        exact.intersecting(c, d);
+        EXPECT_EQ(query.counters().nodes_bounded, exact.counters().nodes_bounded);
     }
     a.begin_pose(s.X);
     const AutoChoice choice = a.auto_choice();

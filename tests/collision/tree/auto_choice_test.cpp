@@ -25,18 +25,30 @@ TEST(AutoChoice, TakesExactBoxesUntilItWasTried) {
     EXPECT_TRUE(learned_is_cheaper(choice, choice));
 }
 
-TEST(AutoChoice, FollowsTheWorkOfTheLastPose) {
+TEST(AutoChoice, FollowsTheWorkOfPoses) {
     AutoChoice choice = tried(boxes, learned);
     choice.take_pose(0, 400);
     EXPECT_TRUE(learned_is_cheaper(choice, choice));
     // 100 ns per unit for boxes and 20 for learned ones, of which there are 8 for each of the others: with
     // much work the start of a pose no longer matters.
-    choice.take_pose(0, 4000);
+    choice.take_pose(0, 2000);
+    EXPECT_DOUBLE_EQ(choice.learned.work, 800) << "a quarter of the way";
+    EXPECT_TRUE(learned_is_cheaper(choice, choice)) << "one pose of many";
+    for (int i = 0; i < 20; ++i) choice.take_pose(0, 4000);
     EXPECT_FALSE(learned_is_cheaper(choice, choice));
-    EXPECT_DOUBLE_EQ(choice.boxes.of_last_pose(), 10000 + 100 * 500);
-    choice.take_pose(20, 0);
+    EXPECT_NEAR(choice.boxes.of_next_pose(), 10000 + 100 * 500, 200);
+    for (int i = 0; i < 20; ++i) choice.take_pose(20, 0);
     EXPECT_TRUE(learned_is_cheaper(choice, choice));
-    EXPECT_DOUBLE_EQ(choice.learned.of_last_pose(), 10 + 20 * 160);
+    EXPECT_NEAR(choice.learned.of_next_pose(), 10 + 20 * 160, 250);
+}
+
+TEST(AutoChoice, LetsBothKindsFindWarmCaches) {
+    AutoChoice choice;
+    EXPECT_TRUE(choice.learned_goes_first());
+    choice.take_trial(boxes, learned);
+    EXPECT_FALSE(choice.learned_goes_first());
+    choice.take_trial(boxes, learned);
+    EXPECT_TRUE(choice.learned_goes_first());
 }
 
 TEST(AutoChoice, AddsTheCostsOfTwoBodies) {
@@ -64,11 +76,11 @@ TEST(AutoChoice, SpendsASmallShareOfTheTimeOnTrials) {
     double spent = 0;
     while (!choice.is_trial_due()) {
         choice.take_pose(0, learned.work);
-        spent += choice.learned.of_last_pose();
+        spent += choice.learned.of_next_pose();
         ASSERT_LT(spent, 1e9);
     }
     EXPECT_GT(spent * AutoChoice::share_of_trials,
-              choice.boxes.of_last_pose() + choice.learned.of_last_pose() - 1);
+              choice.boxes.of_next_pose() + choice.learned.of_next_pose() - 1);
     choice.take_trial(boxes, learned);
     EXPECT_FALSE(choice.is_trial_due());
 }
