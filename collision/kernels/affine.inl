@@ -4,7 +4,7 @@ inline float magnitude(float x) noexcept { return x < 0 ? -x : x; }
 
 /// Why `slack` suffices, with u = 2^-24, o the origin, y the nodes relative to o, and for each axis
 /// M = |o| + max |y| + |t| + sum over m of |A_m| reach_m; K is the largest number of weights of a vertex and
-/// e the largest error of their sum. The identity of Kernels::shared_map holds for any A and t, so only the
+/// e the largest error of their sum. The identity of Kernels::affine_map holds for any A and t, so only the
 /// evaluation counts. A node differs from o + y by at most u max |y|. Rounding A r + t and subtracting it
 /// from y costs at most 5.01 u M. A vertex in float, a sum of K products, is off by at most 1.02 K u M, and
 /// weights whose sum is off add at most 2.1 e M. Centre and sides of a child cost 4.01 u M and 5.01 u M, and
@@ -14,20 +14,22 @@ inline float magnitude(float x) noexcept { return x < 0 ? -x : x; }
 /// covers all.
 inline Lanes slack(float rounding, const Lanes& far) noexcept { return all(rounding) * far + all(0x1p-100f); }
 
-/// An affine map per lane.
-struct LaneMaps {
+/// An affine map, the same in every lane.
+struct AffineMap {
     Lanes A[3][3], t[3];
 
-    /// Sets A from sums of y r^T over nodes. moment(i): entry i of AffinePart::moments in each lane.
-    template <class Load>
-    void fit(const Lanes (&products)[3][3], const Load& moment) noexcept {
+    /// products: sums of y r^T over nodes. moments: see AffinePart.
+    AffineMap(const Lanes (&products)[3][3], const Lanes (&sums)[3], const AffinePart& part) noexcept {
+        const auto moment = [&](int i) { return all(part.moments[i]); };
         const Lanes xx = moment(0), xy = moment(1), xz = moment(2), yy = moment(3), yz = moment(4),
                     zz = moment(5);
         for (int a = 0; a < 3; ++a) {
-            const Lanes &x = products[a][0], &y = products[a][1], &z = products[a][2];
+            const Lanes x = all(sum(products[a][0])), y = all(sum(products[a][1])),
+                        z = all(sum(products[a][2]));
             A[a][0] = x * xx + y * xy + z * xz;
             A[a][1] = x * xy + y * yy + z * yz;
             A[a][2] = x * xz + y * yz + z * zz;
+            t[a] = all(sum(sums[a]) / static_cast<float>(part.count));
         }
     }
     Lanes linear(int a, const Lanes& x, const Lanes& y, const Lanes& z) const noexcept {
@@ -37,12 +39,11 @@ struct LaneMaps {
         return linear(a, load(v[0]), load(v[1]), load(v[2]));
     }
     /// Boxes of children. low, high: least and greatest d of their carriers. far: M without the map's part.
-    template <class Load>
-    void box(int a, const RestBoxes& rest, const Load& reach, float origin, const Lanes& low,
-             const Lanes& high, const Lanes& far, float rounding, BoxPack& boxes,
+    void box(int a, const RestBoxes& rest, const float* reach, float origin, const Lanes& low,
+             const Lanes& high, float far, float rounding, BoxPack& boxes,
              OrientedBoxes* oriented) const noexcept {
-        const Lanes all_far =
-            far + abs(t[a]) + abs(A[a][0]) * reach(0) + abs(A[a][1]) * reach(1) + abs(A[a][2]) * reach(2);
+        const Lanes all_far = all(far) + abs(t[a]) + abs(A[a][0]) * all(reach[0]) +
+                              abs(A[a][1]) * all(reach[1]) + abs(A[a][2]) * all(reach[2]);
         const Lanes centre = linear(a, rest.centre) + (t[a] + all(origin));
         const Lanes side[3] = {linear(a, rest.side[0]), linear(a, rest.side[1]), linear(a, rest.side[2])};
         const Lanes half = abs(side[0]) + abs(side[1]) + abs(side[2]);
@@ -70,19 +71,19 @@ inline void relative_nodes(const AffinePart& part, const float* nodes, float* y)
     }
 }
 
-void shared_map(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
+void affine_map(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
                 float* scratch, BoxPack& boxes, OrientedBoxes* oriented) noexcept {
     const int count = part.count;
     const float* origin = nodes + part.nodes[0];
     relative_nodes(part, nodes, scratch);
+    const auto rest_at = [&](int a, int i) { return load_shorts(part.rest + a * count + i); };
     Lanes products[3][3], sums[3], farthest[3];
     for (int a = 0; a < 3; ++a) {
         sums[a] = farthest[a] = all(0);
         for (int m = 0; m < 3; ++m) products[a][m] = all(0);
     }
     for (int i = 0; i < count; i += 16) {
-        const Lanes r[3] = {load_shorts(part.rest + i), load_shorts(part.rest + count + i),
-                            load_shorts(part.rest + 2 * count + i)};
+        const Lanes r[3] = {rest_at(0, i), rest_at(1, i), rest_at(2, i)};
         for (int a = 0; a < 3; ++a) {
             const Lanes y = load(scratch + a * count + i);
             for (int m = 0; m < 3; ++m) products[a][m] = products[a][m] + y * r[m];
@@ -90,18 +91,12 @@ void shared_map(const AffinePart& part, const RestBoxes& rest, const float* node
             farthest[a] = max(abs(y), farthest[a]);
         }
     }
-    LaneMaps maps;
-    for (int a = 0; a < 3; ++a) {
-        for (int m = 0; m < 3; ++m) products[a][m] = all(sum(products[a][m]));
-        maps.t[a] = all(sum(sums[a]) / static_cast<float>(count));
-    }
-    maps.fit(products, [&](int i) { return all(part.moments[i]); });
+    const AffineMap map(products, sums, part);
     for (int i = 0; i < count; i += 16) {
-        const Lanes r[3] = {load_shorts(part.rest + i), load_shorts(part.rest + count + i),
-                            load_shorts(part.rest + 2 * count + i)};
+        const Lanes r[3] = {rest_at(0, i), rest_at(1, i), rest_at(2, i)};
         for (int a = 0; a < 3; ++a) {
             float* y = scratch + a * count + i;
-            store(load(y) - (maps.linear(a, r[0], r[1], r[2]) + maps.t[a]), y);
+            store(load(y) - (map.linear(a, r[0], r[1], r[2]) + map.t[a]), y);
         }
     }
     float most[4];
@@ -113,54 +108,8 @@ void shared_map(const AffinePart& part, const RestBoxes& rest, const float* node
             low = min(left, low);
             high = max(left, high);
         }
-        maps.box(
-            a, rest, [&](int m) { return all(part.reach[m]); }, origin[a], low, high,
-            all(magnitude(origin[a]) + most[a]), rounding, boxes, oriented);
+        map.box(a, rest, part.reach, origin[a], low, high, magnitude(origin[a]) + most[a], rounding, boxes,
+                oriented);
     }
-    if (oriented) find_slabs(*oriented);
-}
-
-void own_maps(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
-              float* scratch, BoxPack& boxes, OrientedBoxes* oriented) noexcept {
-    const int count = part.count;
-    const float* origin = nodes + part.nodes[0];
-    relative_nodes(part, nodes, scratch);
-    Lanes products[3][3], sums[3], farthest[3];
-    for (int a = 0; a < 3; ++a) {
-        sums[a] = farthest[a] = all(0);
-        for (int m = 0; m < 3; ++m) products[a][m] = all(0);
-    }
-    for (int c = 0; c < part.carriers; ++c) {
-        const std::int16_t* at = part.rest + 48 * c;
-        const Lanes r[3] = {load_shorts(at), load_shorts(at + 16), load_shorts(at + 32)};
-        for (int a = 0; a < 3; ++a) {
-            const Lanes y = pick(scratch + a * count, count, part.carrier + 16 * c);
-            for (int m = 0; m < 3; ++m) products[a][m] = products[a][m] + y * r[m];
-            sums[a] = sums[a] + y;
-            farthest[a] = max(abs(y), farthest[a]);
-        }
-    }
-    LaneMaps maps;
-    for (int a = 0; a < 3; ++a) maps.t[a] = sums[a] * all(1 / static_cast<float>(part.carriers));
-    maps.fit(products, [&](int i) { return load(part.moments + 16 * i); });
-    Lanes low[3], high[3];
-    for (int a = 0; a < 3; ++a) {
-        low[a] = all(infinity);
-        high[a] = all(-infinity);
-    }
-    for (int c = 0; c < part.carriers; ++c) {
-        const std::int16_t* at = part.rest + 48 * c;
-        const Lanes r[3] = {load_shorts(at), load_shorts(at + 16), load_shorts(at + 32)};
-        for (int a = 0; a < 3; ++a) {
-            const Lanes left = pick(scratch + a * count, count, part.carrier + 16 * c) -
-                               (maps.linear(a, r[0], r[1], r[2]) + maps.t[a]);
-            low[a] = min(left, low[a]);
-            high[a] = max(left, high[a]);
-        }
-    }
-    for (int a = 0; a < 3; ++a)
-        maps.box(
-            a, rest, [&](int m) { return load(part.reach + 16 * m); }, origin[a], low[a], high[a],
-            all(magnitude(origin[a])) + farthest[a], rounding, boxes, oriented);
     if (oriented) find_slabs(*oriented);
 }

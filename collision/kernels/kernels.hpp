@@ -53,12 +53,9 @@ struct AffinePart {
     /// and so on, some more than once.
     const std::uint16_t* carrier;
     int carriers;
-    const std::int16_t* rest;  // of a shared map [3 * count]: all x, then all y, then all z; of own maps
-                               // [16 * 3 * carriers]: x, y and z of sixteen children, carrier after carrier
-    const float* moments;  // xx, xy, xz, yy, yz, zz of the (pseudo-)inverse of the sum of rest rest^T; of own
-                           // maps sixteen of each
-    const float* reach;    // [3], or [3 * 16]: largest magnitude of a coordinate of the nodes, and of a
-                           // centre plus sides
+    const std::int16_t* rest;  // [3 * count] all x, then all y, then all z
+    const float* moments;      // xx, xy, xz, yy, yz, zz of the (pseudo-)inverse of the sum of rest rest^T
+    const float* reach;  // [3] largest magnitude of a coordinate of the nodes, and of a centre plus sides
 };
 
 /// The inner loops of queries for one instruction set. All forms give identical bits, except NaN payloads:
@@ -129,13 +126,10 @@ struct Kernels {
     /// `part.rest` around X = W rest of the children's vertices. rounding: see AffineModel::rounding.
     /// scratch: 3 * count floats. The kernel fits an affine map (A, b) to nodes n_i by least squares. What it
     /// leaves, d_i = n_i - A r_i - b, moves a vertex by a convex mean of d_i: x = A X + b + sum w_i d_i. So
-    /// the box of a child moves with the map and grows by the box of its carriers' d_i. shared_map fits one
-    /// map to all nodes of the part, own_maps one to the carriers of each child. oriented: the same bounds
-    /// before they become boxes along the axes; null: not wanted.
-    void (*shared_map)(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
+    /// the box of a child moves with the map and grows by the box of its carriers' d_i. oriented: the same
+    /// bounds before they become boxes along the axes; null: not wanted.
+    void (*affine_map)(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
                        float* scratch, BoxPack& boxes, OrientedBoxes* oriented) noexcept;
-    void (*own_maps)(const AffinePart& part, const RestBoxes& rest, const float* nodes, float rounding,
-                     float* scratch, BoxPack& boxes, OrientedBoxes* oriented) noexcept;
 
     /// Rounds `count` numbers x, a multiple of 16, to the nearest fixed[i] * scale. Returns the scale: a
     /// power of 2 for which the largest magnitude in `fixed` is at least max_fixed / 2; 0 if all numbers are

@@ -383,8 +383,7 @@ constexpr Kernels make_kernels(InstructionSet instructions) noexcept {
             .pack_triangles = pack_triangles,
             .separated_by_plane = separated_by_plane,
             .edges_meet_faces = edges_meet_faces,
-            .shared_map = shared_map,
-            .own_maps = own_maps,
+            .affine_map = affine_map,
             .fix = fix,
             .products = products,
             .networks = networks};

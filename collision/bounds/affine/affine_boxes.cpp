@@ -97,9 +97,9 @@ void AffineBoxes::learned_cluster_boxes() noexcept {
 
 void AffineBoxes::map_children(const AffineParts& parts, int i, Children& children) noexcept {
     const AffinePart part = parts.part(i);
-    const auto map = parts.maps(i) == AffineParts::Maps::shared ? kernels().shared_map : kernels().own_maps;
     const auto map_from = [&](const float* nodes, BoxPack& boxes, OrientedBoxes* oriented) {
-        map(part, parts.rest_boxes(i), nodes, model_->rounding(), scratch_.data(), boxes, oriented);
+        kernels().affine_map(part, parts.rest_boxes(i), nodes, model_->rounding(), scratch_.data(), boxes,
+                             oriented);
     };
     children.are_oriented = !start_;
     map_from(nodes_, children.boxes, children.are_oriented ? &children.oriented : nullptr);
@@ -111,16 +111,16 @@ void AffineBoxes::map_children(const AffineParts& parts, int i, Children& childr
 
 void AffineBoxes::fit_children(const AffineParts& parts, int part, int count, bool learned,
                                Children& children) noexcept {
-    using Maps = AffineParts::Maps;
+    using enum AffineParts::ChildBounds;
     ++fitted_;
     children.are_oriented = false;
-    const Maps maps = parts.maps(part);
-    if (!learned && maps == Maps::none)
-        boxes_of_blocks(part, count, children.boxes);
-    else if (!learned && maps == Maps::nodes)
+    const AffineParts::ChildBounds bounds = parts.child_bounds(part);
+    if (!learned && bounds == map)
+        map_children(parts, part, children);
+    else if (!learned && bounds == nodes)
         boxes_of_child_nodes(parts, part, count, children.boxes);
     else if (!learned)
-        map_children(parts, part, children);
+        boxes_of_blocks(part, count, children.boxes);
     children.whole = hull(children.boxes, count);
 }
 
@@ -240,10 +240,15 @@ Box AffineBoxes::box_of_node(const float* p) noexcept {
 void AffineBoxes::prefetch_cluster(int cluster) const noexcept {
     if (clusters_.has(cluster)) return;
     if (is_learned()) return learned_->prefetch_blocks(cluster);
-    if (model_->clusters().maps(cluster) != AffineParts::Maps::none) return;
-    const int first = first_block(cluster), last = first_block(cluster + 1) - 1;
-    const std::span<const int> begin = model_->blocks().nodes(first), end = model_->blocks().nodes(last);
-    prefetch_lines(std::span(begin.data(), end.data() + end.size()));
+    using enum AffineParts::ChildBounds;
+    const AffineParts &clusters = model_->clusters(), &blocks = model_->blocks();
+    if (clusters.child_bounds(cluster) == nodes) {
+        prefetch_lines(clusters.child_nodes(cluster));
+    } else if (clusters.child_bounds(cluster) == none) {
+        const std::span<const int> begin = blocks.nodes(first_block(cluster)),
+                                   end = blocks.nodes(first_block(cluster + 1) - 1);
+        prefetch_lines(std::span(begin.data(), end.data() + end.size()));
+    }
 }
 
 void AffineBoxes::prefetch_block(int block) const noexcept {

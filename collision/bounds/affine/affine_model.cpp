@@ -11,8 +11,7 @@ namespace nbd {
 namespace {
 
 constexpr std::size_t most_mapped = 160;  // nodes of a cluster whose blocks are bounded by an affine map
-constexpr std::size_t most_shared =
-    32;                             // nodes of a block whose leaves share a map: it reads the fewest bytes
+constexpr int many_blocks = 8;      // of a cluster without a map: a kernel bounds all sixteen, present or not
 constexpr double tolerance = 1e-5;  // of the weights of a vertex and of their sum
 
 /// What check_embedding() found.
@@ -84,9 +83,21 @@ bool are_nodes(const AffineParts::Children& children, const SurfaceEmbedding& W)
     return true;
 }
 
-AffineParts::Maps maps_of_block(const AffineParts::Children& leaves, const SurfaceEmbedding& W) {
-    if (are_nodes(leaves, W)) return AffineParts::Maps::nodes;
-    return distinct_nodes(leaves, W) <= most_shared ? AffineParts::Maps::shared : AffineParts::Maps::own;
+AffineParts::ChildBounds leaf_bounds(const AffineParts::Children& leaves, const SurfaceEmbedding& W) {
+    using enum AffineParts::ChildBounds;
+    return are_nodes(leaves, W) ? nodes : map;
+}
+
+AffineParts::ChildBounds bounds_around_nodes(int blocks) {
+    using enum AffineParts::ChildBounds;
+    return blocks > many_blocks ? nodes : none;
+}
+
+AffineParts::ChildBounds block_bounds(int count, const AffineParts::Children& blocks,
+                                      const SurfaceEmbedding& W) {
+    if (!are_nodes(blocks, W) && distinct_nodes(blocks, W) <= most_mapped)
+        return AffineParts::ChildBounds::map;
+    return bounds_around_nodes(count);
 }
 
 }  // namespace
@@ -98,17 +109,15 @@ AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W
     // Boxes of nodes need no rounding where every vertex is a node.
     if (checked.weights > 1 || checked.error > 0)
         rounding_ = static_cast<float>(((32 + 2 * checked.weights) * 0x1p-24 + 3 * checked.error) * 1.0001);
-    using Maps = AffineParts::Maps;
     for (int cluster = 0; cluster < tree_.clusters(); ++cluster) {
         for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
             const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
             const WideTree::Children of_block = tree_.block_children(block);
-            blocks_.add(of_block, maps_of_block(of_block, W), W, rest);
+            blocks_.add(of_block, leaf_bounds(of_block, W), W, rest);
             for (const std::vector<int>& vertices : of_block) add_leaf(vertices, blocks_.nodes(block), W);
         }
         const WideTree::Children of_cluster = tree_.cluster_children(cluster);
-        const bool mapped = !are_nodes(of_cluster, W) && distinct_nodes(of_cluster, W) <= most_mapped;
-        clusters_.add(of_cluster, mapped ? Maps::shared : Maps::none, W, rest);
+        clusters_.add(of_cluster, block_bounds(tree_.blocks_in(cluster), of_cluster, W), W, rest);
     }
     list_cluster_nodes();
 }
@@ -131,9 +140,13 @@ AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tr
                 }
             }
         }
-        std::ranges::sort(of_cluster);
-        of_cluster.erase(std::unique(of_cluster.begin(), of_cluster.end()), of_cluster.end());
-        clusters_.add(of_cluster);
+        if (bounds_around_nodes(tree_.blocks_in(cluster)) == AffineParts::ChildBounds::nodes) {
+            clusters_.add(tree_.cluster_children(cluster), node_count_);
+        } else {
+            std::ranges::sort(of_cluster);
+            of_cluster.erase(std::unique(of_cluster.begin(), of_cluster.end()), of_cluster.end());
+            clusters_.add(of_cluster);
+        }
     }
     list_cluster_nodes();
 }

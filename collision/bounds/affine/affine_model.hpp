@@ -18,7 +18,7 @@ namespace nbd {
 /// trained.
 ///
 /// In a pose, the nodes alone bound the parts of the surface, by affine maps that are fitted to them: see
-/// Kernels::shared_map.
+/// Kernels::affine_map.
 class AffineModel {
  public:
     static constexpr int max_weights = 32;  // of a vertex

@@ -137,14 +137,15 @@ float rounded_up(double x) {
 
 }  // namespace
 
-void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbedding& W, VerticesRef rest) {
+void AffineParts::add(const Children& children, ChildBounds bounds, const SurfaceEmbedding& W,
+                      VerticesRef rest) {
     node_count_ = static_cast<int>(W.cols());
     Children carriers;
     for (std::size_t k = 0; k < lanes; ++k) carriers[k] = carriers_of(children[k], W);
-    if (maps == Maps::nodes) return add(carriers, node_count_);
+    if (bounds == ChildBounds::nodes) return add(carriers, node_count_);
     std::vector<int> nodes = nodes_of(carriers);
-    if (maps == Maps::none) return add(nodes);
-    add(carriers, std::move(nodes), maps, rest, [&](std::size_t k, const Frame& frame) {
+    if (bounds == ChildBounds::none) return add(nodes);
+    add(carriers, std::move(nodes), rest, [&](std::size_t k, const Frame& frame) {
         std::vector<Eigen::Vector3d> points;
         for (const int v : children[k]) points.push_back(frame.of_vertex(v, W));
         return points;
@@ -154,7 +155,7 @@ void AffineParts::add(const Children& children, Maps maps, const SurfaceEmbeddin
 void AffineParts::add(const Children& children, const Children& carriers, std::span<const int> samples,
                       VerticesRef X) {
     node_count_ = static_cast<int>(X.rows());
-    add(carriers, {samples.begin(), samples.end()}, Maps::shared, X, [&](std::size_t k, const Frame& frame) {
+    add(carriers, {samples.begin(), samples.end()}, X, [&](std::size_t k, const Frame& frame) {
         std::vector<Eigen::Vector3d> points;
         for (const int v : children[k]) points.push_back(frame.of_point(X.row(v)));
         return points;
@@ -162,69 +163,39 @@ void AffineParts::add(const Children& children, const Children& carriers, std::s
 }
 
 template <class RestPoints>
-void AffineParts::add(const Children& carriers, std::vector<int> nodes, Maps maps, VerticesRef rest,
+void AffineParts::add(const Children& carriers, std::vector<int> nodes, VerticesRef rest,
                       const RestPoints& rest_points) {
-    const std::size_t most = longest(carriers);
     add_nodes(nodes);
-    while ((nodes_.size() - places_.back().nodes) % lanes != 0) nodes_.push_back(nodes_.back());
-    const auto padded = nodes_.size() - places_.back().nodes;
-    const auto carrier = [&](std::size_t c, std::size_t k) { return entry(carriers[k], c, nodes.front()); };
-    max_nodes_ = std::max(max_nodes_, static_cast<int>(padded));
-    for (std::size_t c = 0; c < most; ++c)
-        for (std::size_t k = 0; k < lanes; ++k)
-            carriers_.push_back(
-                static_cast<std::uint16_t>(std::ranges::lower_bound(nodes, carrier(c, k)) - nodes.begin()));
+    for (std::size_t c = 0, most = longest(carriers); c < most; ++c)
+        for (const std::vector<int>& list : carriers)
+            carriers_.push_back(static_cast<std::uint16_t>(
+                std::ranges::lower_bound(nodes, entry(list, c, nodes.front())) - nodes.begin()));
+    while (nodes.size() % lanes != 0) {
+        nodes.push_back(nodes.back());
+        nodes_.push_back(nodes_.back());
+    }
+    max_nodes_ = std::max(max_nodes_, static_cast<int>(nodes.size()));
 
-    RestBoxes boxes{};
-    if (maps == Maps::shared) {
-        nodes.resize(padded, nodes.back());
-        const Frame frame(nodes, rest);
-        Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-        Eigen::Vector3d reach = Eigen::Vector3d::Zero();
-        std::vector<Eigen::Vector3d> r;
-        for (const int node : nodes) {
-            r.push_back(frame.of_node(node));
-            sum += r.back() * r.back().transpose();
-            reach = reach.cwiseMax(r.back().cwiseAbs());
-        }
-        for (int a = 0; a < 3; ++a)
-            for (const Eigen::Vector3d& p : r) rest_.push_back(static_cast<std::int16_t>(p[a]));
-        for (std::size_t k = 0; k < lanes; ++k)
-            if (!carriers[k].empty()) {
-                set_rest_box(boxes, static_cast<int>(k), rest_points(k, frame));
-                reach_box(boxes, static_cast<int>(k), reach);
-            }
-        for (const float number : inverse_moments(sum)) numbers_.push_back(number);
-        for (int a = 0; a < 3; ++a) numbers_.push_back(rounded_up(reach[a]));
-    } else {
-        const std::size_t first_rest = rest_.size(), first_number = numbers_.size();
-        rest_.resize(first_rest + 3 * lanes * most);
-        numbers_.resize(first_number + 9 * lanes);
-        for (std::size_t k = 0; k < lanes; ++k) {
-            if (carriers[k].empty()) continue;
-            std::vector<int> repeated;
-            for (std::size_t c = 0; c < most; ++c) repeated.push_back(carrier(c, k));
-            const Frame frame(repeated, rest);
-            Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-            Eigen::Vector3d reach = Eigen::Vector3d::Zero();
-            for (std::size_t c = 0; c < most; ++c) {
-                const Eigen::Vector3d r = frame.of_node(repeated[c]);
-                sum += r * r.transpose();
-                reach = reach.cwiseMax(r.cwiseAbs());
-                for (std::size_t a = 0; a < 3; ++a)
-                    rest_[first_rest + (3 * c + a) * lanes + k] =
-                        static_cast<std::int16_t>(r[static_cast<int>(a)]);
-            }
+    const Frame frame(nodes, rest);
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d reach = Eigen::Vector3d::Zero();
+    std::vector<Eigen::Vector3d> r;
+    for (const int node : nodes) {
+        r.push_back(frame.of_node(node));
+        sum += r.back() * r.back().transpose();
+        reach = reach.cwiseMax(r.back().cwiseAbs());
+    }
+    for (int a = 0; a < 3; ++a)
+        for (const Eigen::Vector3d& p : r) rest_.push_back(static_cast<std::int16_t>(p[a]));
+    RestBoxes& boxes = boxes_.emplace_back();
+    for (std::size_t k = 0; k < lanes; ++k)
+        if (!carriers[k].empty()) {
             set_rest_box(boxes, static_cast<int>(k), rest_points(k, frame));
             reach_box(boxes, static_cast<int>(k), reach);
-            const std::array<float, 6> inverse = inverse_moments(sum);
-            for (std::size_t i = 0; i < 6; ++i) numbers_[first_number + lanes * i + k] = inverse[i];
-            for (std::size_t a = 0; a < 3; ++a)
-                numbers_[first_number + lanes * (6 + a) + k] = rounded_up(reach[static_cast<int>(a)]);
         }
-    }
-    boxes_.push_back(boxes);
-    end_part(maps);
+    for (const float number : inverse_moments(sum)) numbers_.push_back(number);
+    for (int a = 0; a < 3; ++a) numbers_.push_back(rounded_up(reach[a]));
+    end_part(ChildBounds::map);
 }
 
 void AffineParts::add(const Children& carriers, int node_count) {
@@ -234,12 +205,12 @@ void AffineParts::add(const Children& carriers, int node_count) {
     for (std::size_t c = 0, most = longest(carriers); c < most; ++c)
         for (const std::vector<int>& list : carriers)
             child_nodes_.push_back(3 * entry(list, c, nodes.front()));
-    end_part(Maps::nodes);
+    end_part(ChildBounds::nodes);
 }
 
 void AffineParts::add(std::span<const int> nodes) {
     add_nodes(nodes);
-    end_part(Maps::none);
+    end_part(ChildBounds::none);
 }
 
 void AffineParts::add_nodes(std::span<const int> nodes) {
@@ -247,8 +218,8 @@ void AffineParts::add_nodes(std::span<const int> nodes) {
     for (const int node : nodes) nodes_.push_back(3 * node);
 }
 
-void AffineParts::end_part(Maps maps) {
-    maps_.push_back(maps);
+void AffineParts::end_part(ChildBounds bounds) {
+    bounds_.push_back(bounds);
     places_.push_back({.nodes = nodes_.size(),
                        .node_count = 0,
                        .child_nodes = child_nodes_.size(),
@@ -260,7 +231,7 @@ void AffineParts::end_part(Maps maps) {
 
 AffinePart AffineParts::part(int i) const noexcept {
     const Place &p = places_[static_cast<std::size_t>(i)], &next = places_[static_cast<std::size_t>(i) + 1];
-    if (maps(i) == Maps::none || maps(i) == Maps::nodes) return {};
+    if (child_bounds(i) != ChildBounds::map) return {};
     const float* moments = numbers_.data() + p.numbers;
     return {.nodes = nodes_.data() + p.nodes,
             .count = static_cast<int>(next.nodes - p.nodes),
@@ -269,7 +240,7 @@ AffinePart AffineParts::part(int i) const noexcept {
             .carriers = static_cast<int>((next.carriers - p.carriers) / lanes),
             .rest = rest_.data() + p.rest,
             .moments = moments,
-            .reach = moments + (maps(i) == Maps::own ? 6 * lanes : 6)};
+            .reach = moments + 6};
 }
 
 void AffineParts::prefetch(int part) const noexcept {
@@ -291,7 +262,7 @@ void AffineParts::prefetch(int part) const noexcept {
 
 std::size_t AffineParts::bytes() const noexcept {
     const auto size = [](const auto&... arrays) { return ((arrays.size() * sizeof(arrays[0])) + ...); };
-    return size(places_, maps_, nodes_, child_nodes_, carriers_, rest_, numbers_, boxes_);
+    return size(places_, bounds_, nodes_, child_nodes_, carriers_, rest_, numbers_, boxes_);
 }
 
 }  // namespace nbd

@@ -16,23 +16,23 @@ namespace nbd {
 /// Parts of a surface that hangs on nodes, each with up to sixteen children, as the kernels read them.
 class AffineParts {
  public:
-    /// How a part's children are bounded: by one map for the part or one map for each child, see Kernels, or
-    /// by boxes around their own nodes, which the part lists (`nodes`) or leaves to the children (`none`).
-    enum class Maps : std::uint8_t { shared, own, nodes, none };
+    /// How the children of a part are bounded: by an affine map, see Kernels, or around their own nodes,
+    /// which the part lists (`nodes`) or leaves to the children (`none`).
+    enum class ChildBounds : std::uint8_t { map, nodes, none };
 
     /// Vertices of the children of a part; empty lists for those that are not present.
     using Children = std::array<std::vector<int>, 16>;
 
     /// Appends a part. W: weights, [vertices, nodes]. rest: rest positions of the nodes.
-    void add(const Children& children, Maps maps, const SurfaceEmbedding& W, VerticesRef rest);
-    /// Appends a part with a shared map whose nodes are some of its own vertices. No child is known to hang
+    void add(const Children& children, ChildBounds bounds, const SurfaceEmbedding& W, VerticesRef rest);
+    /// Appends a part with a map whose nodes are some of its own vertices. No child is known to hang
     /// on them, so that its box may miss. samples: ascending, without repeats. carriers: of each child, among
     /// the samples. X: rest positions of the vertices.
     void add(const Children& children, const Children& carriers, std::span<const int> samples, VerticesRef X);
     /// Appends a part that lists the nodes of its children. carriers: of each child. node_count: of all
     /// nodes.
     void add(const Children& carriers, int node_count);
-    /// Appends a part without maps and lists. nodes: without repeats, ascending.
+    /// Appends a part without a map and lists. nodes: without repeats, ascending.
     void add(std::span<const int> nodes);
 
     /// Nodes of a part without repeats, ascending, as places of their first coordinates.
@@ -47,10 +47,10 @@ class AffineParts {
                           end = places_[static_cast<std::size_t>(part) + 1].child_nodes;
         return std::span(child_nodes_).subspan(begin, end - begin);
     }
-    /// As the kernels take it; only for parts with maps.
+    /// As the kernels take it; only for parts with a map.
     AffinePart part(int i) const noexcept;
-    Maps maps(int part) const noexcept { return maps_[static_cast<std::size_t>(part)]; }
-    /// Boxes of the children in the rest pose; only for parts with maps.
+    ChildBounds child_bounds(int part) const noexcept { return bounds_[static_cast<std::size_t>(part)]; }
+    /// Boxes of the children in the rest pose; only for parts with a map.
     const RestBoxes& rest_boxes(int part) const noexcept {
         return boxes_[places_[static_cast<std::size_t>(part)].boxes];
     }
@@ -58,14 +58,14 @@ class AffineParts {
     /// Prefetches all that a part holds.
     void prefetch(int part) const noexcept;
 
-    /// Largest number of nodes of a part with maps.
+    /// Largest number of nodes of a part with a map.
     int max_nodes() const noexcept { return max_nodes_; }
     std::size_t bytes() const noexcept;
 
  private:
     /// rest_points(k, frame): vertices of child k at rest.
     template <class RestPoints>
-    void add(const Children& carriers, std::vector<int> nodes, Maps maps, VerticesRef rest,
+    void add(const Children& carriers, std::vector<int> nodes, VerticesRef rest,
              const RestPoints& rest_points);
 
     struct Place {
@@ -74,10 +74,10 @@ class AffineParts {
     };
     void add_nodes(std::span<const int> nodes);
     /// Ends the part that was appended.
-    void end_part(Maps maps);
+    void end_part(ChildBounds bounds);
 
     std::vector<Place> places_{Place{}};  // [parts + 1] beginnings in the arrays below
-    std::vector<Maps> maps_;
+    std::vector<ChildBounds> bounds_;
     std::vector<std::int32_t>
         nodes_;  // of parts with maps padded with repeats of the last one to a multiple of sixteen
     std::vector<std::int32_t> child_nodes_;

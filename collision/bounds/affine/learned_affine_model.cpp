@@ -120,7 +120,7 @@ ClusterSamples LearnedAffineModel::cluster_samples(int cluster, const float* x) 
 float LearnedAffineModel::map_children(int part, const float* x, float* scratch,
                                        BoxPack& boxes) const noexcept {
     const AffinePart of_kernel = maps_.part(part);
-    kernels().shared_map(of_kernel, maps_.rest_boxes(part), x, rounding, scratch, boxes, nullptr);
+    kernels().affine_map(of_kernel, maps_.rest_boxes(part), x, rounding, scratch, boxes, nullptr);
     // The kernel leaves there what the map leaves at the samples.
     const Eigen::Map<const Eigen::ArrayXf> left(scratch, 3 * of_kernel.count);
     return std::sqrt(left.square().sum() / static_cast<float>(of_kernel.count)) +

@@ -51,7 +51,7 @@ class MovedBoxes {
         }
         const float reach[3] = {40000, 40000, 40000};
         const AffinePart part{places.data(), 16, true, carrier.data(), 16, r.data(), moments.data(), reach};
-        kernels().shared_map(part, rest_, nodes.data(), 64 * 0x1p-24f, scratch.data(), boxes_, &oriented);
+        kernels().affine_map(part, rest_, nodes.data(), 64 * 0x1p-24f, scratch.data(), boxes_, &oriented);
     }
 
     /// A point of box k. along: -1 to 1 along each side.
