@@ -62,6 +62,14 @@ def ranks_in(folder):
     return sorted(found)
 
 
+def wait_until_gone(processes):
+    """Waits for processes that were killed: mpirun ends before they do, and while one is there, its files are not
+    abandoned."""
+    end = time.monotonic() + 30
+    while any(Path(f"/proc/{process}").exists() for process in processes) and time.monotonic() < end:
+        time.sleep(0.01)
+
+
 class Surroundings(Checks):
     """The attacks, each of which adds rows to the table."""
 
@@ -131,6 +139,7 @@ class Surroundings(Checks):
         while process.poll() is None and len(ranks_in(folder)) < 3:
             time.sleep(0.002)
         start = time.monotonic()
+        started = ranks_in(folder)
         if after is not None:
             time.sleep(after)
             if ranks := ranks_in(folder):
@@ -142,7 +151,9 @@ class Surroundings(Checks):
         done = self.end_of(process, command, " ".join(launcher))
         if done.returncode != 0 and not killed:
             self.report(command, " ".join(launcher), f"exit status {done.returncode}, {done.stderr[-300:]!r}")
-        return time.monotonic() - start, killed
+        seconds = time.monotonic() - start
+        wait_until_gone(started)
+        return seconds, killed
 
     def attack_two(self):
         for command in TWICE:
