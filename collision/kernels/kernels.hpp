@@ -98,12 +98,13 @@ struct Kernels {
     /// of each, which does not count. Returns whether all numbers are finite; if not, the box means nothing.
     /// box: eight numbers as above.
     bool (*box_of_points)(const float* x, const std::int32_t* places, int count, float* box) noexcept;
-    /// Such boxes around several lists of points, which lie one after the other in `places`. counts: [lists]
-    /// of points, multiples of four. boxes: [lists] eight numbers each.
+    /// Likewise boxes around several lists of points, which lie one after the other in `places`. counts:
+    /// [lists] of points, multiples of four. boxes: [lists] eight numbers each.
     bool (*boxes_of_lists)(const float* x, const std::int32_t* places, const std::int32_t* counts, int lists,
                            float* boxes) noexcept;
-    /// Sixteen such boxes. Box k is around the points places[k], places[k + 16] and so on, `count` in number,
-    /// at least 1. at_end: the last point of all is among them, and no number may follow it in memory.
+    /// Likewise sixteen boxes. Box k is around the points places[k], places[k + 16] and so on, `count` in
+    /// number, at least 1. at_end: the last point of all is among them, and no number may follow it in
+    /// memory.
     bool (*boxes_of_points)(const float* x, const std::int32_t* places, int count, bool at_end,
                             BoxPack& boxes) noexcept;
     /// The box around the first `count` boxes of a pack, 1 to 16. box: eight numbers as above.

@@ -1,4 +1,4 @@
-// Boxes around points, part of kernels.inl.
+// Boxes around points, boxes and triangles, part of kernels.inl.
 
 /// doubt: sums of 0 p over points p side by side, NaN where a coordinate is not finite.
 inline bool are_finite(const Lanes& doubt) noexcept {

@@ -214,6 +214,7 @@ std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b,
     const auto answer = [&](bool learned) {
         const auto pairs = find(choose_bounds(s, t, learned));
         for (AutoPose* body : bodies) (learned ? body->learned_work : body->boxes_work) += work();
+        other_pairs_.reserve(pairs_.capacity());  // for a trial that holds no more
         return pairs;
     };
     if (!bodies[0]->choice.is_trial_due() && !bodies[1]->choice.is_trial_due())
@@ -228,17 +229,19 @@ std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b,
                                  .work = work()};
     };
     // Exact boxes give the answer. Bodies that the first kind finds apart say nothing of the costs.
-    const bool learned_first = bodies[0]->choice.learned_goes_first();
+    const bool learned_first = learned_goes_first(bodies[0]->choice, bodies[1]->choice);
     const AutoChoice::Trial first = tried(learned_first);
     if (counters_.leaf_pairs == 0) return pairs_;
     const QueryCounters counters = counters_;
-    std::swap(pairs_, other_pairs_);
+    if (!learned_first) other_pairs_.assign(pairs_.begin(), pairs_.end());
     const AutoChoice::Trial second = tried(!learned_first);
+    const long most_pairs = std::max(counters.most_pairs, counters_.most_pairs);
     if (!learned_first) {
-        std::swap(pairs_, other_pairs_);
+        pairs_.assign(other_pairs_.begin(), other_pairs_.end());
         counters_ = counters;
         choose_bounds(s, t, false);
     }
+    counters_.most_pairs = most_pairs;
     for (AutoPose* body : bodies)
         body->add_trial(learned_first ? second : first, learned_first ? first : second);
     return pairs_;

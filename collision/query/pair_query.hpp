@@ -29,7 +29,8 @@ struct QueryCounters {
 /// their boxes if both trees have bounds that are boxes, else by their spheres. Below colliding leaves the
 /// walk continues with the boxes under them, down to triangles. No step loses a pair to rounding. Two bodies
 /// with `affine` bounds or `boxes` are walked down their box trees instead, see AffineWalk. Two with `auto`
-/// bounds are walked in both ways while these are measured, see AutoChoice; the answer is then exact.
+/// bounds are walked in both ways while these are measured, see AutoChoice; the answer is then exact,
+/// unless learned ones came first and found them apart.
 ///
 /// Owns its scratch memory, which only grows: a query allocates nothing unless it holds more pairs at a time
 /// than any before it on this object (QueryCounters::most_pairs), or than reserve() made room for; nor do the

@@ -26,15 +26,15 @@ void AutoChoice::take_trial(const Trial& boxes_trial, const Trial& learned_trial
     take(boxes, boxes_trial);
     take(learned, learned_trial);
     expect(boxes_trial.work, learned_trial.work);
-    if (boxes.work > 0 && learned.work > 0) learned_per_boxes = learned.work / boxes.work;
+    if (boxes_trial.work > 0 && learned_trial.work > 0)
+        learned_per_boxes += share() * (learned_trial.work / boxes_trial.work - learned_per_boxes);
     ++trials;
     since_trial_ns = 0;
 }
 
 void AutoChoice::expect(double boxes_work, double learned_work) noexcept {
-    const double share = boxes.work + learned.work > 0 ? share_of_pose : 1;
-    boxes.work += share * (boxes_work - boxes.work);
-    learned.work += share * (learned_work - learned.work);
+    boxes.work += share() * (boxes_work - boxes.work);
+    learned.work += share() * (learned_work - learned.work);
 }
 
 void AutoChoice::take_pose(double boxes_work, double learned_work) noexcept {

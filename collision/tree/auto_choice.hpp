@@ -26,10 +26,11 @@ struct BoundsCost {
 struct AutoChoice {
     static constexpr int first_trials = 8;
     static constexpr double share_of_trials = 0.02;  // of the time, after the first ones
-    static constexpr double share_of_pose = 0.25;    // in the running mean of work
+    static constexpr double share_of_pose = 0.25;    // in running means
 
     BoundsCost boxes, learned;
-    double learned_per_boxes = 1;  // work of learned boxes over that of exact ones, at the last trial
+    double learned_per_boxes =
+        1;  // work of learned boxes over that of exact ones: a running mean over trials
     int trials = 0;
     double since_trial_ns = 0;
 
@@ -40,9 +41,6 @@ struct AutoChoice {
     struct Trial {
         double start_ns = 0, query_ns = 0, work = 0;
     };
-    /// Whether the next trial uses learned ones first. The second kind finds caches that hold what both
-    /// read, so they take turns.
-    bool learned_goes_first() const noexcept { return trials % 2 == 0; }
     /// Takes what the same queries took with both kinds.
     void take_trial(const Trial& boxes, const Trial& learned) noexcept;
 
@@ -50,8 +48,17 @@ struct AutoChoice {
     void take_pose(double boxes_work, double learned_work) noexcept;
 
  private:
+    double share() const noexcept { return trials == 0 ? 1 : share_of_pose; }
     void expect(double boxes_work, double learned_work) noexcept;
 };
+
+/// Whether a trial on two bodies uses learned boxes first: unless exact ones are expected to cost less. The
+/// first kind alone answers for bodies that it finds apart; the second finds caches that hold what both read,
+/// so that the lead of the first is no gift of the caches.
+inline bool learned_goes_first(const AutoChoice& a, const AutoChoice& b) noexcept {
+    return !(a.boxes.of_next_pose() + b.boxes.of_next_pose() <
+             a.learned.of_next_pose() + b.learned.of_next_pose());
+}
 
 /// Whether learned boxes are cheaper for two bodies together. They are not before the first trial.
 inline bool learned_is_cheaper(const AutoChoice& a, const AutoChoice& b) noexcept {

@@ -244,7 +244,7 @@ void AffineBoxes::prefetch_cluster(int cluster) const noexcept {
     const AffineParts &clusters = model_->clusters(), &blocks = model_->blocks();
     if (clusters.child_bounds(cluster) == nodes) {
         prefetch_lines(clusters.child_nodes(cluster));
-    } else if (clusters.child_bounds(cluster) == none) {
+    } else if (clusters.child_bounds(cluster) == own_parts) {
         const std::span<const int> begin = blocks.nodes(first_block(cluster)),
                                    end = blocks.nodes(first_block(cluster + 1) - 1);
         prefetch_lines(std::span(begin.data(), end.data() + end.size()));

@@ -152,7 +152,7 @@ class AffineBoxes {
                       Children& children) noexcept;
     void fit_leaf(int leaf);
     void leaf_vertices(int leaf, const float* nodes, Eigen::Array4f* x) const noexcept;
-    /// Fills in children with maps.
+    /// Fills in the children of a part with a map.
     void map_children(const AffineParts& parts, int part, Children& children) noexcept;
     /// Boxes of a leaf's faces, and the box around all of them, from positions of its vertices.
     void leaf_boxes(int leaf, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) noexcept;

@@ -83,6 +83,15 @@ bool are_nodes(const AffineParts::Children& children, const SurfaceEmbedding& W)
     return true;
 }
 
+/// The vertices of all children without repeats, ascending.
+std::vector<int> all_of(const AffineParts::Children& children) {
+    std::vector<int> vertices;
+    for (const std::vector<int>& list : children) vertices.insert(vertices.end(), list.begin(), list.end());
+    std::ranges::sort(vertices);
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    return vertices;
+}
+
 AffineParts::ChildBounds leaf_bounds(const AffineParts::Children& leaves, const SurfaceEmbedding& W) {
     using enum AffineParts::ChildBounds;
     return are_nodes(leaves, W) ? nodes : map;
@@ -90,7 +99,7 @@ AffineParts::ChildBounds leaf_bounds(const AffineParts::Children& leaves, const 
 
 AffineParts::ChildBounds bounds_around_nodes(int blocks) {
     using enum AffineParts::ChildBounds;
-    return blocks > many_blocks ? nodes : none;
+    return blocks > many_blocks ? nodes : own_parts;
 }
 
 AffineParts::ChildBounds block_bounds(int count, const AffineParts::Children& blocks,
@@ -124,12 +133,10 @@ AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W
 
 AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tree_.vertex_count) {
     for (int cluster = 0; cluster < tree_.clusters(); ++cluster) {
-        std::vector<int> of_cluster;
         for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
             const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
             const std::vector<int> vertices = tree_.block_vertices(block);
-            blocks_.add(tree_.block_children(block), node_count_);
-            of_cluster.insert(of_cluster.end(), vertices.begin(), vertices.end());
+            blocks_.add(tree_.block_children(block));
             for (int leaf = tree_width * block; leaf < tree_width * (block + 1); ++leaf) {
                 weight_begin_.push_back(static_cast<int>(weights_.size()));
                 weights_per_vertex_.push_back(1);
@@ -140,13 +147,11 @@ AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tr
                 }
             }
         }
-        if (bounds_around_nodes(tree_.blocks_in(cluster)) == AffineParts::ChildBounds::nodes) {
-            clusters_.add(tree_.cluster_children(cluster), node_count_);
-        } else {
-            std::ranges::sort(of_cluster);
-            of_cluster.erase(std::unique(of_cluster.begin(), of_cluster.end()), of_cluster.end());
-            clusters_.add(of_cluster);
-        }
+        const WideTree::Children blocks = tree_.cluster_children(cluster);
+        if (bounds_around_nodes(tree_.blocks_in(cluster)) == AffineParts::ChildBounds::nodes)
+            clusters_.add(blocks);
+        else
+            clusters_.add(all_of(blocks));
     }
     list_cluster_nodes();
 }

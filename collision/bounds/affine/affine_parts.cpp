@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -142,9 +143,9 @@ void AffineParts::add(const Children& children, ChildBounds bounds, const Surfac
     node_count_ = static_cast<int>(W.cols());
     Children carriers;
     for (std::size_t k = 0; k < lanes; ++k) carriers[k] = carriers_of(children[k], W);
-    if (bounds == ChildBounds::nodes) return add(carriers, node_count_);
+    if (bounds == ChildBounds::nodes) return add(carriers);
     std::vector<int> nodes = nodes_of(carriers);
-    if (bounds == ChildBounds::none) return add(nodes);
+    if (bounds == ChildBounds::own_parts) return add(nodes);
     add(carriers, std::move(nodes), rest, [&](std::size_t k, const Frame& frame) {
         std::vector<Eigen::Vector3d> points;
         for (const int v : children[k]) points.push_back(frame.of_vertex(v, W));
@@ -165,6 +166,7 @@ void AffineParts::add(const Children& children, const Children& carriers, std::s
 template <class RestPoints>
 void AffineParts::add(const Children& carriers, std::vector<int> nodes, VerticesRef rest,
                       const RestPoints& rest_points) {
+    assert(!nodes.empty());
     add_nodes(nodes);
     for (std::size_t c = 0, most = longest(carriers); c < most; ++c)
         for (const std::vector<int>& list : carriers)
@@ -198,8 +200,7 @@ void AffineParts::add(const Children& carriers, std::vector<int> nodes, Vertices
     end_part(ChildBounds::map);
 }
 
-void AffineParts::add(const Children& carriers, int node_count) {
-    node_count_ = node_count;
+void AffineParts::add(const Children& carriers) {
     const std::vector<int> nodes = nodes_of(carriers);
     add_nodes(nodes);
     for (std::size_t c = 0, most = longest(carriers); c < most; ++c)
@@ -210,7 +211,7 @@ void AffineParts::add(const Children& carriers, int node_count) {
 
 void AffineParts::add(std::span<const int> nodes) {
     add_nodes(nodes);
-    end_part(ChildBounds::none);
+    end_part(ChildBounds::own_parts);
 }
 
 void AffineParts::add_nodes(std::span<const int> nodes) {

@@ -17,22 +17,22 @@ namespace nbd {
 class AffineParts {
  public:
     /// How the children of a part are bounded: by an affine map, see Kernels, or around their own nodes,
-    /// which the part lists (`nodes`) or leaves to the children (`none`).
-    enum class ChildBounds : std::uint8_t { map, nodes, none };
+    /// which the part lists (`nodes`) or the parts that the children are list (`own_parts`).
+    enum class ChildBounds : std::uint8_t { map, nodes, own_parts };
 
     /// Vertices of the children of a part; empty lists for those that are not present.
     using Children = std::array<std::vector<int>, 16>;
 
-    /// Appends a part. W: weights, [vertices, nodes]. rest: rest positions of the nodes.
+    /// Appends a part; one of its children has a vertex. W: weights, [vertices, nodes]. rest: rest positions
+    /// of the nodes.
     void add(const Children& children, ChildBounds bounds, const SurfaceEmbedding& W, VerticesRef rest);
     /// Appends a part with a map whose nodes are some of its own vertices. No child is known to hang
     /// on them, so that its box may miss. samples: ascending, without repeats. carriers: of each child, among
     /// the samples. X: rest positions of the vertices.
     void add(const Children& children, const Children& carriers, std::span<const int> samples, VerticesRef X);
-    /// Appends a part that lists the nodes of its children. carriers: of each child. node_count: of all
-    /// nodes.
-    void add(const Children& carriers, int node_count);
-    /// Appends a part without a map and lists. nodes: without repeats, ascending.
+    /// Appends a part that lists the nodes of its children. carriers: of each child, of one at least.
+    void add(const Children& carriers);
+    /// Appends a part that leaves the lists to its children. nodes: without repeats, ascending.
     void add(std::span<const int> nodes);
 
     /// Nodes of a part without repeats, ascending, as places of their first coordinates.

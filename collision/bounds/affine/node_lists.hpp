@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "collision/geometry/box.hpp"
-#include "collision/kernels/kernels.hpp"
 
 namespace nbd {
 
@@ -17,8 +16,8 @@ class NodeLists {
     /// lists: places of the first coordinates of nodes. node_count: of all.
     NodeLists(std::span<const std::span<const std::int32_t>> lists, int node_count);
 
-    /// Writes the box around each list. x: [node_count, 3]. Returns whether all numbers read are finite; if
-    /// not, boxes mean nothing.
+    /// Writes the box around each list; there is one at least. x: [node_count, 3]. Returns whether all
+    /// numbers read are finite; if not, boxes mean nothing.
     bool boxes(const float* x, std::span<Box> boxes) const noexcept;
 
     std::size_t bytes() const noexcept;

@@ -72,6 +72,36 @@ TEST_F(AutoQuery, AnswersExactlyWhileItTries) {
     }
 }
 
+TEST_F(AutoQuery, AnswersExactlyWhicheverKindItTriesFirst) {
+    CollisionTree tree = *learned;
+    for (BoxFit& box : tree.learned->boxes) box.growth = 0;
+    for (auto& [kind, calibration] : tree.calibrations) std::ranges::fill(calibration.margins, 0.f);
+    const auto missing = std::make_shared<const CollisionTree>(std::move(tree));
+    AutoChoice due[] = {priced(1e9, 1), priced(1, 1e9)};
+    EXPECT_TRUE(learned_goes_first(due[0], due[0]));
+    EXPECT_FALSE(learned_goes_first(due[1], due[1]));
+    std::size_t expected_pairs = 0, learned_pairs = 0;
+    for (AutoChoice& choice : due)
+        for (const float apart : {0.2f, 0.3f, 0.4f, 0.45f}) {
+            choice.since_trial_ns = 1e12;
+            PosedTree a(missing, BoundKind::automatic, 0.f), b(missing, BoundKind::automatic, 0.f),
+                c(missing, BoundKind::learned_boxes, 0.f), d(missing, BoundKind::learned_boxes, 0.f);
+            const Vertices x = pose(0), y = pose(apart);
+            for (PosedTree* body : {&a, &b}) body->restore(choice);
+            for (PosedTree* body : {&a, &c}) body->begin_pose(x);
+            for (PosedTree* body : {&b, &d}) body->begin_pose(y);
+            PairQuery query, other;
+            const auto expected = test::brute_force_intersecting(x, s.F, y, s.F);
+            EXPECT_EQ(as_list(query.intersecting(a, b)), expected);
+            EXPECT_EQ(a.chosen(), BoundKind::boxes);
+            a.begin_pose(x);
+            EXPECT_EQ(a.auto_choice().trials, choice.trials + 1);
+            expected_pairs += expected.size();
+            learned_pairs += other.intersecting(c, d).size();
+        }
+    EXPECT_LT(learned_pairs, expected_pairs) << "a learned answer would not be noticed";
+}
+
 TEST_F(AutoQuery, DoesNotTryOnBodiesThatAreApart) {
     PosedTree a(learned, BoundKind::automatic), b(learned, BoundKind::automatic);
     PairQuery query;

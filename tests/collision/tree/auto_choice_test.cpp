@@ -42,13 +42,30 @@ TEST(AutoChoice, FollowsTheWorkOfPoses) {
     EXPECT_NEAR(choice.learned.of_next_pose(), 10 + 20 * 160, 250);
 }
 
-TEST(AutoChoice, LetsBothKindsFindWarmCaches) {
+TEST(AutoChoice, ExpectsTheWorkOfOneKindFromThatOfTheOther) {
     AutoChoice choice;
-    EXPECT_TRUE(choice.learned_goes_first());
+    choice.take_pose(0, 7);  // says nothing of the ratio
     choice.take_trial(boxes, learned);
-    EXPECT_FALSE(choice.learned_goes_first());
-    choice.take_trial(boxes, learned);
-    EXPECT_TRUE(choice.learned_goes_first());
+    EXPECT_DOUBLE_EQ(choice.learned_per_boxes, 8);
+    EXPECT_DOUBLE_EQ(choice.boxes.work, 50);
+    EXPECT_DOUBLE_EQ(choice.learned.work, 400);
+    AutoChoice::Trial less = learned;
+    less.work = 200;
+    choice.take_trial(boxes, less);
+    EXPECT_DOUBLE_EQ(choice.learned_per_boxes, 7);
+    for (int i = 0; i < 20; ++i) choice.take_trial(boxes, less);
+    EXPECT_NEAR(choice.learned_per_boxes, 4, 0.02);
+    for (int i = 0; i < 20; ++i) choice.take_pose(0, 100);
+    EXPECT_NEAR(choice.boxes.work, 25, 0.2);
+}
+
+TEST(AutoChoice, TriesTheCheaperKindFirst) {
+    const AutoChoice fresh, cheap_learned = tried(boxes, learned),
+                            cheap_boxes = tried({.start_ns = 10, .query_ns = 100, .work = 50}, learned);
+    EXPECT_TRUE(learned_goes_first(fresh, fresh));
+    EXPECT_TRUE(learned_goes_first(cheap_learned, cheap_learned));
+    EXPECT_FALSE(learned_goes_first(cheap_boxes, cheap_boxes));
+    EXPECT_TRUE(learned_goes_first(cheap_boxes, fresh)) << "one body's prices are not known";
 }
 
 TEST(AutoChoice, AddsTheCostsOfTwoBodies) {

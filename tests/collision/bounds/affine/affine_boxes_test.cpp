@@ -86,6 +86,35 @@ TEST(AffineBoxes, ContainTheSurfaceInWildPoses) {
     }
 }
 
+TEST(AffineBoxes, ContainSurfacesWhoseClustersListTheNodesOfTheirBlocks) {
+    std::mt19937 random(1);
+    const shapes::Surface torus = shapes::torus(330, 210);  // clusters of up to sixteen blocks
+    for (const HungSurface& hung : {test::hung_on_itself(torus), test::hung_on_tets(torus, 60)}) {
+        const auto model = model_of(hung);
+        int listed = 0;
+        for (int c = 0; c < model->tree().clusters(); ++c)
+            listed += model->clusters().child_bounds(c) == AffineParts::ChildBounds::nodes;
+        EXPECT_GT(listed, model->tree().clusters() / 2);
+        AffineBoxes boxes(model);
+        for (int kind = 0; kind < test::wild_poses; ++kind) {
+            const Vertices start = test::wild_pose(hung.rest, kind, random), x = embedded(hung.W, start),
+                           end = test::wild_pose(hung.rest, kind + 1, random), y = embedded(hung.W, end);
+            boxes.begin_pose(start);
+            expect_bounds(boxes, x);
+            boxes.begin_step(start, end);
+            for (int block = 0; block < model->tree().blocks(); ++block) {
+                const int cluster = model->tree().cluster_of[static_cast<std::size_t>(block)];
+                const Box box = boxes.blocks(cluster).boxes.box(block - boxes.first_block(cluster));
+                for (const int v : model->tree().block_vertices(block)) {
+                    ASSERT_LE(outside(box, x.row(v)), 0) << "block " << block << ", start";
+                    ASSERT_LE(outside(box, y.row(v)), 0) << "block " << block << ", end";
+                }
+            }
+            if (HasFatalFailure()) FAIL() << "pose " << kind;
+        }
+    }
+}
+
 TEST(AffineBoxes, AreOrientedWhereMapsBoundThem) {
     int oriented = 0, not_oriented = 0;
     for (const HungSurface& hung : hung_surfaces()) {
@@ -224,8 +253,11 @@ TEST(AffineModel, IgnoresZerosAndVerticesWithoutAFace) {
 
 TEST(AffineModel, TakesAtMostFiftyBytesAFace) {
     // The nodes of a tetrahedron carry a vertex of an embedded surface: four weights.
-    const HungSurface hung = test::hung_on_tets(shapes::torus(400, 200), 12);
-    EXPECT_LE(static_cast<double>(model_of(hung)->bytes()), 50 * static_cast<double>(hung.surface.F.rows()));
+    for (const HungSurface& hung :
+         {test::hung_on_tets(shapes::torus(400, 200), 12), test::hung_on_itself(shapes::torus(400, 200))}) {
+        const auto faces = static_cast<double>(hung.surface.F.rows());
+        EXPECT_LE(static_cast<double>(model_of(hung)->bytes()), 50 * faces);
+    }
 }
 
 }  // namespace
