@@ -5,11 +5,11 @@
 namespace nbd {
 namespace {
 
-/// The price of work is that of the trials with the most work, and among those with about the same the
-/// lowest: a trial that waited for the processor, or did next to nothing, must not set a price.
+/// The price of work is that of the trials with the most work, and among those with an eighth of it or more
+/// the lowest: a trial that waited for the processor, or did next to nothing, must not set a price.
 void take(BoundsCost& cost, const AutoChoice::Trial& trial) noexcept {
     cost.start_ns = std::min(cost.start_ns, trial.start_ns);
-    if (!(trial.work > 0) || trial.work < cost.measured_work / 2) return;
+    if (!(trial.work > 0) || trial.work < cost.measured_work / 8) return;
     const double work_ns = trial.query_ns / trial.work;
     cost.work_ns = trial.work > 2 * cost.measured_work ? work_ns : std::min(cost.work_ns, work_ns);
     cost.measured_work = std::max(cost.measured_work, trial.work);
