@@ -102,9 +102,9 @@ struct Kernels {
     /// [lists] of points, multiples of four. boxes: [lists] eight numbers each.
     bool (*boxes_of_lists)(const float* x, const std::int32_t* places, const std::int32_t* counts, int lists,
                            float* boxes) noexcept;
-    /// Likewise sixteen boxes. Box k is around the points places[k], places[k + 16] and so on, `count` in
-    /// number, at least 1. at_end: the last point of all is among them, and no number may follow it in
-    /// memory.
+    /// Likewise the boxes around sixteen lists. Box k is around the points places[k], places[k + 16] and so
+    /// on, `count` in number, at least 1. at_end: the last point of all is among them, and no number may
+    /// follow it in memory.
     bool (*boxes_of_points)(const float* x, const std::int32_t* places, int count, bool at_end,
                             BoxPack& boxes) noexcept;
     /// The box around the first `count` boxes of a pack, 1 to 16. box: eight numbers as above.

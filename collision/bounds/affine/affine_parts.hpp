@@ -16,8 +16,8 @@ namespace nbd {
 /// Parts of a surface that hangs on nodes, each with up to sixteen children, as the kernels read them.
 class AffineParts {
  public:
-    /// How the children of a part are bounded: by an affine map, see Kernels, or around their own nodes,
-    /// which the part lists (`nodes`) or the parts that the children are list (`own_parts`).
+    /// How the children of a part are bounded: by an affine map, see Kernels, or around their own nodes. The
+    /// part lists these (`nodes`), or each child is a part itself and lists its own (`own_parts`).
     enum class ChildBounds : std::uint8_t { map, nodes, own_parts };
 
     /// Vertices of the children of a part; empty lists for those that are not present.
