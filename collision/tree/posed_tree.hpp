@@ -58,9 +58,8 @@ class PosedTree {
     void begin_pose(VertexView x, std::vector<RegionMotion>&& motion) = delete;
 
     /// Starts a pose with positions that are computed on demand: all of them for `exact` and `boxes`, which
-    /// copy them once more, and for
-    /// `learned_affine`, few for the other kinds. x: its begin_pose() was called; must stay valid until
-    /// the next call.
+    /// copy them once more, and for `learned_affine`, few for the other kinds. x: its begin_pose() was
+    /// called; must stay valid until the next call.
     void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion = {});
     void begin_pose(EmbeddedPositions& x, std::vector<RegionMotion>&& motion) = delete;
 
@@ -74,8 +73,8 @@ class PosedTree {
     /// its position in `start` to that in `end`, like x of begin_pose(). whole() and the boxes_within() of
     /// all queries then answer for the whole step: they leave out no faces that are within the distance at
     /// any one time of it. A body with `boxes` or `affine` bounds in a pose is one that does not move. All
-    /// else sees the pose at the end. Bodies with spheres get the exact boxes of
-    /// `boxes` in a step; in a pose they must not meet a body in a step in boxes_within().
+    /// else sees the pose at the end. Bodies with spheres get the exact boxes of `boxes` in a step; in a
+    /// pose they must not meet a body in a step in boxes_within().
     void begin_step(VertexView start, VertexView end);
 
     /// Likewise from the nodes at both ends, for a body as begin_pose_of_nodes() takes it.

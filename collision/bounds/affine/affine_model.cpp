@@ -62,14 +62,17 @@ EmbeddingCheck check_embedding(FacesRef F, const SurfaceEmbedding& W, int vertex
     return checked;
 }
 
-std::size_t distinct_nodes(const AffineParts::Children& children, const SurfaceEmbedding& W) {
-    std::vector<int> nodes;
-    for (const std::vector<int>& vertices : children)
-        for (const int v : vertices)
+/// The nodes on which the vertices of each child hang, ascending.
+AffineParts::Children carriers_of(const AffineParts::Children& children, const SurfaceEmbedding& W) {
+    AffineParts::Children carriers;
+    for (std::size_t k = 0; k < children.size(); ++k) {
+        std::vector<int> nodes;
+        for (const int v : children[k])
             for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry)
                 if (entry.value() != 0) nodes.push_back(static_cast<int>(entry.col()));
-    std::ranges::sort(nodes);
-    return static_cast<std::size_t>(std::unique(nodes.begin(), nodes.end()) - nodes.begin());
+        carriers[k] = distinct({&nodes, 1});
+    }
+    return carriers;
 }
 
 /// Whether every vertex of the children is a node.
@@ -83,30 +86,28 @@ bool are_nodes(const AffineParts::Children& children, const SurfaceEmbedding& W)
     return true;
 }
 
-/// The vertices of all children without repeats, ascending.
-std::vector<int> all_of(const AffineParts::Children& children) {
-    std::vector<int> vertices;
-    for (const std::vector<int>& list : children) vertices.insert(vertices.end(), list.begin(), list.end());
-    std::ranges::sort(vertices);
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-    return vertices;
-}
-
-AffineParts::ChildBounds leaf_bounds(const AffineParts::Children& leaves, const SurfaceEmbedding& W) {
-    using enum AffineParts::ChildBounds;
-    return are_nodes(leaves, W) ? nodes : map;
-}
-
-AffineParts::ChildBounds bounds_around_nodes(int blocks) {
+/// How the blocks of a cluster are bounded if it has no map.
+AffineParts::ChildBounds around_nodes(int blocks) {
     using enum AffineParts::ChildBounds;
     return blocks > many_blocks ? nodes : own_parts;
 }
 
-AffineParts::ChildBounds block_bounds(int count, const AffineParts::Children& blocks,
-                                      const SurfaceEmbedding& W) {
-    if (!are_nodes(blocks, W) && distinct_nodes(blocks, W) <= most_mapped)
-        return AffineParts::ChildBounds::map;
-    return bounds_around_nodes(count);
+void add_block(AffineParts& parts, const AffineParts::Children& leaves, const SurfaceEmbedding& W,
+               VerticesRef rest) {
+    const AffineParts::Children carriers = carriers_of(leaves, W);
+    if (are_nodes(leaves, W))
+        parts.add_around_nodes(carriers, AffineParts::ChildBounds::nodes);
+    else
+        parts.add_map(leaves, carriers, W, rest);
+}
+
+void add_cluster(AffineParts& parts, int count, const AffineParts::Children& blocks,
+                 const SurfaceEmbedding& W, VerticesRef rest) {
+    const AffineParts::Children carriers = carriers_of(blocks, W);
+    if (are_nodes(blocks, W) || distinct(carriers).size() > most_mapped)
+        parts.add_around_nodes(carriers, around_nodes(count));
+    else
+        parts.add_map(blocks, carriers, W, rest);
 }
 
 }  // namespace
@@ -121,12 +122,11 @@ AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W
     for (int cluster = 0; cluster < tree_.clusters(); ++cluster) {
         for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
             const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
-            const WideTree::Children of_block = tree_.block_children(block);
-            blocks_.add(of_block, leaf_bounds(of_block, W), W, rest);
-            for (const std::vector<int>& vertices : of_block) add_leaf(vertices, blocks_.nodes(block), W);
+            const WideTree::Children leaves = tree_.block_children(block);
+            add_block(blocks_, leaves, W, rest);
+            for (const std::vector<int>& vertices : leaves) add_leaf(vertices, blocks_.nodes(block), W);
         }
-        const WideTree::Children of_cluster = tree_.cluster_children(cluster);
-        clusters_.add(of_cluster, block_bounds(tree_.blocks_in(cluster), of_cluster, W), W, rest);
+        add_cluster(clusters_, tree_.blocks_in(cluster), tree_.cluster_children(cluster), W, rest);
     }
     list_cluster_nodes();
 }
@@ -136,7 +136,7 @@ AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tr
         for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
             const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
             const std::vector<int> vertices = tree_.block_vertices(block);
-            blocks_.add(tree_.block_children(block));
+            blocks_.add_around_nodes(tree_.block_children(block), AffineParts::ChildBounds::nodes);
             for (int leaf = tree_width * block; leaf < tree_width * (block + 1); ++leaf) {
                 weight_begin_.push_back(static_cast<int>(weights_.size()));
                 weights_per_vertex_.push_back(1);
@@ -147,11 +147,7 @@ AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tr
                 }
             }
         }
-        const WideTree::Children blocks = tree_.cluster_children(cluster);
-        if (bounds_around_nodes(tree_.blocks_in(cluster)) == AffineParts::ChildBounds::nodes)
-            clusters_.add(blocks);
-        else
-            clusters_.add(all_of(blocks));
+        clusters_.add_around_nodes(tree_.cluster_children(cluster), around_nodes(tree_.blocks_in(cluster)));
     }
     list_cluster_nodes();
 }

@@ -14,26 +14,6 @@ namespace {
 
 constexpr std::size_t lanes = 16;
 
-/// The nodes that carry these vertices, ascending.
-std::vector<int> carriers_of(const std::vector<int>& vertices, const SurfaceEmbedding& W) {
-    std::vector<int> nodes;
-    for (const int v : vertices)
-        for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry)
-            if (entry.value() != 0) nodes.push_back(static_cast<int>(entry.col()));
-    std::ranges::sort(nodes);
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    return nodes;
-}
-
-/// The nodes of all children without repeats, ascending.
-std::vector<int> nodes_of(const AffineParts::Children& carriers) {
-    std::vector<int> nodes;
-    for (const std::vector<int>& list : carriers) nodes.insert(nodes.end(), list.begin(), list.end());
-    std::ranges::sort(nodes);
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    return nodes;
-}
-
 std::size_t longest(const AffineParts::Children& carriers) {
     std::size_t most = 0;
     for (const std::vector<int>& list : carriers) most = std::max(most, list.size());
@@ -138,25 +118,28 @@ float rounded_up(double x) {
 
 }  // namespace
 
-void AffineParts::add(const Children& children, ChildBounds bounds, const SurfaceEmbedding& W,
-                      VerticesRef rest) {
+std::vector<int> distinct(std::span<const std::vector<int>> lists) {
+    std::vector<int> all;
+    for (const std::vector<int>& list : lists) all.insert(all.end(), list.begin(), list.end());
+    std::ranges::sort(all);
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+}
+
+void AffineParts::add_map(const Children& children, const Children& carriers, const SurfaceEmbedding& W,
+                          VerticesRef rest) {
     node_count_ = static_cast<int>(W.cols());
-    Children carriers;
-    for (std::size_t k = 0; k < lanes; ++k) carriers[k] = carriers_of(children[k], W);
-    if (bounds == ChildBounds::nodes) return add(carriers);
-    std::vector<int> nodes = nodes_of(carriers);
-    if (bounds == ChildBounds::own_parts) return add(nodes);
-    add(carriers, std::move(nodes), rest, [&](std::size_t k, const Frame& frame) {
+    add_fitted(carriers, distinct(carriers), rest, [&](std::size_t k, const Frame& frame) {
         std::vector<Eigen::Vector3d> points;
         for (const int v : children[k]) points.push_back(frame.of_vertex(v, W));
         return points;
     });
 }
 
-void AffineParts::add(const Children& children, const Children& carriers, std::span<const int> samples,
-                      VerticesRef X) {
+void AffineParts::add_map(const Children& children, const Children& carriers, std::span<const int> samples,
+                          VerticesRef X) {
     node_count_ = static_cast<int>(X.rows());
-    add(carriers, {samples.begin(), samples.end()}, X, [&](std::size_t k, const Frame& frame) {
+    add_fitted(carriers, {samples.begin(), samples.end()}, X, [&](std::size_t k, const Frame& frame) {
         std::vector<Eigen::Vector3d> points;
         for (const int v : children[k]) points.push_back(frame.of_point(X.row(v)));
         return points;
@@ -164,8 +147,8 @@ void AffineParts::add(const Children& children, const Children& carriers, std::s
 }
 
 template <class RestPoints>
-void AffineParts::add(const Children& carriers, std::vector<int> nodes, VerticesRef rest,
-                      const RestPoints& rest_points) {
+void AffineParts::add_fitted(const Children& carriers, std::vector<int> nodes, VerticesRef rest,
+                             const RestPoints& rest_points) {
     assert(!nodes.empty());
     add_nodes(nodes);
     for (std::size_t c = 0, most = longest(carriers); c < most; ++c)
@@ -200,18 +183,15 @@ void AffineParts::add(const Children& carriers, std::vector<int> nodes, Vertices
     end_part(ChildBounds::map);
 }
 
-void AffineParts::add(const Children& carriers) {
-    const std::vector<int> nodes = nodes_of(carriers);
+void AffineParts::add_around_nodes(const Children& carriers, ChildBounds bounds) {
+    assert(bounds != ChildBounds::map);
+    const std::vector<int> nodes = distinct(carriers);
     add_nodes(nodes);
-    for (std::size_t c = 0, most = longest(carriers); c < most; ++c)
+    const std::size_t listed = bounds == ChildBounds::nodes ? longest(carriers) : 0;
+    for (std::size_t c = 0; c < listed; ++c)
         for (const std::vector<int>& list : carriers)
             child_nodes_.push_back(3 * entry(list, c, nodes.front()));
-    end_part(ChildBounds::nodes);
-}
-
-void AffineParts::add(std::span<const int> nodes) {
-    add_nodes(nodes);
-    end_part(ChildBounds::own_parts);
+    end_part(bounds);
 }
 
 void AffineParts::add_nodes(std::span<const int> nodes) {
@@ -248,17 +228,14 @@ void AffineParts::prefetch(int part) const noexcept {
     const Place &p = places_[static_cast<std::size_t>(part)],
                 &next = places_[static_cast<std::size_t>(part) + 1];
     const auto prefetch_range = [](const auto& array, std::size_t begin, std::size_t end) {
-        end = std::min(end, array.size());
         prefetch_lines(std::span(array).subspan(begin, end - begin));
     };
     prefetch_range(nodes_, p.nodes, next.nodes);
     prefetch_range(child_nodes_, p.child_nodes, next.child_nodes);
     prefetch_range(carriers_, p.carriers, next.carriers);
     prefetch_range(boxes_, p.boxes, next.boxes);
-    // Where these are small, the next parts' as well, which a query is likely to read.
-    constexpr std::size_t rest = 512, numbers = 9 * lanes;  // of some blocks with one map each
-    prefetch_range(rest_, p.rest, std::max(next.rest, p.rest + rest));
-    prefetch_range(numbers_, p.numbers, std::max(next.numbers, p.numbers + numbers));
+    prefetch_range(rest_, p.rest, next.rest);
+    prefetch_range(numbers_, p.numbers, next.numbers);
 }
 
 std::size_t AffineParts::bytes() const noexcept {

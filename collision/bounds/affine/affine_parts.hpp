@@ -13,6 +13,9 @@
 
 namespace nbd {
 
+/// All numbers of some lists without repeats, ascending.
+std::vector<int> distinct(std::span<const std::vector<int>> lists);
+
 /// Parts of a surface that hangs on nodes, each with up to sixteen children, as the kernels read them.
 class AffineParts {
  public:
@@ -20,20 +23,22 @@ class AffineParts {
     /// part lists these (`nodes`), or each child is a part itself and lists its own (`own_parts`).
     enum class ChildBounds : std::uint8_t { map, nodes, own_parts };
 
-    /// Vertices of the children of a part; empty lists for those that are not present.
+    /// Vertices of the children of a part, or nodes that carry them; empty lists for those that are not
+    /// present.
     using Children = std::array<std::vector<int>, 16>;
 
-    /// Appends a part; one of its children has a vertex. W: weights, [vertices, nodes]. rest: rest positions
-    /// of the nodes.
-    void add(const Children& children, ChildBounds bounds, const SurfaceEmbedding& W, VerticesRef rest);
+    /// Appends a part whose children are bounded around their nodes. carriers: nodes of the children, of one
+    /// at least. bounds: not `map`.
+    void add_around_nodes(const Children& carriers, ChildBounds bounds);
+    /// Appends a part with a map. carriers: all nodes on which the vertices of each child hang. W: weights,
+    /// [vertices, nodes]. rest: rest positions of the nodes.
+    void add_map(const Children& children, const Children& carriers, const SurfaceEmbedding& W,
+                 VerticesRef rest);
     /// Appends a part with a map whose nodes are some of its own vertices. No child is known to hang
     /// on them, so that its box may miss. samples: ascending, without repeats. carriers: of each child, among
     /// the samples. X: rest positions of the vertices.
-    void add(const Children& children, const Children& carriers, std::span<const int> samples, VerticesRef X);
-    /// Appends a part that lists the nodes of its children. carriers: of each child, of one at least.
-    void add(const Children& carriers);
-    /// Appends a part that leaves the lists to its children. nodes: without repeats, ascending.
-    void add(std::span<const int> nodes);
+    void add_map(const Children& children, const Children& carriers, std::span<const int> samples,
+                 VerticesRef X);
 
     /// Nodes of a part without repeats, ascending, as places of their first coordinates.
     std::span<const int> nodes(int part) const noexcept {
@@ -65,8 +70,8 @@ class AffineParts {
  private:
     /// rest_points(k, frame): vertices of child k at rest.
     template <class RestPoints>
-    void add(const Children& carriers, std::vector<int> nodes, VerticesRef rest,
-             const RestPoints& rest_points);
+    void add_fitted(const Children& carriers, std::vector<int> nodes, VerticesRef rest,
+                    const RestPoints& rest_points);
 
     struct Place {
         std::size_t nodes = 0, node_count = 0, child_nodes = 0, carriers = 0, rest = 0, numbers = 0,

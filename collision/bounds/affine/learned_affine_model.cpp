@@ -85,7 +85,7 @@ LearnedAffineModel::LearnedAffineModel(const WideTree& tree, LearnedAffineFit fi
                                                    : tree.block_children(part - tree.clusters());
         AffineParts::Children near;
         for (std::size_t k = 0; k < children.size(); ++k) near[k] = nearest(samples, children[k], fit_.X);
-        maps_.add(children, near, samples, fit_.X);
+        maps_.add_map(children, near, samples, fit_.X);
         grid_.push_back(resolution(samples, fit_.X));
     }
 }
