@@ -154,5 +154,21 @@ TEST_F(Slabs, KeepBoxesWithoutANormal) {
     }
 }
 
+TEST_F(Slabs, KeepBoxesWhoseCoordinateAlongANormalOverflowsOnTheWay) {
+    // (3e38, 3e38, -3e38) lies 1.7e38 along (1, 1, 1), but the sum of its first two products is infinite.
+    OrientedBoxes s{}, t{};
+    for (int k = 0; k < 16; ++k) {
+        for (int a = 0; a < 3; ++a) {
+            s.normal[a][k] = 0.57735f;
+            t.centre[a][k] = a < 2 ? 3e38f : -3e38f;
+        }
+        s.lo[k] = 1e38f;
+        s.hi[k] = 2e38f;
+    }
+    std::uint16_t mask[16] = {0xffff};
+    kernels().clear_parted(s, t, 0, 1, mask);
+    EXPECT_EQ(mask[0], 0xffff);
+}
+
 }  // namespace
 }  // namespace nbd
