@@ -90,8 +90,8 @@ Comparison compare_large_deflection(const Body& body, MaterialLaw law, double sh
     const Nodes ours = clamped.displacements(load, 10, 30);
     const Nodes theirs = calculix_displacements(clamped.elastic, load, true);
     const double largest = theirs.rowwise().norm().maxCoeff();
-    return {fmt::format("large deflection under weight, {} [m]", name(law)), ours.rowwise().norm().maxCoeff(),
-            largest, (ours - theirs).rowwise().norm().maxCoeff() / largest};
+    return {fmt::format("large deflection under weight ({}) [m]", name(law)),
+            ours.rowwise().norm().maxCoeff(), largest, (ours - theirs).rowwise().norm().maxCoeff() / largest};
 }
 
 }  // namespace nbd::test
