@@ -8,7 +8,7 @@
 namespace nbd {
 
 /// Bounds the nodes of a sphere tree in any pose, in world space. begin_pose() is called first for each pose,
-/// then bound() for nodes in any order, at most once each. Neither throws or allocates.
+/// then bound() for nodes in any order; a repeated call gives the same. Neither throws or allocates.
 template <class B>
 concept Bound = requires(B bounds, const Vertices& x, int node) {
     bounds.begin_pose(x);

@@ -138,7 +138,10 @@ class FlatFieldReader {
     template <class Struct, class... T>
     void table(const std::string& name, std::vector<Struct>& rows, FlatColumn<Struct, T>... columns) {
         static_assert(is_whole_struct<Struct, T...>, "a member of the struct has no column");
-        rows.resize(file_.array(message(name, '/', std::get<0>(std::tuple(columns...)).name)).rows);
+        // Rows without numbers would take no room in the file, but much in memory.
+        const FlatArray& first = file_.array(message(name, '/', std::get<0>(std::tuple(columns...)).name));
+        if (first.columns == 0) FlatReader::refuse(first.name, "without columns", "1 or more");
+        rows.resize(first.rows);
         (column(name, rows, columns), ...);
     }
     template <class T, class Fields>

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "collision/base/message.hpp"
 #include "collision/flat/crc64.hpp"
@@ -111,7 +112,10 @@ FlatReader::FlatReader(std::span<const std::byte> file) {
     for (std::size_t i = 0; i < header.arrays; ++i) {
         FlatEntry entry;
         std::memcpy(&entry, file.data() + sizeof header + i * sizeof entry, sizeof entry);
-        arrays_.push_back(checked_array(entry, file));
+        FlatArray array = checked_array(entry, file);
+        if (std::ranges::find(arrays_, array.name, &FlatArray::name) != arrays_.end())
+            fail("lists ", array.name, " twice");
+        arrays_.push_back(std::move(array));
     }
 }
 

@@ -35,7 +35,6 @@ class Positions {
     void require_all() const noexcept {
         if (source_) source_->compute_all();
     }
-    bool on_demand() const noexcept { return source_ != nullptr; }
 
     /// Prefetches the positions of these vertices; no effect if positions are computed on demand.
     void prefetch(std::span<const int> vertices) const noexcept {

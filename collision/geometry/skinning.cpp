@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -149,8 +148,10 @@ Skinning::Skinning(VerticesRef X, const SurfaceEmbedding& weights)
     W_.setFromTriplets(entries.begin(), entries.end());
 }
 
-void Skinning::pose(std::span<const BoneTransform> bones, Vertices& nodes) const noexcept {
-    assert(static_cast<int>(bones.size()) == bone_count());
+void Skinning::pose(std::span<const BoneTransform> bones, Vertices& nodes) const {
+    if (!std::cmp_equal(bones.size(), bone_count()))
+        throw std::invalid_argument(
+            message(bones.size(), " bone transforms; allowed: one for each of the ", bone_count(), " bones"));
     nodes.resize(rest_nodes_.rows(), 3);
     for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
         const int bone = bones_[static_cast<std::size_t>(i / 4)];

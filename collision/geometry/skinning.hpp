@@ -35,8 +35,8 @@ class Skinning {
     const Vertices& rest_nodes() const noexcept { return rest_nodes_; }
 
     /// Writes the nodes of a pose, like rest_nodes(), for PosedTree::begin_pose_of_nodes(). bones: one
-    /// transform per bone. nodes: allocated only when its size differs.
-    void pose(std::span<const BoneTransform> bones, Vertices& nodes) const noexcept;
+    /// transform per bone, else std::invalid_argument. nodes: allocated only when its size differs.
+    void pose(std::span<const BoneTransform> bones, Vertices& nodes) const;
 
  private:
     int bone_count_;

@@ -23,11 +23,11 @@ FacePairSet::FacePairSet(std::span<const FacePair> pairs, int face_count) {
     others_.reserve(sorted.size());
     begin_.reserve(static_cast<std::size_t>(face_count) + 1);
     for (int face = 0; face < face_count; ++face) {
-        begin_.push_back(static_cast<int>(others_.size()));
+        begin_.push_back(others_.size());
         while (others_.size() < sorted.size() && sorted[others_.size()].a == face)
             others_.push_back(sorted[others_.size()].b);
     }
-    begin_.push_back(static_cast<int>(others_.size()));
+    begin_.push_back(others_.size());
 }
 
 bool FacePairSet::contains(int a, int b) const noexcept {

@@ -9,7 +9,7 @@
 namespace nbd {
 
 /// Pairs of faces of one surface, without order: (a, b) is the same pair as (b, a). For pairs that a
-/// SelfQuery is to leave out; see near_at_rest(). Takes 4 bytes a pair and 4 a face.
+/// SelfQuery is to leave out; see near_at_rest(). Takes 4 bytes a pair and 8 a face.
 class FacePairSet {
  public:
     /// pairs: in any order, with repeats or not. Throws std::invalid_argument, naming the pair, if a face is
@@ -21,8 +21,8 @@ class FacePairSet {
     std::size_t size() const noexcept { return others_.size(); }
 
  private:
-    std::vector<int> begin_;   // [faces + 1] range of each face in `others_`
-    std::vector<int> others_;  // of the pairs (a, b), a <= b: all b, ascending for each a
+    std::vector<std::size_t> begin_;  // [faces + 1] range of each face in `others_`
+    std::vector<int> others_;         // of the pairs (a, b), a <= b: all b, ascending for each a
 };
 
 }  // namespace nbd

@@ -45,6 +45,8 @@ NeighbourProof::NeighbourProof(std::shared_ptr<const RestNeighbours> rest)
 
 void NeighbourProof::prove(const Nodes& x, const Nodes& motion, const Reach& reach, const Executor& run) {
     const WideTree& tree = rest_->tree();
+    std::ranges::fill(proved_, std::uint8_t{0});
+    reach_ = reach;
     for (const Nodes* given : {&x, &motion})
         if (given->rows() != tree.vertex_count && (given == &x || given->rows() > 0))
             throw std::invalid_argument(message(given == &x ? "positions: " : "motions: ", given->rows(),
@@ -71,7 +73,12 @@ void NeighbourProof::prove(const Nodes& x, const Nodes& motion, const Reach& rea
                     box.extend(everywhere);
             }
         });
-    for_each_leaf([&](int leaf) { proved_[static_cast<std::size_t>(leaf)] = is_proved(leaf, x, reach); });
+    try {
+        for_each_leaf([&](int leaf) { proved_[static_cast<std::size_t>(leaf)] = is_proved(leaf, x); });
+    } catch (...) {
+        std::ranges::fill(proved_, std::uint8_t{0});
+        throw;
+    }
 }
 
 double NeighbourProof::relative_motion(int leaf_a, int leaf_b) const noexcept {
@@ -89,7 +96,7 @@ double NeighbourProof::relative_motion(int leaf_a, int leaf_b) const noexcept {
 /// at most a third of its longest edge squared. So the points are at least
 ///     stretch * distance - |u_i - u_j| - longest_edge^2 * bend / 3
 /// apart.
-bool NeighbourProof::is_proved(int leaf, const Nodes& x, const Reach& reach) const {
+bool NeighbourProof::is_proved(int leaf, const Nodes& x) const {
     const RestNeighbours::Region region = rest_->region(leaf);
     if (region.covered.empty()) return false;
     const auto own = static_cast<Eigen::Index>(rest_->tree().leaf_vertices(leaf).size());
@@ -108,7 +115,7 @@ bool NeighbourProof::is_proved(int leaf, const Nodes& x, const Reach& reach) con
                  off = region.size * (widest(u, own) + edge * edge * bound.bend / 3),
                  slack = rounding * (region.size + origin.norm() + region.centre.norm()),
                  least = bound.stretch * region.distance - off - slack;
-    return least > reach.inside && least > reach.apart + std::min(reach.approach, moved + slack);
+    return least > reach_.inside && least > reach_.apart + std::min(reach_.approach, moved + slack);
 }
 
 int NeighbourProof::leaves() const noexcept {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -25,13 +26,17 @@ class NeighbourProof {
     explicit NeighbourProof(std::shared_ptr<const RestNeighbours> rest);
 
     /// x: positions [n, 3], metres; motion: of the vertices, [n, 3], metres, or empty for none. Throws
-    /// std::invalid_argument on another number of rows. Numbers that are not finite prove nothing.
+    /// std::invalid_argument on another number of rows, and what the executor throws; nothing is proved then.
+    /// Numbers that are not finite prove nothing.
     void prove(const Nodes& x, const Nodes& motion, const Reach& reach, const Executor& run = run_in_order);
 
     /// Bits of the faces of leaf `other` that are proved apart from every face of `leaf`, or need no proof.
     unsigned apart(int leaf, int other) const noexcept {
         return proved_[static_cast<std::size_t>(leaf)] ? rest_->covered(leaf, other) : 0;
     }
+
+    /// Faces that the last prove() says are apart are farther from each other than this, metres.
+    double proved_distance() const noexcept { return std::max(reach_.apart, reach_.inside); }
 
     /// Number of leaves that have faces, and of those with a proof.
     int leaves() const noexcept;
@@ -45,9 +50,10 @@ class NeighbourProof {
     const std::shared_ptr<const FacePairSet>& left_out() const noexcept { return rest_->left_out(); }
 
  private:
-    bool is_proved(int leaf, const Nodes& x, const Reach& reach) const;
+    bool is_proved(int leaf, const Nodes& x) const;
 
     std::shared_ptr<const RestNeighbours> rest_;
+    Reach reach_;                               // of the last prove()
     std::vector<std::uint8_t> proved_;          // [leaves]
     std::vector<Eigen::AlignedBox3d> motions_;  // [leaves] boxes of their vertices' motions; empty: none
 };

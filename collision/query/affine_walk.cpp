@@ -92,11 +92,11 @@ void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near,
     };
     near_a_.resize(static_cast<std::size_t>(a.cluster_packs()));
     near_b_.resize(static_cast<std::size_t>(b.cluster_packs()));
-    near.all(a.clusters(), a.cluster_packs(), b.whole(), near_a_.data());
+    near.all(a.cluster_boxes(), a.cluster_packs(), b.whole(), near_a_.data());
     for (int pa = 0; pa < a.cluster_packs(); ++pa)
         for_each_bit(near_a_[static_cast<std::size_t>(pa)] & present(a, pa), [&](int i) {
             const int cluster = tree_width * pa + i;
-            near.all(b.clusters(), b.cluster_packs(), a.cluster(cluster), near_b_.data());
+            near.all(b.cluster_boxes(), b.cluster_packs(), a.cluster(cluster), near_b_.data());
             counters_.node_tests += tree_width * b.cluster_packs();
             for (int pb = 0; pb < b.cluster_packs(); ++pb)
                 for_each_bit(near_b_[static_cast<std::size_t>(pb)] & present(b, pb), [&](int j) {
@@ -124,8 +124,8 @@ void AffineWalk::find_faces(AffineBoxes& a, AffineBoxes& b, const Taken& taken, 
         prefetch_ahead(
             leaves_, k, [&](int i) { a.prefetch_leaf(i); }, [&](int i) { b.prefetch_leaf(i); });
         const NodePair& pair = leaves_[k];
-        const unsigned in_a = a.faces_in(pair.a) & ~taken.proved_apart(pair.b, pair.a),
-                       in_b = b.faces_in(pair.b) & ~taken.proved_apart(pair.a, pair.b);
+        const unsigned in_a = a.present_faces(pair.a) & ~taken.proved_apart(pair.b, pair.a),
+                       in_b = b.present_faces(pair.b) & ~taken.proved_apart(pair.a, pair.b);
         if (in_a == 0 || in_b == 0) {
             ++counters_.proved;
             continue;

@@ -1,6 +1,4 @@
 #include <bit>
-#include <cmath>
-#include <limits>
 
 #include "collision/bounds/affine/affine_boxes.hpp"
 #include "collision/kernels/lane_mask.hpp"
@@ -10,20 +8,10 @@
 #include "collision/query/wide_levels.hpp"
 
 namespace nbd {
-namespace {
-
-/// The distances that the search still asks for, rounded up to float.
-Within still_near(double most) noexcept {
-    constexpr float largest = std::numeric_limits<float>::max();
-    return Within(most >= double{largest} ? largest : std::nextafter(static_cast<float>(most), largest));
-}
-
-}  // namespace
-
 /// Puts the pairs of children that may be close enough into the queue. whole_t: box around all boxes of t.
 void ClosestQuery::push_children(Candidate::Level level, const BoxPack& s, unsigned in_s, int first_a,
                                  const BoxPack& t, unsigned in_t, int first_b, const Box& whole_t) {
-    const Within near = still_near(most_);
+    const Within near = within_at_most(most_);
     for_each_bit(near_boxes(s, whole_t, near) & in_s, [&](int i) {
         const Box box = s.box(i);
         for_each_bit(near_boxes(t, box, near) & in_t, [&](int j) {
@@ -46,7 +34,7 @@ void ClosestQuery::open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int l
     a.leaf(leaf_a);
     b.leaf(leaf_b);  // may move the first one, if both are one body
     const AffineBoxes::Leaf &s = a.leaf(leaf_a), &t = b.leaf(leaf_b);
-    const unsigned in_s = a.faces_in(leaf_a), in_t = b.faces_in(leaf_b);
+    const unsigned in_s = a.present_faces(leaf_a), in_t = b.present_faces(leaf_b);
     // Measuring one near pair right away keeps most other pairs out of the queue.
     const int i = nearest_box(s.boxes, std::popcount(in_s), t.whole),
               j = nearest_box(t.boxes, std::popcount(in_t), s.boxes.box(i));

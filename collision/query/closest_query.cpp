@@ -1,10 +1,11 @@
 #include "collision/query/closest_query.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <functional>
+#include <stdexcept>
 
+#include "collision/base/message.hpp"
 #include "collision/kernels/lane_mask.hpp"
 #include "collision/query/least_distance.hpp"
 #include "collision/query/near_boxes.hpp"
@@ -89,7 +90,7 @@ void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) {
     const int k = nearest_box(boxes_a, boxes_a.count, whole),
               l = nearest_box(boxes_b, boxes_b.count, boxes_a.box(k));
     test_faces(a, node_a.first_slot + k, b, node_b.first_slot + l);
-    const Within near(static_cast<float>(most_));
+    const Within near = within_at_most(most_);
     const unsigned near_b = near_boxes(boxes_a, whole, near);
     unsigned masks[LeafBoxes::max_boxes];
     near_boxes(boxes_b, boxes_a, near_b, near, masks);
@@ -136,7 +137,7 @@ bool ClosestQuery::goes_on() const noexcept {
 }
 
 std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, double most) {
-    assert(most >= 0);
+    if (!(most >= 0)) throw std::invalid_argument(message("distance is ", most, " m, allowed: 0 or more"));
     queue_.clear();
     triangle_tests_ = 0;
     most_candidates_ = 0;

@@ -29,10 +29,10 @@ struct ClosestFaces {
 /// Use one object per thread.
 class ClosestQuery {
  public:
-    /// The closest faces if they are at most `most` apart (metres, >= 0), else empty. Returns the first of
-    /// equally close pairs, and any intersecting pair of bodies that intersect. Exact if the bounds of both
-    /// trees never miss; learned bounds may hide the closest faces, and a pair further apart is then
-    /// reported.
+    /// The closest faces if they are at most `most` apart (metres, >= 0, else std::invalid_argument), or
+    /// empty. Returns the first of equally close pairs, and any intersecting pair of bodies that intersect.
+    /// Exact if the bounds of both trees never miss; learned bounds may hide the closest faces, and a pair
+    /// further apart is then reported.
     std::optional<ClosestFaces> closest(PosedTree& a, PosedTree& b,
                                         double most = std::numeric_limits<double>::infinity());
 

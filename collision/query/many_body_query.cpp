@@ -11,13 +11,14 @@ namespace {
 /// boxes of two bodies within `distance` of each other touch.
 Box root_box(PosedTree& body, float distance) {
     const Box box = body.whole();
+    if ((box.lo > box.hi).any()) return empty_box();  // before the first pose
     // Each side rounds by an ulp of its coordinate or of the distance.
     const Eigen::Array4f ulps =
         4 * std::numeric_limits<float>::epsilon() * (box.lo.abs().max(box.hi.abs()) + distance);
     const Box grown{box.lo - distance / 2 - ulps, box.hi + distance / 2 + ulps};
     if (grown.lo.hasNaN() || grown.hi.hasNaN())
-        return {-empty_box().lo, -empty_box().hi};                              // overflow: near everything
-    return grown.lo.allFinite() && grown.hi.allFinite() ? grown : empty_box();  // before the first pose
+        return {-empty_box().lo, -empty_box().hi};  // overflow: near everything
+    return grown;
 }
 
 }  // namespace

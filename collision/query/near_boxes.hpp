@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "collision/geometry/separation.hpp"
 #include "collision/kernels/lane_mask.hpp"
@@ -56,6 +58,13 @@ class Within {
     const Kernels* kernels_ = &kernels();
     float distance_, most_;  // largest distance, largest squared one
 };
+
+/// The test for boxes at most this far apart, >= 0, rounded up to float.
+inline Within within_at_most(double distance) noexcept {
+    constexpr float largest = std::numeric_limits<float>::max();
+    return Within(distance >= double{largest} ? largest
+                                              : std::nextafter(static_cast<float>(distance), largest));
+}
 
 /// Sets bit k if box k of the pack is near t.
 template <class Near>

@@ -1,8 +1,7 @@
 #include "collision/query/pair_query.hpp"
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
+#include <stdexcept>
 
 #include "collision/base/stopwatch.hpp"
 #include "collision/geometry/separation.hpp"
@@ -10,6 +9,7 @@
 #include "collision/query/keep_intersecting.hpp"
 #include "collision/query/keep_within.hpp"
 #include "collision/query/one_body.hpp"
+#include "collision/query/require_distance.hpp"
 #include "collision/tree/posed_tree_state.hpp"
 
 namespace nbd {
@@ -105,9 +105,9 @@ void PairQuery::reserve(const PosedTree& a, const PosedTree& b, std::size_t pair
 }
 
 void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) {
-    assert(distance >= 0 && std::isfinite(distance));
     counters_ = {};
     leaf_pairs_.clear();
+    if (!a.state_->has_pose() || !b.state_->has_pose()) return;
     const auto bounded = [&] { return a.nodes_bounded() + (&a == &b ? 0 : b.nodes_bounded()); };
     const auto out_of_range = [&] {
         return a.nodes_out_of_range() + (&a == &b ? 0 : b.nodes_out_of_range());
@@ -150,7 +150,6 @@ void PairQuery::walk_wide(PosedTree& a, PosedTree& b, const Walk& walk) {
 template <class Narrow>
 std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b, float distance,
                                                      const Narrow& narrow) {
-    assert(distance >= 0 && std::isfinite(distance));
     AffineBoxes &boxes_a = a.state_->wide(), &boxes_b = b.state_->wide();
     walk_wide(a, b, [&](AffineBoxes& s, AffineBoxes& t) { affine_walk_.near_faces(s, t, distance, pairs_); });
     counters_.triangle_tests = static_cast<long>(pairs_.size());
@@ -201,6 +200,7 @@ std::span<const FacePair> PairQuery::find_sphere_tree_pairs(PosedTree& a, PosedT
 template <class Narrow>
 std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance,
                                                      const Narrow& narrow) {
+    require_distance(distance);
     PosedTreeState &s = *a.state_, &t = *b.state_;
     const auto find = [&](bool wide) {
         return wide ? find_wide_pairs(a, b, distance, narrow)
@@ -269,13 +269,22 @@ std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float di
 }
 
 std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) {
-    assert((a.state_->has_boxes() && b.state_->has_boxes()) || !(a.state_->in_step || b.state_->in_step));
+    const PosedTreeState &s = *a.state_, &t = *b.state_;
+    if ((s.in_step || t.in_step) && !(s.has_boxes() && t.has_boxes()))
+        throw std::invalid_argument(message("one body is in a step and the other, with ",
+                                            name(s.in_step ? t.kind : s.kind),
+                                            " bounds, in a pose; allowed: both in a step, or a pose with "
+                                            "boxes, affine, learned_affine or auto bounds"));
     return find_face_pairs(a, b, distance, [](std::vector<FacePair>&, const auto&, const auto&) {});
 }
 
 std::span<const LeafPair> PairQuery::box_leaves_within(PosedTree& a, PosedTree& b, float distance,
                                                        const BlockReach& reach) {
-    assert(distance >= 0 && std::isfinite(distance) && a.box_tree() && b.box_tree());
+    require_distance(distance);
+    for (const PosedTree* body : {&a, &b})
+        if (!body->box_tree())
+            throw std::invalid_argument(message("leaves of box trees of a body with ", name(body->kind()),
+                                                " bounds; allowed: boxes, affine, learned_affine"));
     choose_bounds(*a.state_, *b.state_, false);
     std::span<const LeafPair> found;
     walk_wide(a, b, [&](AffineBoxes& s, AffineBoxes& t) {
@@ -288,6 +297,7 @@ std::span<const LeafPair> PairQuery::box_leaves_within(PosedTree& a, PosedTree& 
 }
 
 std::span<const LeafPair> PairQuery::leaf_pairs(PosedTree& a, PosedTree& b, float distance) {
+    require_distance(distance);
     find_leaf_pairs(a, b, distance);
     std::ranges::sort(leaf_pairs_);
     return leaf_pairs_;

@@ -35,8 +35,9 @@ struct QueryCounters {
 /// Owns its scratch memory, which only grows: a query allocates nothing unless it holds more pairs at a time
 /// than any before it on this object (QueryCounters::most_pairs), or than reserve() made room for; nor do the
 /// bodies, see PosedTree::reserve(). Where memory runs out, queries throw std::bad_alloc, and
-/// std::invalid_argument where they read a position that is not finite; object and bodies can be used again
-/// after either. Use one object per thread. Results stay valid until the next call on the same object.
+/// std::invalid_argument on a distance out of range and where they read a position that is not finite; object
+/// and bodies can be used again after either. Use one object per thread. Results stay valid until the next
+/// call on the same object.
 class PairQuery {
  public:
     /// Makes room for queries between these bodies that hold up to `pairs` pairs at a time. Queries that hold
@@ -53,16 +54,18 @@ class PairQuery {
 
     /// All pairs of within() and some more whose boxes come within `distance`, found much faster, in no
     /// particular order, without repeats. Slabs of `affine` bounds leave out some of the latter. For bodies
-    /// in a step, those of their boxes over the whole step: see PosedTree::begin_step().
+    /// in a step, those of their boxes over the whole step: see PosedTree::begin_step(). Throws
+    /// std::invalid_argument if one body is in a step and the other in a pose with bounds that are spheres.
     std::span<const FacePair> boxes_within(PosedTree& a, PosedTree& b, float distance);
 
     /// Leaves of the bodies' box trees, see PosedTree::box_tree(), whose boxes come within the reach of their
     /// blocks, which is `distance` at most; sorted. With that reach everywhere, all pairs of boxes_within()
-    /// lie in these. Both bodies must have a box tree.
+    /// lie in these. Throws std::invalid_argument if a body has no box tree.
     std::span<const LeafPair> box_leaves_within(PosedTree& a, PosedTree& b, float distance,
                                                 const BlockReach& reach);
 
-    /// The broad phase alone: leaf pairs whose bounds come within `distance`, sorted.
+    /// The broad phase alone: leaves of the bodies' sphere trees, as numbers of nodes, whose bounds come
+    /// within `distance`, sorted.
     std::span<const LeafPair> leaf_pairs(PosedTree& a, PosedTree& b, float distance = 0);
 
     /// Counters of the last query.

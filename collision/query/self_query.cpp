@@ -1,8 +1,6 @@
 #include "collision/query/self_query.hpp"
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -13,6 +11,7 @@
 #include "collision/query/keep_intersecting.hpp"
 #include "collision/query/keep_within.hpp"
 #include "collision/query/one_body.hpp"
+#include "collision/query/require_distance.hpp"
 #include "collision/tree/posed_tree_state.hpp"
 
 namespace nbd {
@@ -99,8 +98,9 @@ template <class Narrow>
 void SelfQuery::find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow,
                                 const LeafReach* reach) {
     const int fitted_before = boxes.fitted();
-    const bool proof_is_of_pose = proof_ && &proof_->tree() == &boxes.tree() && !boxes.in_step();
-    const NeighbourProof* proof = proof_is_of_pose ? proof_ : nullptr;
+    const bool proof_applies = proof_ && &proof_->tree() == &boxes.tree() && !boxes.in_step() &&
+                               (reach || distance <= proof_->proved_distance());
+    const NeighbourProof* proof = proof_applies ? proof_ : nullptr;
     affine_walk_.begin_one_body(boxes, distance);
     for (bool more = true; more;) {
         more = affine_walk_.next_near_faces(boxes, left_out_.get(), proof, reach, batch_size, batch_);
@@ -141,8 +141,11 @@ void SelfQuery::find_sphere_pairs(PosedSpheres& posed, const SphereTree& tree, f
 template <class Narrow>
 std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float distance, const Narrow& narrow,
                                                      const LeafReach* reach) {
-    assert(distance >= 0 && std::isfinite(distance));
-    assert(!left_out_ || left_out_->face_count() == body.tree().faces.rows());
+    require_distance(distance);
+    if (left_out_ && left_out_->face_count() != body.tree().faces.rows())
+        throw std::invalid_argument(message("the query leaves out pairs of a surface of ",
+                                            left_out_->face_count(), " faces, but the body has ",
+                                            body.tree().faces.rows()));
     counters_ = {};
     batch_.clear();
     pairs_.clear();
@@ -181,8 +184,7 @@ std::span<const FacePair> SelfQuery::boxes_within(PosedTree& body, float distanc
 }
 
 std::shared_ptr<const FacePairSet> near_at_rest(VerticesRef X, FacesRef F, float distance) {
-    if (!(distance >= 0 && std::isfinite(distance)))
-        throw std::invalid_argument(message("distance is ", distance, " m, allowed: finite, 0 or more"));
+    require_distance(distance);
     PosedTree body(shared_exact_tree(X, F), BoundKind::boxes);
     body.begin_pose(VertexView::as_long_as(X));
     return std::make_shared<const FacePairSet>(SelfQuery().within(body, distance),

@@ -23,16 +23,17 @@ struct PosedSpheres;
 class SelfQuery {
  public:
     SelfQuery() = default;
-    /// left_out: further pairs of faces to leave out, of the surface of every body that is asked, for example
-    /// near_at_rest().
+    /// left_out: further pairs of faces to leave out, for example near_at_rest(). Queries of a body whose
+    /// surface has another number of faces throw std::invalid_argument.
     explicit SelfQuery(std::shared_ptr<const FacePairSet> left_out) : left_out_(std::move(left_out)) {}
 
     /// As PairQuery::reserve().
     void reserve(const PosedTree& body, std::size_t pairs);
 
-    /// Proofs of faces that are apart in the pose of the next queries, which need not look at them: for
-    /// distances up to the reach that was proved, of the positions that the body has. Must outlive these
-    /// queries; null: none. Queries of a body with another box tree, in a step, or down spheres ignore them.
+    /// Proofs of faces that are apart in the pose of the next queries, which need not look at them: of the
+    /// positions that the body has. Must outlive these queries; null: none. Queries of a body with another
+    /// box tree, in a step, down spheres, or for a distance farther than was proved ignore them; one with a
+    /// reach of its own must ask for no more than was proved.
     /// Throws std::invalid_argument unless the proof takes the same pairs for left out as this object.
     void use(const NeighbourProof* proof);
 

@@ -4,17 +4,19 @@
 
 namespace nbd {
 
+/// What bounds the nodes of a body's tree in a pose. Exact ones, `certified` and `affine` contain every
+/// vertex of their node in every pose; the others may miss, at the rate for which they were calibrated.
 enum class BoundKind {
-    exact,
-    boxes,
-    bd,
-    nbd,
-    learned_spheres,
-    learned_boxes,
-    learned_affine,
-    certified,
-    affine,
-    automatic
+    exact,            // spheres around all vertices of a node
+    boxes,            // boxes around all vertices
+    bd,               // spheres of the BD-Tree [JamesPai04], from modal coordinates
+    nbd,              // spheres of the paper's NBD-Tree: a network per node
+    learned_spheres,  // spheres around a few sampled vertices of a node, grown by a learned length
+    learned_boxes,    // boxes around the same, likewise
+    learned_affine,   // boxes from an affine map fitted to a few sampled vertices, grown by a learned share
+    certified,        // spheres from some vertices and the deformation gradients of the tetrahedra
+    affine,           // boxes from the nodes that carry the surface
+    automatic         // of `affine`, `boxes` and learned ones what the pose allows and costs least
 };
 
 /// All kinds, in order.

@@ -34,7 +34,6 @@ void PosedTree::begin_pose(VertexView x, std::span<const RegionMotion> motion) {
 }
 
 void PosedTree::begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion) {
-    if (state_->of_nodes) return state_->begin_pose_of_nodes(x.nodes());
     state_->begin_pose(x, motion);
 }
 
@@ -105,7 +104,7 @@ PosedSpheres& PosedTreeState::spheres() {
         if (std::holds_alternative<ExactBoxes>(posed_spheres->bounds)) positions.require_all();
         posed_spheres->begin_pose(positions, {});
         spheres_are_stale = false;
-        if (automatic) automatic->learned_trial.start_ns = 1e9 * watch.seconds();
+        if (automatic && !of_samples) automatic->learned_trial.start_ns = 1e9 * watch.seconds();
     }
     return *posed_spheres;
 }
@@ -204,6 +203,7 @@ const Sphere& PosedTree::sphere(int node) {
 }
 
 Box PosedTree::whole() {
+    if (!state_->has_pose()) return empty_box();
     if (choose_bounds(*state_, *state_)) {
         const Box whole = state_->wide().whole();
         state_->require_finite();

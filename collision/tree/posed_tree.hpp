@@ -59,14 +59,14 @@ class PosedTree {
 
     /// Starts a pose with positions that are computed on demand: all of them for `exact` and `boxes`, which
     /// copy them once more, and for `learned_affine`, few for the other kinds. x: its begin_pose() was
-    /// called; must stay valid until the next call.
+    /// called; must stay valid until the next call. `affine` bounds, and `auto` ones with an affine model,
+    /// take the nodes alone, by which the tree hangs as it was made: x must be of the same W.
     void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion = {});
     void begin_pose(EmbeddedPositions& x, std::vector<RegionMotion>&& motion) = delete;
 
     /// Starts a pose of a body with `affine` bounds, or with `auto` ones and an affine model, and only of
     /// such a one: it reads the nodes that carry the surface. nodes: [node_count, 3], world space, metres,
-    /// finite; valid until the next call, likewise. A pose given by EmbeddedPositions takes the nodes from
-    /// there.
+    /// finite; valid until the next call, likewise.
     void begin_pose_of_nodes(VertexView nodes);
 
     /// Starts a step of linear motion, for continuous collision detection: every vertex moves straight from
@@ -74,7 +74,7 @@ class PosedTree {
     /// all queries then answer for the whole step: they leave out no faces that are within the distance at
     /// any one time of it. A body with `boxes` or `affine` bounds in a pose is one that does not move. All
     /// else sees the pose at the end. Bodies with spheres get the exact boxes of `boxes` in a step; in a
-    /// pose they must not meet a body in a step in boxes_within().
+    /// pose boxes_within() refuses them beside a body in a step.
     void begin_step(VertexView start, VertexView end);
 
     /// Likewise from the nodes at both ends, for a body as begin_pose_of_nodes() takes it.
@@ -93,7 +93,8 @@ class PosedTree {
     /// World-space box of a node in this pose; empty for bounds that are spheres.
     std::optional<Box> box(int node);
 
-    /// Box around the whole body in this pose, as its bounds have it: that of the root, or around its sphere.
+    /// Box around the whole body in this pose, as its bounds have it: that of the root, or around its sphere;
+    /// empty_box() before the first pose.
     /// Throws std::invalid_argument if it is made from numbers that are not finite.
     Box whole();
 

@@ -48,6 +48,7 @@ void PosedTreeState::begin_pose(EmbeddedPositions& x, std::span<const RegionMoti
         if (x.vertex_count() != tree->vertex_count)
             throw std::invalid_argument(message("embedded positions: of ", x.vertex_count(),
                                                 " vertices, but the surface has ", tree->vertex_count));
+        if (of_nodes) return begin_pose_of_nodes(x.nodes());
         check_motion(motion);
         given = x.nodes();
         given_nodes = true;
@@ -62,7 +63,8 @@ void PosedTreeState::begin_pose(EmbeddedPositions& x, std::span<const RegionMoti
 void PosedTreeState::set_pose(const Positions& x, std::span<const RegionMotion> motion) {
     positions = x;
     is_of_nodes = in_step = false;
-    wide_is_stale = samples_are_stale = spheres_are_stale = is_wide;
+    wide_is_stale = samples_are_stale = true;
+    spheres_are_stale = is_wide;
     if (!is_wide) return made_spheres().begin_pose(x, motion);
     if (automatic)
         automatic->end_pose();
@@ -78,6 +80,7 @@ void PosedTreeState::begin_pose_of_nodes(VertexView nodes) {
         of_nodes->begin_pose(nodes);
         is_of_nodes = samples_are_stale = spheres_are_stale = true;
         wide_is_stale = in_step = false;
+        if (automatic) automatic->end_pose();
     });
 }
 
@@ -107,6 +110,7 @@ void PosedTreeState::begin_step_of_nodes(VertexView start, VertexView end) {
         of_nodes->begin_step(start, end);
         is_of_nodes = in_step = samples_are_stale = spheres_are_stale = true;
         wide_is_stale = false;
+        if (automatic) automatic->end_pose();
     });
 }
 

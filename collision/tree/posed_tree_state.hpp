@@ -84,6 +84,7 @@ struct PosedTreeState {
     /// so far is not finite. Queries call it before they answer.
     void require_finite() const;
 
+    bool has_pose() const noexcept { return given.count() > 0; }
     /// Whether wide() has boxes that are not learned ones of `auto`: by the body's kind, or in a step.
     bool has_boxes() const noexcept { return is_wide || in_step; }
     /// Whether the query may use wide().

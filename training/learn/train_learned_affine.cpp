@@ -29,13 +29,8 @@ struct Measurements {
 };
 
 std::vector<int> part_vertices(const WideTree& tree, int part) {
-    std::vector<int> all;
-    const AffineParts::Children children =
-        part < tree.clusters() ? tree.cluster_children(part) : tree.block_children(part - tree.clusters());
-    for (const std::vector<int>& child : children) all.insert(all.end(), child.begin(), child.end());
-    std::ranges::sort(all);
-    all.erase(std::unique(all.begin(), all.end()), all.end());
-    return all;
+    return distinct(part < tree.clusters() ? tree.cluster_children(part)
+                                           : tree.block_children(part - tree.clusters()));
 }
 
 /// Samples of each of the first `count` parts, `per_part` each; smaller parts repeat theirs.

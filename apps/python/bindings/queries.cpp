@@ -111,11 +111,6 @@ struct SelfQueryObject {
 
 template <class Ask>
 auto answer(SelfQueryObject& self, Posed& body, const Ask& ask) {
-    if (const auto faces = body.tree.tree().faces.rows();
-        self.left_out && self.left_out->face_count() != faces)
-        throw std::invalid_argument(
-            fmt::format("SelfQuery: leaves out pairs of a surface of {} faces, but the body has {}",
-                        self.left_out->face_count(), faces));
     const Use use(self.lock, "query");
     PosedTreeObject* const one[] = {&body};
     const UsePoses pose(one);

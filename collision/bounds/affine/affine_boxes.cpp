@@ -60,6 +60,7 @@ void AffineBoxes::begin() noexcept {
     fitted_ = 0;
     met_non_finite_ = false;
     whole_ = empty_box();
+    if (learned_) learned_->begin_pose(nodes_);
     if (is_learned())
         learned_cluster_boxes();
     else
@@ -85,7 +86,6 @@ void AffineBoxes::exact_cluster_boxes() noexcept {
 }
 
 void AffineBoxes::learned_cluster_boxes() noexcept {
-    learned_->begin_pose(nodes_);
     constexpr int ahead = 2;
     for (int cluster = 0; cluster < tree_->clusters(); ++cluster) {
         if (cluster + ahead < tree_->clusters()) learned_->prefetch_box(cluster + ahead);

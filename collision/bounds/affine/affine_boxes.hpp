@@ -73,7 +73,7 @@ class AffineBoxes {
     /// Box around the whole body.
     const Box& whole() const noexcept { return whole_; }
     /// Boxes of all clusters, sixteen a pack.
-    const BoxPack* clusters() const noexcept { return cluster_boxes_.data(); }
+    const BoxPack* cluster_boxes() const noexcept { return cluster_boxes_.data(); }
     int cluster_packs() const noexcept { return static_cast<int>(cluster_boxes_.size()); }
     /// Boxes of a cluster, and of a block whose cluster's blocks were asked for in this pose. Once its own
     /// children were asked for, it is the box around them, which may be another, mostly a smaller one.
@@ -105,11 +105,11 @@ class AffineBoxes {
         return leaves_[i];
     }
     /// Bits of the children that are present.
-    unsigned blocks_in(int cluster) const noexcept { return bits(tree_->blocks_in(cluster)); }
-    unsigned leaves_in(int block) const noexcept {
+    unsigned present_blocks(int cluster) const noexcept { return bits(tree_->blocks_in(cluster)); }
+    unsigned present_leaves(int block) const noexcept {
         return bits(tree_->leaves_in[static_cast<std::size_t>(block)]);
     }
-    unsigned faces_in(int leaf) const noexcept {
+    unsigned present_faces(int leaf) const noexcept {
         return bits(tree_->faces_in[static_cast<std::size_t>(leaf)]);
     }
 

@@ -14,6 +14,12 @@ constexpr std::size_t most_mapped = 160;  // nodes of a cluster whose blocks are
 constexpr int many_blocks = 8;      // of a cluster without a map: a kernel bounds all sixteen, present or not
 constexpr double tolerance = 1e-5;  // of the weights of a vertex and of their sum
 
+void check_node_count(int count) {
+    if (count > AffineParts::most_nodes)
+        throw std::invalid_argument(
+            message("the surface hangs on ", count, " nodes; allowed: at most ", AffineParts::most_nodes));
+}
+
 /// What check_embedding() found.
 struct EmbeddingCheck {
     int weights = 0;   // K of AffineModel::rounding()
@@ -114,6 +120,7 @@ void add_cluster(AffineParts& parts, int count, const AffineParts::Children& blo
 
 AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W, VerticesRef rest)
     : node_count_(static_cast<int>(W.cols())), rest_(rest) {
+    check_node_count(node_count_);
     const EmbeddingCheck checked = check_embedding(F, W, vertex_count, rest);
     tree_ = build_wide_tree(embedded(W, rest), F);
     // Boxes of nodes need no rounding where every vertex is a node.
@@ -132,13 +139,14 @@ AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W
 }
 
 AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tree_.vertex_count) {
+    check_node_count(node_count_);
     for (int cluster = 0; cluster < tree_.clusters(); ++cluster) {
         for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
             const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
             const std::vector<int> vertices = tree_.block_vertices(block);
             blocks_.add_around_nodes(tree_.block_children(block), AffineParts::ChildBounds::nodes);
             for (int leaf = tree_width * block; leaf < tree_width * (block + 1); ++leaf) {
-                weight_begin_.push_back(static_cast<int>(weights_.size()));
+                weight_begin_.push_back(weights_.size());
                 weights_per_vertex_.push_back(1);
                 for (const int v : tree_.leaf_vertices(leaf)) {
                     weights_.push_back(1);
@@ -166,7 +174,7 @@ void AffineModel::add_leaf(std::span<const int> vertices, std::span<const int> n
         for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry) count += entry.value() != 0;
         most = std::max(most, count);
     }
-    weight_begin_.push_back(static_cast<int>(weights_.size()));
+    weight_begin_.push_back(weights_.size());
     weights_per_vertex_.push_back(static_cast<std::uint8_t>(most));
     for (const int v : vertices) {
         int count = 0;

@@ -23,15 +23,15 @@ class AffineModel {
  public:
     static constexpr int max_weights = 32;  // of a vertex
 
-    /// F: the surface's faces. W: [vertices, nodes]; rows of vertices that no face uses are ignored. rest:
-    /// rest positions of the nodes, [nodes, 3]. Throws std::invalid_argument, naming the vertex, if a weight
-    /// is below -1e-5 or not finite, a vertex has more than max_weights weights, or they do not sum to 1
-    /// within 1e-5; if W has not vertex_count rows or not as many columns as there are nodes; if a rest
-    /// position is not finite; and as build_wide_tree().
+    /// F: the surface's faces. W: [vertices, nodes]; rows of vertices that no face uses are not checked.
+    /// rest: rest positions of the nodes, [nodes, 3]. Throws std::invalid_argument, naming the vertex, if a
+    /// weight is below -1e-5 or not finite, a vertex has more than max_weights weights, or they do not sum to
+    /// 1 within 1e-5; if there are more than AffineParts::most_nodes nodes; if W has not vertex_count rows or
+    /// not as many columns as there are nodes; if a rest position is not finite; and as build_wide_tree().
     AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W, VerticesRef rest);
 
     /// What `boxes` take: a surface whose vertices are the nodes, W the identity. No part has a map then, and
-    /// nothing is rounded.
+    /// nothing is rounded. Throws std::invalid_argument on more than AffineParts::most_nodes vertices.
     explicit AffineModel(WideTree tree);
 
     const WideTree& tree() const noexcept { return tree_; }
@@ -67,7 +67,7 @@ class AffineModel {
     };
     LeafWeights leaf_weights(int leaf) const noexcept {
         const auto l = static_cast<std::size_t>(leaf);
-        const auto begin = static_cast<std::size_t>(weight_begin_[l]);
+        const std::size_t begin = weight_begin_[l];
         return {weights_.data() + begin, weight_nodes_.data() + begin, weights_per_vertex_[l]};
     }
 
@@ -84,7 +84,7 @@ class AffineModel {
     float rounding_ = 0;
     AffineParts clusters_, blocks_;
     NodeLists cluster_nodes_;
-    std::vector<int> weight_begin_;                 // [leaves] into the two arrays below
+    std::vector<std::size_t> weight_begin_;         // [leaves] into the two arrays below
     std::vector<std::uint8_t> weights_per_vertex_;  // [leaves]
     std::vector<float> weights_;
     std::vector<std::uint16_t> weight_nodes_;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,9 @@ std::vector<int> distinct(std::span<const std::vector<int>> lists);
 /// Parts of a surface that hangs on nodes, each with up to sixteen children, as the kernels read them.
 class AffineParts {
  public:
+    /// Largest number of nodes of a surface: three times as many are places of 32 bits.
+    static constexpr int most_nodes = std::numeric_limits<std::int32_t>::max() / 3;
+
     /// How the children of a part are bounded: by an affine map, see Kernels, or around their own nodes. The
     /// part lists these (`nodes`), or each child is a part itself and lists its own (`own_parts`).
     enum class ChildBounds : std::uint8_t { map, nodes, own_parts };

@@ -5,7 +5,7 @@
 namespace nbd {
 namespace {
 
-/// One register: a vector of the compiler, so that no inline function of a header is compiled here.
+/// One register: a vector of the compiler.
 using Four = float __attribute__((vector_size(16)));
 
 Four four_floats(const float* p) noexcept {

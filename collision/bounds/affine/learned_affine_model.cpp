@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "collision/base/prefetch.hpp"
@@ -29,6 +30,8 @@ void require_numbers(std::span<const float> numbers, const char* what) {
 void check(const WideTree& tree, const LearnedAffineFit& fit) {
     const auto clusters = static_cast<std::size_t>(tree.clusters()),
                parts = clusters + static_cast<std::size_t>(tree.blocks());
+    require(tree.vertex_count <= AffineParts::most_nodes, "has ", tree.vertex_count,
+            " vertices, allowed: at most ", AffineParts::most_nodes);
     require_count(static_cast<std::size_t>(fit.X.rows()), static_cast<std::size_t>(tree.vertex_count),
                   "rest positions");
     require(fit.X.allFinite(), "a rest position is not finite");
@@ -46,6 +49,13 @@ void check(const WideTree& tree, const LearnedAffineFit& fit) {
     require(std::ranges::find(fit.residual, 0.f) == fit.residual.end(), "a residual is 0, allowed: above 0");
     require_count(fit.growth.size(), parts * tree_width, "growths");
     require_numbers(fit.growth, "a growth");
+}
+
+/// Throws unless the samples are vertices of their part, which are given in ascending order: else the fit is
+/// of another tree over the same surface, and its boxes would miss.
+void require_own(std::span<const int> samples, const std::vector<int>& vertices, int part) {
+    for (const int v : samples)
+        require(std::ranges::binary_search(vertices, v), "sample vertex ", v, " is not one of part ", part);
 }
 
 /// The samples that are nearest to the middle of a child at rest, ascending where they are equally near.
@@ -83,6 +93,13 @@ LearnedAffineModel::LearnedAffineModel(const WideTree& tree, LearnedAffineFit fi
         const AffineParts::Children children = part < tree.clusters()
                                                    ? tree.cluster_children(part)
                                                    : tree.block_children(part - tree.clusters());
+        const std::vector<int> own = distinct(children);
+        require_own(samples, own, part);
+        if (part < tree.clusters()) {
+            const auto first_of_box =
+                fit_.box_samples.begin() + std::ptrdiff_t{part} * LearnedAffineFit::samples_per_box;
+            require_own({first_of_box, first_of_box + LearnedAffineFit::samples_per_box}, own, part);
+        }
         AffineParts::Children near;
         for (std::size_t k = 0; k < children.size(); ++k) near[k] = nearest(samples, children[k], fit_.X);
         maps_.add_map(children, near, samples, fit_.X);

@@ -14,7 +14,7 @@ namespace nbd {
 inline constexpr int tree_width = 16;
 
 /// A tree over the faces of a surface whose nodes have up to sixteen children. It has three levels: clusters
-/// of up to 4096 faces (512 to 2048 on surfaces of less than 131,072), blocks of up to 256, and leaves of up
+/// of up to 4096 faces (512 to 2048 on surfaces of up to 65,536), blocks of up to 256, and leaves of up
 /// to 16. Block b has the leaves 16 b, 16 b + 1 and so on, of which only the first few may be present; slot
 /// 16 l + k holds face k of leaf l. Faces are divided at medians of their centroids in the rest pose, so
 /// parts are compact and nearly equal in size.

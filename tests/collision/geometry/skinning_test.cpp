@@ -127,6 +127,15 @@ TEST(Skinning, HoldsEveryVertexInTheTetrahedraOfItsBones) {
     EXPECT_EQ(test::error_of([&] { hang_on_nodes(tree, skin.embedding(), skin.rest_nodes()); }), "");
 }
 
+TEST(Skinning, RefusesAnotherNumberOfBones) {
+    const SkinnedBar bar(5);
+    const Skinning skin(bar.surface.X, bar.weights);
+    Vertices nodes;
+    EXPECT_EQ(
+        test::refusal([&] { skin.pose(std::vector<BoneTransform>(4, BoneTransform::Identity()), nodes); }),
+        "4 bone transforms; allowed: one for each of the 5 bones");
+}
+
 TEST(Skinning, RefusesWeightsThatAreNone) {
     const Vertices X = shapes::bar(4, 5).X;
     SurfaceEmbedding weights(X.rows(), 12);

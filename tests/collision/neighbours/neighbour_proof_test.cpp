@@ -197,7 +197,7 @@ TEST(NeighbourProof, LeavesOutOfAQueryOnlyWhatIsFartherApart) {
                 SCOPED_TRACE(pose.name);
                 const Nodes x = body.pose(pose.deform);
                 const Vertices positions = x.cast<float>();
-                const double distance = 0.5 * body.edge;
+                const auto distance = static_cast<float>(0.5 * body.edge);
                 proof.prove(positions.cast<double>(), {}, {.apart = distance});
                 body.posed.begin_pose(positions);
                 SelfQuery query(body.left_out);
@@ -205,11 +205,13 @@ TEST(NeighbourProof, LeavesOutOfAQueryOnlyWhatIsFartherApart) {
                     return std::vector<FacePair>(pairs.begin(), pairs.end());
                 };
                 const auto touching = list(query.intersecting(body.posed)),
-                           near = list(query.within(body.posed, static_cast<float>(distance)));
+                           near = list(query.within(body.posed, distance));
                 query.use(&proof);
                 EXPECT_EQ(list(query.intersecting(body.posed)), touching);
-                EXPECT_EQ(list(query.within(body.posed, static_cast<float>(distance))), near);
+                EXPECT_EQ(list(query.within(body.posed, distance)), near);
                 skipped += query.counters().leaf_pairs_proved;
+                query.within(body.posed, 1.01f * distance);
+                EXPECT_EQ(query.counters().leaf_pairs_proved, 0) << "farther than was proved";
             }
         EXPECT_GT(skipped, 100);
     }
@@ -236,7 +238,8 @@ TEST(NeighbourProof, LeavesOutOfAQueryWhatEachLeafCovers) {
         SelfQuery query(body.left_out);
         const auto distance = static_cast<float>(6 * body.edge);
         const auto near = [&] {
-            const auto pairs = query.boxes_within(body.posed, distance);
+            const LeafReach everywhere = [&](int, int) { return distance; };
+            const auto pairs = query.boxes_within(body.posed, distance, &everywhere);
             return std::vector<FacePair>(pairs.begin(), pairs.end());
         };
         std::vector<FacePair> expected = near();
@@ -319,6 +322,16 @@ TEST(NeighbourProof, RefusesOtherNumbersOfVertices) {
     const Nodes x = body.X.cast<double>(), fewer = x.topRows(x.rows() - 1);
     EXPECT_THROW(proof.prove(fewer, {}, {}), std::invalid_argument);
     EXPECT_THROW(proof.prove(x, fewer, {}), std::invalid_argument);
+    const auto stops = [](int, const std::function<void(int)>& task) {
+        task(0);
+        throw std::runtime_error("stopped");
+    };
+    proof.prove(x, {}, {});
+    EXPECT_GT(proof.proved(), 0);
+    EXPECT_THROW(proof.prove(fewer, {}, {}), std::invalid_argument);
+    EXPECT_EQ(proof.proved(), 0) << "that of the pose before";
+    EXPECT_THROW(proof.prove(x, {}, {}, stops), std::runtime_error);
+    EXPECT_EQ(proof.proved(), 0) << "of a part of the leaves";
 }
 
 TEST(NeighbourProof, DoesNotDependOnTheExecutor) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <random>
 
 #include "collision/query/closest_query.hpp"
@@ -100,6 +101,30 @@ TEST_F(AutoQuery, AnswersExactlyWhicheverKindItTriesFirst) {
             learned_pairs += other.intersecting(c, d).size();
         }
     EXPECT_LT(learned_pairs, expected_pairs) << "a learned answer would not be noticed";
+}
+
+TEST_F(AutoQuery, CountsATrialWhateverStartsTheNextPose) {
+    CollisionTree tree = full;
+    SurfaceEmbedding W(s.X.rows(), s.X.rows());
+    W.setIdentity();
+    hang_on_nodes(tree, W, s.X);
+    const auto hung = std::make_shared<const CollisionTree>(std::move(tree));
+    const Vertices x = pose(0), y = pose(0.1f);
+    const std::vector<std::function<void(PosedTree&)>> starts = {
+        [&](PosedTree& body) { body.begin_pose(x); }, [&](PosedTree& body) { body.begin_pose_of_nodes(x); },
+        [&](PosedTree& body) { body.begin_step(x, y); },
+        [&](PosedTree& body) { body.begin_step_of_nodes(x, y); }};
+    for (const auto& start : starts) {
+        PosedTree a(hung, BoundKind::automatic), b(hung, BoundKind::automatic);
+        a.begin_pose(x);
+        b.begin_pose(y);
+        EXPECT_FALSE(PairQuery().intersecting(a, b).empty());
+        EXPECT_EQ(a.auto_choice().trials, 0);
+        start(a);
+        EXPECT_EQ(a.auto_choice().trials, 1);
+        start(a);
+        EXPECT_EQ(a.auto_choice().trials, 1);
+    }
 }
 
 TEST_F(AutoQuery, DoesNotTryOnBodiesThatAreApart) {

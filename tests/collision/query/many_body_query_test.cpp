@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <limits>
 #include <memory>
 #include <random>
 #include <thread>
@@ -106,6 +107,17 @@ INSTANTIATE_TEST_SUITE_P(AllBounds, ManyBodies,
                          ::testing::Values(BoundKind::exact, BoundKind::boxes, BoundKind::bd, BoundKind::nbd,
                                            BoundKind::learned_spheres, BoundKind::learned_boxes),
                          [](const auto& info) { return std::string(name(info.param)); });
+
+TEST(ManyBodyQuery, FindsBodiesThatReachTheLargestNumber) {
+    const shapes::Surface torus = shapes::torus(12, 8);
+    const auto tree = shared_exact_tree(torus.X, torus.F);
+    PosedTree a(tree, BoundKind::boxes), b(tree, BoundKind::boxes);
+    const Vertices x = torus.X / torus.X.cwiseAbs().maxCoeff() * std::numeric_limits<float>::max();
+    a.begin_pose(x);
+    b.begin_pose(x);
+    PosedTree* bodies[] = {&a, &b};
+    EXPECT_EQ(ManyBodyQuery().boxes_within(bodies, 0).size(), 1u);
+}
 
 TEST(ManyBodyQuery, FindsNothingForBodiesWithoutAPose) {
     const shapes::Surface torus = shapes::torus(12, 8);

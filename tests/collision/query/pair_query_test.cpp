@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <string>
 
 #include "collision/tree/leaf_boxes.hpp"
 #include "tests/support/brute_force.hpp"
+#include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nbd {
@@ -156,12 +158,33 @@ TEST(PairQuery, FindsNothingBeforeTheFirstPose) {
     constexpr float far = 2e19f;  // infinite when squared
     EXPECT_TRUE(query.intersecting(a, b).empty());
     EXPECT_TRUE(query.within(a, b, far).empty());
+    EXPECT_TRUE(query.leaf_pairs(a, b).empty());
+    EXPECT_TRUE((a.whole().lo > a.whole().hi).any());
     a.begin_pose(s.X);
+    EXPECT_FALSE((a.whole().lo > a.whole().hi).any());
+    EXPECT_TRUE(query.leaf_pairs(a, b, far).empty());
     EXPECT_TRUE(query.intersecting(a, b).empty());
     EXPECT_TRUE(query.boxes_within(a, b, far).empty());
     b.begin_pose(s.X);
     EXPECT_FALSE(query.intersecting(a, b).empty());
     EXPECT_EQ(static_cast<Eigen::Index>(query.within(a, b, far).size()), s.F.rows() * s.F.rows());
+}
+
+TEST(PairQuery, RefusesDistancesAndBodiesThatItCannotUse) {
+    const Surface s = shapes::torus(12, 8);
+    PosedTree a = exact_tree(s), b = exact_tree(s);
+    a.begin_pose(s.X);
+    b.begin_pose(s.X);
+    PairQuery query;
+    constexpr float infinite = std::numeric_limits<float>::infinity();
+    const std::string negative = "distance is -1 m, allowed: finite, 0 or more";
+    EXPECT_EQ(test::refusal([&] { query.within(a, b, -1); }), negative);
+    EXPECT_EQ(test::refusal([&] { query.boxes_within(a, b, -1); }), negative);
+    EXPECT_EQ(test::refusal([&] { query.leaf_pairs(a, b, -1); }), negative);
+    EXPECT_EQ(test::refusal([&] { query.within(a, b, infinite); }),
+              "distance is inf m, allowed: finite, 0 or more");
+    EXPECT_EQ(test::refusal([&] { query.box_leaves_within(a, b, 0, [](int, int) { return 0.f; }); }),
+              "leaves of box trees of a body with exact bounds; allowed: boxes, affine, learned_affine");
 }
 
 TEST(PairQuery, QueriesATreeAgainstItself) {

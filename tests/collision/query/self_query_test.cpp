@@ -247,6 +247,18 @@ TEST(SelfQuery, FindsNothingBeforeTheFirstPose) {
     }
 }
 
+TEST(SelfQuery, RefusesDistancesAndPairsThatItCannotUse) {
+    const Surface s = shapes::torus(12, 8), other = shapes::torus(24, 8);
+    PosedTree body(shared_exact_tree(other.X, other.F), BoundKind::boxes);
+    body.begin_pose(other.X);
+    SelfQuery all;
+    EXPECT_EQ(test::refusal([&] { all.within(body, -1); }), "distance is -1 m, allowed: finite, 0 or more");
+    SelfQuery query(near_at_rest(s.X, s.F, 0.1f));
+    EXPECT_EQ(test::refusal([&] { query.intersecting(body); }),
+              "the query leaves out pairs of a surface of 192 faces, but the body has 384");
+    EXPECT_FALSE(SelfQuery(near_at_rest(other.X, other.F, 0.1f)).within(body, 0.5f).empty());
+}
+
 TEST(SelfQuery, ComparesEveryPairOfPartsOnce) {
     const Surface s = shapes::torus(120, 90);
     PosedTree body(shared_exact_tree(s.X, s.F), BoundKind::boxes);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "collision/geometry/separation.hpp"
@@ -12,6 +13,7 @@
 #include "tests/collision/bounds/affine/hung_surface.hpp"
 #include "tests/collision/models.hpp"
 #include "tests/support/brute_force.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
@@ -148,7 +150,7 @@ TEST(StepQuery, LeavesOutNoFacesThatAreNearAtAnyTime) {
         move_b.begin(b);
         const auto found = test::sorted(query.boxes_within(a, b, distance));
         std::vector<FacePair> at_ends;
-        for (int i = 0; i <= 4; ++i) {
+        for (const int i : {0, 8, 1, 2, 3, 4, 5, 6, 7}) {
             // Times in between are rounded: a bit less than the distance stays within it.
             const float time = 0.125f * static_cast<float>(i),
                         less = i % 8 == 0 ? distance : 0.999f * distance;
@@ -156,7 +158,7 @@ TEST(StepQuery, LeavesOutNoFacesThatAreNearAtAnyTime) {
                 test::brute_force_within(move_a.at(time), s.surface.F, move_b.at(time), t.surface.F, less);
             EXPECT_TRUE(std::ranges::includes(found, now)) << "step " << step << ", time " << time;
             near += now.size();
-            if (i % 4 == 0) at_ends.insert(at_ends.end(), now.begin(), now.end());
+            if (i % 8 == 0) at_ends.insert(at_ends.end(), now.begin(), now.end());
             for (const FacePair& pair : now) missed_at_ends += std::ranges::count(at_ends, pair) == 0;
         }
     }
@@ -189,6 +191,23 @@ TEST(StepQuery, FindsBodiesThatPassThroughEachOther) {
         EXPECT_TRUE(many.boxes_within(bodies, 0).empty());
         EXPECT_TRUE(query.boxes_within(moving, still, 0).empty());
     }
+}
+
+TEST(StepQuery, RefusesSpheresInAPose) {
+    const shapes::Surface ball = shapes::sphere(12, 16, 0.2f);
+    const auto tree = shared_exact_tree(ball.X, ball.F);
+    PosedTree moving(tree, BoundKind::boxes), still(tree, BoundKind::exact);
+    const Vertices past = ball.X.rowwise() + Eigen::RowVector3f(2, 0, 0);
+    moving.begin_step(ball.X, past);
+    still.begin_pose(past);
+    PairQuery query;
+    const std::string expected =
+        "one body is in a step and the other, with exact bounds, in a pose; allowed: both in a step, or a "
+        "pose with boxes, affine, learned_affine or auto bounds";
+    EXPECT_EQ(test::refusal([&] { query.boxes_within(moving, still, 0); }), expected);
+    EXPECT_EQ(test::refusal([&] { query.boxes_within(still, moving, 0); }), expected);
+    still.begin_step(past, past);
+    EXPECT_GT(query.boxes_within(moving, still, 0).size(), 100u);
 }
 
 TEST(StepQuery, SeesThePoseAtTheEndInAllOtherQueries) {

@@ -77,7 +77,7 @@ TEST(SphereTree, SplitsEqualCentroidsByFaceIndex) {
 TEST(SphereTree, RejectsInvalidSurfacesAndConfigs) {
     const auto s = shapes::sphere(4, 5);
     EXPECT_EQ(test::refusal([&] { build_sphere_tree(s.X, Faces(0, 3)); }),
-              "a sphere tree needs at least one face, the surface has none");
+              "a tree needs at least one face, the surface has none");
     Faces F = s.F;
     F(3, 1) = 22;
     EXPECT_EQ(test::refusal([&] { build_sphere_tree(s.X, F); }),

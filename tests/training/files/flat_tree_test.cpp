@@ -11,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <stdexcept>
+#include <string_view>
 
 #include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/flat/crc64.hpp"
@@ -130,6 +131,29 @@ TEST_F(FlatTree, HangsOnTheSameNodesAgain) {
     EXPECT_EQ(again.affine->rounding(), tree.affine->rounding());
     EXPECT_EQ(again.affine->weights().toDense(), tree.affine->weights().toDense());
     EXPECT_GT(tree.affine->weights().nonZeros(), 2 * tree.vertex_count);
+}
+
+TEST_F(FlatTree, RefusesRowsThatTakeNoRoom) {
+    Bytes file = small_file();
+    FlatHeader header;
+    std::memcpy(&header, file.data(), sizeof header);
+    FlatEntry first, second;
+    std::memcpy(&first, file.data() + sizeof header, sizeof first);
+    for (std::size_t i = 0; i < header.arrays; ++i) {
+        const std::size_t at = sizeof header + i * sizeof first;
+        std::memcpy(&second, file.data() + at, sizeof second);
+        if (!std::string_view(second.name).starts_with("topology/")) continue;
+        Bytes damaged = file;
+        second.rows = std::numeric_limits<std::int32_t>::max();
+        second.columns = 0;
+        put(damaged, at, second);
+        renew_checksum(damaged);
+        EXPECT_NE(error_of<std::runtime_error>([&] { read_flat_tree(damaged); }), "") << second.name;
+    }
+    put(file, sizeof header + sizeof first, first);
+    renew_checksum(file);
+    EXPECT_EQ(error_of<std::runtime_error>([&] { read_flat_tree(file); }),
+              "lists " + std::string(first.name) + " twice");
 }
 
 TEST_F(FlatTree, ChecksTheWeightsAndNodesBehindAValidChecksum) {

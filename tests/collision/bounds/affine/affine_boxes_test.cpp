@@ -51,7 +51,7 @@ void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
     for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
         if (tree.faces_in[static_cast<std::size_t>(leaf)] == 0) continue;
         const int block = leaf / tree_width, cluster = tree.cluster_of[static_cast<std::size_t>(block)];
-        const Box of_cluster = boxes.clusters()[cluster / tree_width].box(cluster % tree_width);
+        const Box of_cluster = boxes.cluster_boxes()[cluster / tree_width].box(cluster % tree_width);
         const Box of_block = boxes.blocks(cluster).boxes.box(block - boxes.first_block(cluster));
         const AffineBoxes::Children& leaves = boxes.leaves(block);
         const Box own = leaves.boxes.box(leaf % tree_width);

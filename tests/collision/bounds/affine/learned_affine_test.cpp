@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "collision/base/message.hpp"
 #include "collision/bounds/affine/affine_boxes.hpp"
 #include "collision/query/closest_query.hpp"
 #include "collision/query/pair_query.hpp"
@@ -128,6 +129,20 @@ TEST(LearnedAffine, TakesExactBoxesOutOfRange) {
     EXPECT_EQ(in_range.out_of_range(), 0);
 }
 
+TEST(LearnedAffine, AreNotReadInAStep) {
+    const Torus torus;
+    const auto bounds = static_cast<std::size_t>(torus.model->bounds());
+    AffineBoxes boxes = torus.boxes(torus.margins(0, std::vector<float>(bounds, 0.f)));
+    const Vertices x = torus.bent(0.2f, 1), y = torus.bent(0.3f, 1),
+                   broken = Vertices::Constant(x.rows(), 3, std::numeric_limits<float>::quiet_NaN());
+    boxes.begin_pose(broken);
+    EXPECT_TRUE(boxes.met_non_finite());
+    EXPECT_GT(boxes.out_of_range(), 0);
+    boxes.begin_step(x, y);
+    EXPECT_FALSE(boxes.met_non_finite());
+    EXPECT_EQ(boxes.out_of_range(), 0);
+}
+
 TEST(LearnedAffine, PosesThatAreNotFiniteAreOutOfRange) {
     const Torus torus;
     const auto bounds = static_cast<std::size_t>(torus.model->bounds());
@@ -199,6 +214,13 @@ TEST(LearnedAffine, RefusesAFitOfAnotherTree) {
     EXPECT_EQ(error([](LearnedAffineFit&) {}), "");
     EXPECT_EQ(error([](LearnedAffineFit& fit) { fit.samples[7] = 6600; }),
               "learned affine bounds: sample vertex 6600, but the surface has 6600 vertices");
+    EXPECT_EQ(error([](LearnedAffineFit& fit) { std::swap(fit.samples.front(), fit.samples.back()); }),
+              message("learned affine bounds: sample vertex ", torus.model->fit().samples.back(),
+                      " is not one of part 0"));
+    EXPECT_EQ(
+        error([](LearnedAffineFit& fit) { std::swap(fit.box_samples.front(), fit.box_samples.back()); }),
+        message("learned affine bounds: sample vertex ", torus.model->fit().box_samples.back(),
+                " is not one of part 0"));
     EXPECT_EQ(error([](LearnedAffineFit& fit) { fit.residual[1] = 0; }),
               "learned affine bounds: a residual is 0, allowed: above 0");
     EXPECT_EQ(error([](LearnedAffineFit& fit) { fit.growth[3] = -1; }),

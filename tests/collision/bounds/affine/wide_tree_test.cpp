@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
+#include <span>
 
+#include "collision/flat/crc64.hpp"
 #include "collision/topology/sphere_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
@@ -44,6 +47,18 @@ TEST(WideTree, HoldsEveryFaceOnce) {
         EXPECT_LE(leaves_of(halved, F), F.rows() / 8) << "leaves are not half full";
         EXPECT_TRUE(is_over(halved, static_cast<int>(X.rows()), F));
     }
+}
+
+/// Files hold samples for each part of a tree, which is built again from the surface.
+TEST(WideTree, IsTheTreeOfEarlierFiles) {
+    const auto [X, F] = shapes::torus(120, 90);
+    const auto hash = [](const WideTree& tree) {
+        const auto of = [](const auto& numbers) { return crc64(std::as_bytes(std::span(numbers))); };
+        return of(tree.faces) ^ of(tree.first_block) ^ of(tree.vertices);
+    };
+    EXPECT_EQ(hash(build_wide_tree(X, F)), 0x16156b256ecea6a4u);
+    EXPECT_EQ(hash(build_wide_tree(build_sphere_tree(X, F, {}).faces, F, static_cast<int>(X.rows()))),
+              0xd2c191cfcf9cdaa2u);
 }
 
 TEST(WideTree, RefusesSurfacesThatAreNone) {
