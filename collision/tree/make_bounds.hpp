@@ -3,7 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "collision/tree/posed_tree_state.hpp"
+#include "collision/tree/posed_spheres.hpp"
 
 namespace nbd {
 

@@ -2,14 +2,11 @@
 
 #include <cmath>
 #include <stdexcept>
-#include <string>
 #include <type_traits>
 #include <utility>
 
 #include "collision/base/message.hpp"
-#include "collision/base/stopwatch.hpp"
 #include "collision/tree/make_bounds.hpp"
-#include "collision/tree/make_wide.hpp"
 #include "collision/tree/posed_tree_state.hpp"
 
 namespace nbd {
@@ -48,141 +45,6 @@ void PosedTree::begin_step_of_nodes(VertexView start, VertexView end) {
 void PosedTree::reserve() {
     for (auto* wide : {&state_->of_nodes, &state_->of_surface, &state_->of_samples})
         if (*wide) (*wide)->reserve();
-}
-
-PosedTreeState::PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundKind bounds,
-                               std::optional<float> growth)
-    : tree(std::move(body)), kind(bounds), margin(growth) {
-    const bool is_auto = kind == BoundKind::automatic;
-    if (tree->affine && (kind == BoundKind::affine || is_auto)) of_nodes.emplace(tree->affine);
-    if (kind == BoundKind::boxes || is_auto || (kind == BoundKind::learned_affine && tree->learned_affine))
-        of_surface.emplace(make_wide(*tree, kind, margin));
-    if (is_auto && is_usable(*tree, BoundKind::learned_affine, margin))
-        of_samples.emplace(make_wide(*tree, BoundKind::learned_affine, margin));
-    if (is_auto && (of_samples || is_usable(*tree, BoundKind::learned_boxes, margin))) automatic.emplace();
-    is_wide = of_nodes || of_surface;
-    if (!is_wide) made_spheres();
-    is_of_nodes = of_nodes.has_value();  // before the first pose too
-}
-
-AffineBoxes& PosedTreeState::wide() {
-    if (is_of_nodes) return *of_nodes;
-    if (asks_learned) {
-        if (samples_are_stale) {
-            const Stopwatch watch;
-            positions.require_all();
-            of_samples->begin_pose(VertexView(positions.rows()));
-            samples_are_stale = false;
-            automatic->learned_trial.start_ns = 1e9 * watch.seconds();
-        }
-        return *of_samples;
-    }
-    if (wide_is_stale) {
-        const Stopwatch watch;
-        positions.require_all();
-        if (!of_surface) of_surface.emplace(make_wide(*tree, kind, margin));
-        of_surface->begin_pose(VertexView(positions.rows()));
-        wide_is_stale = false;
-        if (automatic) automatic->boxes_trial.start_ns = 1e9 * watch.seconds();
-    }
-    return *of_surface;
-}
-
-PosedSpheres& PosedTreeState::made_spheres() {
-    if (!posed_spheres) posed_spheres = make_spheres(*tree, kind, margin);
-    return *posed_spheres;
-}
-
-PosedSpheres& PosedTreeState::spheres() {
-    made_spheres();
-    if (spheres_are_stale) {
-        const Stopwatch watch;
-        if (is_of_nodes) {
-            of_nodes->make_surface(surface);
-            positions = surface;
-        }
-        if (std::holds_alternative<ExactBoxes>(posed_spheres->bounds)) positions.require_all();
-        posed_spheres->begin_pose(positions, {});
-        spheres_are_stale = false;
-        if (automatic && !of_samples) automatic->learned_trial.start_ns = 1e9 * watch.seconds();
-    }
-    return *posed_spheres;
-}
-
-void AutoPose::add_trial(const AutoChoice::Trial& boxes, const AutoChoice::Trial& learned) noexcept {
-    was_tried = true;
-    for (const auto& [sum, trial] : {std::pair(&boxes_trial, &boxes), {&learned_trial, &learned}}) {
-        sum->query_ns += trial->query_ns;
-        sum->work += trial->work;
-    }
-}
-
-void AutoPose::end_pose() noexcept {
-    if (was_tried)
-        choice.take_trial(boxes_trial, learned_trial);
-    else if (boxes_work + learned_work > 0)
-        choice.take_pose(boxes_work, learned_work);
-    *this = {.choice = choice};
-}
-
-bool choose_bounds(PosedTreeState& a, PosedTreeState& b) noexcept {
-    return choose_bounds(a, b,
-                         may_be_learned(a) && may_be_learned(b) &&
-                             learned_is_cheaper(a.automatic->choice, b.automatic->choice));
-}
-
-bool choose_bounds(PosedTreeState& a, PosedTreeState& b, bool learned) noexcept {
-    a.asks_learned = b.asks_learned = learned;
-    return a.goes_wide = b.goes_wide = a.has_wide() && b.has_wide();
-}
-
-void PosedSpheres::begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept {
-    std::visit(
-        [&](auto& b) {
-            if constexpr (requires { b.begin_pose(x, motion); })
-                b.begin_pose(x, motion);
-            else if constexpr (requires { b.begin_pose(x); })
-                b.begin_pose(x);
-            else
-                b.begin_pose(x.rows());
-        },
-        bounds);
-    spheres.begin_pose(x);
-    boxes.begin_pose(x);
-}
-
-bool PosedSpheres::met_non_finite() const noexcept {
-    const bool by_bounds = std::visit(
-        [](const auto& b) {
-            if constexpr (requires { b.met_non_finite(); })
-                return b.met_non_finite();
-            else
-                return false;
-        },
-        bounds);
-    return by_bounds || spheres.met_non_finite() || boxes.met_non_finite();
-}
-
-int PosedSpheres::nodes_bounded() const noexcept {
-    return std::visit(
-        [&](const auto& b) {
-            if constexpr (requires { b.bounded(); })
-                return b.bounded();
-            else
-                return spheres.bounded();
-        },
-        bounds);
-}
-
-int PosedSpheres::nodes_out_of_range() const noexcept {
-    return std::visit(
-        [&](const auto& b) {
-            if constexpr (requires { b.out_of_range(); })
-                return b.out_of_range();
-            else
-                return spheres.out_of_range();
-        },
-        bounds);
 }
 
 std::optional<Box> PosedTree::box(int node) {

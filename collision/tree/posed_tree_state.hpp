@@ -2,51 +2,13 @@
 
 #include <memory>
 #include <optional>
-#include <variant>
 
 #include "collision/bounds/affine/affine_boxes.hpp"
-#include "collision/bounds/certified/certified_bound.hpp"
-#include "collision/bounds/exact/exact_bound.hpp"
-#include "collision/bounds/exact/exact_boxes.hpp"
-#include "collision/bounds/learned/bd_bound.hpp"
-#include "collision/bounds/learned/learned_boxes.hpp"
-#include "collision/bounds/learned/learned_spheres.hpp"
-#include "collision/bounds/learned/nbd_bound.hpp"
-#include "collision/tree/auto_choice.hpp"
-#include "collision/tree/leaf_boxes.hpp"
+#include "collision/tree/auto_pose.hpp"
+#include "collision/tree/posed_spheres.hpp"
 #include "collision/tree/posed_tree.hpp"
-#include "collision/tree/sphere_cache.hpp"
 
 namespace nbd {
-
-/// A pose of the sphere tree, its bounds and the boxes under its leaves. Queries take the type of the bounds
-/// out of the variant once and then run without a dispatch per node.
-struct PosedSpheres {
-    std::variant<ExactBound, ExactBoxes, BdBound, NbdBound, LearnedSpheres, LearnedBoxes, CertifiedBound>
-        bounds;
-    SphereCache spheres;
-    LeafBoxes boxes;
-
-    void begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept;
-    int nodes_bounded() const noexcept;
-    int nodes_out_of_range() const noexcept;
-    /// Whether something that was read in this pose is not finite, or overflows.
-    bool met_non_finite() const noexcept;
-};
-
-/// What `auto` bounds that may be learned keep beside the pose, for their choice.
-struct AutoPose {
-    AutoChoice choice{};
-    bool was_tried = false;                            // by a query of this pose
-    AutoChoice::Trial boxes_trial{}, learned_trial{};  // of this pose's queries that used both
-    double boxes_work = 0, learned_work = 0;           // of all queries of this pose
-
-    /// Time that this pose took to begin in both trees, so far.
-    double starts_ns() const noexcept { return boxes_trial.start_ns + learned_trial.start_ns; }
-    void add_trial(const AutoChoice::Trial& boxes, const AutoChoice::Trial& learned) noexcept;
-    /// Adds the pose that ends to the choice.
-    void end_pose() noexcept;
-};
 
 /// The data of a PosedTree, visible to the queries. It has a wide tree, a sphere tree or both, and each
 /// begins a pose when it is first needed.
