@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <limits>
 #include <stdexcept>
-#include <utility>
 
 #include "collision/base/message.hpp"
 #include "collision/flat/crc64.hpp"
@@ -112,11 +111,13 @@ FlatReader::FlatReader(std::span<const std::byte> file) {
     for (std::size_t i = 0; i < header.arrays; ++i) {
         FlatEntry entry;
         std::memcpy(&entry, file.data() + sizeof header + i * sizeof entry, sizeof entry);
-        FlatArray array = checked_array(entry, file);
-        if (std::ranges::find(arrays_, array.name, &FlatArray::name) != arrays_.end())
-            fail("lists ", array.name, " twice");
-        arrays_.push_back(std::move(array));
+        arrays_.push_back(checked_array(entry, file));
     }
+    std::vector<std::string_view> names;
+    for (const FlatArray& array : arrays_) names.push_back(array.name);
+    std::ranges::sort(names);
+    if (const auto twice = std::ranges::adjacent_find(names); twice != names.end())
+        fail("lists ", *twice, " twice");
 }
 
 void FlatReader::rename(std::string_view stored, std::string_view name) {

@@ -270,7 +270,7 @@ std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float di
 
 std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) {
     const PosedTreeState &s = *a.state_, &t = *b.state_;
-    if ((s.in_step || t.in_step) && !(s.has_boxes() && t.has_boxes()))
+    if ((s.in_step || t.in_step) && s.has_pose() && t.has_pose() && !(s.has_boxes() && t.has_boxes()))
         throw std::invalid_argument(message("one body is in a step and the other, with ",
                                             name(s.in_step ? t.kind : s.kind),
                                             " bounds, in a pose; allowed: both in a step, or a pose with "

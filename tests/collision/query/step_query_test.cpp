@@ -199,8 +199,9 @@ TEST(StepQuery, RefusesSpheresInAPose) {
     PosedTree moving(tree, BoundKind::boxes), still(tree, BoundKind::exact);
     const Vertices past = ball.X.rowwise() + Eigen::RowVector3f(2, 0, 0);
     moving.begin_step(ball.X, past);
-    still.begin_pose(past);
     PairQuery query;
+    EXPECT_TRUE(query.boxes_within(moving, still, 0).empty()) << "it has no pose";
+    still.begin_pose(past);
     const std::string expected =
         "one body is in a step and the other, with exact bounds, in a pose; allowed: both in a step, or a "
         "pose with boxes, affine, learned_affine or auto bounds";
