@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -18,6 +19,14 @@ void check_node_count(int count) {
     if (count > AffineParts::most_nodes)
         throw std::invalid_argument(
             message("the surface hangs on ", count, " nodes; allowed: at most ", AffineParts::most_nodes));
+}
+
+/// Where a leaf's weights begin, after so many.
+std::uint32_t begin_of(std::size_t weights) {
+    constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
+    if (weights > most)
+        throw std::invalid_argument(message("leaves have ", weights, " weights; allowed: at most ", most));
+    return static_cast<std::uint32_t>(weights);
 }
 
 /// What check_embedding() found.
@@ -146,7 +155,7 @@ AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tr
             const std::vector<int> vertices = tree_.block_vertices(block);
             blocks_.add_around_nodes(tree_.block_children(block), AffineParts::ChildBounds::nodes);
             for (int leaf = tree_width * block; leaf < tree_width * (block + 1); ++leaf) {
-                weight_begin_.push_back(weights_.size());
+                weight_begin_.push_back(begin_of(weights_.size()));
                 weights_per_vertex_.push_back(1);
                 for (const int v : tree_.leaf_vertices(leaf)) {
                     weights_.push_back(1);
@@ -174,7 +183,7 @@ void AffineModel::add_leaf(std::span<const int> vertices, std::span<const int> n
         for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry) count += entry.value() != 0;
         most = std::max(most, count);
     }
-    weight_begin_.push_back(weights_.size());
+    weight_begin_.push_back(begin_of(weights_.size()));
     weights_per_vertex_.push_back(static_cast<std::uint8_t>(most));
     for (const int v : vertices) {
         int count = 0;

@@ -84,7 +84,7 @@ class AffineModel {
     float rounding_ = 0;
     AffineParts clusters_, blocks_;
     NodeLists cluster_nodes_;
-    std::vector<std::size_t> weight_begin_;         // [leaves] into the two arrays below
+    std::vector<std::uint32_t> weight_begin_;       // [leaves] into the two arrays below
     std::vector<std::uint8_t> weights_per_vertex_;  // [leaves]
     std::vector<float> weights_;
     std::vector<std::uint16_t> weight_nodes_;
