@@ -14,7 +14,7 @@ namespace nbd {
 
 class NeighbourProof;
 
-/// Two nodes, one of each tree; what they are numbers of depends on the trees.
+/// Two nodes, one of each tree: numbers of nodes of sphere trees, or of one level of wide trees.
 struct NodePair {
     int a = 0, b = 0;
     auto operator<=>(const NodePair&) const = default;
