@@ -19,6 +19,7 @@ void add_bench_kernels(CLI::App& app, Output& out);
 void add_bench_peers(CLI::App& app, Output& out);
 void add_bench_exactness(CLI::App& app, Output& out);
 void add_bench_contact(CLI::App& app, Output& out);
+void add_bench_physics(CLI::App& app, Output& out);
 void add_bench_self(CLI::App& app, Output& out);
 void add_bench_impacts(CLI::App& app, Output& out);
 void add_bench_fig5(CLI::App& app, Output& out);

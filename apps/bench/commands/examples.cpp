@@ -52,6 +52,9 @@ std::map<std::string, std::string> bench_examples() {
         {"impacts",
          "  nbdtree-bench impacts --random 1000000\n"
          "  nbdtree-bench impacts queries -o impacts.csv      # a folder of queries with exact answers"},
+        {"physics",
+         "  nbdtree-bench physics --quick\n"
+         "  nbdtree-bench physics free_fall landing -o physics.csv"},
         {"self",
          "  nbdtree-bench self beam.h5 gear.h5 -o self.csv\n"
          "  nbdtree-bench self beam.h5 --scenes 60"},

@@ -22,6 +22,7 @@ nbd::Program describe() {
         nbd::add_bench_contact(app, out);
         nbd::add_bench_impacts(app, out);
         nbd::add_bench_self(app, out);
+        nbd::add_bench_physics(app, out);
     };
     return {.name = "nbdtree-bench",
             .description = "Measures nbdtree beside other methods and libraries.",

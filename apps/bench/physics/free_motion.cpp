@@ -1,0 +1,222 @@
+// Bodies that nothing touches: they fall, fly, hang and spin.
+#include <Eigen/Geometry>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "apps/bench/physics/physics_range.hpp"
+#include "apps/bench/physics/physics_world.hpp"
+
+namespace nbd {
+namespace {
+
+/// Way of n steps of backward Euler from rest under the acceleration a.
+double backward_euler_way(double a, double dt, int n) { return a * dt * dt * n * (n + 1) / 2; }
+
+PhysicsOutcome fall(const PhysicsCase& c, const Eigen::Vector3d& from, const Eigen::Vector3d& velocity) {
+    constexpr int steps = 40;
+    World world(config_of(c));
+    world.add_body(Solid(cube(c), plain_material(c)).at(from, velocity));
+    add_far_body(world, c);
+    const Eigen::Vector3d start = mass_centre(world, 0);
+    for (int s = 0; s < steps; ++s) advance(world, c.dt);
+    const Eigen::Vector3d way = mass_centre(world, 0) - start;
+    const double fallen = backward_euler_way(standard_gravity, c.dt, steps);
+    const Eigen::Vector3d truth = steps * c.dt * velocity - Eigen::Vector3d(0, 0, fallen);
+    return {.value = way[2], .truth = truth[2], .error = (way - truth).norm() / truth.norm()};
+}
+
+PhysicsOutcome sag(const PhysicsCase& c) {
+    constexpr int steps = 60;
+    const Solid solid(cube(c), plain_material(c));
+    const ElasticBody& elastic = *solid.elastic;
+    const std::vector<int> pinned =
+        nodes_at(solid.body.tets.X, [&](const Eigen::Vector3d& p) { return p[2] > 0.49 * c.size; });
+    World world(config_of(c));
+    WorldBody body = solid.at({0, 0, 0});
+    body.grips = {{.nodes = pinned}};
+    world.add_body(std::move(body));
+    add_far_body(world, c);
+    for (int s = 0; s < steps; ++s) advance(world, c.dt);
+
+    // The same steps of small displacements u, in double precision with a factorisation.
+    std::vector<char> is_pinned(static_cast<std::size_t>(elastic.node_count()), 0);
+    for (const int node : pinned) is_pinned[static_cast<std::size_t>(node)] = 1;
+    std::vector<Eigen::Triplet<double>> entries;
+    const Eigen::SparseMatrix<double> K = elastic.rest_stiffness(), M = elastic.mass_matrix();
+    const double h = c.dt, beta = elastic.material().rayleigh_stiffness;
+    const Eigen::SparseMatrix<double> whole = M + (h * h + h * beta) * K;
+    for (int column = 0; column < whole.outerSize(); ++column)
+        for (Eigen::SparseMatrix<double>::InnerIterator it(whole, column); it; ++it)
+            if (!is_pinned[static_cast<std::size_t>(it.row() / 3)] &&
+                !is_pinned[static_cast<std::size_t>(it.col() / 3)])
+                entries.emplace_back(static_cast<int>(it.row()), static_cast<int>(it.col()), it.value());
+    for (const int node : pinned)
+        for (int k = 0; k < 3; ++k) entries.emplace_back(3 * node + k, 3 * node + k, 1.0);
+    Eigen::SparseMatrix<double> A(whole.rows(), whole.cols());
+    A.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(A);
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(whole.rows()), v = u, weight = u;
+    for (int i = 0; i < elastic.node_count(); ++i)
+        weight[3 * i + 2] = -standard_gravity * elastic.node_masses()[i];
+    for (int s = 0; s < steps; ++s) {
+        Eigen::VectorXd b = M * v + h * (weight - K * u);
+        for (const int node : pinned) b.segment<3>(3 * node).setZero();
+        v = solver.solve(b);
+        u += h * v;
+    }
+    const Nodes moved = world.state(0).x - solid.body.tets.X,
+                expected = Eigen::Map<const Nodes>(u.data(), moved.rows(), 3);
+    return {.value = moved.rowwise().norm().maxCoeff(),
+            .truth = expected.rowwise().norm().maxCoeff(),
+            .error = (moved - expected).rowwise().norm().maxCoeff() / expected.rowwise().norm().maxCoeff()};
+}
+
+struct Elasticity {
+    const char* name;
+    MaterialLaw law;
+    Tangent tangent;
+};
+constexpr Elasticity elasticities[]{
+    {"corotated", MaterialLaw::corotated, Tangent::rotated},
+    {"corotated, full tangent", MaterialLaw::corotated, Tangent::full},
+    {"stable neo-Hookean", MaterialLaw::stable_neo_hookean, Tangent::rotated},
+    {"St. Venant-Kirchhoff", MaterialLaw::st_venant_kirchhoff, Tangent::rotated}};
+
+/// A tumbling brick's angular momentum after 1,000 steps, and at the start.
+struct Tumble {
+    Eigen::Vector3d start, end;
+};
+
+Tumble tumble(const PhysicsCase& c, double stiffness_damping, TimeIntegrator integrator) {
+    constexpr int steps = 1000;
+    constexpr double most_strain = 0.02;
+    Material material = undamped_material(c);
+    material.rayleigh_stiffness = stiffness_damping;
+    WorldConfig config = config_of(c);
+    config.gravity.setZero();
+    config.step.integrator = integrator;
+    for (const Elasticity& elasticity : elasticities)
+        if (elasticity.name == c.variant) {
+            material.law = elasticity.law;
+            config.step.tangent = elasticity.tangent;
+        }
+    // Rotation at a rate w strains a bar of length L by density w^2 L^2 / (8 E) in its middle.
+    const double rate = std::min(2 * std::numbers::pi / (steps * c.dt),
+                                 std::sqrt(8 * most_strain * c.young / material.density) / c.size);
+    World world(config);
+    world.add_body(Solid(brick(c.size * Eigen::Vector3d(1, 0.5, 0.3), {2, 2, 2}), material)
+                       .at({0, 0, 0}, {0, 0, 0}, rate * Eigen::Vector3d(0.3, 0.2, 1).normalized()));
+    add_far_body(world, c);
+    Tumble result{.start = angular_momentum(world, 0), .end = {}};
+    for (int s = 0; s < steps; ++s) advance(world, c.dt);
+    result.end = angular_momentum(world, 0);
+    return result;
+}
+
+PhysicsOutcome spin(const PhysicsCase& c, TimeIntegrator integrator) {
+    const Tumble found = tumble(c, c.parameter, integrator);
+    return {.value = found.end.norm() / found.start.norm(),
+            .truth = 1,
+            .error = (found.end - found.start).norm() / found.start.norm()};
+}
+
+PhysicsOutcome damped_spin(const PhysicsCase& c) {
+    const Tumble damped = tumble(c, c.parameter, TimeIntegrator::backward_euler),
+                 free = tumble(c, 0, TimeIntegrator::backward_euler);
+    return {.value = damped.end.norm() / damped.start.norm(),
+            .truth = free.end.norm() / free.start.norm(),
+            .error = (damped.end - free.end).norm() / free.start.norm()};
+}
+
+std::vector<std::string> laws() {
+    std::vector<std::string> names;
+    for (const Elasticity& elasticity : elasticities) names.emplace_back(elasticity.name);
+    return names;
+}
+
+}  // namespace
+
+std::vector<PhysicsCheck> free_motion_checks() {
+    std::vector<PhysicsCheck> checks;
+    checks.push_back({.name = "free_fall",
+                      .section = 1,
+                      .truth = "A cube falls g dt^2 n (n + 1) / 2 in n steps of backward Euler.",
+                      .quantity = "way, m",
+                      .allowed = 1e-6,
+                      .parameter = {},
+                      .cases = all_cases({}, 11),
+                      .run = [](const PhysicsCase& c) {
+                          return fall(c, {0, 0, 0}, {0, 0, 0});
+                      }});
+    checks.push_back(
+        {.name = "throw",
+         .section = 1,
+         .truth = "A cube thrown at (12, 0, 5) m/s follows the parabola of backward Euler's steps.",
+         .quantity = "height gained, m",
+         .allowed = 1e-6,
+         .parameter = {},
+         .cases = all_cases({}, 13),
+         .run = [](const PhysicsCase& c) {
+             return fall(c, {0, 0, 0}, {12, 0, 5});
+         }});
+    checks.push_back({.name = "fall_far_from_origin",
+                      .section = 1,
+                      .truth = "A cube 1,000 km away from the origin falls as one at the origin.",
+                      .quantity = "way, m",
+                      .allowed = 1e-5,  // a step of double precision is 1e-10 m there
+                      .parameter = {},
+                      .cases = all_cases({.steps = {5e-3, 2e-2}, .far = {false}}, 7),
+                      .run = [](const PhysicsCase& c) {
+                          return fall(c, {8e5, 6e5, 1e3}, {0, 0, 0});
+                      }});
+    checks.push_back({.name = "sag",
+                      .section = 1,
+                      .truth = "A cube that is pinned at its top sags as small displacements solve its own "
+                               "matrices of mass and stiffness.",
+                      .quantity = "largest displacement after 60 steps, m",
+                      .allowed = 0.01,  // the strain at which small displacements stop to be exact
+                      .parameter = {},
+                      .cases = all_cases({}, 7, [](const PhysicsCase& c) { return carries_itself(c, 0.01); }),
+                      .run = sag});
+    const PhysicsRange tumbles{.sizes = {0.01, 0.1, 10},
+                               .steps = {1e-4, 5e-3, 2e-2},
+                               .moduli = {1e4, 1e9},
+                               .far = {false},
+                               .variants = laws()};
+    PhysicsRange all = tumbles, damped = tumbles, second = tumbles;
+    all.parameters = {0, 1e-3, 1e-2};
+    damped.parameters = {1e-3, 1e-2};
+    second.parameters = {0, 1e-2};
+    second.modes = {false};
+    checks.push_back({.name = "spin",
+                      .section = 1,
+                      .truth = "A tumbling brick that turns about once keeps its angular momentum over 1,000 "
+                               "steps.",
+                      .quantity = "angular momentum, share of the first",
+                      .allowed = 1e-4,
+                      .parameter = "stiffness damping, s",
+                      .cases = all_cases(all, 53),
+                      .run = [](const PhysicsCase& c) { return spin(c, TimeIntegrator::backward_euler); }});
+    checks.push_back({.name = "spin_bdf2",
+                      .section = 1,
+                      .truth = "The same with the second-order rule.",
+                      .quantity = "angular momentum, share of the first",
+                      .allowed = 1e-4,
+                      .parameter = "stiffness damping, s",
+                      .cases = all_cases(second, 23),
+                      .run = [](const PhysicsCase& c) { return spin(c, TimeIntegrator::bdf2); }});
+    checks.push_back({.name = "spin_damped",
+                      .section = 1,
+                      .truth = "Damping of stiffness takes no angular momentum: a tumbling brick has as much "
+                               "after 1,000 steps as without damping.",
+                      .quantity = "angular momentum, share of the first",
+                      .allowed = 1e-4,
+                      .parameter = "stiffness damping, s",
+                      .cases = all_cases(damped, 31),
+                      .run = damped_spin});
+    return checks;
+}
+
+}  // namespace nbd

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace nbd {
+
+/// One point of the range over which a check runs.
+struct PhysicsCase {
+    double size = 0.2;   // of the body, metres; what it measures is the check's
+    double dt = 5e-3;    // seconds
+    double young = 1e5;  // Pa
+    bool intersection_free = false;
+    bool far_body = false;  // a body a hundred times larger flies by at 100 m/s
+    std::string variant{};  // what else differs, for example a law of elasticity; empty: nothing
+    double parameter = std::numeric_limits<double>::quiet_NaN();  // of the check; NaN: it has none
+    bool quick = false;                                           // also in the thinned range
+};
+
+/// What a check found at one point.
+struct PhysicsOutcome {
+    double value = 0, truth = 0;
+    double error = 0;  // as the check's `allowed` counts it; infinite where a step failed, NaN counts as that
+    std::string note{};  // empty, or one line
+};
+
+/// A law of motion that every mode must meet over the whole range.
+struct PhysicsCheck {
+    std::string name;       // on the command line
+    int section = 1;        // of the page
+    std::string truth;      // one sentence with the formula and its source
+    std::string quantity;   // of value and truth, with its unit
+    double allowed = 0;     // largest error
+    std::string parameter;  // what PhysicsCase::parameter is; empty: not used
+    std::vector<PhysicsCase> cases;
+    std::function<PhysicsOutcome(const PhysicsCase&)> run;  // may throw; may be called by several threads
+};
+
+/// |value - truth| over |truth|.
+PhysicsOutcome relative_outcome(double value, double truth);
+
+// The checks of one kind each.
+std::vector<PhysicsCheck> free_motion_checks();
+std::vector<PhysicsCheck> collision_checks();
+std::vector<PhysicsCheck> friction_checks();
+
+/// All checks, in the order of the page.
+std::vector<PhysicsCheck> physics_checks();
+
+}  // namespace nbd

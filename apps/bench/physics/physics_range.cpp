@@ -1,0 +1,40 @@
+#include "apps/bench/physics/physics_range.hpp"
+
+#include <cmath>
+
+namespace nbd {
+
+PhysicsOutcome relative_outcome(double value, double truth) {
+    return {.value = value, .truth = truth, .error = std::abs(value - truth) / std::abs(truth)};
+}
+
+std::vector<PhysicsCase> all_cases(const PhysicsRange& range, int thinning,
+                                   const std::function<bool(const PhysicsCase&)>& allowed) {
+    std::vector<PhysicsCase> cases;
+    for (const double size : range.sizes)
+        for (const double dt : range.steps)
+            for (const double young : range.moduli)
+                for (const bool mode : range.modes)
+                    for (const bool far : range.far)
+                        for (const std::string& variant : range.variants)
+                            for (const double parameter : range.parameters) {
+                                PhysicsCase c{.size = size,
+                                              .dt = dt,
+                                              .young = young,
+                                              .intersection_free = mode,
+                                              .far_body = far,
+                                              .variant = variant,
+                                              .parameter = parameter};
+                                if (allowed && !allowed(c)) continue;
+                                c.quick = cases.size() % static_cast<std::size_t>(thinning) == 0;
+                                cases.push_back(std::move(c));
+                            }
+    return cases;
+}
+
+bool carries_itself(const PhysicsCase& c, double share) {
+    constexpr double g = 9.81, density = 1000;
+    return density * g * c.size / c.young <= share;
+}
+
+}  // namespace nbd
