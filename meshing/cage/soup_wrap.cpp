@@ -1,12 +1,21 @@
 #include "meshing/cage/soup_wrap.hpp"
 
+#include <CGAL/AABB_tree.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
+#if __has_include(<CGAL/AABB_traits_3.h>)  // CGAL 6
+#include <CGAL/AABB_traits_3.h>
+#include <CGAL/AABB_triangle_primitive_3.h>
+#else
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_triangle_primitive.h>
+#endif
 
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -16,17 +25,20 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 using Triangle3 = Kernel::Triangle_3;
-// CGAL's one-shot function builds the tree anew for each wrap, so this uses the classes behind it. Triangles
-// are not divided: large ones would cost memory without bound.
-using Oracle = CGAL::Alpha_wraps_3::internal::Triangle_soup_oracle<Kernel, int, false>;
-using Wrapper = CGAL::Alpha_wraps_3::internal::Alpha_wrap_3<Oracle>;
+using Triangles = std::vector<Triangle3>;
+#if __has_include(<CGAL/AABB_traits_3.h>)
+using Traits =
+    CGAL::AABB_traits_3<Kernel, CGAL::AABB_triangle_primitive_3<Kernel, Triangles::const_iterator>>;
+#else
+using Traits = CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>>;
+#endif
 
 /// The triangles of the soup with area, and thin ones along the sides of the others, which CGAL would skip.
-std::vector<Triangle3> solid_triangles(const TriMesh& soup) {
+Triangles solid_triangles(const TriMesh& soup) {
     const auto point = [&](int v) { return Point(soup.X(v, 0), soup.X(v, 1), soup.X(v, 2)); };
     const Eigen::RowVector3d extent = soup.X.colwise().maxCoeff() - soup.X.colwise().minCoeff();
     const double tiny = 1e-7 * extent.maxCoeff();
-    std::vector<Triangle3> triangles;
+    Triangles triangles;
     triangles.reserve(static_cast<std::size_t>(soup.F.rows()));
     for (int f = 0; f < soup.F.rows(); ++f) {
         const std::array<Point, 3> corners = {point(soup.F(f, 0)), point(soup.F(f, 1)), point(soup.F(f, 2))};
@@ -48,14 +60,23 @@ std::vector<Triangle3> solid_triangles(const TriMesh& soup) {
 
 }  // namespace
 
-struct SoupWrap::Tree {
-    Oracle oracle;
+struct SoupWrap::Soup {
+    explicit Soup(Triangles solid) : triangles(std::move(solid)), tree(triangles.begin(), triangles.end()) {
+        tree.build();
+        for (const Triangle3& triangle : triangles) {
+            const std::size_t n = corners.size();
+            faces.push_back({n, n + 1, n + 2});
+            for (int c = 0; c < 3; ++c) corners.push_back(triangle[c]);
+        }
+    }
+
+    Triangles triangles;
+    CGAL::AABB_tree<Traits> tree;
+    std::vector<Point> corners;  // of the triangles, one after the other
+    std::vector<std::array<std::size_t, 3>> faces;
 };
 
-SoupWrap::SoupWrap(const TriMesh& soup) {
-    auto tree = std::make_unique<Tree>();
-    tree->oracle.add_triangle_soup(solid_triangles(soup));
-    tree_ = std::move(tree);
+SoupWrap::SoupWrap(const TriMesh& soup) : soup_(std::make_unique<const Soup>(solid_triangles(soup))) {
     for (int v = 0; v < soup.X.rows(); ++v) box_.extend(soup.X.row(v).transpose());
 }
 
@@ -64,8 +85,7 @@ SoupWrap::SoupWrap(SoupWrap&&) noexcept = default;
 
 TriMesh SoupWrap::wrap(double alpha, double offset) const {
     CGAL::Surface_mesh<Point> wrapped;
-    Wrapper wrapper(tree_->oracle);
-    wrapper(alpha, offset, wrapped, CGAL::parameters::default_values());
+    CGAL::alpha_wrap_3(soup_->corners, soup_->faces, alpha, offset, wrapped);
     TriMesh mesh{Nodes(static_cast<Eigen::Index>(wrapped.number_of_vertices()), 3),
                  Faces(static_cast<Eigen::Index>(wrapped.number_of_faces()), 3)};
     std::vector<int> row(wrapped.num_vertices() + wrapped.number_of_removed_vertices());
@@ -86,7 +106,7 @@ TriMesh SoupWrap::wrap(double alpha, double offset) const {
 }
 
 double SoupWrap::distance(const Eigen::Vector3d& point) const {
-    return std::sqrt(tree_->oracle.squared_distance(Point(point.x(), point.y(), point.z())));
+    return std::sqrt(soup_->tree.squared_distance(Point(point.x(), point.y(), point.z())));
 }
 
 }  // namespace nbd

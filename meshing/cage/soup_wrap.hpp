@@ -7,8 +7,8 @@
 
 namespace nbd {
 
-/// Closed surfaces around a triangle soup by alpha wrapping [Portaneri22]. Builds a search tree of the
-/// triangles once, for any number of wraps.
+/// Closed surfaces around a triangle soup by alpha wrapping [Portaneri22]. CGAL searches a triangle longer
+/// than 3 alpha in pieces, which takes memory that grows with (length / alpha)^2.
 class SoupWrap {
  public:
     /// soup: finite, indices in range, at least two distinct vertices. May be open, non-manifold and
@@ -30,8 +30,8 @@ class SoupWrap {
     const Eigen::AlignedBox3d& box() const noexcept { return box_; }
 
  private:
-    struct Tree;
-    std::unique_ptr<const Tree> tree_;
+    struct Soup;
+    std::unique_ptr<const Soup> soup_;
     Eigen::AlignedBox3d box_;
 };
 

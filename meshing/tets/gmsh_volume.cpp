@@ -76,7 +76,8 @@ TetMesh run_gmsh(const TriMesh& surface, const SizeField& size, double scale) {
     gmsh::model::geo::addVolume({gmsh::model::geo::addSurfaceLoop({shell})});
     gmsh::model::geo::synchronize();
     int sized = 0;
-    gmsh::model::mesh::setSizeCallback([&](int, int, double x, double y, double z) {
+    // Since 4.9 the callback is also given the size that gmsh would take.
+    gmsh::model::mesh::setSizeCallback([&](int, int, double x, double y, double z, auto...) {
         if (++sized % 256 == 0) tell_progress("points of gmsh", sized, 0);
         return size(Eigen::Vector3d(x, y, z) / scale) * scale;
     });
