@@ -23,7 +23,13 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "The collision library nbd::collisio
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-nbdtree)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "libopenblas0-pthread, python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
+# The module is for one minor version of Python, that of the release of Debian.
+if(NBD_PYTHON)
+    find_package(Python3 REQUIRED COMPONENTS Interpreter)
+    math(EXPR next_minor "${Python3_VERSION_MINOR} + 1")
+    set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+        "libopenblas0-pthread, python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_minor}), python3-numpy")
+endif()
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "The Python package nbdtree, with examples in /usr/share/nbdtree.")
 include(CPack)

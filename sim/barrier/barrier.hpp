@@ -83,9 +83,10 @@ class Barrier {
     /// An obstacle: a mesh, which is one of the surfaces, or a plane or ball.
     struct Wall {
         Obstacle obstacle;
-        Obstacle still{};                                     // the same where it starts, without velocity
-        int surface = -1;                                     // -1: a plane or ball
-        Eigen::Vector3d start{}, velocity{}, begin{}, end{};  // in the step, and displacements of the motion
+        Obstacle still{};  // the same where it starts, without velocity
+        int surface = -1;  // -1: a plane or ball
+        /// In the step, and displacements of the motion.
+        Eigen::Vector3d start{0, 0, 0}, velocity{0, 0, 0}, begin{0, 0, 0}, end{0, 0, 0};
     };
     /// A vertex that may come near a plane or a ball.
     struct NearSmooth {

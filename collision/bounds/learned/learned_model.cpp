@@ -20,10 +20,12 @@ struct Samples {
         Eigen::Array4f x, y, z;
     };
     Four fours[LearnedModel::max_samples / 4];
+    Eigen::Array4f first;  // position of the first sample
     int count;
 
     Samples(const LearnedModel& model, const LearnedModel::Node& node, const Positions& pose) noexcept
-        : count(node.sample_count / 4) {
+        : first(pose[model.samples[static_cast<std::size_t>(node.sample_begin)]]),
+          count(node.sample_count / 4) {
         const int* row = model.samples.data() + node.sample_begin;
         for (int f = 0; f < count; ++f) {
             Eigen::Array44f positions;
@@ -37,7 +39,7 @@ using FourMap = Eigen::Map<const Eigen::Array4f>;
 
 Eigen::Vector3f centre(const Samples& samples, const float* weights) noexcept {
     // Offsets from the first sample keep their digits far from the origin.
-    const float x0 = samples.fours[0].x[0], y0 = samples.fours[0].y[0], z0 = samples.fours[0].z[0];
+    const float x0 = samples.first[0], y0 = samples.first[1], z0 = samples.first[2];
     Eigen::Array4f x = Eigen::Array4f::Zero(), y = x, z = x;
     for (int f = 0; f < samples.count; ++f) {
         const Samples::Four& four = samples.fours[f];
