@@ -289,8 +289,11 @@ def moloch():
 
 
 def main():
-    if len(sys.argv) != 2:
-        sys.exit("usage: assets/moloch.py OUTPUT.obj")
+    if "--help" in sys.argv or "-h" in sys.argv:
+        return print(__doc__)
+    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
+        print("moloch.py: error: needs the name of one file to write; see assets/moloch.py --help", file=sys.stderr)
+        sys.exit(2)
     path = pathlib.Path(sys.argv[1])
     points, faces = moloch()
     unfinished = path.with_name(f".{path.name}.{os.getpid()}")

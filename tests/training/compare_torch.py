@@ -1,14 +1,13 @@
 #!/usr/bin/python3
 """CPU time of training per pose and node on one core, compared with the same loop in PyTorch.
 
-Usage: tests/training/compare_torch.py build/release/tests/training/time_training
 The networks (128-32-32-4, ReLU), the batch (128), the loss (L2) and the optimiser (Adam) are the same. PyTorch
 trains all nodes as one model with batched products, as the paper does. Both run alternately on one thread; the script
 prints medians.
 """
+import argparse
 import statistics
 import subprocess
-import sys
 import time
 
 import torch
@@ -45,11 +44,14 @@ def torch_microseconds(steps=12, warm=3):
 
 
 def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", help="build/release/tests/training/time_training")
+    program = parser.parse_args().program
     torch.manual_seed(1)
     torch.set_num_threads(1)
     ours, theirs = [], []
     for _ in range(5):
-        ours.append(float(subprocess.run([sys.argv[1], str(POSES), "30"], check=True, capture_output=True,
+        ours.append(float(subprocess.run([program, str(POSES), "30"], check=True, capture_output=True,
                                          text=True).stdout))
         theirs.append(torch_microseconds())
     print(f"ours    {statistics.median(ours):.3f} us per pose and node  (runs: {' '.join(f'{t:.3f}' for t in ours)})")
