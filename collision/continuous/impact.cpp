@@ -54,11 +54,14 @@ struct Separation {
     double time = 0;  // share of the step, from now, for which they stay farther apart than asked
 };
 
-/// direction: of any length, from b to a. apart: metres, > 0.
+/// Directions that are shorter have squares with few digits left, or none.
+constexpr double shortest = 1e-140;
+
+/// direction: from b to a; too short or too long ones separate nothing. apart: metres, > 0.
 Separation separation(const Motion& motion, const Corners& x, const Vector3d& direction,
                       double apart) noexcept {
     const double length = direction.norm();
-    if (!(length > 0) || !std::isfinite(length)) return {};
+    if (!(length > shortest) || !std::isfinite(length)) return {};
     const Vector3d n = direction / length;
     std::array<double, 4> place, speed;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -89,7 +92,7 @@ Impact search(const Motion& motion, const ImpactConfig& config, const ClosestGap
     const double apart = config.separation + motion.rounding;
     const double near = config.separation + std::max(config.tolerance, 2 * motion.rounding);
     Impact impact{.hits = true, .time = 0};
-    for (; impact.iterations < config.max_iterations;) {
+    while (impact.iterations < config.max_iterations) {
         const Corners x = motion.at(impact.time);
         ++impact.iterations;
         Separation best = separation(motion, x, closest_gap(x), apart);
@@ -104,6 +107,7 @@ Impact search(const Motion& motion, const ImpactConfig& config, const ClosestGap
         if (!(next > impact.time) || !(best.gap > near)) return impact;
         impact.time = next;
     }
+    impact.exhausted = true;
     return impact;
 }
 

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "sim/barrier/feature_pair.hpp"
 #include "sim/barrier/moving_surface.hpp"
 
 namespace nbd {

@@ -48,9 +48,4 @@ std::array<FeatureCorner, 4> corners(const FeaturePair& pair, const std::vector<
              {pair.surface_b, of_b(pair.b, 1)}}};
 }
 
-ClosestPoints closest_points(FeatureKind kind, const std::array<Eigen::Vector3d, 4>& x) noexcept {
-    return kind == FeatureKind::vertex_face ? closest_point_triangle(x[0], x[1], x[2], x[3])
-                                            : closest_edge_edge(x[0], x[1], x[2], x[3]);
-}
-
 }  // namespace nbd

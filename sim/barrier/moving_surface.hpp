@@ -5,9 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "collision/geometry/closest_points.hpp"
+#include "collision/continuous/feature_pair.hpp"
 #include "collision/tree/posed_tree.hpp"
-#include "sim/barrier/feature_pair.hpp"
 #include "sim/patches/surface_normals.hpp"
 
 namespace nbd {
@@ -61,8 +60,5 @@ struct FeatureCorner {
 
 /// The vertex and the corners of the face, or the ends of edge a and of edge b.
 std::array<FeatureCorner, 4> corners(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces);
-
-/// Closest points of the features with these corners, in the order of corners().
-ClosestPoints closest_points(FeatureKind kind, const std::array<Eigen::Vector3d, 4>& x) noexcept;
 
 }  // namespace nbd

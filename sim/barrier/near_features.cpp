@@ -14,23 +14,6 @@ void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces) {
         if (!surfaces[s].is_obstacle()) neighbours_.emplace_back(surfaces, static_cast<int>(s));
 }
 
-/// The features that the two faces own, each with those of the other.
-void NearFeatureSearch::add_faces(const std::vector<MovingSurface>& surfaces, int a, int b, FacePair faces) {
-    const MovingSurface &s = surfaces[static_cast<std::size_t>(a)],
-                        &t = surfaces[static_cast<std::size_t>(b)];
-    for (int k = 0; k < 3; ++k) {
-        if (const int v = s.F()(faces.a, k); s.topology().owner_of_vertex(v) == faces.a)
-            found_.push_back({{FeatureKind::vertex_face, a, b, v, faces.b}});
-        if (const int v = t.F()(faces.b, k); t.topology().owner_of_vertex(v) == faces.b)
-            found_.push_back({{FeatureKind::vertex_face, b, a, v, faces.a}});
-        const int e = s.topology().face_edges(faces.a, k);
-        if (s.topology().owner_of_edge(e) != faces.a) continue;
-        for (int l = 0; l < 3; ++l)
-            if (const int f = t.topology().face_edges(faces.b, l); t.topology().owner_of_edge(f) == faces.b)
-                found_.push_back({{FeatureKind::edge_edge, a, b, e, f}});
-    }
-}
-
 std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>& surfaces, double reach) {
     found_.clear();
     face_pairs_ = 0;
@@ -40,7 +23,13 @@ std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>
         const std::span<const FacePair> pairs = query();
         query_us_ += watch.microseconds();
         face_pairs_ += static_cast<long>(pairs.size());
-        for (const FacePair& faces : pairs) add_faces(surfaces, a, b, faces);
+        const auto numbered = [&](int s) {
+            const MovingSurface& surface = surfaces[static_cast<std::size_t>(s)];
+            return NumberedSurface{s, surface.F(), surface.topology()};
+        };
+        for (const FacePair& faces : pairs)
+            for_each_owned_pair(numbered(a), numbered(b), faces,
+                                [&](const FeaturePair& pair) { found_.push_back({pair}); });
     };
     const int count = static_cast<int>(surfaces.size());
     for (int a = 0; a < count; ++a) {

@@ -27,7 +27,6 @@ class NearFeatureSearch {
     double query_us() const noexcept { return query_us_; }  // microseconds in the trees
 
  private:
-    void add_faces(const std::vector<MovingSurface>& surfaces, int a, int b, FacePair faces);
     void keep_near(const std::vector<MovingSurface>& surfaces, double reach);
 
     PairQuery pair_query_;

@@ -4,7 +4,6 @@
 
 #include "meshing/parallel/parallel_for.hpp"
 #include "sim/barrier/feature_boxes.hpp"
-#include "sim/barrier/neighbour_features.hpp"
 
 namespace nbd {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "sim/barrier/feature_pair.hpp"
 #include "sim/barrier/moving_surface.hpp"
+#include "sim/barrier/near_pair.hpp"
 
 namespace nbd {
 

@@ -3,59 +3,11 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 
 namespace nbd {
 namespace {
-
-void list_edges(FacesRef F, SurfaceTopology& topology) {
-    struct Side {
-        int low, high, face, corner;
-    };
-    std::vector<Side> sides;
-    sides.reserve(static_cast<std::size_t>(3 * F.rows()));
-    for (int f = 0; f < F.rows(); ++f)
-        for (int k = 0; k < 3; ++k) {
-            const int i = F(f, (k + 1) % 3), j = F(f, (k + 2) % 3);
-            sides.push_back({std::min(i, j), std::max(i, j), f, k});
-        }
-    std::ranges::sort(sides, {}, [](const Side& s) { return std::array{s.low, s.high, s.face}; });
-    topology.face_edges.resize(F.rows(), 3);
-    topology.edges.resize(static_cast<Eigen::Index>(sides.size()), 2);
-    topology.edge_faces.setConstant(static_cast<Eigen::Index>(sides.size()), 2, -1);
-    int edge = -1, users = 0;
-    for (std::size_t i = 0; i < sides.size(); ++i) {
-        const Side& s = sides[i];
-        const bool fresh = i == 0 || sides[i - 1].low != s.low || sides[i - 1].high != s.high;
-        users = fresh ? 0 : users + 1;
-        if (fresh) topology.edges.row(++edge) << s.low, s.high;
-        if (users > 1)
-            throw std::invalid_argument(
-                fmt::format("surface: edge {}-{} belongs to more than two faces", s.low, s.high));
-        topology.edge_faces(edge, users) = s.face;
-        topology.face_edges(s.face, s.corner) = edge;
-    }
-    topology.edges.conservativeResize(edge + 1, 2);
-    topology.edge_faces.conservativeResize(edge + 1, 2);
-}
-
-void list_vertex_faces(FacesRef F, int vertex_count, SurfaceTopology& topology) {
-    std::vector<int>& begin = topology.vertex_begin;
-    begin.assign(static_cast<std::size_t>(vertex_count) + 1, 0);
-    const auto corners = F.reshaped<Eigen::RowMajor>();
-    for (const int v : corners) ++begin[static_cast<std::size_t>(v) + 1];
-    for (std::size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];
-    topology.vertex_faces.resize(static_cast<std::size_t>(F.size()));
-    std::vector<int> next(begin.begin(), begin.end() - 1);
-    for (int f = 0; f < F.rows(); ++f)
-        for (int k = 0; k < 3; ++k) {
-            int& slot = next[static_cast<std::size_t>(F(f, k))];
-            topology.vertex_faces[static_cast<std::size_t>(slot++)] = f;
-        }
-}
 
 Eigen::Vector3d vertex_normal(const SurfaceTopology& topology, FacesRef F, NodesRef x, int vertex) noexcept {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -74,14 +26,16 @@ Eigen::Vector3d vertex_normal(const SurfaceTopology& topology, FacesRef F, Nodes
 }  // namespace
 
 SurfaceTopology surface_topology(FacesRef F, int vertex_count) {
-    for (Eigen::Index f = 0; f < F.rows(); ++f)
-        for (int k = 0; k < 3; ++k)
-            if (F(f, k) < 0 || F(f, k) >= vertex_count)
-                throw std::invalid_argument(fmt::format(
-                    "surface: face {} refers to vertex {}, but there are {}", f, F(f, k), vertex_count));
-    SurfaceTopology topology;
-    list_edges(F, topology);
-    list_vertex_faces(F, vertex_count, topology);
+    SurfaceTopology topology{surface_features(F, vertex_count), {}};
+    topology.edge_faces.setConstant(topology.edges.rows(), 2, -1);
+    for (int f = 0; f < F.rows(); ++f)
+        for (int k = 0; k < 3; ++k) {
+            const int e = topology.face_edges(f, k);
+            if (topology.edge_faces(e, 1) >= 0)
+                throw std::invalid_argument(fmt::format("surface: edge {}-{} belongs to more than two faces",
+                                                        topology.edges(e, 0), topology.edges(e, 1)));
+            topology.edge_faces(e, topology.edge_faces(e, 0) < 0 ? 0 : 1) = f;
+        }
     return topology;
 }
 

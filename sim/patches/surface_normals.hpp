@@ -1,29 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
+#include "collision/continuous/surface_features.hpp"
 #include "meshing/surface/mesh.hpp"
 
 namespace nbd {
 
 /// Vertices, edges and faces of a surface and their adjacency. Does not change while the surface moves.
-struct SurfaceTopology {
-    using Pairs = Eigen::Matrix<int, Eigen::Dynamic, 2, Eigen::RowMajor>;
-    Faces face_edges;               // [m, 3] edges opposite corners 0, 1, 2
-    Pairs edges;                    // [e, 2] vertices, smaller first; rows in lexicographic order
-    Pairs edge_faces;               // [e, 2] adjacent faces; the second is -1 at an open edge
-    std::vector<int> vertex_begin;  // [n + 1] range of vertex_faces
-    std::vector<int> vertex_faces;  // faces at each vertex, ascending
-
-    /// The face that owns a vertex or an edge, the first of its faces, so that a loop over faces can visit it
-    /// once; -1 for a vertex without faces.
-    int owner_of_vertex(int vertex) const noexcept {
-        const auto v = static_cast<std::size_t>(vertex);
-        return vertex_begin[v] < vertex_begin[v + 1] ? vertex_faces[static_cast<std::size_t>(vertex_begin[v])]
-                                                     : -1;
-    }
-    int owner_of_edge(int edge) const noexcept { return edge_faces(edge, 0); }
+struct SurfaceTopology : SurfaceFeatures {
+    Pairs edge_faces;  // [e, 2] adjacent faces, the owner first; the second is -1 at an open edge
 };
 
 /// Throws std::invalid_argument for an index outside 0 .. vertex_count - 1 or an edge of more than two faces.

@@ -32,12 +32,15 @@ void run(const ImpactsArguments& arguments, Output& out) {
         all.collisions += s.collisions;
         all.missed += s.missed;
         all.false_alarms += s.false_alarms;
+        all.exhausted += s.exhausted;
         all.ns += s.ns * static_cast<double>(s.queries);
     }
     if (all.queries > 0)
-        out.text(fmt::format("{}{} queries, {} collide: {} missed, {} false alarms, {:.0f} ns a query",
-                             to_csv(scores), all.queries, all.collisions, all.missed, all.false_alarms,
-                             all.ns / static_cast<double>(all.queries)));
+        out.text(fmt::format(
+            "{}{} queries, {} collide: {} missed, {} false alarms, {} ran out of iterations, {:.0f} "
+            "ns a query",
+            to_csv(scores), all.queries, all.collisions, all.missed, all.false_alarms, all.exhausted,
+            all.ns / static_cast<double>(all.queries)));
     const RandomImpacts random =
         check_random_impacts(arguments.random, arguments.samples, arguments.seed, [&](long done) {
             out.progress("random motion", static_cast<double>(done), static_cast<double>(arguments.random),
@@ -45,9 +48,9 @@ void run(const ImpactsArguments& arguments, Output& out) {
         });
     out.text(
         fmt::format("random motion: {} queries, {} come too near in {} samples: {} missed, {} late; {} "
-                    "reported, {:.2g} of the step before the sample",
+                    "reported, {} ran out of iterations, {:.2g} of the step before the sample",
                     random.queries, random.collisions, arguments.samples, random.missed, random.late,
-                    random.reported, random.early));
+                    random.reported, random.exhausted, random.early));
     if (!arguments.csv.empty() && !scores.empty()) {
         h5::AtomicFile file(arguments.csv);
         file.out() << "# " << this_machine() << '\n' << to_csv(scores);
@@ -56,6 +59,7 @@ void run(const ImpactsArguments& arguments, Output& out) {
     out.result({{"queries", all.queries},
                 {"missed", all.missed},
                 {"false_alarms", all.false_alarms},
+                {"exhausted", all.exhausted},
                 {"random_queries", random.queries},
                 {"random_collisions", random.collisions},
                 {"random_missed", random.missed},

@@ -2,25 +2,24 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "apps/bench/measure/median.hpp"
 #include "collision/base/counter_random.hpp"
 #include "collision/base/stopwatch.hpp"
-#include "collision/geometry/closest_points.hpp"
 
 namespace nbd {
 namespace {
 
 constexpr int repetitions = 5;
 
-const char* name(ImpactKind kind) { return kind == ImpactKind::vertex_face ? "vertex-face" : "edge-edge"; }
+const char* name(FeatureKind kind) { return kind == FeatureKind::vertex_face ? "vertex-face" : "edge-edge"; }
 
-double distance_at(ImpactKind kind, const ImpactCorners& x, double time) {
+double distance_at(FeatureKind kind, const ImpactCorners& x, double time) {
     std::array<Eigen::Vector3d, 4> y;
     for (std::size_t k = 0; k < 4; ++k) y[k] = (1 - time) * x[k].begin + time * x[k].end;
-    return kind == ImpactKind::vertex_face ? closest_point_triangle(y[0], y[1], y[2], y[3]).distance
-                                           : closest_edge_edge(y[0], y[1], y[2], y[3]).distance;
+    return closest_points(kind, y).distance;
 }
 
 }  // namespace
@@ -33,7 +32,7 @@ ImpactScore score(const ImpactQueries& queries) {
     for (int r = 0; r < repetitions; ++r) {
         const Stopwatch watch;
         for (std::size_t i = 0; i < impacts.size(); ++i)
-            impacts[i] = find_impact(queries.kind, queries.queries[i], {});
+            impacts[i] = feature_impact(queries.kind, queries.queries[i], {});
         times.push_back(1e3 * watch.microseconds() / static_cast<double>(impacts.size()));
     }
     result.ns = median(times);
@@ -42,6 +41,8 @@ ImpactScore score(const ImpactQueries& queries) {
         result.collisions += truth;
         result.missed += truth && !hits;
         result.false_alarms += hits && !truth;
+        result.exhausted += impacts[i].exhausted;
+        result.most_iterations = std::max(result.most_iterations, impacts[i].iterations);
         result.iterations += impacts[i].iterations / static_cast<double>(impacts.size());
     }
     return result;
@@ -59,10 +60,11 @@ RandomImpacts check_random_impacts(long count, int samples, std::uint64_t seed,
         };
         ImpactCorners x;
         for (MovingPoint& corner : x) corner = {point(), point()};
-        const auto kind = q % 2 == 0 ? ImpactKind::vertex_face : ImpactKind::edge_edge;
+        const auto kind = q % 2 == 0 ? FeatureKind::vertex_face : FeatureKind::edge_edge;
         const double separation = random.uniform(1e-4, 0.02);
-        const Impact impact = find_impact(kind, x, {.separation = separation, .tolerance = 1e-6});
+        const Impact impact = feature_impact(kind, x, {.separation = separation, .tolerance = 1e-6});
         result.reported += impact.hits;
+        result.exhausted += impact.exhausted;
         for (int s = 0; s <= samples; ++s) {
             const double time = static_cast<double>(s) / samples;
             if (!(distance_at(kind, x, time) < separation)) continue;
@@ -78,10 +80,12 @@ RandomImpacts check_random_impacts(long count, int samples, std::uint64_t seed,
 }
 
 std::string to_csv(std::span<const ImpactScore> scores) {
-    std::string text = "scene,kind,queries,collisions,missed,false_alarms,ns,iterations\n";
+    std::string text =
+        "scene,kind,queries,collisions,missed,false_alarms,exhausted,ns,iterations,most_iterations\n";
     for (const ImpactScore& s : scores)
-        text += fmt::format("{},{},{},{},{},{},{:.0f},{:.2f}\n", s.scene, name(s.kind), s.queries,
-                            s.collisions, s.missed, s.false_alarms, s.ns, s.iterations);
+        text += fmt::format("{},{},{},{},{},{},{},{:.0f},{:.2f},{}\n", s.scene, name(s.kind), s.queries,
+                            s.collisions, s.missed, s.false_alarms, s.exhausted, s.ns, s.iterations,
+                            s.most_iterations);
     return text;
 }
 

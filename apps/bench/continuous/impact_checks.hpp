@@ -12,11 +12,13 @@ namespace nbd {
 /// Answers to queries with known ones.
 struct ImpactScore {
     std::string scene;
-    ImpactKind kind = ImpactKind::vertex_face;
+    FeatureKind kind = FeatureKind::vertex_face;
     long queries = 0, collisions = 0;   // in truth
     long missed = 0, false_alarms = 0;  // wrong answers
+    long exhausted = 0;                 // searches that ran out of iterations
     double ns = 0;                      // median time of a query over repetitions
     double iterations = 0;              // closest points a query, mean
+    int most_iterations = 0;
 };
 
 ImpactScore score(const ImpactQueries& queries);
@@ -25,7 +27,7 @@ ImpactScore score(const ImpactQueries& queries);
 struct RandomImpacts {
     long queries = 0, collisions = 0;  // found by sampling: certain
     long missed = 0, late = 0;         // no hit, or a time after the first sample that is too near
-    long reported = 0;                 // hits
+    long reported = 0, exhausted = 0;  // hits; searches that ran out of iterations
     double early = 0;                  // mean time by which hits are reported before that sample
 };
 

@@ -64,16 +64,11 @@ std::vector<std::filesystem::path> sorted_entries(const std::filesystem::path& f
 
 }  // namespace
 
-Impact find_impact(ImpactKind kind, const ImpactCorners& x, const ImpactConfig& config) noexcept {
-    return kind == ImpactKind::vertex_face ? vertex_face_impact(x[0], x[1], x[2], x[3], config)
-                                           : edge_edge_impact(x[0], x[1], x[2], x[3], config);
-}
-
 std::vector<ImpactQueries> read_impact_queries(const std::filesystem::path& folder) {
     std::vector<ImpactQueries> result;
     for (const auto& scene : sorted_entries(folder))
-        for (const ImpactKind kind : {ImpactKind::edge_edge, ImpactKind::vertex_face}) {
-            const auto files = scene / (kind == ImpactKind::edge_edge ? "edge-edge" : "vertex-face");
+        for (const FeatureKind kind : {FeatureKind::edge_edge, FeatureKind::vertex_face}) {
+            const auto files = scene / (kind == FeatureKind::edge_edge ? "edge-edge" : "vertex-face");
             if (!std::filesystem::is_directory(files)) continue;
             ImpactQueries queries{.scene = scene.filename().string(), .kind = kind};
             for (const auto& file : sorted_entries(files))

@@ -5,22 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "collision/continuous/impact.hpp"
+#include "collision/continuous/feature_pair.hpp"
 
 namespace nbd {
-
-enum class ImpactKind { vertex_face, edge_edge };
 
 /// One query: the vertex and the face's corners, or the ends of both edges.
 using ImpactCorners = std::array<MovingPoint, 4>;
 
-/// Asks for the impact of corners of this kind.
-Impact find_impact(ImpactKind kind, const ImpactCorners& x, const ImpactConfig& config) noexcept;
-
 /// Queries of one kind from one scene, with their exact answers.
 struct ImpactQueries {
     std::string scene;
-    ImpactKind kind = ImpactKind::vertex_face;
+    FeatureKind kind = FeatureKind::vertex_face;
     std::vector<ImpactCorners> queries{};
     std::vector<char> collides{};  // [queries]
 };

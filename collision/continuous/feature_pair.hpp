@@ -1,7 +1,12 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <compare>
 #include <cstdint>
+
+#include "collision/continuous/impact.hpp"
+#include "collision/geometry/closest_points.hpp"
 
 namespace nbd {
 
@@ -16,12 +21,11 @@ struct FeaturePair {
     auto operator<=>(const FeaturePair&) const = default;
 };
 
-/// A pair of features that may come near during a motion, and the distance at which it begins to press,
-/// metres.
-struct NearFeatures {
-    FeaturePair pair;
-    double reach = 0;
-    auto operator<=>(const NearFeatures&) const = default;
-};
+/// x: the vertex and the corners of the face, or the ends of edge a and of edge b.
+ClosestPoints closest_points(FeatureKind kind, const std::array<Eigen::Vector3d, 4>& x) noexcept;
+
+/// vertex_face_impact() or edge_edge_impact() of such corners.
+Impact feature_impact(FeatureKind kind, const std::array<MovingPoint, 4>& x,
+                      const ImpactConfig& config = {}) noexcept;
 
 }  // namespace nbd

@@ -1,0 +1,179 @@
+#include "collision/continuous/feature_query.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "collision/base/message.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+void require_distance(const char* name, double distance) {
+    if (!(distance >= 0 && std::isfinite(distance)))
+        throw std::invalid_argument(message(name, " is ", distance, ", allowed: finite, 0 or more"));
+}
+
+/// An origin in the middle of positions and a power of two that scales them to at most 1.
+struct Frame {
+    Eigen::RowVector3d low = Eigen::RowVector3d::Constant(std::numeric_limits<double>::infinity()),
+                       high = -low;
+
+    void add(const MovingBody& body) {
+        for (const Nodes* x : {&body.begin(), &body.end()}) {
+            low = low.cwiseMin(x->colwise().minCoeff());
+            high = high.cwiseMax(x->colwise().maxCoeff());
+        }
+    }
+    Eigen::RowVector3d origin() const { return low / 2 + high / 2; }
+    double scale() const {
+        constexpr int most = 1000;  // of the exponent; smaller surfaces stay small
+        int exponent = 0;
+        std::frexp((high / 2 - low / 2).maxCoeff(), &exponent);
+        return std::ldexp(1, std::clamp(-exponent, -most - 24, most));
+    }
+};
+
+/// The distance for a query of float boxes that finds all double boxes within `distance` of each other.
+float query_distance(double distance, double rounding_a, double rounding_b) {
+    constexpr double everything = 16, room = 2;  // `room` is above the square root of three axes
+    const double most = std::min(distance, everything) + room * (rounding_a + rounding_b);
+    return std::nextafter(static_cast<float>(most), std::numeric_limits<float>::infinity());
+}
+
+/// The box of the vertices at both ends of the step.
+struct FeatureBox {
+    Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+
+    void add(const Eigen::Array3d& p) {
+        low = low.min(p);
+        high = high.max(p);
+    }
+};
+
+double squared_distance(const FeatureBox& s, const FeatureBox& t) {
+    return (s.low - t.high).max(t.low - s.high).max(0).square().sum();
+}
+
+}  // namespace
+
+/// The pairs that the query of the faces left out are those of `neighbours_`; both are narrowed here.
+void FeatureQuery::find(std::span<MovingBody> bodies, int body, double distance) {
+    MovingBody& b = bodies[static_cast<std::size_t>(body)];
+    Frame frame;
+    frame.add(b);
+    const double scale = frame.scale();
+    b.make_local(b.own_, frame.origin(), scale, true);
+    b.own_tree_.begin_step(b.own_.begin_float, b.own_.end_float);
+    const double most = distance * scale;
+    const NumberedSurface surface{body, b.F_, b.features_};
+    const std::size_t before = pairs_.size();
+    for (FeaturePair pair : b.neighbours_) {
+        pair.surface_a = pair.surface_b = body;
+        pairs_.push_back(pair);
+    }
+    for (const FacePair& faces :
+         self_query_.boxes_within(b.own_tree_, query_distance(most, b.own_.rounding, b.own_.rounding)))
+        for_each_owned_pair(surface, surface, faces,
+                            [&](const FeaturePair& pair) { pairs_.push_back(pair); });
+    keep_near(before, b, b.own_, b, b.own_, most);
+}
+
+void FeatureQuery::find(std::span<MovingBody> bodies, int a, int b, double distance) {
+    MovingBody &s = bodies[static_cast<std::size_t>(a)], &t = bodies[static_cast<std::size_t>(b)];
+    const NumberedSurface of_s{a, s.F_, s.features_}, of_t{b, t.F_, t.features_};
+    const std::size_t before = pairs_.size();
+    for (const FacePair& faces : pair_query_.boxes_within(
+             s.tree_, t.tree_, query_distance(distance, s.local_.rounding, t.local_.rounding)))
+        for_each_owned_pair(of_s, of_t, faces, [&](const FeaturePair& pair) { pairs_.push_back(pair); });
+    keep_near(before, s, s.local_, t, t.local_, distance);
+}
+
+/// Of the pairs from `first` on, keeps those whose boxes over the step are near. s, t: bodies of the smaller
+/// and of the larger number.
+void FeatureQuery::keep_near(std::size_t first, const MovingBody& s, const MovingBody::Local& local_s,
+                             const MovingBody& t, const MovingBody::Local& local_t, double distance) {
+    const double most = distance * (1 + 8 * epsilon) + 8 * epsilon;
+    const auto is_far = [&](const FeaturePair& pair) {
+        const bool swapped = pair.surface_a > pair.surface_b;
+        const MovingBody &a = swapped ? t : s, &b = swapped ? s : t;
+        const MovingBody::Local &in_a = swapped ? local_t : local_s, &in_b = swapped ? local_s : local_t;
+        const auto at = feature_vertices(pair, a, b);
+        const std::size_t split = pair.kind == FeatureKind::vertex_face ? 1 : 2;
+        FeatureBox box_a, box_b;
+        for (std::size_t k = 0; k < 4; ++k) {
+            FeatureBox& box = k < split ? box_a : box_b;
+            const MovingBody::Local& in = k < split ? in_a : in_b;
+            box.add(in.begin.row(at[k]).transpose().array());
+            box.add(in.end.row(at[k]).transpose().array());
+        }
+        return squared_distance(box_a, box_b) > most * most;
+    };
+    pairs_.erase(std::remove_if(pairs_.begin() + static_cast<std::ptrdiff_t>(first), pairs_.end(), is_far),
+                 pairs_.end());
+}
+
+std::span<const FeaturePair> FeatureQuery::candidates(std::span<MovingBody> bodies, double distance) {
+    require_distance("distance", distance);
+    pairs_.clear();
+    const int count = static_cast<int>(bodies.size());
+    if (count > 1) {
+        Frame frame;
+        for (const MovingBody& body : bodies) frame.add(body);
+        const double scale = frame.scale();
+        for (MovingBody& body : bodies) {
+            body.make_local(body.local_, frame.origin(), scale, false);
+            body.tree_.begin_step(body.local_.begin_float, body.local_.end_float);
+        }
+        for (int a = 0; a < count; ++a)
+            for (int b = a + 1; b < count; ++b)
+                if (!bodies[static_cast<std::size_t>(a)].is_obstacle() ||
+                    !bodies[static_cast<std::size_t>(b)].is_obstacle())
+                    find(bodies, a, b, distance * scale);
+    }
+    for (int b = 0; b < count; ++b)
+        if (!bodies[static_cast<std::size_t>(b)].is_obstacle()) find(bodies, b, distance);
+    std::ranges::sort(pairs_);
+    const auto repeats = std::ranges::unique(pairs_);  // of faces that name a vertex twice
+    pairs_.erase(repeats.begin(), repeats.end());
+    return pairs_;
+}
+
+FreeStep FeatureQuery::collision_free_step(std::span<MovingBody> bodies, double separation, double left) {
+    constexpr double tolerance_share = 0.05;  // of the room left, by which an impact may be found too early
+    require_distance("separation", separation);
+    if (!(left >= 0 && left < 1))
+        throw std::invalid_argument(message("left is ", left, ", allowed: 0 or more, below 1"));
+    FreeStep step;
+    for (const FeaturePair& pair : candidates(bodies, separation)) {
+        const MovingBody &a = bodies[static_cast<std::size_t>(pair.surface_a)],
+                         &b = bodies[static_cast<std::size_t>(pair.surface_b)];
+        const auto at = feature_vertices(pair, a, b);
+        const std::size_t split = pair.kind == FeatureKind::vertex_face ? 1 : 2;
+        std::array<MovingPoint, 4> x;
+        std::array<Eigen::Vector3d, 4> begin;
+        for (std::size_t k = 0; k < 4; ++k) {
+            const MovingBody& body = k < split ? a : b;
+            x[k] = {body.begin().row(at[k]), body.end().row(at[k])};
+            begin[k] = x[k].begin;
+        }
+        const Impact impact = feature_impact(pair.kind, x, {.separation = separation});
+        if (!impact.hits) continue;
+        const double gap = closest_points(pair.kind, begin).distance;
+        const double room = left * std::max(gap - separation, 0.0);
+        const Impact earlier = feature_impact(
+            pair.kind, x, {.separation = separation + room, .tolerance = tolerance_share * room});
+        const double share = std::min(impact.time, earlier.time);
+        if (!step.limit || share < step.share)
+            step = {.share = share,
+                    .limit = pair,
+                    .gap = gap,
+                    .exhausted = impact.exhausted || earlier.exhausted};
+    }
+    return step;
+}
+
+}  // namespace nbd
