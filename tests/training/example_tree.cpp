@@ -65,6 +65,8 @@ TreeFile example_tree(const ExampleTree& config) {
     facts.poses = 1234;
     facts.node_loss = Eigen::VectorXf::Random(nodes).cwiseAbs();
     facts.z_error = 0.07;
+    facts.trained_on = {{1, 5, ~std::uint64_t{0}}, {3, 4}};
+    facts.calibrated_on = {{2}, {}};
     return file;
 }
 

@@ -110,6 +110,29 @@ Eigen::RowVectorXf first_margins(const PoseRows& needed, double rate) {
     return margins;
 }
 
+/// The complete trajectories of another recording that training has not seen, in two halves.
+HeldOut halves_of_others(const RecordingReader& recording, const RecordingHash& hashes,
+                         const TrainingFacts& facts) {
+    std::vector<int> known;
+    if (facts.trained_on) {
+        const SeenTrajectories* const seen[] = {&*facts.trained_on};
+        known = known_trajectories(recording, hashes, seen);
+        tell_left_out(recording, known, "trained on");
+    } else {
+        tell_unknown(recording);
+    }
+    std::vector<int> ids;
+    for (const TrajectoryInfo& t : recording.trajectories())
+        if (t.failure.empty() && t.frames > 0 && !std::ranges::binary_search(known, t.id))
+            ids.push_back(t.id);
+    if (ids.size() < 2)
+        throw std::runtime_error(
+            fmt::format("{}: {} complete trajectories that the tree was not trained on; allowed: at least 2 "
+                        "to calibrate on",
+                        recording.path().string(), ids.size()));
+    return draw_held_out(std::move(ids), 0.5, 0);
+}
+
 }  // namespace
 
 Calibration calibrate(const BoundLevels& levels, const BoundScores& shape, const BoundScores& scores,
@@ -172,11 +195,19 @@ void calibrate(TreeFile& file, FrameSource& source, const CalibrateConfig& confi
     std::vector<FrameId> used = spread(shape, config.shape_poses);
     used.insert(used.end(), frames.begin(), frames.end());
     std::ranges::sort(used);
-    if (source.hash(used) != file.facts.recording_hash) {
-        TrainingSplit halves = make_split(recording, 0.5, 0, 0);
-        halves.troubled_frames = file.facts.split.troubled_frames;
-        shape = frames_of(recording, halves, FrameSet::train);
-        frames = frames_of(recording, halves, FrameSet::held_out);
+    const RecordingHash& hashes = source.hashes(used);
+    std::vector<int> calibrated_on = file.facts.split.calibration_trajectories;
+    if (hashes.hex == file.facts.recording_hash) {
+        if (!file.facts.trained_on)
+            file.facts.trained_on = seen_trajectories(recording, hashes, file.facts.split.train_trajectories);
+    } else {
+        const HeldOut halves = halves_of_others(recording, hashes, file.facts);
+        TrainingSplit split{.train_trajectories = halves.train, .held_out_trajectories = halves.held_out};
+        split.troubled_frames = file.facts.split.troubled_frames;
+        shape = frames_of(recording, split, FrameSet::train);
+        frames = frames_of(recording, split, FrameSet::held_out);
+        calibrated_on = halves.train;
+        calibrated_on.insert(calibrated_on.end(), halves.held_out.begin(), halves.held_out.end());
     }
     if (frames.empty())
         throw std::runtime_error(
@@ -185,6 +216,7 @@ void calibrate(TreeFile& file, FrameSource& source, const CalibrateConfig& confi
     shape = spread(shape, config.shape_poses);
     if (file.tree.nbd)
         fit_coordinate_spread(scaled_coordinates(source, shape, *file.tree.nbd), *file.tree.nbd);
+    file.facts.calibrated_on = seen_trajectories(recording, hashes, calibrated_on);
     file.tree.calibrations.clear();
     const auto tree = refer_to(file.tree);
     for (const BoundKind kind : bound_kinds) {

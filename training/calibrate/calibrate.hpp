@@ -55,8 +55,9 @@ std::vector<double> miss_rates(const BoundLevels& levels, const Calibration& cal
 /// Calibrates all bounds of a trained tree that can miss, replacing any earlier calibration. First measures
 /// the spread of the modal coordinates on the shape's poses, for `nbd` bounds. On the recording that the tree
 /// was trained on, the shape comes from the training poses and the scores from the trajectories kept for
-/// calibration. On another recording of the body, each comes from half of the complete trajectories. Throws
-/// as above, and std::runtime_error if no trajectories are left or the recording is of another body.
+/// calibration. On another recording of the body, each comes from half of the complete trajectories; those
+/// that the tree was trained on are left out, which a notice tells, or that it cannot be checked. Throws
+/// as above, and std::runtime_error if too few trajectories are left or the recording is of another body.
 /// source: frames embedded with the tree's W.
 void calibrate(TreeFile& file, FrameSource& source, const CalibrateConfig& config);
 

@@ -172,19 +172,37 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
 std::vector<TestFrames> test_frames(const TreeFile& file, const RecordingReader& recording) {
     check_recording(file.facts.body_hash, file.W.cols(), recording);
     std::vector<TestFrames> sets;
-    if (const std::string& known = file.facts.recording_hash;
-        recording_hash(recording) == known || recording.label("remapped_from_sha256") == known) {
-        const TrainingSplit& split = file.facts.split;
-        sets.push_back({"random frames", frames_of(recording, split, FrameSet::random_test)});
-        sets.push_back({"held-out trajectories", frames_of(recording, split, FrameSet::held_out)});
+    const RecordingHash hashes = hash_recording(recording);
+    const TrainingFacts& facts = file.facts;
+    const bool own =
+        hashes.hex == facts.recording_hash || recording.label("remapped_from_sha256") == facts.recording_hash;
+    if (own) {
+        sets.push_back({"random frames", frames_of(recording, facts.split, FrameSet::random_test)});
+        sets.push_back({"held-out trajectories", frames_of(recording, facts.split, FrameSet::held_out)});
     } else {
         sets.push_back({"other recording", complete_frames(recording)});
+        if (!facts.trained_on) tell_unknown(recording);
     }
+    // Of its own recording, the split keeps out what training saw, and calibration may have seen more since.
+    std::vector<const SeenTrajectories*> seen;
+    if (facts.trained_on && !own) seen.push_back(&*facts.trained_on);
+    if (facts.calibrated_on) seen.push_back(&*facts.calibrated_on);
+    std::vector<int> left_out = known_trajectories(recording, hashes, seen);
+    const auto is_left_out = [&](const FrameId& frame) {
+        return std::ranges::binary_search(
+            left_out, recording.trajectories()[static_cast<std::size_t>(frame.trajectory)].id);
+    };
+    std::vector<int> told;
+    for (const FrameId& frame : sets.back().frames)
+        if (const int id = recording.trajectories()[static_cast<std::size_t>(frame.trajectory)].id;
+            is_left_out(frame) && (told.empty() || told.back() != id))
+            told.push_back(id);
+    tell_left_out(recording, told, "trained or calibrated on");
+    std::erase_if(sets.back().frames, is_left_out);
     std::erase_if(sets, [](const TestFrames& set) { return set.frames.empty(); });
     if (sets.empty())
-        throw std::runtime_error(
-            fmt::format("{}: no frames to test on; training and calibration used all of them",
-                        recording.path().string()));
+        throw std::runtime_error(fmt::format(
+            "{}: no frames to test on; training and calibration saw all of them", recording.path().string()));
     return sets;
 }
 

@@ -49,8 +49,10 @@ struct TestFrames {
 
 /// Frames that training did not see. Of the recording that the tree was trained on: random test frames and
 /// held-out trajectories, also after `nbdtree remap` moved some or all of them to another surface. Of another
-/// recording of the body: all complete frames. Skips empty sets. Reads the recording once. Throws
-/// std::runtime_error if tree and recording belong to different bodies or nothing is left to test on.
+/// recording of the body: all complete frames. Trajectories that the tree was trained or calibrated on, in
+/// whatever file, are left out, which a notice tells, or that it cannot be checked. Skips empty sets. Reads
+/// the recording once. Throws std::runtime_error if tree and recording belong to different bodies or nothing
+/// is left to test on.
 std::vector<TestFrames> test_frames(const TreeFile& tree, const RecordingReader& recording);
 
 /// Evaluates a trained tree on all of its test_frames(), set by set. Throws what test_frames() and

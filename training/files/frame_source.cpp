@@ -12,7 +12,6 @@
 #include "collision/base/stop.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "meshing/progress/progress.hpp"
-#include "training/files/recording_hash.hpp"
 
 namespace nbd {
 
@@ -64,10 +63,10 @@ void FrameSource::for_each_pose(std::span<const FrameId> frames, const PoseVisit
     visit(frames, true, visitor);
 }
 
-const std::string& FrameSource::hash(std::span<const FrameId> frames) {
-    if (!hash_.empty()) return hash_;
+const RecordingHash& FrameSource::hashes(std::span<const FrameId> frames) {
+    if (!hash_.hex.empty()) return hash_;
     auto next = frames.begin();
-    hash_ = recording_hash(*recording_, [&](int trajectory, int begin, int count, const Vertices& nodes) {
+    hash_ = hash_recording(*recording_, [&](int trajectory, int begin, int count, const Vertices& nodes) {
         std::vector<FrameId> chosen;
         for (; next != frames.end() && *next < FrameId{trajectory, begin + count}; ++next)
             if (use(*next, false) == Use::keep) chosen.push_back(*next);

@@ -9,6 +9,7 @@
 
 #include "collision/geometry/embedding.hpp"
 #include "training/files/recording.hpp"
+#include "training/files/recording_hash.hpp"
 #include "training/files/split.hpp"
 
 namespace nbd {
@@ -49,7 +50,9 @@ class FrameSource {
 
     /// recording_hash() of the recording. The first call reads it whole and keeps `frames`, ascending, while
     /// there is room. Throws as for_each_frame().
-    const std::string& hash(std::span<const FrameId> frames = {});
+    const std::string& hash(std::span<const FrameId> frames = {}) { return hashes(frames).hex; }
+    /// Likewise with the hashes of all frames.
+    const RecordingHash& hashes(std::span<const FrameId> frames = {});
 
     const RecordingReader& recording() const noexcept { return *recording_; }
     const SurfaceEmbedding& W() const noexcept { return W_; }
@@ -70,7 +73,7 @@ class FrameSource {
     std::size_t memory_, kept_bytes_ = 0, frame_bytes_ = 0;
     bool keeps_surfaces_ = true;
     std::map<FrameId, Vertices> kept_;  // surface or nodes; empty: not read yet
-    std::string hash_;
+    RecordingHash hash_;
 };
 
 }  // namespace nbd

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -195,6 +196,23 @@ Calibration read_calibration(const h5::Reader& file, BoundKind kind, std::size_t
                                                   : std::vector<float>()};
 }
 
+void write_seen(h5::Writer& file, const std::string& group, const std::optional<SeenTrajectories>& seen) {
+    if (!seen) return;
+    file.group(group);
+    file.write(group + "/frames", seen->frames);
+    file.write(group + "/origins", seen->origins);
+}
+
+std::optional<SeenTrajectories> read_seen(const h5::Reader& file, const std::string& group) {
+    if (!file.has(group)) return {};
+    SeenTrajectories seen{file.read<std::uint64_t>(group + "/frames", {h5::any}),
+                          file.read<std::uint64_t>(group + "/origins", {h5::any})};
+    for (const auto* hashes : {&seen.frames, &seen.origins})
+        if (!std::ranges::is_sorted(*hashes))
+            file.refuse(fmt::format("{} has hashes out of order", group), "ascending ones");
+    return seen;
+}
+
 void write_facts(h5::Writer& file, const TrainingFacts& facts) {
     file.group("facts");
     file.attribute("facts", "recording_sha256", facts.recording_hash);
@@ -208,6 +226,8 @@ void write_facts(h5::Writer& file, const TrainingFacts& facts) {
     file.write("facts/calibration_trajectories", facts.split.calibration_trajectories);
     file.write("facts/held_out_trajectories", facts.split.held_out_trajectories);
     file.write("facts/node_loss", facts.node_loss);
+    write_seen(file, "facts/trained_on", facts.trained_on);
+    write_seen(file, "facts/calibrated_on", facts.calibrated_on);
 }
 
 TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
@@ -236,6 +256,8 @@ TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
         file.refuse(fmt::format("facts/node_loss has {} numbers", losses), fmt::format("none or {}", nodes));
     if (!facts.node_loss.allFinite())
         file.refuse("facts/node_loss has a number that is not finite", "finite numbers");
+    facts.trained_on = read_seen(file, "facts/trained_on");
+    facts.calibrated_on = read_seen(file, "facts/calibrated_on");
     return facts;
 }
 

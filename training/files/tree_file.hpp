@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "collision/tree/collision_tree.hpp"
+#include "training/files/recording_hash.hpp"
 #include "training/files/surface_body.hpp"
 
 namespace nbd {
@@ -31,6 +33,8 @@ struct TrainingFacts {
     std::string recording_hash;  // recording_hash() of the training data, not of the file
     std::string config;          // JSON text of the options
     TrainingSplit split;
+    /// Trajectories that the tree was trained and last calibrated on; absent in trees of older files.
+    std::optional<SeenTrajectories> trained_on{}, calibrated_on{};
     int poses = 0;
     Eigen::VectorXf node_loss;  // [nodes] final training loss (mean squared error of scaled outputs)
     double z_error = 0;         // mean |z - zhat| / |z| over the training poses

@@ -221,7 +221,9 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
     std::vector<FrameId> used = frames_of(recording, facts.split, FrameSet::calibration);
     used.insert(used.end(), frames.begin(), frames.end());
     std::ranges::sort(used);
-    facts.recording_hash = source.hash(used);
+    const RecordingHash& hashes = source.hashes(used);
+    facts.recording_hash = hashes.hex;
+    facts.trained_on = seen_trajectories(recording, hashes, facts.split.train_trajectories);
     file.tree.vertex_count = static_cast<int>(body.X.rows());
     file.tree.faces = body.F;
     file.X = body.X;

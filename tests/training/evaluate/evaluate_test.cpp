@@ -3,14 +3,21 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
 
+#include "collision/base/notice.hpp"
 #include "collision/geometry/bounding_sphere.hpp"
 #include "collision/tree/posed_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
+#include "training/calibrate/calibrate.hpp"
+#include "training/files/recording_hash.hpp"
 #include "training/learn/train_tree.hpp"
 
 namespace nbd {
@@ -112,7 +119,111 @@ TEST_F(Evaluate, KeepsTheSplitForPartOfARemappedRecording) {
     const auto foreign = copy("foreign.h5", std::string(64, '0'));
     ASSERT_EQ(foreign.size(), 1u);
     EXPECT_EQ(foreign[0].name, "other recording");
-    EXPECT_EQ(foreign[0].frames.size(), 10u);
+    EXPECT_EQ(foreign[0].frames.size(), 5u) << "one of the two trajectories was trained on";
+}
+
+/// Lines that the library told in the last call of `action`.
+std::vector<std::string> told_by(const std::function<void()>& action) {
+    static std::vector<std::string> lines;
+    lines.clear();
+    set_notice_handler([](std::string_view line) { lines.emplace_back(line); });
+    action();
+    set_notice_handler(nullptr);
+    return lines;
+}
+
+TEST_F(Evaluate, LeavesOutTrajectoriesThatTheTreeHasSeenInOtherFiles) {
+    const RecordingReader data(folder / "data.h5");
+    const TrainingSplit& split = tree->facts.split;
+    const int trained = split.train_trajectories.at(0), kept = split.held_out_trajectories.at(0);
+    // Every second frame, in another order, under other numbers and seeds; or the same origin and other
+    // frames.
+    const auto write = [&](const char* name, bool same_frames, bool same_origin) {
+        RecordingWriter writer(folder / name);
+        Vertices x;
+        int next = 50;
+        for (const int id : {trained, kept}) {
+            const int handle = writer.begin_trajectory({.id = same_origin ? id : next++,
+                                                        .seed = same_origin ? 2u : 9u,
+                                                        .body_hash = bar->body.hash,
+                                                        .recipe = "{}",
+                                                        .failure = {}},
+                                                       Bar::nodes);
+            for (int f = 0; f < 12; ++f) {
+                data.read(id, 70 - 2 * f, 1, x);
+                if (!same_frames) x.array() += 0.25f;
+                writer.add_frame(handle, f, x);
+            }
+            writer.end_trajectory(handle);
+        }
+        writer.finish();
+    };
+    struct Case {
+        bool same_frames, same_origin;
+        const char* left_out;  // its number in the file
+    };
+    for (const Case& c : {Case{true, false, "50"}, Case{false, true, nullptr}, Case{false, false, ""}}) {
+        write("copied.h5", c.same_frames, c.same_origin);
+        const RecordingReader copied(folder / "copied.h5");
+        std::vector<TestFrames> sets;
+        const auto told = told_by([&] { sets = test_frames(*tree, copied); });
+        const std::string number = c.left_out ? c.left_out : std::to_string(trained);
+        ASSERT_EQ(sets.size(), 1u);
+        if (number.empty()) {
+            EXPECT_EQ(sets[0].frames.size(), 24u);
+            EXPECT_TRUE(told.empty());
+            continue;
+        }
+        EXPECT_EQ(sets[0].frames.size(), 12u);
+        ASSERT_EQ(told.size(), 1u);
+        EXPECT_EQ(told[0], copied.path().string() +
+                               ": 1 of 2 trajectories are left out, as the tree was trained or calibrated on "
+                               "them: " +
+                               number);
+        for (const FrameId& frame : sets[0].frames)
+            EXPECT_NE(std::to_string(copied.trajectories()[static_cast<std::size_t>(frame.trajectory)].id),
+                      number);
+    }
+    // A tree of an earlier release does not know.
+    TreeFile old = *tree;
+    old.facts.trained_on.reset();
+    old.facts.calibrated_on.reset();
+    write("copied.h5", true, false);
+    const RecordingReader copied(folder / "copied.h5");
+    const auto told = told_by([&] { EXPECT_EQ(test_frames(old, copied)[0].frames.size(), 24u); });
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_NE(told[0].find("cannot be checked"), std::string::npos) << told[0];
+}
+
+TEST_F(Evaluate, CalibrationLeavesOutWhatTrainingSawAndIsNotTestedOn) {
+    // Seed 2 gives the trajectories of the training again, and twelve more.
+    bar->record(folder / "longer.h5", 24, 30, 2);
+    const RecordingReader longer(folder / "longer.h5");
+    TreeFile file = *tree;
+    const auto told = told_by([&] { calibrate(file, longer, {.miss_rate = 0.1, .confidence = 0.5}); });
+    const std::size_t trained = tree->facts.split.train_trajectories.size();
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_NE(told[0].find(std::to_string(trained) + " of 24 trajectories are left out"), std::string::npos)
+        << told[0];
+    EXPECT_EQ(file.tree.calibrations.at(BoundKind::nbd).trajectories, static_cast<int>((25 - trained) / 2));
+    EXPECT_NE(error_of([&] { test_frames(file, longer); }).find("training and calibration saw all of them"),
+              std::string::npos);
+    EXPECT_EQ(told_by([&] { EXPECT_THROW(test_frames(file, longer), std::runtime_error); }).size(), 1u);
+    // Held-out trajectories that calibration has seen since are no test any more.
+    const RecordingReader data(folder / "data.h5");
+    for (const TestFrames& set : test_frames(file, data)) EXPECT_EQ(set.name, "random frames");
+    EXPECT_EQ(test_frames(*tree, data).back().name, "held-out trajectories");
+    // Only trained ones: nothing is left to calibrate on.
+    bar->record(folder / "same.h5", 12, 30, 2);
+    TreeFile all = *tree;
+    all.facts.trained_on->origins = seen_trajectories(RecordingReader(folder / "same.h5"),
+                                                      hash_recording(RecordingReader(folder / "same.h5")),
+                                                      std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10})
+                                        .origins;
+    EXPECT_NE(error_of([&] {
+                  calibrate(all, RecordingReader(folder / "same.h5"), {});
+              }).find("1 complete trajectories that the tree was not trained on; allowed: at least 2"),
+              std::string::npos);
 }
 
 TEST_F(Evaluate, NbdBoundsAreTightAndAMarginReducesMisses) {

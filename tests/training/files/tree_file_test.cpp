@@ -56,6 +56,8 @@ void expect_same(const TrainingFacts& a, const TrainingFacts& b) {
     EXPECT_EQ(a.poses, b.poses);
     EXPECT_EQ(a.node_loss, b.node_loss);
     EXPECT_EQ(a.z_error, b.z_error);
+    EXPECT_EQ(a.trained_on, b.trained_on);
+    EXPECT_EQ(a.calibrated_on, b.calibrated_on);
 }
 
 void expect_same(const std::map<BoundKind, Calibration>& a, const std::map<BoundKind, Calibration>& b) {
