@@ -6,6 +6,7 @@
 
 #include "apps/cli/option_checks.hpp"
 #include "meshing/surface/counted.hpp"
+#include "training/calibrate/conformal.hpp"
 
 namespace nbd {
 
@@ -31,10 +32,14 @@ void add_calibration_options(CLI::App& command, CalibrateConfig& config) {
 
 std::string describe(BoundKind kind, const Calibration& calibration, const BoundLevels& levels) {
     std::string text = fmt::format(
-        "{} bounds: at most {:g} % of a depth's nodes miss, pose by pose, in {:.4g} % of trajectories; from "
-        "{} of {}; mean margins by depth{}",
+        "{} bounds: at most {:g} % of a depth's nodes miss, pose by pose, in {:.4g} % of trajectories, on "
+        "average over calibration sets and for each depth by itself; from {} of {}: with 5 % chance, this "
+        "set "
+        "gives less than {:.3g} %; mean margins by depth{}",
         name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence,
         counted(calibration.poses, "pose"), counted_trajectories(calibration.trajectories),
+        100 * share_kept_but_for(0.05, static_cast<std::size_t>(calibration.trajectories),
+                                 calibration.confidence),
         calibration.limits.empty() ? "" : ", for inputs at the edge of the calibrated range");
     for (int depth = 0; depth < levels.count(); ++depth) {
         const auto level = static_cast<std::size_t>(depth);

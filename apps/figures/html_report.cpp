@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "apps/figures/verdict.hpp"
+#include "training/calibrate/conformal.hpp"
 
 namespace nbd {
 namespace {
@@ -76,11 +77,15 @@ std::string facts(const TreeFile& file, const BodyFigures& figures) {
         row("tested on",
             fmt::format("{}: {} poses of {} trajectories", set.name, set.frames, set.trajectories));
     for (const auto& [kind, calibration] : file.tree.calibrations)
-        row("calibrated", fmt::format("{} bounds: at most {:g} % of the nodes miss, in {:g} % of the "
-                                      "trajectories; from {} poses of {} "
-                                      "trajectories",
-                                      name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence,
-                                      calibration.poses, calibration.trajectories));
+        row("calibrated",
+            fmt::format("{} bounds: at most {:g} % of the nodes miss, in {:g} % of the "
+                        "trajectories on average over calibration sets, at each depth by itself; "
+                        "from {} poses of {} trajectories: with 5 % chance this set gives less "
+                        "than {:.3g} %",
+                        name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence,
+                        calibration.poses, calibration.trajectories,
+                        100 * share_kept_but_for(0.05, static_cast<std::size_t>(calibration.trajectories),
+                                                 calibration.confidence)));
     return text + "</table>\n";
 }
 

@@ -7,6 +7,8 @@
 #include <functional>
 #include <stdexcept>
 
+#include "training/calibrate/interval.hpp"
+
 namespace nbd {
 
 double rate_above(std::span<const float> scores, float level) noexcept {
@@ -26,16 +28,32 @@ double max_confidence(std::size_t trajectories) noexcept {
     return static_cast<double>(trajectories) / static_cast<double>(trajectories + 1);
 }
 
-float confident_level(const TrajectoryScores& scores, double rate, double confidence) {
-    const std::size_t count = scores.size();
+namespace {
+
+/// Number of trajectories, of `count`, that must keep the rate; at least 1.
+std::size_t rank_of(std::size_t count, double confidence) {
     const double rank = std::ceil(confidence * static_cast<double>(count + 1) - 1e-9);
     if (rank > static_cast<double>(count))
         throw std::invalid_argument(
             fmt::format("{} trajectories cannot support a confidence of {}; allowed: up to {:.4g}", count,
                         confidence, max_confidence(count)));
+    return static_cast<std::size_t>(std::max(rank, 1.0));
+}
+
+}  // namespace
+
+double share_kept_but_for(double chance, std::size_t trajectories, double confidence) {
+    // The lower Clopper-Pearson limit is this quantile of Beta(k, K + 1 - k).
+    return share_interval(static_cast<int>(rank_of(trajectories, confidence)), static_cast<int>(trajectories),
+                          1 - 2 * chance)
+        .low;
+}
+
+float confident_level(const TrajectoryScores& scores, double rate, double confidence) {
+    const std::size_t rank = rank_of(scores.size(), confidence);
     std::vector<float> levels;
     for (const std::vector<float>& trajectory : scores) levels.push_back(level_at_rate(trajectory, rate));
-    const auto nth = levels.begin() + static_cast<std::ptrdiff_t>(std::max(rank, 1.0)) - 1;
+    const auto nth = levels.begin() + static_cast<std::ptrdiff_t>(rank) - 1;
     std::ranges::nth_element(levels, nth);
     return *nth;
 }

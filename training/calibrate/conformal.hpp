@@ -19,6 +19,13 @@ float level_at_rate(std::vector<float> scores, double rate);
 /// The highest confidence that K trajectories support: K / (K + 1).
 double max_confidence(std::size_t trajectories) noexcept;
 
+/// What one calibration set of K trajectories leaves to chance: with a probability of `chance` over such
+/// sets, a smaller share of all fresh trajectories than the one returned keeps the rate at the level of
+/// confident_level(). The share that keeps it is distributed as Beta(k, K + 1 - k), k = ceil((K + 1)
+/// confidence), or better where levels have ties or mean_level() is higher [Vovk05]; its mean is at least
+/// `confidence`. chance: in (0, 0.5). Throws std::invalid_argument as confident_level().
+double share_kept_but_for(double chance, std::size_t trajectories, double confidence);
+
 /// The smallest level at which at least ceil((K + 1) confidence) of the K trajectories have a miss rate of at
 /// most `rate`. A fresh trajectory, exchangeable with them, then has such a miss rate with a probability of
 /// at least `confidence`, whatever the distribution, and at most 1 / (K + 1) more if levels have no ties. The

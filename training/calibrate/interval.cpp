@@ -1,4 +1,4 @@
-#include "training/evaluate/interval.hpp"
+#include "training/calibrate/interval.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -9,8 +9,8 @@
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
 #include "training/calibrate/conformal.hpp"
+#include "training/calibrate/interval.hpp"
 #include "training/calibrate/random_splits.hpp"
-#include "training/evaluate/interval.hpp"
 
 namespace nbd {
 namespace {
@@ -39,6 +39,28 @@ TEST(ConfidentLevel, IsTheSplitConformalRank) {
     EXPECT_EQ(confident_level(scores, 0.34, 0.9), 0);  // one of three may miss
     EXPECT_EQ(error_of([&] { confident_level(scores, 0.1, 0.91); }),
               "9 trajectories cannot support a confidence of 0.91; allowed: up to 0.9");
+}
+
+TEST(ShareKeptButFor, IsTheQuantileOfTheBetaLaw) {
+    // All of K must keep it: the share is Beta(K, 1).
+    EXPECT_NEAR(share_kept_but_for(0.05, 12, 0.9), std::pow(0.05, 1.0 / 12), 1e-9);  // 0.779
+    EXPECT_NEAR(share_kept_but_for(0.05, 4, max_confidence(4)), std::pow(0.05, 0.25), 1e-9);
+    // Quantiles of Beta(37, 4) and Beta(18, 2).
+    EXPECT_NEAR(share_kept_but_for(0.05, 40, 0.9), 0.8174131, 1e-7);
+    EXPECT_NEAR(share_kept_but_for(0.05, 19, 0.9), 0.7736258, 1e-7);
+    EXPECT_EQ(error_of([&] { share_kept_but_for(0.05, 12, 0.95); }),
+              "12 trajectories cannot support a confidence of 0.95; allowed: up to 0.9231");
+    // Drawn: levels from sets of twelve uniform scores, of which a fresh one keeps a level with that chance.
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> uniform;
+    int below = 0;
+    constexpr int sets = 4000;
+    for (int s = 0; s < sets; ++s) {
+        TrajectoryScores scores;
+        for (int i = 0; i < 12; ++i) scores.push_back({uniform(random)});
+        below += confident_level(scores, 0, 0.8) < share_kept_but_for(0.05, 12, 0.8);
+    }
+    EXPECT_NEAR(below / double{sets}, 0.05, 0.012);
 }
 
 TEST(MeanLevel, CountsTheWorstTrajectoryTwiceAndIsMinimal) {
