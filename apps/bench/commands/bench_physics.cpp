@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/bench/commands/bench_commands.hpp"
+#include "apps/bench/physics/physics_chart.hpp"
 #include "apps/bench/physics/physics_run.hpp"
 #include "apps/bench/physics/physics_table.hpp"
 #include "apps/cli/option_checks.hpp"
@@ -18,7 +19,7 @@ namespace {
 struct PhysicsArguments {
     std::vector<std::string> checks;
     bool quick = false, list = false;
-    std::string csv, known, write_known;
+    std::string csv, picture, known, write_known;
 };
 
 void list(const std::vector<PhysicsCheck>& checks, Output& out) {
@@ -35,12 +36,15 @@ void run(const PhysicsArguments& arguments, Output& out) {
         });
     if (arguments.list) return list(checks, out);
     if (!arguments.csv.empty()) check_output(arguments.csv, {}, ".csv");
+    for (const char* extension : {".svg", ".png"})
+        if (!arguments.picture.empty()) check_output(arguments.picture + extension, {});
     if (!arguments.write_known.empty()) check_output(arguments.write_known, {}, ".csv");
     std::vector<KnownFault> known;
     if (!arguments.known.empty()) known = read_known_faults(arguments.known);
 
     const std::vector<PhysicsResult> results = run_physics(checks, arguments.quick, out);
     out.text(physics_table(results));
+    if (!arguments.picture.empty()) write_page(arguments.picture, physics_page(results));
     if (!arguments.csv.empty()) write_physics_cases(arguments.csv, results);
     if (!arguments.write_known.empty()) write_known_faults(arguments.write_known, results);
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
@@ -77,6 +81,8 @@ void add_bench_physics(CLI::App& app, Output& out) {
     command->add_flag("--list", arguments->list, "Lists the checks and runs none");
     command->add_flag("--quick", arguments->quick, "Runs a part of each range, two minutes in all");
     command->add_option("-o,--output", arguments->csv, "Table of all cases to write, CSV");
+    command->add_option("--picture", arguments->picture,
+                        "Picture of the errors over the range: writes NAME.svg and NAME.png");
     command->add_option("--known", arguments->known,
                         "List of checks that do not hold, CSV: fails where one became worse or holds, and "
                         "where another fails");

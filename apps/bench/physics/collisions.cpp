@@ -18,7 +18,7 @@ struct Collision {
 /// Two cubes meet off their centres, so that both begin to turn.
 Collision collide(const PhysicsCase& c) {
     const Material material = plain_material(c);
-    const double sound = std::sqrt(c.young / material.density);
+    const double sound = speed_of_sound(c);
     // A twentieth of the speed of sound, unless a step then leads through a good part of the body.
     const double speed = std::min({0.05 * sound, 10.0, 0.1 * c.size / c.dt});
     WorldConfig config = config_of(c);

@@ -45,6 +45,11 @@ PhysicsOutcome relative_outcome(double value, double truth);
 std::vector<PhysicsCheck> free_motion_checks();
 std::vector<PhysicsCheck> collision_checks();
 std::vector<PhysicsCheck> friction_checks();
+std::vector<PhysicsCheck> rest_checks();
+std::vector<PhysicsCheck> impact_checks();
+std::vector<PhysicsCheck> stiffness_checks();
+std::vector<PhysicsCheck> told_checks();
+std::vector<PhysicsCheck> thread_checks();
 
 /// All checks, in the order of the page.
 std::vector<PhysicsCheck> physics_checks();

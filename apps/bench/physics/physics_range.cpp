@@ -11,24 +11,32 @@ PhysicsOutcome relative_outcome(double value, double truth) {
 std::vector<PhysicsCase> all_cases(const PhysicsRange& range, int thinning,
                                    const std::function<bool(const PhysicsCase&)>& allowed) {
     std::vector<PhysicsCase> cases;
+    const auto add = [&](PhysicsCase c) {
+        if (allowed && !allowed(c)) return;
+        c.quick = cases.size() % static_cast<std::size_t>(thinning) == 0;
+        cases.push_back(std::move(c));
+    };
+    const std::vector<bool> far = range.far.empty() ? std::vector<bool>{false} : range.far;
     for (const double size : range.sizes)
         for (const double dt : range.steps)
             for (const double young : range.moduli)
                 for (const bool mode : range.modes)
-                    for (const bool far : range.far)
+                    for (const bool is_far : far)
                         for (const std::string& variant : range.variants)
-                            for (const double parameter : range.parameters) {
-                                PhysicsCase c{.size = size,
-                                              .dt = dt,
-                                              .young = young,
-                                              .intersection_free = mode,
-                                              .far_body = far,
-                                              .variant = variant,
-                                              .parameter = parameter};
-                                if (allowed && !allowed(c)) continue;
-                                c.quick = cases.size() % static_cast<std::size_t>(thinning) == 0;
-                                cases.push_back(std::move(c));
-                            }
+                            for (const double parameter : range.parameters)
+                                add({.size = size,
+                                     .dt = dt,
+                                     .young = young,
+                                     .intersection_free = mode,
+                                     .far_body = is_far,
+                                     .variant = variant,
+                                     .parameter = parameter});
+    if (range.far.empty())
+        for (std::size_t k = 0, alone = cases.size(); k < alone; k += 5) {
+            PhysicsCase c = cases[k];
+            c.far_body = true;
+            add(std::move(c));
+        }
     return cases;
 }
 

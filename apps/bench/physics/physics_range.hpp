@@ -20,6 +20,9 @@ struct PhysicsRange {
     std::vector<double> parameters{std::numeric_limits<double>::quiet_NaN()};
 };
 
+/// For PhysicsRange::far of checks that take long: a far body in one case of five only.
+inline const std::vector<bool> far_in_some{};
+
 /// All combinations that `allowed` accepts (null: all). One in `thinning` of them is quick.
 std::vector<PhysicsCase> all_cases(const PhysicsRange& range, int thinning,
                                    const std::function<bool(const PhysicsCase&)>& allowed = {});

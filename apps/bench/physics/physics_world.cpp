@@ -1,5 +1,6 @@
 #include "apps/bench/physics/physics_world.hpp"
 
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -68,6 +69,11 @@ WorldBody Solid::at(const Eigen::Vector3d& centre, const Eigen::Vector3d& veloci
     return placed;
 }
 
+WorldBody alone(const std::shared_ptr<const ElasticBody>& elastic) {
+    const Body body = make_body("alone", elastic->rest(), elastic->material());
+    return {.elastic = elastic, .W = body.W, .F = body.surface.F};
+}
+
 WorldConfig config_of(const PhysicsCase& c) {
     WorldConfig config{.gravity = {0, 0, -standard_gravity}};
     config.contact.intersection_free = c.intersection_free;
@@ -78,8 +84,12 @@ void add_far_body(World& world, const PhysicsCase& c) {
     if (!c.far_body) return;
     PhysicsCase large = c;
     large.size *= 100;
-    world.add_body(Solid(cube(large, 1), plain_material(large)).at({0, 0, large.size + 50}, {100, 0, 0}));
+    const int body = world.add_body(
+        Solid(cube(large, 1), plain_material(large)).at({large.size, 0, large.size + 50}, {100, 0, 0}));
+    world.forces(body).col(2) = standard_gravity * world.elastic(body).node_masses();
 }
+
+double speed_of_sound(const PhysicsCase& c) { return std::sqrt(c.young / plain_material(c).density); }
 
 Obstacle floor_plane(double friction, double height) {
     return {.shape = PlaneShape{.point = {0, 0, height}, .normal = Eigen::Vector3d::UnitZ()},

@@ -47,11 +47,18 @@ struct Solid {
                  const Eigen::Matrix3d& R = Eigen::Matrix3d::Identity()) const;
 };
 
+/// A body without a tree, which only obstacles can touch.
+WorldBody alone(const std::shared_ptr<const ElasticBody>& elastic);
+
 /// Settings of a case: gravity along -z, all else as by default.
 WorldConfig config_of(const PhysicsCase& c);
 
-/// Adds the case's far body, if it has one. Call it after the bodies of the check.
+/// Adds the case's far body, if it has one; a force carries its weight. Call it after the bodies of the
+/// check.
 void add_far_body(World& world, const PhysicsCase& c);
+
+/// Of waves in one dimension, m/s.
+double speed_of_sound(const PhysicsCase& c);
 
 Obstacle floor_plane(double friction, double height = 0);
 

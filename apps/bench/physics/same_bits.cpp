@@ -1,0 +1,55 @@
+// The same motion on one thread and on two.
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <Eigen/Geometry>
+#include <stdexcept>
+
+#include "apps/bench/physics/physics_range.hpp"
+#include "apps/bench/physics/physics_world.hpp"
+
+namespace nbd {
+namespace {
+
+/// Two cubes large enough that threads share their loops fall on each other and on a floor.
+std::vector<Nodes> pile(const PhysicsCase& c, int threads) {
+    std::vector<Nodes> places;
+    tbb::task_arena arena(threads);
+    arena.execute([&] {
+        World world(config_of(c));
+        const Solid solid(cube(c, 8), plain_material(c));
+        const Eigen::Matrix3d R = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
+        world.add_body(solid.at({0, 0, 0.53 * c.size}, {1, 0, -1}));
+        world.add_body(solid.at(c.size * Eigen::Vector3d(0.2, 0.1, 1.8), {0, 0, -3}, {1, 0, 0}, R));
+        world.add_obstacle(floor_plane(0.5));
+        add_far_body(world, c);
+        for (int s = 0; s < 15; ++s) advance(world, c.dt);
+        for (int b = 0; b < world.body_count(); ++b) places.push_back(world.state(b).x);
+    });
+    return places;
+}
+
+PhysicsOutcome same_bits(const PhysicsCase& c) {
+    if (tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) < 2)
+        throw std::runtime_error("it needs --threads 2 or more");
+    const std::vector<Nodes> one = pile(c, 1), two = pile(c, 2);
+    double apart = 0;
+    for (std::size_t b = 0; b < one.size(); ++b)
+        apart = std::max(apart, (one[b] - two[b]).cwiseAbs().maxCoeff());
+    return {.value = apart, .truth = 0, .error = apart};
+}
+
+}  // namespace
+
+std::vector<PhysicsCheck> thread_checks() {
+    return {{.name = "same_bits",
+             .section = 1,
+             .truth = "Two threads give the same bits as one.",
+             .quantity = "largest difference of a place, m",
+             .allowed = 0,
+             .parameter = {},
+             .cases = all_cases({.sizes = {0.1, 1}, .steps = {5e-3, 2e-2}, .moduli = {1e6}}, 5),
+             .run = same_bits}};
+}
+
+}  // namespace nbd
