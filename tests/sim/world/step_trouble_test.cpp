@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
 
 #include "sim/world/world.hpp"
@@ -90,7 +91,13 @@ TEST(StepTrouble, PassesSettleTheContactsOfAHeap) {
 
 TEST(StepTrouble, NamesAreUnique) {
     EXPECT_STREQ(name(StepTrouble::none), "");
-    EXPECT_STREQ(name(StepTrouble::contact_passes), "contact_passes");
+    std::set<std::string> names;
+    for (const StepTrouble trouble : {StepTrouble::approach, StepTrouble::linear_solver, StepTrouble::newton,
+                                      StepTrouble::overlap, StepTrouble::contact_passes}) {
+        EXPECT_FALSE(std::string(name(trouble)).empty());
+        EXPECT_TRUE(names.insert(name(trouble)).second) << name(trouble);
+    }
+    EXPECT_TRUE(names.contains("contact_passes"));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <stdexcept>
 
 #include "tests/support/file_damage.hpp"
@@ -58,7 +59,14 @@ TEST_F(ClusterModes, KeepTheBestOfSeveralInitialisationsOnAnyNumberOfThreads) {
     const auto two = test::on_threads(2, [&] { return choose(20, 6); });
     EXPECT_EQ(one.modes.representatives, two.modes.representatives);
     EXPECT_EQ(one.z_error, two.z_error);
-    EXPECT_LE(one.z_error, 1.05 * choose(20, 1).z_error);
+    // The first is not the best of them here, and each more that is tried makes the choice no worse.
+    double last = std::numeric_limits<double>::infinity(), first = choose(20, 1).z_error;
+    for (int tried = 1; tried <= 6; ++tried) {
+        const double error = choose(20, tried).z_error;
+        EXPECT_LE(error, 1.02 * last) << tried;  // the choice is by absolute errors, this one is relative
+        last = error;
+    }
+    EXPECT_LT(one.z_error, 0.99 * first);
 }
 
 TEST_F(ClusterModes, RejectAnInvalidConfig) {

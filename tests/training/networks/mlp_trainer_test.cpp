@@ -8,6 +8,8 @@
 #include "collision/base/counter_random.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/on_threads.hpp"
+#include "training/networks/adam.hpp"
+#include "training/networks/shuffle.hpp"
 
 namespace nbd {
 namespace {
@@ -64,6 +66,35 @@ TEST(MlpTrainer, LearnsAKnownFunctionAndGeneralises) {
     EXPECT_LT(MlpBatch(32, poses, fresh.targets, poses.blocks()).loss(network->weights, blocks), 3e-3f);
     // The targets are large enough for the bounds above to be meaningful.
     EXPECT_GT(fresh.targets.squaredNorm() / static_cast<float>(fresh.targets.size()), 0.1f);
+}
+
+/// Weights after two epochs of steps over one block each, by definition; with one order for both epochs, or
+/// another one for each.
+Eigen::VectorXf two_epochs(const Problem& data, const MlpConfig& config, bool shuffled_anew) {
+    const PoseBlocks poses(data.inputs, config.arithmetic, 1);
+    std::vector<int> order(static_cast<std::size_t>(poses.blocks()));
+    std::iota(order.begin(), order.end(), 0);
+    MlpBatch batch(config.hidden, poses, data.targets, 1);
+    Eigen::VectorXf weights = initial_weights(batch.shape(), config.seed, 0), gradient(weights.size());
+    Adam adam(static_cast<int>(weights.size()), config.weight_decay);
+    for (int epoch = 0; epoch < 2; ++epoch) {
+        if (epoch == 0 || shuffled_anew) shuffle(order, config.seed, 0, epoch);
+        for (const int block : order) {
+            batch.loss_and_gradient(weights, std::span(&block, 1), gradient);
+            adam.step(gradient, config.learning_rate, weights);
+        }
+    }
+    return weights;
+}
+
+TEST(MlpTrainer, SeesThePosesInAnotherOrderInEveryEpoch) {
+    const Problem data(12 * PoseBlocks::block, 4, 1, 1);
+    const MlpConfig config{.batch = PoseBlocks::block, .max_epochs = 2, .arithmetic = Arithmetic::single};
+    const auto network = train_mlp(PoseBlocks(data.inputs, config.arithmetic, 1), data.targets, config, 0);
+    ASSERT_TRUE(network);
+    EXPECT_EQ(network->epochs, 2);
+    EXPECT_EQ(network->weights, two_epochs(data, config, true));
+    EXPECT_NE(network->weights, two_epochs(data, config, false));
 }
 
 TEST(MlpTrainer, StopsBeforeTheEpochLimitWhenTheLossStalls) {
