@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -13,6 +12,8 @@
 #include "collision/base/stopwatch.hpp"
 #include "collision/continuous/impact.hpp"
 #include "meshing/parallel/parallel_for.hpp"
+#include "sim/barrier/edge_mollifier.hpp"
+#include "sim/barrier/merged_contacts.hpp"
 
 namespace nbd {
 namespace {
@@ -57,59 +58,6 @@ SurfacePoint surface_point(const MovingSurface& surface, int first, int count,
         point.weights[i] = weights[k];
     }
     return point;
-}
-
-/// The vertices that carry a point of a contact, at most two, ascending: {number, body, first, second}.
-using PointKey = std::array<int, 4>;
-/// Of both points, the smaller first: equal for contacts of the same points.
-using ContactKey = std::array<int, 8>;
-
-/// Empty for a point inside a face.
-std::optional<PointKey> key_of(const SurfacePoint& point) {
-    PointKey key{0, point.body, -1, -1};
-    for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
-        if (point.weights[k] == 0) continue;
-        if (key[0] == 2) return std::nullopt;
-        key[static_cast<std::size_t>(2 + key[0]++)] = point.vertices[k];
-    }
-    if (key[0] == 2 && key[2] > key[3]) std::swap(key[2], key[3]);
-    return key;
-}
-
-/// Empty for contacts that only one pair of features has: inside a face or between two edges, or with an
-/// obstacle.
-std::optional<ContactKey> key_of(const Contact& contact) {
-    if (contact.b.body < 0) return std::nullopt;
-    const std::optional<PointKey> a = key_of(contact.a), b = key_of(contact.b);
-    if (!a || !b || (*a)[0] + (*b)[0] > 3) return std::nullopt;
-    const auto& [least, most] = std::minmax(*a, *b);
-    ContactKey key;
-    std::ranges::copy(least, key.begin());
-    std::ranges::copy(most, key.begin() + least.size());
-    return key;
-}
-
-/// Adds up the contacts of the same points.
-std::vector<BarrierContact> merged(std::vector<BarrierContact> contacts) {
-    std::vector<std::pair<ContactKey, std::size_t>> order;
-    std::vector<BarrierContact> result;
-    for (std::size_t c = 0; c < contacts.size(); ++c) {
-        if (const std::optional<ContactKey> key = key_of(contacts[c].contact))
-            order.emplace_back(*key, c);
-        else
-            result.push_back(contacts[c]);
-    }
-    std::ranges::sort(order);
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        const BarrierContact& contact = contacts[order[i].second];
-        if (i > 0 && order[i].first == order[i - 1].first) {
-            result.back().slope += contact.slope;
-            result.back().curvature += contact.curvature;
-        } else {
-            result.push_back(contact);
-        }
-    }
-    return result;
 }
 
 double edge_area(const MovingSurface& surface, int edge) {
@@ -319,6 +267,19 @@ BarrierLaw Barrier::law(const NearSmooth& near) const {
                surfaces_[static_cast<std::size_t>(near.body)].rest_areas()[near.vertex], reach_);
 }
 
+/// The weight of a pair's potential: that of EdgeMollifier for two edges, otherwise 1.
+EdgeMollifier Barrier::weight(const NearFeatures& near, double share) const {
+    if (near.pair.kind == FeatureKind::vertex_face) return {};
+    const auto x = positions(near.pair, share);
+    const auto rest = [&](int surface, int edge) {
+        const MovingSurface& s = surfaces_[static_cast<std::size_t>(surface)];
+        const auto ends = s.topology().edges.row(edge);
+        return (s.rest().row(ends[1]) - s.rest().row(ends[0])).squaredNorm();
+    };
+    return edge_mollifier(x[1] - x[0], x[3] - x[2], rest(near.pair.surface_a, near.pair.a),
+                          rest(near.pair.surface_b, near.pair.b));
+}
+
 /// Distances and potentials of all near features after a share of the motion.
 void Barrier::measure(double share) {
     distances_.resize(feature_pairs());
@@ -327,6 +288,7 @@ void Barrier::measure(double share) {
         if constexpr (std::is_same_v<std::decay_t<decltype(near)>, NearFeatures>) {
             distances_[i] = closest_points(near.pair.kind, positions(near.pair, share)).distance;
             energies_[i] = distances_[i] < near.reach ? law(near).at(distances_[i]).energy : 0;
+            if (energies_[i] > 0 && std::isfinite(energies_[i])) energies_[i] *= weight(near, share).value;
         } else {
             distances_[i] = distance(near, share).distance;
             energies_[i] = distances_[i] < reach_ ? law(near).at(distances_[i]).energy : 0;
@@ -381,15 +343,41 @@ Contact Barrier::contact(const NearSmooth& near, double share) const {
 std::vector<BarrierContact> Barrier::contacts(double share) {
     measure(share);
     std::vector<BarrierContact> result;
-    const auto add = [&](const auto& near, double reach, double gap) {
-        if (!(gap < reach)) return;
-        const BarrierLaw::Terms terms = law(near).at(gap);
-        result.push_back({contact(near, share), terms.slope, terms.curvature});
-    };
-    for (std::size_t i = 0; i < near_.size(); ++i) add(near_[i], near_[i].reach, distances_[i]);
-    for (std::size_t i = 0; i < near_smooth_.size(); ++i)
-        add(near_smooth_[i], reach_, distances_[near_.size() + i]);
+    for (std::size_t i = 0; i < near_.size(); ++i) {
+        if (!(distances_[i] < near_[i].reach)) continue;
+        const BarrierLaw::Terms terms = law(near_[i]).at(distances_[i]);
+        const EdgeMollifier m = weight(near_[i], share);
+        if (m.value > 0)
+            result.push_back({contact(near_[i], share), m.value * terms.slope, m.value * terms.curvature});
+        if (m.value < 1) add_turns(near_[i], m, terms.energy, result);
+    }
+    for (std::size_t i = 0; i < near_smooth_.size(); ++i) {
+        const double gap = distances_[near_.size() + i];
+        if (!(gap < reach_)) continue;
+        const BarrierLaw::Terms terms = law(near_smooth_[i]).at(gap);
+        result.push_back({contact(near_smooth_[i], share), terms.slope, terms.curvature});
+    }
     return merged(std::move(result));
+}
+
+/// Adds what the weight m of a potential between two edges changes as these turn.
+void Barrier::add_turns(const NearFeatures& near, const EdgeMollifier& m, double energy,
+                        std::vector<BarrierContact>& contacts) const {
+    const auto at = corners(near.pair, surfaces_);
+    const auto add = [&](int surface, std::size_t first, const Eigen::Vector3d& gradient, double curvature) {
+        const MovingSurface& s = surfaces_[static_cast<std::size_t>(surface)];
+        const double slope = gradient.norm();
+        if (s.is_obstacle() || !(slope > 0)) return;
+        BarrierContact turn{{}, energy * slope, energy * curvature, true};
+        turn.contact.a = {.body = s.body(),
+                          .count = 2,
+                          .vertices = {at[first].vertex, at[first + 1].vertex},
+                          .weights = {-1, 1}};
+        turn.contact.normal = gradient / slope;
+        contacts.push_back(turn);
+    };
+    add(near.pair.surface_a, 0, m.by_u, m.curvature_u);
+    add(near.pair.surface_b, 2, m.by_w, m.curvature_w);
 }
 
 }  // namespace nbd

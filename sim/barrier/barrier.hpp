@@ -4,20 +4,15 @@
 #include <span>
 #include <vector>
 
+#include "sim/barrier/barrier_contact.hpp"
 #include "sim/barrier/barrier_law.hpp"
+#include "sim/barrier/edge_mollifier.hpp"
 #include "sim/barrier/intersections.hpp"
 #include "sim/barrier/near_features.hpp"
-#include "sim/contact/contact.hpp"
 #include "sim/obstacles/obstacle.hpp"
 #include "sim/patches/contact_shape.hpp"
 
 namespace nbd {
-
-/// A contact that keeps its points apart. `gap` of the contact is their distance.
-struct BarrierContact {
-    Contact contact;
-    double slope = 0, curvature = 0;  // of the potential by the distance: N, N/m
-};
 
 /// Keeps surfaces apart: between bodies, within each body, and of bodies and obstacles. A caller proposes a
 /// motion of all surfaces; the barrier tells how much of it is free of collisions, and the potential and
@@ -55,8 +50,8 @@ class Barrier {
     /// Potential after a share of the motion, joules; infinite where surfaces are too near.
     double energy(double share);
 
-    /// Contacts after a share of the motion, in a fixed order. Contacts of the same points are one: a vertex
-    /// nearest to an edge is that to both of its faces, and so are edges that end there.
+    /// Contacts after a share of the motion, in a fixed order: the gradient of energy(). Contacts of the same
+    /// points are one, see merged().
     std::vector<BarrierContact> contacts(double share);
 
     /// The least distance found by the last energy() or contacts(), of features within their reach; infinite
@@ -105,6 +100,9 @@ class Barrier {
     BarrierLaw law(const NearSmooth& near) const;
     Contact contact(const NearFeatures& near, double share) const;
     Contact contact(const NearSmooth& near, double share) const;
+    EdgeMollifier weight(const NearFeatures& near, double share) const;
+    void add_turns(const NearFeatures& near, const EdgeMollifier& m, double energy,
+                   std::vector<BarrierContact>& contacts) const;
     void measure(double share);
     template <class Visit>
     void for_each_near(const Visit& visit) const;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <utility>
 
 namespace nbd {
@@ -11,15 +13,21 @@ namespace {
 /// takes as many iterations.
 constexpr double residual_share = 0.1;
 
+/// The size of friction does not grow with the speed of sliding. First it is linearised as if it did, which
+/// is safe far from the solution; after so many linearisations this share is taken out along the slip.
+constexpr int secant_linearisations = 5;
+constexpr double slip_share = 0.9;
+
 }  // namespace
 
-void BarrierSolver::begin_step(std::span<const ContactSurface* const> surfaces,
+void BarrierSolver::begin_step(std::vector<const ContactSurface*> surfaces,
                                std::span<const int> first_unknown, double slip_velocity, double dt,
                                std::vector<FrictionContact> friction) {
-    surfaces_ = surfaces;
+    surfaces_ = std::move(surfaces);
     first_unknown_ = first_unknown;
     slip_velocity_ = slip_velocity;
     dt_ = dt;
+    linearisations_ = 0;
     friction_ = std::move(friction);
     friction_terms_.clear();
     for (const FrictionContact& f : friction_) friction_terms_.add(f.contact, surfaces_, first_unknown_);
@@ -66,13 +74,17 @@ Eigen::VectorXd BarrierSolver::impulses(const Eigen::VectorXd& v) const {
     return out;
 }
 
-LinearSolveReport BarrierSolver::solve(std::span<const StepSystem> systems, double wall_left,
-                                       Eigen::VectorXd& v) {
+void BarrierSolver::linearise(std::span<const StepSystem> systems, double wall_left, Eigen::VectorXd& v) {
+    systems_ = systems;
     terms_.hold(systems);
     couplings_.clear();
     rhs_.resize(first_unknown_.back());
-    for (std::size_t b = 0; b < systems.size(); ++b)
+    for (std::size_t b = 0; b < systems.size(); ++b) {
         rhs_.segment(first_unknown_[b], systems[b].rhs().size()) = systems[b].rhs();
+        for (int i = 0; i < systems[b].body().node_count(); ++i)
+            if (systems[b].is_prescribed(i))
+                v.segment<3>(first_unknown_[b] + 3 * i) = systems[b].rhs().segment<3>(3 * i);
+    }
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const BarrierContact& barrier = contacts_[c];
         const Eigen::Vector3d& n = barrier.contact.normal;
@@ -81,22 +93,71 @@ LinearSolveReport BarrierSolver::solve(std::span<const StepSystem> systems, doub
         const Eigen::Vector3d reached = terms_.velocity(c, v) + wall_left * barrier.contact.wall_velocity;
         terms_.add_impulse(c, A * reached - dt_ * barrier.slope * n, false, rhs_);
     }
+    const double out = ++linearisations_ > secant_linearisations ? slip_share : 0;
     for (std::size_t f = 0; f < friction_.size(); ++f) {
-        const Eigen::Vector3d& n = friction_[f].contact.normal;
-        const Eigen::Matrix3d A =
-            drag(f, slip(f, v).norm()) * (Eigen::Matrix3d::Identity() - n * n.transpose());
-        couplings_.push_back(terms_.coupling(contacts_.size() + f, A));
-        terms_.add_impulse(contacts_.size() + f, A * friction_[f].contact.wall_velocity, false, rhs_);
+        const std::size_t place = contacts_.size() + f;
+        const Eigen::Vector3d &n = friction_[f].contact.normal, u = slip(f, v);
+        const double speed = u.norm(), size = drag(f, speed);
+        Eigen::Matrix3d A = size * (Eigen::Matrix3d::Identity() - n * n.transpose());
+        if (speed > slip_velocity_) A -= out * size / (speed * speed) * u * u.transpose();
+        couplings_.push_back(terms_.coupling(place, A));
+        terms_.add_impulse(place, A * terms_.velocity(place, v) - size * u, false, rhs_);
     }
-    const CoupledSystem system{systems, first_unknown_, terms_.all(), couplings_};
-    for (std::size_t b = 0; b < systems.size(); ++b)
-        for (int i = 0; i < systems[b].body().node_count(); ++i)
-            if (systems[b].is_prescribed(i))
-                v.segment<3>(first_unknown_[b] + 3 * i) = systems[b].rhs().segment<3>(3 * i);
-    linear_.begin_matrices(system);
-    product_.resize(v.size());
-    system.multiply(v, product_);
-    return linear_.solve(system, rhs_, residual_share * (rhs_ - product_).norm(), v);
+    residual_.resize(v.size());
+    system().multiply(v, residual_);
+    residual_ = rhs_ - residual_;
+}
+
+CoupledSystem BarrierSolver::system() const { return {systems_, first_unknown_, terms_.all(), couplings_}; }
+
+LinearSolveReport BarrierSolver::solve(Eigen::VectorXd& v) {
+    linear_.begin_matrices(system());
+    return linear_.solve(system(), rhs_, residual_share * residual_.norm(), v);
+}
+
+Eigen::VectorXd BarrierSolver::rounding() const {
+    const double moved = std::numeric_limits<double>::epsilon() / dt_;
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(first_unknown_.back() / 3);
+    for (std::size_t b = 0; b < systems_.size(); ++b) {
+        const std::vector<Eigen::Matrix3d>& diagonal = systems_[b].matrix().diagonal();
+        for (std::size_t i = 0; i < diagonal.size(); ++i)
+            if (!systems_[b].is_prescribed(static_cast<int>(i)))
+                sum[first_unknown_[b] / 3 + static_cast<Eigen::Index>(i)] = moved * diagonal[i].trace();
+    }
+    for (const Coupling& coupling : couplings_)
+        for (const CouplingTerm& t : system().terms_of(coupling))
+            if (!t.held) sum[t.unknown / 3] += moved * std::abs(t.weight) * coupling.A.trace();
+    return sum;
+}
+
+std::vector<int> BarrierSolver::clusters() const {
+    std::vector<int> parent(first_unknown_.size() - 1);
+    std::iota(parent.begin(), parent.end(), 0);
+    std::vector<char> meets_obstacle(parent.size(), 0);
+    const auto root = [&](int body) {
+        while (parent[static_cast<std::size_t>(body)] != body) body = parent[static_cast<std::size_t>(body)];
+        return body;
+    };
+    const auto join = [&](const Contact& contact) {
+        const int a = root(contact.a.body);
+        if (contact.b.body < 0) {
+            meets_obstacle[static_cast<std::size_t>(contact.a.body)] = 1;
+            return;
+        }
+        const int b = root(contact.b.body);
+        parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    };
+    for (const BarrierContact& c : contacts_)
+        if (!c.turns) join(c.contact);
+    for (const FrictionContact& f : friction_) join(f.contact);
+    std::vector<int> cluster(parent.size());
+    for (std::size_t b = 0; b < parent.size(); ++b) {
+        cluster[b] = root(static_cast<int>(b));
+        if (meets_obstacle[b]) meets_obstacle[static_cast<std::size_t>(cluster[b])] = 1;
+    }
+    for (int& c : cluster)
+        if (meets_obstacle[static_cast<std::size_t>(c)]) c = -1;
+    return cluster;
 }
 
 }  // namespace nbd

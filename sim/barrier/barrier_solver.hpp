@@ -29,16 +29,35 @@ class BarrierSolver {
     explicit BarrierSolver(const LinearSolveConfig& config, std::shared_ptr<RestHierarchies> hierarchies)
         : linear_(config, std::move(hierarchies)) {}
 
-    /// Friction contacts of the step. The arguments must stay valid while contacts are set.
-    void begin_step(std::span<const ContactSurface* const> surfaces, std::span<const int> first_unknown,
+    /// Friction contacts of the step. What `surfaces` and `first_unknown` point to must stay valid while
+    /// contacts are set.
+    void begin_step(std::vector<const ContactSurface*> surfaces, std::span<const int> first_unknown,
                     double slip_velocity, double dt, std::vector<FrictionContact> friction);
 
     /// The contacts of the current iterate.
     void set_contacts(std::vector<BarrierContact> contacts);
 
-    /// Solves the system linearised at v. systems: assembled at v and prescribed. wall_left: share of the
-    /// step that obstacles still have before them. v: iterate on entry, solution on return.
-    LinearSolveReport solve(std::span<const StepSystem> systems, double wall_left, Eigen::VectorXd& v);
+    /// Linearises at v. systems: assembled at v and prescribed; they must stay as they are until solve().
+    /// wall_left: share of the step that obstacles still have before them. v: prescribed velocities are put
+    /// in place.
+    void linearise(std::span<const StepSystem> systems, double wall_left, Eigen::VectorXd& v);
+
+    /// What is missing to the balance of impulses at the v of linearise(), newton seconds, stacked like v;
+    /// zero at nodes with prescribed velocities. It is minus the gradient, without an approximation, where
+    /// obstacles and prescribed nodes are at their end.
+    const Eigen::VectorXd& residual() const noexcept { return residual_; }
+
+    /// By how much rounding of positions may change residual(), newton seconds for coordinates of one metre,
+    /// in proportion to these: stacked by nodes, [unknowns / 3].
+    Eigen::VectorXd rounding() const;
+
+    /// Solves the linearised system. v: that of linearise() on entry, solution on return.
+    LinearSolveReport solve(Eigen::VectorXd& v);
+
+    /// For each body the number of the first body that it holds together with by contacts, itself included;
+    /// -1: it meets an obstacle, or such a body does. The sum of all contact impulses on the others of one
+    /// number is zero.
+    std::vector<int> clusters() const;
 
     /// Potential of friction at velocities v, joules.
     double friction_potential(const Eigen::VectorXd& v) const;
@@ -50,18 +69,21 @@ class BarrierSolver {
     int contact_count() const noexcept { return static_cast<int>(contacts_.size()); }
 
  private:
+    CoupledSystem system() const;
     Eigen::Vector3d slip(std::size_t contact, const Eigen::VectorXd& v) const;
     double drag(std::size_t contact, double slip) const;
 
-    std::span<const ContactSurface* const> surfaces_;
+    std::vector<const ContactSurface*> surfaces_;
     std::span<const int> first_unknown_;
     double slip_velocity_ = 0, dt_ = 0;
+    int linearisations_ = 0;  // in the step
     std::vector<FrictionContact> friction_;
     std::vector<BarrierContact> contacts_;
     ContactTerms friction_terms_, terms_;  // terms_: of contacts_, then of friction_
     std::vector<Coupling> couplings_;
+    std::span<const StepSystem> systems_;
     CoupledSolver linear_;
-    Eigen::VectorXd rhs_, product_;
+    Eigen::VectorXd rhs_, residual_;
 };
 
 }  // namespace nbd

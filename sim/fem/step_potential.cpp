@@ -11,8 +11,10 @@ double StepPotential::value(const Nodes& v) {
     double sum = 0.5 * product.cwiseProduct(change).sum();
     body_.mass_product(v, product);
     sum += 0.5 * c * dt * material.rayleigh_mass * product.cwiseProduct(v).sum();
-    sum -= dt * (product * loads_.gravity).sum();
-    if (loads_.forces.rows() > 0) sum -= dt * loads_.forces.cwiseProduct(v).sum();
+    // Relative to v*, so that the speed of a body does not drown what changes.
+    const Nodes relative = v - start_.v;
+    sum -= dt * (relative.transpose() * body_.node_masses()).dot(loads_.gravity);
+    if (loads_.forces.rows() > 0) sum -= dt * loads_.forces.cwiseProduct(relative).sum();
     body_.stiffness_product(damping_, v, forces_, product);
     sum += 0.5 * c * dt * material.rayleigh_stiffness * product.cwiseProduct(v).sum();
     return sum + body_.measure(start_.x + dt * v).energy;

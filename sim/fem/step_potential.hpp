@@ -8,7 +8,7 @@ namespace nbd {
 ///
 ///   P(v) = 1/2 |c v - v*|^2_M + E(x* + dt v) - dt v.(M g + f_outer) + c dt/2 (alpha |v|^2_M + beta |v|^2_K)
 ///
-/// is the impulse balance that the step solves. Joules. Contact forces are not included.
+/// is the impulse balance that the step solves. Joules, up to a constant. Contact forces are not included.
 class StepPotential {
  public:
     /// Stores references to all arguments but the step. damping: elements that define the stiffness K of the

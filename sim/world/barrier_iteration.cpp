@@ -14,10 +14,13 @@
 namespace nbd {
 namespace {
 
-constexpr int max_linearisations = 100;  // unless the step's config allows several itself
-constexpr int max_halvings = 40;         // of a Newton step, until the potential falls
-constexpr double rounding = 1e-12;       // relative, of a potential
-constexpr double least_progress = 1e-9;  // share of a Newton step that counts as motion
+constexpr int max_linearisations = 100;     // unless the step's config allows several itself
+constexpr int max_halvings = 40;            // of a Newton step, until the potential falls
+constexpr double rounding = 1e-13;          // relative, of potentials
+constexpr double least_progress = 1e-9;     // share of a Newton step that counts as motion
+constexpr double rounding_of_sums = 1e-13;  // relative, of the momentum of bodies
+
+constexpr const char* way_to_start = "; `resolve_start` moves bodies apart";
 
 bool moves(const PrescribedNodes& given) { return !given.v.isZero(0); }
 
@@ -50,14 +53,15 @@ void World::check_start() {
     if (!config_.contact.intersection_free || start_is_checked_) return;
     barrier().check_rest();
     if (const auto found = intersecting_faces(); !found.empty())
-        throw std::invalid_argument(fmt::format("without intersections, the start must have none, but {}",
-                                                intersection_text(found, barrier().surfaces())));
+        throw std::invalid_argument(fmt::format("without intersections, the start must have none, but {}{}",
+                                                intersection_text(found, barrier().surfaces()),
+                                                way_to_start));
     barrier().move(nodes_now(), nodes_now(), 0);
     if (!std::isfinite(barrier().energy(0)))
         throw std::invalid_argument(fmt::format(
             "without intersections, surfaces must start apart, but the nearest are {:.2g} m apart; "
-            "allowed: more than {:.2g} m",
-            barrier().least_distance(), barrier().floor()));
+            "allowed: more than {:.2g} m{}",
+            barrier().least_distance(), barrier().floor(), way_to_start));
     start_is_checked_ = true;
 }
 
@@ -66,6 +70,98 @@ std::vector<Nodes> World::nodes_after(double dt, const Eigen::VectorXd& v) const
     std::vector<Nodes> nodes;
     for (int b = 0; b < body_count(); ++b) nodes.push_back(start_of(at(b)).x + dt * body_part(b, v));
     return nodes;
+}
+
+/// Where the iteration starts: as the body went before, or with the loads of the step in it. Which of both is
+/// nearer to how its velocities changed in the last step tells: a body that rests has not felt its weight.
+Nodes World::start_apart(const Body& body, double dt) const {
+    const Nodes& v = body.state.v;
+    Nodes change = Nodes::Zero(v.rows(), 3);
+    if (body.forces.size() > 0)
+        change = body.elastic->node_masses().cwiseInverse().asDiagonal() * body.forces;
+    change.rowwise() += config_.gravity.transpose();
+    if (body.velocities_before.size() > 0) {
+        const Nodes last = (v - body.velocities_before) / dt_before_;
+        const auto squared = [&](const Nodes& a) {
+            return body.elastic->node_masses().dot(a.rowwise().squaredNorm());
+        };
+        if (squared(last) < squared(last - change)) return v;
+    }
+    return v + dt * change;
+}
+
+/// For each body the velocity that brings the bodies that it holds together with (see
+/// BarrierSolver::clusters()) into balance as a whole. Forces among these sum to zero whatever v is, so that
+/// this is exact; and it changes no distance among them. Zero where something is held, or an obstacle met.
+std::vector<Eigen::Vector3d> World::missing_velocities(double dt, const Eigen::VectorXd& v) const {
+    std::vector<int> clusters = barrier_solver_.clusters();
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+        if (std::ranges::any_of(systems_[b].prescribed(), [](char held) { return held != 0; })) {
+            const int held = clusters[b];  // a copy: its place changes on the way
+            std::ranges::replace(clusters, held, -1);
+        }
+    std::vector<Eigen::Vector3d> missing(bodies_.size(), Eigen::Vector3d::Zero());
+    std::vector<double> mass(bodies_.size(), 0);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        if (clusters[b] < 0) continue;
+        const Body& body = bodies_[b];
+        const double damped = 1 + dt * body.elastic->material().rayleigh_mass;
+        const Nodes change = damped * body_part(static_cast<int>(b), v) - body.state.v;
+        const auto first = static_cast<std::size_t>(clusters[b]);
+        missing[first] +=
+            dt * (body.elastic->mass() * config_.gravity + body.forces.colwise().sum().transpose()) -
+            change.transpose() * body.elastic->node_masses();
+        mass[first] += damped * body.elastic->mass();
+    }
+    for (std::size_t b = bodies_.size(); b-- > 0;) {  // the first of a cluster is the last to change
+        if (clusters[b] < 0) continue;
+        const auto first = static_cast<std::size_t>(clusters[b]);
+        missing[b] = missing[first] / mass[first];
+    }
+    return missing;
+}
+
+/// Adds to v what missing_velocities() finds. Returns the largest of these relative to the velocities.
+double World::add_missing_velocities(double dt, Eigen::VectorXd& v) const {
+    const std::vector<Eigen::Vector3d> missing = missing_velocities(dt, v);
+    double largest = 0;
+    for (int b = 0; b < body_count(); ++b) {
+        const Eigen::Vector3d& by = missing[static_cast<std::size_t>(b)];
+        Eigen::Map<Nodes> part(v.data() + first_unknown_[static_cast<std::size_t>(b)], at(b).state.v.rows(),
+                               3);
+        part.rowwise() += by.transpose();
+        if (!by.isZero(0)) largest = std::max(largest, by.norm() / part.rowwise().norm().maxCoeff());
+    }
+    return largest;
+}
+
+/// How far a body is from balance at v, the iterate that was linearised: the residual relative to the
+/// impulses that act on its free nodes in the step, of loads, elasticity and contacts, all in the norm of the
+/// inverse mass; at most 1 if rounding alone may leave it.
+double World::imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& contact_impulses,
+                        const Eigen::VectorXd& rounding) const {
+    const Body& body = at(b);
+    const StepSystem& system = systems_[static_cast<std::size_t>(b)];
+    const Eigen::VectorXd& masses = body.elastic->node_masses();
+    const Nodes residual = body_part(b, barrier_solver_.residual()), contact = body_part(b, contact_impulses);
+    const double damped = 1 + dt * body.elastic->material().rayleigh_mass;
+    Nodes inertia(body.state.v.rows(), 3);
+    body.elastic->mass_product(damped * body_part(b, v) - body.state.v, inertia);
+    const double size = std::max(body.state.x.cwiseAbs().maxCoeff(),
+                                 (body.state.x + dt * body_part(b, v)).cwiseAbs().maxCoeff());
+    double missing = 0, acting = 0, noise = 0;
+    for (int i = 0; i < static_cast<int>(masses.size()); ++i) {
+        if (system.is_prescribed(i)) continue;
+        const Eigen::RowVector3d load =
+            dt * (masses[i] * config_.gravity.transpose() + body.forces.row(i)).eval();
+        const Eigen::RowVector3d elastic = residual.row(i) + inertia.row(i) - load - contact.row(i);
+        missing += residual.row(i).squaredNorm() / masses[i];
+        acting += (load.squaredNorm() + elastic.squaredNorm() + contact.row(i).squaredNorm()) / masses[i];
+        const double rounded = size * rounding[first_unknown_[static_cast<std::size_t>(b)] / 3 + i];
+        noise += rounded * rounded / masses[i];
+    }
+    if (missing <= noise) return 0;
+    return std::sqrt(missing / acting);
 }
 
 /// v: out, the velocities at the end of the part. Every iterate is free of intersections.
@@ -78,57 +174,86 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
         given.push_back(prescribed(body, dt));
     }
     barrier().begin_step(time_, dt);
-    const Eigen::VectorXd predicted = stacked(&World::first_iterate, given);
+    Eigen::VectorXd to(first_unknown_.back());
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        Eigen::Map<Nodes> start(to.data() + first_unknown_[b], bodies_[b].state.v.rows(), 3);
+        start = start_apart(bodies_[b], dt);
+        start(given[b].nodes, Eigen::all) = given[b].v;
+    }
     v.setZero(first_unknown_.back());
     // How far grips and obstacles have come.
     double progress = barrier().obstacles_move() || std::ranges::any_of(given, moves) ? 0 : 1;
-    double share = propose(dt, v, predicted, progress, report), moved = share;
+    double share = propose(dt, v, to, progress, report), moved = 0;
     progress = std::max(progress, share);
     std::vector<FrictionContact> friction;
     for (const BarrierContact& c : barrier().contacts(0))
         if (c.contact.friction > 0) friction.push_back({c.contact, -dt * c.slope});
-    barrier_solver_.begin_step(surfaces, first_unknown_, config_.contact.slip_velocity, dt,
+    barrier_solver_.begin_step(std::move(surfaces), first_unknown_, config_.contact.slip_velocity, dt,
                                std::move(friction));
-    v = share * predicted;
+    v = share * to;
     const int most = config_.step.newton_iterations > 1 ? config_.step.newton_iterations : max_linearisations;
-    double size = 0, goal = 0;
-    bool stuck = false;
-    for (int k = 0; k < most && !stuck; ++k) {
+    Rejection rejection;
+    for (int k = 0;; ++k) {
         stop_if_asked();
         const Stopwatch assembly;
         build_systems(given, &v);
         report.assemble_us += assembly.microseconds();
-        const Stopwatch solution;
         barrier_solver_.set_contacts(barrier().contacts(share));
-        Eigen::VectorXd to = v;
-        const LinearSolveReport solved = barrier_solver_.solve(systems_, 1 - progress, to);
+        report.contacts = barrier_solver_.contact_count();
+        to = v;
+        barrier_solver_.linearise(systems_, 1 - progress, to);
+        double worst = 0;
+        int worst_body = 0;
+        if (progress == 1) {
+            const Eigen::VectorXd contact = barrier_solver_.impulses(v),
+                                  rounding = barrier_solver_.rounding();
+            for (int b = 0; b < body_count(); ++b)
+                if (const double of_b = imbalance(b, dt, v, contact, rounding); of_b > worst) {
+                    worst = of_b;
+                    worst_body = b;
+                }
+            if (worst == 0 || (k > 0 && worst <= config_.step.newton_tolerance)) break;
+        }
+        if (k == most || (k > 0 && share < least_progress)) {
+            if (progress < 1)
+                return {.reason = fmt::format("grips and obstacles cannot go {:.2g} of their way without an "
+                                              "intersection",
+                                              1 - progress),
+                        .fatal = true};
+            if (moved < least_progress) return {.reason = "the step finds no progress", .fatal = true};
+            rejection = {
+                .reason = fmt::format("Newton's iteration ends with impulses on body {} out of balance by "
+                                      "{:.2g} of theirs, allowed: {:.2g}",
+                                      worst_body, worst, config_.step.newton_tolerance),
+                .trouble = StepTrouble::newton};
+            break;
+        }
+        const Stopwatch solution;
+        const LinearSolveReport solved = barrier_solver_.solve(to);
         report.solve_us += solution.microseconds();
         if (!solved.fallback.empty())
             report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);
         report.solver_converged = report.solver_converged && solved.converged;
         ++report.newton_iterations;
         report.solver_iterations += solved.iterations;
-        report.contacts = barrier_solver_.contact_count();
-        size = dt * (to - v).cwiseAbs().maxCoeff();
-        goal = config_.step.newton_tolerance * std::max(thickness(), dt * to.cwiseAbs().maxCoeff());
-        if (progress == 1 && size <= goal && solved.converged) return {};
+        add_missing_velocities(dt, to);
         const double free = propose(dt, v, to, progress, report);
         share = progress < 1 ? free : search_apart(dt, v, to, free);
         v += share * (to - v);
         progress = share == 1 ? 1 : progress + share * (1 - progress);
         moved = std::max(moved, share);
-        stuck = share < least_progress;
     }
-    barrier_solver_.set_contacts(barrier().contacts(share));
-    if (progress < 1)
-        return {.reason = fmt::format("grips and obstacles cannot go {:.2g} of their way without an "
-                                      "intersection",
-                                      1 - progress),
-                .fatal = true};
-    if (moved < least_progress) return {.reason = "the step finds no progress", .fatal = true};
-    return {
-        .reason = fmt::format("Newton's iteration ends {:.2g} m from balance, allowed: {:.2g}", size, goal),
-        .trouble = StepTrouble::newton};
+    keep_momentum(dt, v, report);
+    return rejection;
+}
+
+/// Brings free bodies into balance as a whole where no step of the iteration went its full way.
+void World::keep_momentum(double dt, Eigen::VectorXd& v, WorldReport& report) {
+    Eigen::VectorXd to = v;
+    if (add_missing_velocities(dt, to) <= rounding_of_sums) return;
+    if (propose(dt, v, to, 1, report) < 1) return;
+    v = to;
+    barrier_solver_.set_contacts(barrier().contacts(1));
 }
 
 /// The share of the motion from v to `to` that is free of collisions.
@@ -146,24 +271,32 @@ double World::propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd
     return share;
 }
 
-/// The largest of share, share / 2, share / 4 ... at which the potential of the step is no higher than at v.
+/// The largest of share, share / 2, share / 4 ... at which the potential of the step is no higher than at v,
+/// as far as rounding lets one tell. The way to `to` leads downwards: it lowers the quadratic model of the
+/// linearisation, whose matrix is positive definite.
 double World::search_apart(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share) {
-    const auto potential = [&](double s) {
+    const auto potentials = [&](double s) {  // of the barrier, friction and each body
         const Eigen::VectorXd at_s = v + s * (to - v);
-        double sum = barrier().energy(s);
-        if (!std::isfinite(sum)) return sum;
-        sum += barrier_solver_.friction_potential(at_s);
-        for (int b = 0; b < body_count(); ++b) {
+        std::vector<double> terms{barrier().energy(s), barrier_solver_.friction_potential(at_s)};
+        for (int b = 0; b < body_count() && std::isfinite(terms.front()); ++b) {
             const Loads outer = loads(at(b));
-            sum += StepPotential(*at(b).elastic, start_of(at(b)), dt, outer,
-                                 systems_[static_cast<std::size_t>(b)].elements())
-                       .value(body_part(b, at_s));
+            terms.push_back(StepPotential(*at(b).elastic, start_of(at(b)), dt, outer,
+                                          systems_[static_cast<std::size_t>(b)].elements())
+                                .value(body_part(b, at_s)));
         }
-        return sum;
+        return terms;
     };
-    const double before = potential(0);
-    for (int k = 0; k < max_halvings; ++k, share /= 2)
-        if (potential(share) <= before + rounding * std::abs(before)) return share;
+    const std::vector<double> before = potentials(0);
+    for (int k = 0; k < max_halvings; ++k, share /= 2) {
+        const std::vector<double> after = potentials(share);
+        if (!std::isfinite(after.front())) continue;
+        double change = 0, size = 0;
+        for (std::size_t i = 0; i < before.size(); ++i) {
+            change += after[i] - before[i];
+            size += std::abs(before[i]);
+        }
+        if (change <= rounding * size) return share;
+    }
     return 0;
 }
 

@@ -47,8 +47,18 @@ std::vector<StartMove> World::resolve_start() {
                     stuck = b;
                     if (can_move(b)) move(b, by);
                 }
+        // Moves two bodies apart by `by`, or the one that can move.
+        const auto part = [&](int a, int b, const Eigen::Vector3d& by) {
+            const double share = can_move(a) && can_move(b) ? 0.5 : 1;
+            if (can_move(a)) move(a, share * by);
+            if (can_move(b)) move(b, -share * by);
+        };
         found = intersecting_faces();
-        if (found.empty() && stuck < 0) break;
+        if (found.empty()) {
+            const std::vector<Contact> near = too_near();
+            if (near.empty() && stuck < 0) break;
+            for (const Contact& c : near) part(c.a.body, c.b.body, (room - c.gap) * c.normal);
+        }
         const std::vector<MovingSurface>& surfaces = barrier().surfaces();
         std::map<std::pair<int, int>, std::vector<Intersection>> by_pair;
         for (const Intersection& i : found) by_pair[{i.surface_a, i.surface_b}].push_back(i);
@@ -69,9 +79,7 @@ std::vector<StartMove> World::resolve_start() {
                     most_of_b = std::max(most_of_b, b.begin().row(b.F()(i.b, k)).dot(along));
                 }
             const double push = std::max(most_of_b - least_of_a, 0.0) + room;
-            const double share = can_move(a.body()) && can_move(b.body()) ? 0.5 : 1;
-            if (can_move(a.body())) move(a.body(), share * push * along);
-            if (can_move(b.body())) move(b.body(), -share * push * along);
+            part(a.body(), b.body(), push * along);
         }
     }
     forget_contacts();
@@ -82,6 +90,23 @@ std::vector<StartMove> World::resolve_start() {
         throw std::invalid_argument(fmt::format("body {} cannot be moved out of obstacles", stuck));
     std::erase_if(moves, [](const StartMove& m) { return m.by.isZero(0); });
     return moves;
+}
+
+/// The nearest points of every two bodies that are nearer than the least distance of steps without
+/// intersections, without intersecting.
+std::vector<Contact> World::too_near() {
+    if (!config_.contact.intersection_free) return {};
+    std::map<std::pair<int, int>, Contact> nearest;
+    barrier().move(nodes_now(), nodes_now(), 0);
+    for (const BarrierContact& c : barrier().contacts(0)) {
+        const int a = c.contact.a.body, b = c.contact.b.body;
+        if (c.turns || b < 0 || a == b || c.contact.gap > 2 * barrier().floor()) continue;
+        const auto [known, is_new] = nearest.try_emplace(std::minmax(a, b), c.contact);
+        if (!is_new && c.contact.gap < known->second.gap) known->second = c.contact;
+    }
+    std::vector<Contact> contacts;
+    for (const auto& [bodies, contact] : nearest) contacts.push_back(contact);
+    return contacts;
 }
 
 /// The way by which a body leaves an obstacle, to `room` metres from it; zero if no vertex is in it, nor

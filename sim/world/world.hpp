@@ -38,8 +38,8 @@ struct StepConfig {
     Tangent tangent = Tangent::rotated;
     // Maximum number of linearisations; above 1 with line search; 1 stands for 100 without intersections.
     int newton_iterations = 1;
-    // Newton stops at this residual impulse, relative to the right-hand side; without intersections, where a
-    // linearisation moves nodes by this share of the largest motion in the step, or of the thickness.
+    // Newton stops at this residual impulse, relative to the right-hand side; without intersections for each
+    // body, relative to its impulses of loads, elasticity and contacts, in the norm of the inverse masses.
     double newton_tolerance = 1e-3;
     int max_substeps = 8;  // a power of two: a rejected step is cut into at most this many parts
 };
@@ -187,7 +187,8 @@ class World {
     /// surfaces intersect, touch, or touch themselves at rest. The first step does it if nobody did before.
     void check_start();
 
-    /// Moves bodies without grips apart, and out of obstacles, until nothing intersects. Returns the moves.
+    /// Moves bodies without grips apart, and out of obstacles, until nothing intersects; in steps without
+    /// intersections, until nothing is too near to start. Returns the moves.
     /// Throws std::invalid_argument, naming the faces, where that does not help: bodies that intersect
     /// themselves, or that are held; StopAsked as stop_if_asked(), and the world is as before.
     std::vector<StartMove> resolve_start();
@@ -290,6 +291,7 @@ class World {
     double residual(const Eigen::VectorXd& v);
 
     // resolve_start.cpp
+    std::vector<Contact> too_near();
     Eigen::Vector3d way_out(const Body& body, const Obstacle& obstacle, double room);
 
     // barrier_iteration.cpp
@@ -299,6 +301,12 @@ class World {
     Rejection solve_apart(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
     double propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
                    WorldReport& report);
+    Nodes start_apart(const Body& body, double dt) const;
+    std::vector<Eigen::Vector3d> missing_velocities(double dt, const Eigen::VectorXd& v) const;
+    double add_missing_velocities(double dt, Eigen::VectorXd& v) const;
+    double imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& contact_impulses,
+                     const Eigen::VectorXd& rounding) const;
+    void keep_momentum(double dt, Eigen::VectorXd& v, WorldReport& report);
     double search_apart(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share);
     std::string end_intersections(double dt, const Eigen::VectorXd& v, WorldReport& report);
 
