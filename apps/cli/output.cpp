@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "apps/cli/progress_bar.hpp"
+#include "apps/cli/test_points.hpp"
 
 namespace nbd {
 namespace {
@@ -37,14 +38,17 @@ void Output::result(const nlohmann::ordered_json& value) const {
 
 void Output::work(std::string_view name) const {
     if (ProgressBar* const to = bar()) to->begin(name);
+    pass_test_point(name, 0);
 }
 
 void Output::progress(std::string_view what, double done, double total, std::string_view note) const {
     if (ProgressBar* const to = bar()) to->count(what, done, total, note);
+    pass_test_point(what, done);
 }
 
 void Output::progress_of_work(std::string_view what, double done, double total) const {
     if (ProgressBar* const to = bar()) to->count_part(what, done, total);
+    pass_test_point(what, done);
 }
 
 void Output::end_progress() const {

@@ -6,6 +6,7 @@
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
+#include "apps/cli/test_points.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/begin_dataset.hpp"
 #include "apps/dataset/card.hpp"
@@ -58,7 +59,8 @@ ProducerHooks hooks_for(const ShardFolder& folder, Output& out) {
         out.progress("trajectories", there - before, folder.trajectories() - before,
                      before > 0 ? fmt::format("{} existed before", before) : "");
     };
-    const auto stop_if_asked = [&folder] {
+    const auto stop_if_asked = [&folder, calls = std::make_shared<std::atomic<int>>(0)] {
+        pass_test_point("frames of trajectories", ++*calls);
         if (interrupted())
             throw Interrupted(fmt::format("{} of {} trajectories are kept in {}; the same command continues",
                                           folder.count(), folder.trajectories(), folder.path().string()));

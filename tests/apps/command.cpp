@@ -4,12 +4,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
-#include <fstream>
 #include <stdexcept>
-#include <thread>
 
 #include "tests/support/file_damage.hpp"
 
@@ -27,10 +24,10 @@ std::string temporary_file() {
 }  // namespace
 
 Running::Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-                 const char* program, Start start)
+                 const char* program, Start start, const Environment& environment)
     : out_(temporary_file()), err_(temporary_file()) {
-    std::string name = std::filesystem::path(program).filename();
-    std::vector<char*> argv{name.data()};
+    std::string called = std::filesystem::path(program).filename();
+    std::vector<char*> argv{called.data()};
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
     process_ = fork();
@@ -38,6 +35,7 @@ Running::Running(const std::filesystem::path& folder, const std::vector<std::str
     if (process_ > 0) return;
     // HDF5 1.10 leaks memory when it rejects a damaged file, and gmsh leaks at exit.
     setenv("ASAN_OPTIONS", "detect_leaks=0", 1);
+    for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
     const int out = open(out_.c_str(), O_WRONLY), err = open(err_.c_str(), O_WRONLY);
     if (chdir(folder.c_str()) != 0 || dup2(out, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0)
         _exit(127);
@@ -61,18 +59,6 @@ Running::~Running() {
     unlink(err_.c_str());
 }
 
-bool Running::catches_interrupts() const {
-    std::ifstream status("/proc/" + std::to_string(process_) + "/status");
-    for (std::string line; std::getline(status, line);)
-        if (line.starts_with("SigCgt:")) return std::stoull(line.substr(7), nullptr, 16) >> (SIGINT - 1) & 1;
-    return false;
-}
-
-void Running::wait_until_at_work() const {
-    for (int i = 0; i < 6000 && !catches_interrupts(); ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-}
-
 void Running::interrupt() const { ::kill(process_, SIGINT); }
 void Running::kill() const { ::kill(process_, SIGKILL); }
 
@@ -89,8 +75,9 @@ Ran Running::wait() {
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), read_bytes(out_), read_bytes(err_)};
 }
 
-Ran run(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {
-    return Running(folder, arguments).wait();
+Ran run(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
+        const Environment& environment) {
+    return Running(folder, arguments, NBD_COMMAND, Running::Start::plain, environment).wait();
 }
 
 Ran run_bench(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -13,6 +14,10 @@ struct Ran {
     std::string out, err;
 };
 
+/// Variables of the environment, beside those of the test. NBDTREE_AT makes a run act at a state that it
+/// comes to, see apps/cli/test_points.hpp.
+using Environment = std::map<std::string, std::string>;
+
 /// A run of `nbdtree`, or of the given program, in the background in `folder`.
 class Running {
  public:
@@ -20,13 +25,12 @@ class Running {
     enum class Start { plain, interrupted };
 
     Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-            const char* program = NBD_COMMAND, Start start = Start::plain);
+            const char* program = NBD_COMMAND, Start start = Start::plain,
+            const Environment& environment = {});
     ~Running();
     Running(const Running&) = delete;
     Running& operator=(const Running&) = delete;
 
-    /// Waits until the program handles Ctrl-C, the sign that it is working.
-    void wait_until_at_work() const;
     /// Sends Ctrl-C.
     void interrupt() const;
     /// Kills the program immediately, without clean-up.
@@ -35,13 +39,12 @@ class Running {
     Ran wait();
 
  private:
-    bool catches_interrupts() const;
-
     std::string out_, err_;  // file names
     int process_ = -1;
 };
 
-Ran run(const std::filesystem::path& folder, const std::vector<std::string>& arguments);
+Ran run(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
+        const Environment& environment = {});
 
 /// Runs `nbdtree-bench` in the same way.
 Ran run_bench(const std::filesystem::path& folder, const std::vector<std::string>& arguments);

@@ -1,14 +1,11 @@
 // Datasets as users make them: interruptions and distribution do not change the resulting files.
 #include <gtest/gtest.h>
-#include <signal.h>
 
 #include <algorithm>
-#include <chrono>
+#include <csignal>
 #include <cstdlib>
-#include <future>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "tests/apps/mpi.hpp"
 #include "tests/apps/small_files.hpp"
@@ -95,39 +92,28 @@ TEST_F(DatasetTest, ASecondRunChangesNothing) {
     EXPECT_EQ(fs::last_write_time(folder() / "whole/data.h5"), before);
 }
 
-TEST_F(DatasetTest, ContinuesAfterBeingKilledAtAnyMoment) {
-    int killed = 0;
-    for (int milliseconds = 5;; milliseconds += milliseconds / 2 + 1) {
-        Running running(folder(), command("killed", {"--threads", "2"}));
-        running.wait_until_at_work();
-        std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
-        running.kill();
-        const Ran ran = running.wait();
-        if (ran.status == 0) break;
-        ASSERT_EQ(ran.status, -SIGKILL) << ran.err;
-        ++killed;
+TEST_F(DatasetTest, ContinuesAfterBeingKilledAgainAndAgain) {
+    const auto arguments = command("killed", {"--threads", "2"});
+    for (const char* state : {"frames of trajectories|1", "frames of trajectories|3", "trajectories|1",
+                              "frames of trajectories|20", "trajectories|2", "frames of trajectories|10"}) {
+        const Ran ran = run(folder(), arguments, {{"NBDTREE_AT", std::string(state) + "|kill"}});
+        ASSERT_EQ(ran.status, -SIGKILL) << state << ran.err;
     }
-    EXPECT_GT(killed, 0);
+    EXPECT_GE(there("killed"), 3);
+    make(arguments);
     expect_like_whole("killed");
 }
 
 TEST_F(DatasetTest, CtrlCKeepsFinishedTrajectoriesAndReportsThem) {
-    Running running(folder(), command("stopped", {"--threads", "1"}));
-    running.wait_until_at_work();
-    while (!fs::exists(folder() / "stopped/data.shards/000000.part.h5") &&
-           !fs::exists(folder() / "stopped/data.shards/000000-000003.h5"))
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    running.interrupt();
-    const Ran ran = running.wait();
+    const Ran ran =
+        run(folder(), command("stopped", {"--threads", "1"}), {{"NBDTREE_AT", "trajectories|2|interrupt"}});
     ASSERT_EQ(ran.status, 130) << ran.err;
     EXPECT_EQ(ran.err.rfind("nbdtree: error: interrupted: ", 0), 0u) << ran.err;
     EXPECT_NE(
-        ran.err.find(" of 9 trajectories are kept in stopped/data.shards; the same command continues\n"),
+        ran.err.find("2 of 9 trajectories are kept in stopped/data.shards; the same command continues\n"),
         std::string::npos)
         << ran.err;
-    const int kept = there("stopped");
-    EXPECT_GE(kept, 1);
-    EXPECT_LT(kept, 9);
+    EXPECT_EQ(there("stopped"), 2);
     for (const auto& [file, bytes] : files("stopped")) EXPECT_FALSE(file.ends_with(".tmp")) << file;
     make(command("stopped"));
     expect_like_whole("stopped");
@@ -258,49 +244,35 @@ class MpiTest : public DatasetTest {
         if (!has_mpirun()) GTEST_SKIP() << "mpirun is not installed (Debian: openmpi-bin)";
     }
 
-    static Ran mpirun(const std::string& options, const std::string& name) {
-        return run_mpi(folder(), options, command(name));
+    /// Kills the last rank while it is simulating where `kills`, and expects that it did.
+    static Ran mpirun(int ranks, const std::string& name, bool kills = false,
+                      const std::string& options = "") {
+        const Ran ran =
+            run_mpi(folder(), ranks, command(name), kills ? "frames of trajectories|5|kill" : "", options);
+        if (kills) {
+            EXPECT_EQ(read_bytes(folder() / "last_rank.status"), "137\n") << ran.err;
+        }
+        return ran;
     }
 };
 
 TEST_F(MpiTest, AnyNumberOfRanksGivesTheSameFiles) {
-    for (const char* ranks : {"1", "2", "3"}) {
-        const std::string name = std::string("ranks") + ranks;
-        const Ran ran = mpirun(std::string("-n ") + ranks, name);
+    for (const int ranks : {1, 2, 3}) {
+        const std::string name = "ranks" + std::to_string(ranks);
+        const Ran ran = mpirun(ranks, name);
         ASSERT_EQ(ran.status, 0) << ran.err;
         expect_like_whole(name);
     }
 }
 
-/// Kills a rank that is simulating; the name of its temporary file contains its process id.
-bool kill_a_rank(const fs::path& shards) {
-    constexpr std::string_view ending = ".tmp";  // behind .NAME.HOST.PROCESS-NUMBER
-    for (int i = 0; i < 20000; ++i) {
-        std::error_code none_there;
-        for (const auto& entry : fs::directory_iterator(shards, none_there)) {
-            const std::string name = entry.path().filename();
-            if (name.find(".part.h5.") == std::string::npos || !name.ends_with(ending)) continue;
-            const int process =
-                std::atoi(name.c_str() + name.rfind('.', name.size() - ending.size() - 1) + 1);
-            return process > 1 && ::kill(process, SIGKILL) == 0;
-        }
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return false;
-}
-
 TEST_F(MpiTest, OtherRanksTakeOverTheWorkOfAKilledRank) {
-    auto killed = std::async(std::launch::async, kill_a_rank, folder() / "dying/data.shards");
-    const Ran ran = mpirun("--enable-recovery -n 3", "dying");
-    ASSERT_TRUE(killed.get());
+    const Ran ran = mpirun(3, "dying", true, "--enable-recovery");
     ASSERT_TRUE(fs::exists(folder() / "dying/data.h5")) << ran.err;
     expect_like_whole("dying");
 }
 
 TEST_F(MpiTest, AKilledRankCostsOnlyTheWorkInFlight) {
-    auto killed = std::async(std::launch::async, kill_a_rank, folder() / "dead/data.shards");
-    const Ran ran = mpirun("-n 2", "dead");  // mpirun then ends the other rank as well
-    ASSERT_TRUE(killed.get());
+    const Ran ran = mpirun(2, "dead", true);  // mpirun then ends the other rank as well
     EXPECT_NE(ran.status, 0);
     make(command("dead"));
     expect_like_whole("dead");

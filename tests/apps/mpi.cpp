@@ -1,6 +1,9 @@
 #include "tests/apps/mpi.hpp"
 
+#include <fmt/format.h>
+
 #include <cstdlib>
+#include <fstream>
 
 #include "tests/support/file_damage.hpp"
 
@@ -8,15 +11,21 @@ namespace nbd::test {
 
 bool has_mpirun() { return std::system("mpirun --version >/dev/null 2>&1") == 0; }
 
-Ran run_mpi(const std::filesystem::path& folder, const std::string& options,
-            std::vector<std::string> arguments) {
+Ran run_mpi(const std::filesystem::path& folder, int ranks, std::vector<std::string> arguments,
+            const std::string& at, const std::string& options) {
+    std::string command = "'" NBD_COMMAND "'";
+    arguments.insert(arguments.end(), {"--threads", "1"});
+    for (const std::string& argument : arguments) command += " '" + argument + "'";
+    std::ofstream(folder / "last_rank.sh") << "NBDTREE_AT='" << at << "' " << command
+                                           << "\nstatus=$?\necho $status >last_rank.status\nexit $status\n";
     std::string line =
         "cd '" + folder.string() +
         "' && OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 ASAN_OPTIONS=detect_leaks=0 "
         "mpirun --oversubscribe " +
-        options + " '" NBD_COMMAND "'";
-    arguments.insert(arguments.end(), {"--threads", "1"});
-    for (const std::string& argument : arguments) line += " '" + argument + "'";
+        options;
+    const bool as_asked = at.empty();
+    line += fmt::format(" -n {} {}", as_asked ? ranks : ranks - 1, command);
+    if (!as_asked) line += " : -n 1 sh last_rank.sh";
     line += " >mpi.out 2>mpi.err";
     const int status = std::system(line.c_str());
     return {status, read_bytes(folder / "mpi.out"), read_bytes(folder / "mpi.err")};

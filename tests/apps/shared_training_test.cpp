@@ -30,9 +30,9 @@ class SharedTrainingTest : public SmallFiles {
 };
 
 TEST_F(SharedTrainingTest, AnyNumberOfRanksGivesTheSameTree) {
-    for (const char* ranks : {"1", "2", "3"}) {
-        const std::string name = std::string("ranks") + ranks + ".h5";
-        const Ran ran = run_mpi(folder(), std::string("-n ") + ranks, train(name));
+    for (const int ranks : {1, 2, 3}) {
+        const std::string name = "ranks" + std::to_string(ranks) + ".h5";
+        const Ran ran = run_mpi(folder(), ranks, train(name));
         ASSERT_EQ(ran.status, 0) << ran.err;
         EXPECT_TRUE(bytes(name) == bytes("alone.h5")) << ranks;
         EXPECT_FALSE(fs::exists(folder() / (name + ".networks")));

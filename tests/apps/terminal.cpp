@@ -15,9 +15,9 @@
 namespace nbd::test {
 
 TerminalRun::TerminalRun(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-                         int columns, const char* kind) {
-    std::string name = "nbdtree";
-    std::vector<char*> argv{name.data()};
+                         int columns, const char* kind, const Environment& environment) {
+    std::string called = "nbdtree";
+    std::vector<char*> argv{called.data()};
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
     const winsize size{
@@ -31,6 +31,7 @@ TerminalRun::TerminalRun(const std::filesystem::path& folder, const std::vector<
     tcsetattr(STDIN_FILENO, TCSANOW, &settings);
     setenv("ASAN_OPTIONS", "detect_leaks=0", 1);
     setenv("TERM", kind, 1);
+    for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
     if (chdir(folder.c_str()) == 0) execv(NBD_COMMAND, argv.data());
     _exit(127);
 }
@@ -51,7 +52,7 @@ bool TerminalRun::read_some() {
 }
 
 bool TerminalRun::wait_for(const std::string& text) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(10);
     while (printed_.find(text) == std::string::npos) {
         pollfd waiting{terminal_, POLLIN, 0};
         if (std::chrono::steady_clock::now() > end || (poll(&waiting, 1, 1000) > 0 && !read_some()))

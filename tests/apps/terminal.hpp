@@ -4,18 +4,20 @@
 #include <string>
 #include <vector>
 
+#include "tests/apps/command.hpp"
+
 namespace nbd::test {
 
 /// A run of `nbdtree` with a terminal as standard error and output, in the background in `folder`.
 class TerminalRun {
  public:
     TerminalRun(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-                int columns = 80, const char* kind = "xterm");
+                int columns = 80, const char* kind = "xterm", const Environment& environment = {});
     ~TerminalRun();
     TerminalRun(const TerminalRun&) = delete;
     TerminalRun& operator=(const TerminalRun&) = delete;
 
-    /// Reads until the program has printed `text`; false if it ended without, or in two minutes.
+    /// Reads until the program has printed `text`; false if it ended without, or hangs for ten minutes.
     bool wait_for(const std::string& text);
     /// Presses Ctrl-C in the terminal.
     void press_ctrl_c();

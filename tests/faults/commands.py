@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 ASSETS = Path(__file__).resolve().parents[2] / "assets"
-TIMEOUT = 120
+TIMEOUT = 1800  # seconds after which a run counts as hanging
 OLD = b"an older file under this name\n"
 
 

@@ -65,7 +65,7 @@ def ranks_in(folder):
 def wait_until_gone(processes):
     """Waits for processes that were killed: mpirun ends before they do, and while one is there, its files are not
     abandoned."""
-    end = time.monotonic() + 30
+    end = time.monotonic() + TIMEOUT
     while any(Path(f"/proc/{process}").exists() for process in processes) and time.monotonic() < end:
         time.sleep(0.01)
 
@@ -230,9 +230,11 @@ class Surroundings(Checks):
         """Runs a long command on a terminal and checks the times that it shows. Returns its exit status."""
         with self.folder() as folder:
             words = [self.program, *SIMULATE.arguments, "--threads", "1"]
-            status, text, seconds = run_on_terminal(words, folder, environment)
+            # The run stays at a frame until the terminal shows it.
+            held = {"NBDTREE_AT": "frames|20|wait|shown"}
+            status, text, seconds = run_on_terminal(words, folder, environment | held, b" left", folder / "shown")
         shown = re.findall(r"(-?\d+):(\d\d) (left|so far)", text)
-        if status != 0 or not shown and seconds > 2:  # shorter work is not shown
+        if status != 0 or not shown:
             self.report(SIMULATE, "on a terminal", f"exit status {status}, {text[-300:]!r}")
         # What is left is estimated from frames, the slowest of which may take many times as long as the others.
         if any(not 0 <= 60 * int(m) + int(s) <= (100 * seconds if kind == "left" else seconds + 1) for m, s, kind in shown):

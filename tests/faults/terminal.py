@@ -6,8 +6,9 @@ import subprocess
 import time
 
 
-def run_on_terminal(words, folder, environment):
-    """Returns the exit status, all that was shown, and the duration in seconds."""
+def run_on_terminal(words, folder, environment, awaited, told):
+    """Makes the file `told` as soon as `awaited` is shown. Returns the exit status, all that was shown, and the duration in
+    seconds."""
     terminal, other = pty.openpty()
     start = time.monotonic()
     process = subprocess.Popen([str(w) for w in words], cwd=folder, stdin=other, stdout=other, stderr=other,
@@ -17,6 +18,8 @@ def run_on_terminal(words, folder, environment):
     try:
         while part := os.read(terminal, 4096):
             shown += part
+            if awaited in shown:
+                told.touch()
     except OSError:
         pass  # the program has closed its end
     os.close(terminal)

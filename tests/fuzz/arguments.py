@@ -26,7 +26,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ASSETS = HERE.parents[1] / "assets"
-PATIENCE = 10  # seconds that a run may take after Ctrl-C to complete what it has begun, and to end after a second one
+PATIENCE = 600  # seconds that a run may take after Ctrl-C to complete what it has begun, and to end after a second one
 MOST_MEMORY, MOST_IN_A_FILE = 6 << 30, 1 << 30  # bytes
 NOT_DRAWN = ["--help", "--version", "--live", "--keep-live"]  # the first two do nothing else, the others open a port
 SMALL_NUMBERS = ["0", "1", "-1", "2", "3", "7", "16"]

@@ -4,12 +4,11 @@
 Some are broken on purpose. Files of HDF5 are made by the program itself."""
 
 import json
-import signal
+import os
 import struct
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
@@ -113,15 +112,11 @@ def run(program, folder, *arguments):
     return subprocess.run([program, *map(str, arguments), "--quiet"], cwd=folder, check=True)
 
 
-def interrupt(program, folder, kept, *arguments):
-    """Ends a command by Ctrl-C, later and later until it leaves the file that the next run continues from."""
-    for attempt in range(1, 100):
-        with subprocess.Popen([program, *arguments, "--quiet"], cwd=folder, stderr=subprocess.DEVNULL) as process:
-            time.sleep(0.05 * attempt)
-            process.send_signal(signal.SIGINT)
-        if (folder / kept).exists():
-            return folder / kept
-    raise SystemExit(f"{arguments[0]}: no attempt left {kept}")
+def interrupt(program, folder, kept, state, *arguments):
+    """Ends a command by Ctrl-C at a state, see apps/cli/test_points.hpp; returns the file that the next run continues from."""
+    subprocess.run([program, *arguments, "--quiet"], cwd=folder, stderr=subprocess.DEVNULL,
+                   env={**os.environ, "NBDTREE_AT": f"{state}|interrupt"})
+    return folder / kept
 
 
 JOURNAL = b"nbdtree journal 3\n"
@@ -160,10 +155,10 @@ def made_by_the_program(program, folder):
     run(program, folder, "mesh", Path(__file__).resolve().parents[2] / "assets" / "ring.obj", "-o", "ring.h5")
     run(program, folder, "modes", "ring.h5", "-m", "6")
     run(program, folder, "dataset", "ring.h5", "-o", "rings.h5", "--trajectories", "12", "--frames", "30")
-    checkpoint = interrupt(program, folder, "long.h5.checkpoint", "train", "ring.h5", "rings.h5", "-o", "long.h5", "--depth",
+    checkpoint = interrupt(program, folder, "long.h5.checkpoint", "networks|1", "train", "ring.h5", "rings.h5", "-o", "long.h5", "--depth",
                            "2", "-k", "4", "-m", "4", "--bounds", "nbd", "--threads", "1")
     (folder / "scene.json").write_text('{"bodies": [{"body": "body.h5"}], "obstacles": [{"plane": {"normal": [0, 0, 1]}}]}')
-    journal = interrupt(program, folder, "run.h5.journal", "simulate", "scene.json", "-o", "run.h5", "--frames",
+    journal = interrupt(program, folder, "run.h5.journal", "frames|3", "simulate", "scene.json", "-o", "run.h5", "--frames",
                         "1000000").read_bytes()
     yield "journal/run.journal", first_records(journal, 2)
     yield "frame/start.bin", record(journal, 1)

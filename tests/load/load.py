@@ -46,12 +46,12 @@ PLANE = {"plane": {"normal": [0, 0, 1]}}
 class Measured:
     """An ended command: its exit status, its seconds, its peak of resident memory in MB, and what it printed."""
 
-    def __init__(self, arguments, folder, watch=None):
+    def __init__(self, arguments, folder, watch=None, environment=None):
         """watch: called with the process id, every 20 ms."""
         with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
             start = time.monotonic()
             process = subprocess.Popen([str(a) for a in arguments], cwd=folder, stdin=subprocess.DEVNULL, stdout=out,
-                                       stderr=err)
+                                       stderr=err, env={**os.environ, **(environment or {})})
             while (ended := os.wait4(process.pid, os.WNOHANG))[0] == 0:
                 if watch:
                     watch(process.pid)
@@ -138,8 +138,8 @@ class Load:
         self.program, self.folder, self.scale = options.program.resolve(), folder, options.scale
         self.rows = []
 
-    def nbdtree(self, *arguments, watch=None):
-        return Measured([self.program, *arguments, "--threads", "1", "--json"], self.folder, watch)
+    def nbdtree(self, *arguments, watch=None, environment=None):
+        return Measured([self.program, *arguments, "--threads", "1", "--json"], self.folder, watch, environment)
 
     def make(self, *arguments):
         done = self.nbdtree(*arguments)
@@ -176,13 +176,19 @@ class Load:
         scene = turning_scene(0.005 * steps) | {"time": {"dt": 0.005, "frames": frames, "steps_per_frame": per_frame}}
         (self.folder / "turning.json").write_text(json.dumps(scene))
         for name, live in [("steps", []), ("steps --live", ["--live", "0"])]:
-            samples = []  # length of the journal, which grows with the frames, and resident memory
-            journal = self.folder / "turning.h5.journal"
-            done = self.nbdtree("simulate", "turning.json", "-o", "turning.h5", *live,
-                                watch=lambda pid: samples.append((length_of(journal), resident_mb(pid))))
-            whole = max((length for length, _ in samples), default=0)
-            tenth = max((mb for length, mb in samples if 0 < length <= whole / 10), default=0)
-            end = max((mb for length, mb in samples if length >= 0.9 * whole), default=0)
+            resident = {}  # memory at frames at which the run waits to be measured
+
+            def measure(pid):
+                for frame in (frames // 10, frames):
+                    go_on = self.folder / f"{name} {frame}"
+                    if frame not in resident and go_on.with_name(f"{go_on.name}.waits").exists():
+                        resident[frame] = resident_mb(pid)
+                        go_on.touch()
+
+            at = ";".join(f"frames|{frame}|wait|{name} {frame}" for frame in (frames // 10, frames))
+            done = self.nbdtree("simulate", "turning.json", "-o", "turning.h5", *live, watch=measure,
+                                environment={"NBDTREE_AT": at})
+            tenth, end = resident.get(frames // 10, 0), resident.get(frames, 0)
             wrong, notes = "", f"{tenth:.1f} MB at a tenth, {end:.1f} at the end"
             if done.status == 0:
                 wrong = self.wrong_place("turning.h5", frames + 1, [-1.1 * BOX, -1.1 * BOX, -0.05 * BOX],

@@ -149,17 +149,17 @@ class BrowserTest(unittest.TestCase):
                 self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), 360)
 
     def search(self, words):
-        """Addresses that the search finds. Words that are typed before its index is ready are lost, so the page is opened
-        again where it stays silent."""
-        for patience in (2, 4, 8, 16):
-            self.open("index.html", 1280)
-            time.sleep(patience)
+        """Addresses that the search finds. Words that are typed before its index is ready are lost, so they are typed again
+        until it answers."""
+        self.open("index.html", 1280)
+        end = time.monotonic() + 1800  # it hangs
+        while time.monotonic() < end:
             self.browser.run("""
                 const box = document.querySelector("input.md-search__input");
                 box.focus();
                 box.value = arguments[0];
                 for (const event of ["input", "keyup"]) box.dispatchEvent(new Event(event, {bubbles: true}));""", words)
-            time.sleep(patience)
+            time.sleep(0.5)
             found = self.browser.run("""return [...document.querySelectorAll(".md-search-result__link")]
                                         .map((link) => link.getAttribute("href"));""")
             if found:

@@ -7,6 +7,7 @@ Exit status 77, for ctest: Chromium, selenium or h5py is not there.
 """
 import http.client
 import json
+import os
 import re
 import shutil
 import signal
@@ -26,25 +27,38 @@ import numpy as np
 from browser import Browser
 
 NBDTREE, ASSETS = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
+HANGS = 1800  # seconds after which anything counts as hanging
 RINGS = ASSETS / "scenes" / "rings.json"
 
 
 class Run:
-    """A run in the background; `port` is where it shows itself."""
+    """A run in the background, which stays at each of the frames `stays` until let_go() or Ctrl-C; `port` is where it shows
+    itself."""
 
-    def __init__(self, folder, *arguments):
+    def __init__(self, folder, *arguments, stays=()):
+        self.folder, self.stays = folder, list(stays)
+        for frame in stays:
+            self.file_of(frame).unlink(missing_ok=True)
+        at = ";".join(f"frames|{frame}|wait|{self.file_of(frame)}" for frame in stays)
         self.process = subprocess.Popen([NBDTREE, "simulate", *map(str, arguments), "-q"], cwd=folder, text=True,
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "NBDTREE_AT": at})
         line = self.process.stderr.readline()
         found = re.fullmatch(r"nbdtree: (http://127\.0\.0\.1:(\d+)/) shows the run\n", line)
         assert found, line + self.process.stderr.read()
         self.url, self.port = found[1], int(found[2])
 
+    def file_of(self, frame):
+        return self.folder / f"go_on_from_{frame}"
+
+    def let_go(self):
+        """Lets the run go on to the next frame at which it stays, or to its end."""
+        self.file_of(self.stays.pop(0)).touch()
+
     def end(self, interrupt=False):
         """Waits for the end; returns the exit status and what is on standard error."""
         if interrupt:
             self.process.send_signal(signal.SIGINT)
-        error = self.process.communicate(timeout=400)[1]
+        error = self.process.communicate(timeout=HANGS)[1]
         return self.process.returncode, error
 
     def __enter__(self):
@@ -56,7 +70,7 @@ class Run:
             self.process.communicate()
 
     def ask(self, path, method="GET", host=None):
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=HANGS)
         connection.request(method, path, headers={"Host": host} if host else {})
         response = connection.getresponse()
         return response.status, response.read().decode(), response.headers
@@ -73,7 +87,7 @@ class LiveTest(unittest.TestCase):
         cls.browser.driver.quit()
         shutil.rmtree(cls.folder)
 
-    def wait_for(self, script, seconds=60):
+    def wait_for(self, script, seconds=HANGS):
         """Waits until an expression of the page is true, and returns it."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -100,19 +114,22 @@ class LiveTest(unittest.TestCase):
                     self.assertLess((np.abs(shown - recorded[number]) / step).max(), 0.6)
 
     def test_shows_frames_as_they_come_and_the_end(self):
-        with Run(self.folder, RINGS, "-o", "seen.h5", "--frames", 150, "--live") as run:
+        with Run(self.folder, RINGS, "-o", "seen.h5", "--frames", 150, "--live", stays=(20, 60, 100)) as run:
             self.open(run)
             self.assertEqual(self.browser.run("return document.getElementById('live').className"), "running")
-            before = self.wait_for("nbdtree.facts.times.length > 2 && nbdtree.facts.times.length")
+            self.wait_for("nbdtree.facts.times.length === 21")
+            run.let_go()
             # The page follows the run.
-            self.wait_for(f"nbdtree.frame() > {before}")
+            self.wait_for("nbdtree.frame() > 20")
             # It can be scrubbed meanwhile, and stays where it is while frames are added.
             slider = self.browser.driver.find_element("id", "frame")
             self.browser.run("arguments[0].value = 1; arguments[0].dispatchEvent(new Event('input'))", slider)
             count = self.browser.run("return nbdtree.facts.times.length")
-            self.wait_for(f"nbdtree.facts.times.length > {count} + 3")
+            run.let_go()
+            self.wait_for(f"nbdtree.facts.times.length > Math.max(61, {count} + 3)")
             self.assertEqual(self.browser.run("return nbdtree.frame()"), 1)
             self.assertIsNone(run.process.poll())
+            run.let_go()
             self.browser.run("nbdtree.choose('colour', 'von Mises stress'); nbdtree.choose('show-bounds', true)")
             status, error = run.end()
             self.assertEqual((status, error), (0, ""))
@@ -142,7 +159,7 @@ class LiveTest(unittest.TestCase):
         self.assertEqual((self.folder / "seen.h5").read_bytes(), (self.folder / "alone.h5").read_bytes())
 
     def test_says_when_the_run_is_stopped_and_shows_it_again_when_it_goes_on(self):
-        with Run(self.folder, RINGS, "-o", "stopped.h5", "--frames", 400, "--live", 0) as run:
+        with Run(self.folder, RINGS, "-o", "stopped.h5", "--frames", 400, "--live", 0, stays=(30,)) as run:
             self.open(run)
             self.wait_for("nbdtree.facts.times.length > 5")
             status, error = run.end(interrupt=True)
@@ -154,7 +171,7 @@ class LiveTest(unittest.TestCase):
         # Of 401 frames a page shows 300.
         shown = self.browser.run("return nbdtree.facts.numbers")
         self.assertEqual(shown, [n for n in (i * 400 / 299 for i in range(300)) for n in [int(n + 0.5)] if n < recorded])
-        with Run(self.folder, RINGS, "-o", "stopped.h5", "--frames", 400, "--resume", "--live") as run:
+        with Run(self.folder, RINGS, "-o", "stopped.h5", "--frames", 400, "--resume", "--live", stays=(70,)) as run:
             self.open(run)
             self.wait_for(f"nbdtree.facts.times.length > {len(shown)}")
             run.end(interrupt=True)
@@ -193,7 +210,7 @@ class LiveTest(unittest.TestCase):
             self.assertEqual(run.end(), (0, ""))
 
     def test_a_page_whose_run_is_killed_says_so(self):
-        with Run(self.folder, RINGS, "-o", "killed.h5", "--frames", 400, "--live") as run:
+        with Run(self.folder, RINGS, "-o", "killed.h5", "--frames", 400, "--live", stays=(30,)) as run:
             self.browser.open(run.url)
             self.wait_for("nbdtree.facts.times.length > 1")
             run.process.kill()
@@ -202,9 +219,10 @@ class LiveTest(unittest.TestCase):
         self.assertTrue(all("ERR_CONNECTION" in complaint for complaint in self.browser.complaints()))
 
     def test_a_page_that_cannot_take_a_frame_says_so(self):
-        with Run(self.folder, RINGS, "-o", "untaken.h5", "--frames", 400, "--live") as run:
+        with Run(self.folder, RINGS, "-o", "untaken.h5", "--frames", 400, "--live", stays=(5, 30)) as run:
             self.browser.open(run.url)
             self.browser.run("nbdtree.live.take = async () => { throw new Error('no memory'); };")
+            run.let_go()
             self.wait_for("document.getElementById('live').className === 'failed'")
             self.assertRegex(self.browser.driver.find_element("id", "live").text,
                              "^Failed: this page cannot show the next frames: no memory · ")
@@ -212,7 +230,7 @@ class LiveTest(unittest.TestCase):
         self.assertIn("no memory", self.browser.complaints()[0])
 
     def test_answers_only_reads_of_its_own_name_on_the_loopback_address(self):
-        with Run(self.folder, RINGS, "-o", "asked.h5", "--frames", 400, "--live") as run:
+        with Run(self.folder, RINGS, "-o", "asked.h5", "--frames", 400, "--live", stays=(5,)) as run:
             status, page, headers = run.ask("/")
             self.assertEqual(status, 200)
             self.assertIn("connect-src 'self'", page)
@@ -238,9 +256,7 @@ class LiveTest(unittest.TestCase):
             self.assertEqual(of_port, [f"0100007F:{run.port:04X}"])
             # Connections that say nothing do not stop the run from ending.
             silent = [socket.create_connection(("127.0.0.1", run.port)) for _ in range(10)]
-            begun = time.monotonic()
             self.assertEqual(run.end(interrupt=True)[0], 130)
-            self.assertLess(time.monotonic() - begun, 30)
             for connection in silent:
                 connection.close()
 

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "collision/base/stop.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "sim/world/world.hpp"
 #include "tests/sim/world/box_model.hpp"
 
@@ -27,48 +28,65 @@ World two_boxes(const Model& box, bool intersection_free) {
     return world;
 }
 
+/// Sets a flag after a share of the time that the same work took before, so that it comes in the midst of the
+/// work on machines of any speed.
+class Asking {
+ public:
+    Asking(std::atomic<bool>& asked, double seconds)
+        : thread_([&asked, seconds] {
+              std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+              asked = true;
+          }) {}
+    ~Asking() { thread_.join(); }
+    Asking(const Asking&) = delete;
+    Asking& operator=(const Asking&) = delete;
+
+ private:
+    std::thread thread_;
+};
+
 class StoppedStep : public ::testing::TestWithParam<bool> {};
 
 TEST_P(StoppedStep, IsTakenBackAndBeginsAgainWithTheSameBits) {
     const Model box({1, 0.4, 0.3}, {6, 3, 2});
     constexpr int steps = 30;
-    World undisturbed = two_boxes(box, GetParam()), stopped = two_boxes(box, GetParam());
+    World undisturbed = two_boxes(box, GetParam());
     int contacts = 0;
+    const Stopwatch watch;
     for (int i = 0; i < steps; ++i) contacts += undisturbed.step(5e-3).contacts;
+    const double seconds_of_a_step = watch.seconds() / steps;
     ASSERT_GT(contacts, 0);
 
-    std::atomic<bool> asked = false, done = false;
-    std::thread asks([&] {
-        for (int i = 0; !done; i = (i + 7) % 50) {
-            std::this_thread::sleep_for(std::chrono::microseconds(100 * i));
-            asked = true;
+    // Again until enough steps were stopped after they had begun.
+    for (int stops = 0, tries = 0, scenes = 0; stops < 6; ++scenes) {
+        ASSERT_LT(scenes, 1000);
+        World stopped = two_boxes(box, GetParam());
+        for (int i = 0; i < steps;) {
+            const double time = stopped.time();
+            const Nodes x = stopped.state(1).x, v = stopped.state(1).v;
+            std::atomic<bool> asked = false;
+            try {
+                if (i % 3 == 0 && tries < 20) {  // so that every step comes to its end
+                    const Asking asks(asked, seconds_of_a_step * (++tries % 5) / 5);
+                    const StopScope scope(asked);
+                    stopped.step(5e-3);
+                } else {
+                    stopped.step(5e-3);
+                }
+                tries = 0;
+                ++i;
+            } catch (const StopAsked&) {
+                stops += tries % 5 > 0;
+                EXPECT_EQ(stopped.time(), time);
+                EXPECT_EQ(stopped.state(1).x, x);
+                EXPECT_EQ(stopped.state(1).v, v);
+                EXPECT_TRUE(stopped.contact_forces(1).isZero(0));
+            }
         }
-    });
-    const std::atomic<bool> never = false;
-    int stops = 0, tries = 0;
-    for (int i = 0; i < steps;) {
-        const double time = stopped.time();
-        const Nodes x = stopped.state(1).x, v = stopped.state(1).v;
-        try {
-            const StopScope scope(tries++ < 3 ? asked : never);  // so that every step comes to its end
-            stopped.step(5e-3);
-            tries = 0;
-            ++i;
-        } catch (const StopAsked&) {
-            asked = false;
-            ++stops;
-            EXPECT_EQ(stopped.time(), time);
-            EXPECT_EQ(stopped.state(1).x, x);
-            EXPECT_EQ(stopped.state(1).v, v);
-            EXPECT_TRUE(stopped.contact_forces(1).isZero(0));
+        for (int b = 0; b < 2; ++b) {
+            EXPECT_EQ(stopped.state(b).x, undisturbed.state(b).x);
+            EXPECT_EQ(stopped.state(b).v, undisturbed.state(b).v);
         }
-    }
-    done = true;
-    asks.join();
-    EXPECT_GT(stops, 5);
-    for (int b = 0; b < 2; ++b) {
-        EXPECT_EQ(stopped.state(b).x, undisturbed.state(b).x);
-        EXPECT_EQ(stopped.state(b).v, undisturbed.state(b).v);
     }
 }
 
@@ -98,26 +116,26 @@ TEST(StoppedStart, LeavesBodiesWhereTheyWere) {
     world.add_obstacle(floor_at(-0.15));
     for (int b = 0; b < 4; ++b) world.add_body(box.at({0.3 * b, 0.1 * b, 0.02 * b}));
     const Nodes before = world.state(3).x;
-    std::atomic<bool> asked = false;
-    int stops = 0;
-    for (int wait_us = 0; wait_us < 4000; wait_us += 200) {
-        asked = false;
-        std::thread asks([&] {
-            std::this_thread::sleep_for(std::chrono::microseconds(wait_us));
-            asked = true;
-        });
-        const WorldSnapshot start = world.snapshot();
+    const WorldSnapshot start = world.snapshot();
+    const Stopwatch watch;
+    world.resolve_start();
+    const double seconds = watch.seconds();
+    world.restore(start);
+    ASSERT_EQ(world.state(3).x, before);
+    // Again until it was stopped often enough after it had begun.
+    for (int stops = 0, tries = 0; stops < 5; ++tries) {
+        ASSERT_LT(tries, 10000);
+        std::atomic<bool> asked = tries == 0;
         try {
+            const Asking asks(asked, seconds * (tries % 20) / 20);
             const StopScope scope(asked);
             world.resolve_start();
             world.restore(start);
         } catch (const StopAsked&) {
-            ++stops;
+            stops += tries > 0;
         }
-        asks.join();
-        ASSERT_EQ(world.state(3).x, before) << wait_us;
+        ASSERT_EQ(world.state(3).x, before) << tries;
     }
-    EXPECT_GT(stops, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutIntersections, StoppedStep, ::testing::Bool());
