@@ -186,6 +186,8 @@ std::string OpenedFile::text_attribute(const std::string& object, const std::str
     const Handle type(H5Aget_type(attribute.get())), space(H5Aget_space(attribute.get()));
     if (!is_one_string(type.get(), space.get()))
         refuse(fmt::format("{} is not a text", quoted(object, name)), "one string");
+    if (H5Tget_size(type.get()) > bytes_)
+        refuse(fmt::format("{} is longer than the file", quoted(object, name)), whole);
     std::string text;
     const auto read = [&](hid_t memory, void* out) { return H5Aread(attribute.get(), memory, out); };
     if (!read_string(type.get(), read, text)) refuse_damaged(quoted(object, name));

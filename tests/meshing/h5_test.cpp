@@ -139,6 +139,27 @@ TEST_F(H5Test, RoundTripsNumbersTextsAndAttributes) {
     EXPECT_FALSE(file.has("a/none/deep"));
 }
 
+/// A damaged length must not be believed: as much would be allocated.
+TEST_F(H5Test, RefusesATextAttributeThatIsLongerThanTheFile) {
+    const auto path = folder / "a.h5";
+    constexpr std::uint32_t length = 34567, other = 0x7fffffff;
+    {
+        Writer file(path, format);
+        file.attribute("/", "name", std::string(length, 'q'));
+        file.commit();
+    }
+    EXPECT_EQ(Reader(path, format).text_attribute("/", "name").size(), length);
+    std::string bytes = test::read_bytes(path);
+    const std::string stored(reinterpret_cast<const char*>(&length), sizeof length);
+    const std::size_t at = bytes.find(stored);
+    ASSERT_NE(at, std::string::npos);
+    bytes.replace(at, sizeof other, reinterpret_cast<const char*>(&other), sizeof other);
+    test::write_bytes(path, bytes);
+    const std::string error = error_of([&] { Reader(path, format).text_attribute("/", "name"); });
+    test::expect_clear(error, path);
+    EXPECT_NE(error.find("attribute 'name'"), std::string::npos) << error;
+}
+
 TEST_F(H5Test, GrowsSeveralDatasetsInterleaved) {
     const auto path = folder / "a.h5";
     Writer file(path, format);
