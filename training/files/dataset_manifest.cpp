@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <fstream>
 #include <iterator>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 #include "meshing/h5/reader.hpp"
 #include "meshing/h5/writer.hpp"
@@ -120,14 +123,24 @@ DatasetSplit DatasetManifest::split(std::string_view name) const {
     throw std::invalid_argument(fmt::format("the dataset has no split \"{}\"; allowed: {}", name, known));
 }
 
+namespace {
+
+/// False for what is no regular file, or begins in another way. True where it cannot be read: the reader says
+/// why.
+bool begins_as_hdf5(const std::filesystem::path& path) {
+    if (!std::filesystem::is_regular_file(path)) return false;
+    std::ifstream file(path, std::ios::binary);
+    std::array<char, 8> bytes{};
+    if (!file || (!file.read(bytes.data(), bytes.size()) && file.bad())) return true;
+    return std::string_view(bytes.data(), bytes.size()) == "\x89HDF\r\n\x1a\n";
+}
+
+}  // namespace
+
 bool is_dataset_view(const std::filesystem::path& path) {
-    try {
-        return h5::Reader(path, view_format).has(dataset_plan);
-    } catch (const h5::ReadError&) {
-        throw;
-    } catch (const std::runtime_error&) {
-        return false;
-    }
+    if (!begins_as_hdf5(path)) return false;
+    const h5::Reader file(path);
+    return file.format().name == view_format.name && file.has(dataset_plan);
 }
 
 namespace {

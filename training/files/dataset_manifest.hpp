@@ -45,7 +45,9 @@ struct DatasetManifest {
 /// if the view cannot be written.
 void write_dataset_view(const std::filesystem::path& view, const DatasetManifest& manifest);
 
-/// True if the file is a merged view; false if it is missing or anything else. Throws h5::ReadError.
+/// True if the file is a merged view; false if it is missing, no HDF5 file, or another file of nbdtree.
+/// Throws what h5::Reader does for a damaged file, one that cannot be read, and an HDF5 file of another
+/// program.
 bool is_dataset_view(const std::filesystem::path& path);
 
 /// Throws std::runtime_error on a missing, truncated, damaged or foreign file.

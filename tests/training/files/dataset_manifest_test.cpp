@@ -86,6 +86,18 @@ TEST_F(DatasetView, RoundTripsItsManifest) {
     EXPECT_EQ(read.shards[1].sha256, written.shards[1].sha256);
 }
 
+TEST_F(DatasetView, IsNotTakenForAnotherFileWhereItIsDamaged) {
+    test::write_bytes(folder / "text.h5", "a text");
+    EXPECT_FALSE(is_dataset_view(folder / "text.h5"));
+    EXPECT_FALSE(is_dataset_view(folder));
+    const std::string whole = test::read_bytes(folder / "data.h5");
+    for (const std::size_t kept : {whole.size() / 2, whole.size() - 1}) {
+        test::write_bytes(folder / "cut.h5", whole.substr(0, kept));
+        const std::string error = test::error_of([&] { (void)is_dataset_view(folder / "cut.h5"); });
+        EXPECT_TRUE(error.starts_with((folder / "cut.h5").string() + ": is truncated or damaged")) << error;
+    }
+}
+
 TEST_F(DatasetView, SplitsLikeTrainingUnlessAnotherShareIsGiven) {
     const RecordingReader view(folder / "data.h5");
     const TrainingSplit stored = make_split(view, std::nullopt, 0, 1);
