@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "collision/base/message.hpp"
@@ -39,7 +40,8 @@ RigidTransform match_shape(VerticesRef X, VerticesRef x, Eigen::Ref<const Eigen:
 
     RigidTransform align;
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+    // The decomposition fails only for numbers that are not finite. Then no coordinate may look like one.
+    Eigen::Matrix3d R = Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());
     if (svd.info() == Eigen::Success) {
         const bool reflected = svd.matrixU().determinant() * svd.matrixV().determinant() < 0;
         const Eigen::Vector3d signs(1, 1, reflected ? -1 : 1);

@@ -95,6 +95,26 @@ TEST(MatchShape, IsAProperRotationForDegenerateSets) {
     }
 }
 
+/// A pose without a number in it must not look like one with the identity as its rotation.
+TEST(MatchShape, HasNoRotationOnlyWithoutNumbers) {
+    std::mt19937 random(6);
+    const Vertices X = random_points(random, 20);
+    const Eigen::VectorXf w = Eigen::VectorXf::Ones(20);
+    for (const float bad :
+         {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+        Vertices x = X;
+        x(7, 1) = bad;
+        const RigidTransform found = match_shape(X, x, w);
+        EXPECT_TRUE(found.R.array().isNaN().all()) << found.R;
+        EXPECT_TRUE(found.t.array().isNaN().all()) << found.t;
+    }
+    for (const float size : {1e-38f, 1e-20f, 1e18f, 1e38f}) {
+        const RigidTransform found = match_shape(X, size * X, w);
+        expect_rotation(found.R);
+        EXPECT_NEAR((found.R - Eigen::Matrix3f::Identity()).norm(), 0, 1e-4) << size;
+    }
+}
+
 TEST(ModalCoordinates, AreTheWeightedProjectionOfTheDeformationAlone) {
     std::mt19937 random(5);
     const auto s = shapes::torus(20, 12);
