@@ -18,7 +18,8 @@ LearnedAffineBoxes calibrated(const CollisionTree& tree) {
 WideCoverage::WideCoverage(const CollisionTree& tree)
     : model_(tree.boxes ? tree.boxes : make_boxes(tree)),
       tree_(&model_->tree()),
-      boxes_(model_, calibrated(tree)) {}
+      boxes_(model_, calibrated(tree)),
+      learned_(calibrated(tree)) {}
 
 WideCoverage::Node WideCoverage::cluster(int i) const {
     const auto c = static_cast<std::size_t>(i);
@@ -50,30 +51,29 @@ std::span<const WideOutcome> WideCoverage::measure(VerticesRef x) {
     fit_wide_boxes(*tree_, x, exact_);
     outcomes_.clear();
     boxes_.begin_pose(VertexView::as_long_as(x));
-    // Clusters are bounded as a pose begins, so which of them are out of range shows in their number alone.
-    const int out_of_range = boxes_.out_of_range();
+    // The boxes do not tell which of them are out of range, so they are asked for a second time.
+    x_ = x;
+    learned_.begin_pose(x_.data());
     for (int i = 0; i < tree_->clusters(); ++i) {
+        Box box;
         WideOutcome& outcome =
-            outcomes_.emplace_back(WideOutcome{.level = 0, .out_of_range = i < out_of_range});
+            outcomes_.emplace_back(WideOutcome{.level = 0, .out_of_range = !learned_.box(i, box)});
         add(boxes_.cluster(i), cluster(i), x, outcome);
     }
-    const auto add_children = [&](int level, const BoxPack& boxes, int first, int count, int before,
+    const auto add_children = [&](int level, bool in_range, const BoxPack& boxes, int first, int count,
                                   const auto& node) {
-        WideOutcome& outcome = outcomes_.emplace_back(
-            WideOutcome{.level = level, .out_of_range = boxes_.out_of_range() > before});
+        WideOutcome& outcome = outcomes_.emplace_back(WideOutcome{.level = level, .out_of_range = !in_range});
         for (int k = 0; k < count; ++k) add(boxes.box(k), node(first + k), x, outcome);
         outcome.inflation /= count;
     };
-    for (int i = 0; i < tree_->clusters(); ++i) {
-        const int before = boxes_.out_of_range();
-        add_children(1, boxes_.blocks(i).boxes, tree_->first_block[static_cast<std::size_t>(i)],
-                     tree_->blocks_in(i), before, [&](int k) { return block(k); });
-    }
-    for (int i = 0; i < tree_->blocks(); ++i) {
-        const int before = boxes_.out_of_range();
-        add_children(2, boxes_.leaves(i).boxes, tree_width * i, tree_->leaves_in[static_cast<std::size_t>(i)],
-                     before, [&](int k) { return leaf(k); });
-    }
+    BoxPack pack;
+    for (int i = 0; i < tree_->clusters(); ++i)
+        add_children(1, learned_.blocks(i, pack), boxes_.blocks(i).boxes,
+                     tree_->first_block[static_cast<std::size_t>(i)], tree_->blocks_in(i),
+                     [&](int k) { return block(k); });
+    for (int i = 0; i < tree_->blocks(); ++i)
+        add_children(2, learned_.leaves(i, pack), boxes_.leaves(i).boxes, tree_width * i,
+                     tree_->leaves_in[static_cast<std::size_t>(i)], [&](int k) { return leaf(k); });
     return outcomes_;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "collision/bounds/affine/affine_boxes.hpp"
+#include "collision/bounds/affine/learned_affine_boxes.hpp"
 #include "collision/bounds/affine/wide_boxes.hpp"
 #include "collision/tree/collision_tree.hpp"
 
@@ -43,6 +44,8 @@ class WideCoverage {
     std::shared_ptr<const AffineModel> model_;
     const WideTree* tree_;
     AffineBoxes boxes_;
+    LearnedAffineBoxes learned_;  // the same, to ask which are out of range
+    Vertices x_;                  // of its pose
     WideBoxes exact_;
     std::vector<WideOutcome> outcomes_;
 };
