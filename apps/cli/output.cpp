@@ -1,6 +1,7 @@
 #include "apps/cli/output.hpp"
 
 #include <cstdio>
+#include <stdexcept>
 
 #include "apps/cli/progress_bar.hpp"
 #include "apps/cli/test_points.hpp"
@@ -23,8 +24,21 @@ void Output::text(std::string_view line) const {
 }
 
 void Output::warning(std::string_view line) const {
+    if (strict) throw std::runtime_error(std::string(line));
+    late_warning(line);
+}
+
+void Output::late_warning(std::string_view line) const {
+    const std::scoped_lock lock(warnings_->mutex);
     erase_progress();
     fmt::print(stderr, "{}: warning: {}\n", program, line);
+    warnings_->lines.emplace_back(line);
+    if (warnings_->late.empty()) warnings_->late = line;
+}
+
+void Output::end_if_strict() const {
+    const std::scoped_lock lock(warnings_->mutex);
+    if (strict && !warnings_->late.empty()) throw std::runtime_error(warnings_->late);
 }
 
 void Output::announcement(std::string_view line) const {
@@ -32,8 +46,11 @@ void Output::announcement(std::string_view line) const {
     fmt::print(stderr, "{}: {}\n", program, line);
 }
 
-void Output::result(const nlohmann::ordered_json& value) const {
-    if (json) fmt::print("{}\n", value.dump(2));
+void Output::result(nlohmann::ordered_json value) const {
+    if (!json) return;
+    const std::scoped_lock lock(warnings_->mutex);
+    value["warnings"] = warnings_->lines;
+    fmt::print("{}\n", value.dump(2));
 }
 
 void Output::work(std::string_view name) const {

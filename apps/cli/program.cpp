@@ -160,7 +160,7 @@ void say_once(std::string_view line) {
     static std::mutex mutex;
     static std::set<std::string, std::less<>> said;
     const std::lock_guard lock(mutex);
-    if (said.emplace(line).second) running->warning(line);
+    if (said.emplace(line).second) running->late_warning(line);
 }
 
 int run(const Program& program, Output& out, int argc, char** argv) {
@@ -178,7 +178,9 @@ int run(const Program& program, Output& out, int argc, char** argv) {
     for (int i = 0; i < argc; ++i) out.command_line += (i == 0 ? "" : " ") + quoted(argv[i]);
     int threads = 0;
     app.add_flag("-q,--quiet", out.quiet, "Print errors and warnings only, no progress and no tables");
-    app.add_flag("--json", out.json, "Print the result as one JSON object on standard output");
+    app.add_flag("--json", out.json,
+                 "Print the result as one JSON object on standard output, with the warnings");
+    app.add_flag("--strict", out.strict, "End at the first warning with status 1, and the warning as error");
     app.add_option("--threads", threads,
                    "Threads to use; 0: all cores, shared by mpirun's ranks. The result does not depend on it")
         ->check(whole_number(0, 1024));
@@ -226,6 +228,7 @@ int run(const Program& program, Output& out, int argc, char** argv) {
         return fail(program.name, 130, fmt::format("interrupted: {}", stop.what()));
     }
     out.end_progress();
+    out.end_if_strict();
     return flush_output(program.name);
 }
 

@@ -16,6 +16,7 @@
 #include "apps/dataset/variety.hpp"
 #include "apps/sharing/rank.hpp"
 #include "meshing/body/body.hpp"
+#include "meshing/body/body_hints.hpp"
 #include "meshing/h5/atomic_file.hpp"
 #include "meshing/surface/counted.hpp"
 #include "sim/factor/blas.hpp"
@@ -121,6 +122,9 @@ void run(const DatasetArguments& arguments, Output& out) {
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     out.work("reading the body");
     const Body body = load_body(arguments.body);
+    if (rank.number == 0)
+        for (const std::string& hint : body_hints(body))
+            out.warning(fmt::format("{}: {}", arguments.body, hint));
 
     finish_on_interrupt();
     const ShardFolder folder(arguments.output, plan.trajectories, plan.per_shard);

@@ -9,6 +9,7 @@
 #include "apps/cli/output_paths.hpp"
 #include "apps/cli/region_option.hpp"
 #include "apps/commands/commands.hpp"
+#include "meshing/body/body_hints.hpp"
 #include "meshing/cage/cage.hpp"
 #include "meshing/tets/tet_quality.hpp"
 
@@ -70,6 +71,8 @@ void run(const MeshArguments& arguments, Output& out) {
             "{} of {} tetrahedra have a radius ratio below {}, the worst is tetrahedron {} with "
             "{:.2g}; steps are stiff there, and another number of nodes may avoid them",
             quality.poor, quality.tets, poor_radius_ratio, quality.worst_tet, quality.radius_ratio_min));
+    for (const std::string& hint : body_hints(body))
+        out.warning(fmt::format("{}: {}", arguments.output, hint));
     save_body(arguments.output, body);
 
     out.text(fmt::format("{}: {} nodes, {} tetrahedra, collision surface of {} vertices and {} faces",

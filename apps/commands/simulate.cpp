@@ -21,6 +21,10 @@
 #include "meshing/h5/version.hpp"
 #include "meshing/surface/counted.hpp"
 #include "sim/factor/blas.hpp"
+#include "sim/scene/body_warnings.hpp"
+#include "sim/world/start_check.hpp"
+#include "training/files/recording.hpp"
+#include "training/files/split.hpp"
 
 namespace nbd {
 namespace {
@@ -34,7 +38,7 @@ struct SimulateArguments {
     int audit = 0;
     std::optional<int> live;  // port; 0: any
     bool keep_live = false;
-    bool resume = false, compare = false, strict = false, outside = false;
+    bool resume = false, compare = false, outside = false;
     ExtrasRequest extras;
 };
 
@@ -73,10 +77,13 @@ bool is_finished(const SceneOutput& paths, const WantedRun& wanted, const Simula
     if (!earlier.is_finished) return false;
     RunOptions idle = earlier.tells_options ? RunOptions() : wanted.options;
     idle.emplace_back("--live", arguments.live ? "given" : "");
-    idle.emplace_back("--strict", arguments.strict ? "given" : "");
     if (const std::string given = given_options(idle); !given.empty())
         out.warning(
             fmt::format("{}: the run is finished, so it ignores {}", paths.recording.string(), given));
+    if (out.strict)
+        if (const int frames = troubled_frames(RecordingReader(paths.recording)); frames > 0)
+            throw std::runtime_error(fmt::format("{}: the run is finished, with {} of steps that went wrong",
+                                                 paths.recording.string(), counted(frames, "frame")));
     return true;
 }
 
@@ -127,6 +134,20 @@ std::string time_line(const StepTotals& total, double output_us) {
         part(total.solve_us), part(total.rest_us), 1e-3 * output_us);
 }
 
+/// Warns of steps that went wrong. reason: of the first of this run that is not about inverted tetrahedra;
+/// empty if an earlier part of the run had it.
+void tell_trouble(const StepTotals& total, const std::string& reason, const Output& out) {
+    if (total.otherwise_troubled_steps > 0)
+        out.warning(fmt::format(
+            "{} of {} steps were kept although something went wrong; {}", total.otherwise_troubled_steps,
+            total.steps, reason.empty() ? "see the column `trouble` of --csv" : "the first: " + reason));
+    if (total.inverted_steps > 0)
+        out.warning(fmt::format(
+            "{} of {} steps end with tetrahedra inside out, up to {} at once, the first at {:.6g} "
+            "s; a shorter dt, more newton_iterations or the law stable_neo_hookean may help",
+            total.inverted_steps, total.steps, total.most_inverted, total.first_inverted));
+}
+
 /// Prints the results. size: length that penetration is compared with, metres. output_us: as in time_line().
 void tell(const SceneOutput& paths, int frames, const StepTotals& total, double size, double output_us,
           Output& out) {
@@ -154,12 +175,14 @@ void tell(const SceneOutput& paths, int frames, const StepTotals& total, double 
             total.audit.tests, total.audit.exact_tests, total.audit.us / total.audited_frames,
             total.audit.exact_us / total.audited_frames));
     if (total.nodes_out_of_range > 0)
-        out.warning(fmt::format("{} nodes were out of their calibrated range and bounded exactly",
-                                total.nodes_out_of_range));
+        out.late_warning(fmt::format("{} nodes were out of their calibrated range and bounded exactly",
+                                     total.nodes_out_of_range));
     out.result(
         {{"frames", frames},
          {"steps", total.steps},
          {"troubled_steps", total.troubled_steps},
+         {"inverted_steps", total.inverted_steps},
+         {"most_inverted", total.most_inverted},
          {"time", total.time},
          {"frames_in_contact", total.frames_in_contact},
          {"deepest_penetration", total.deepest_penetration},
@@ -229,10 +252,18 @@ void run(const SimulateArguments& arguments, Output& out) {
     const auto shared_world = std::make_shared<World>(build_world(spec, bodies, &moves));
     World& world = *shared_world;
     for (const auto& [body, by] : moves)
-        out.warning(
+        out.announcement(
             fmt::format("body {} '{}' intersects at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m",
                         body, spec.bodies[static_cast<std::size_t>(body)].name, by.x(), by.y(), by.z()));
     world.check_start();
+    if (const std::string line = start_warning(start_faults(world, body_labels(spec)), spec.resolve_start);
+        !line.empty())
+        out.warning(fmt::format("{}: {}", arguments.scene, line));
+    std::vector<const LoadedBody*> loaded;
+    for (const LoadedBody& body : bodies) loaded.push_back(&body);
+    for (const std::string& line : scene_body_warnings(spec, loaded))
+        out.warning(fmt::format("{}: {}", arguments.scene, line));
+    out.end_if_strict();
     std::optional<Audit> audit;
     if (arguments.audit > 0) audit.emplace(spec, bodies);
     std::optional<ContactComparison> comparison;
@@ -268,7 +299,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     }
     if (live) out.announcement(fmt::format("{} shows the run", live->url()));
     std::string failure, trouble;  // the first trouble of this run
-    if (arguments.strict && outputs.table().totals().troubled_steps > 0)
+    if (out.strict && outputs.table().totals().troubled_steps > 0)
         failure = fmt::format("a step up to frame {} went wrong", frame.number);
     out.progress("frames", frame.number, spec.time.frames);
     int factorised = 0;  // number of steps
@@ -281,10 +312,15 @@ void run(const SimulateArguments& arguments, Output& out) {
             if (comparison) comparison->step(spec.time.dt);
             steps.push_back(step_row(number, report));
             failure = report.failure;
-            if (trouble.empty()) trouble = report.trouble_reason;
-            if (arguments.strict && failure.empty()) failure = report.trouble_reason;
-            if (!report.fallback.empty() && factorised++ == 0)
-                out.warning(fmt::format("a linear system was factorised, {}", report.fallback));
+            if (trouble.empty() && report.trouble != StepTrouble::inverted) trouble = report.trouble_reason;
+            if (out.strict && failure.empty()) failure = report.trouble_reason;
+            if (!report.fallback.empty() && factorised++ == 0) {
+                const std::string line = fmt::format("a linear system was factorised, {}", report.fallback);
+                if (!out.strict)
+                    out.warning(line);
+                else if (failure.empty())
+                    failure = line;
+            }
         }
         if (!failure.empty()) {
             outputs.add_steps(steps);
@@ -300,18 +336,15 @@ void run(const SimulateArguments& arguments, Output& out) {
     }
     if (factorised > 1) out.warning(fmt::format("linear systems were factorised in {} steps", factorised));
     outputs.finish(failure);
-    if (const int steps = outputs.table().totals().troubled_steps; steps > 0)
-        out.warning(
-            fmt::format("{} of {} steps were kept although something went wrong; {}", steps,
-                        outputs.table().totals().steps,
-                        trouble.empty() ? "see the column `trouble` of --csv" : "the first: " + trouble));
+    const bool stopped = failure.empty() && frame.number < spec.time.frames;
+    if (!stopped) journal.remove();
+    // A strict run that met trouble ends with that as its error.
+    if (!(out.strict && !failure.empty())) tell_trouble(outputs.table().totals(), trouble, out);
     tell(paths, frame.number, outputs.table().totals(), world.smallest_diagonal(),
          output_us / std::max(frames_made, 1), out);
     if (comparison)
         out.text(fmt::format("compared with all contacts; distances of nodes in % of the smallest body:\n{}",
                              comparison->table(world.smallest_diagonal())));
-    const bool stopped = failure.empty() && frame.number < spec.time.frames;
-    if (!stopped) journal.remove();
     if (live) end_live(*live, stopped, failure, arguments.keep_live, out);
     if (!failure.empty())
         throw std::runtime_error(
@@ -368,10 +401,6 @@ void add_simulate(CLI::App& app, Output& out) {
                    "Go on serving the page after the end of the run, until Ctrl-C")
         ->needs(live);
     add_extras_options(*command, arguments->extras);
-    command->add_flag(
-        "--strict", arguments->strict,
-        "Stop at the first step that goes wrong: unbalanced, too fast or too deep, although it was "
-        "cut as far as allowed");
     command->add_flag("--allow-outside", arguments->outside,
                       "Let the scene name outputs outside of the recording's folder");
     CLI::Option* resume =

@@ -1,6 +1,8 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -14,17 +16,17 @@
 namespace nbd {
 namespace {
 
-/// Everything that is wrong with a scene, one line each.
-std::vector<std::string> problems_of(const std::filesystem::path& path) {
+/// Everything that is wrong with a scene or may be, one line each.
+SceneFindings findings_of(const std::filesystem::path& path) {
     SceneReading reading;
     try {
         reading = read_scene(file_text(path), path.parent_path());
     } catch (const std::invalid_argument& error) {
-        return {fmt::format("{}: {}", path.string(), error.what())};
+        return {{fmt::format("{}: {}", path.string(), error.what())}, {}};
     } catch (const std::runtime_error& error) {
-        return {error.what()};  // the message names the path
+        return {{error.what()}, {}};  // the message names the path
     }
-    std::vector<std::string> problems = reading.problems;
+    SceneFindings findings{reading.problems, {}};
     Output silent;
     silent.quiet = true;
     SceneFiles files;
@@ -34,15 +36,18 @@ std::vector<std::string> problems_of(const std::filesystem::path& path) {
         try {
             loaded[b] = files.load(reading.spec.bodies[b], silent);
         } catch (const std::exception& error) {
-            problems.push_back(fmt::format("bodies[{}]: {}", b, error.what()));
+            findings.problems.push_back(fmt::format("bodies[{}]: {}", b, error.what()));
         }
     }
     std::vector<const LoadedBody*> bodies;
     for (const auto& body : loaded) bodies.push_back(body ? &*body : nullptr);
-    for (std::string& problem : scene_problems(reading, bodies)) problems.push_back(std::move(problem));
-    for (std::string& problem : problems)
-        problem = fmt::format("{}: {}", path.string(), problem.substr(0, problem.find('\n')));
-    return problems;
+    SceneFindings checked = check_scene(reading, bodies);
+    std::ranges::move(checked.problems, std::back_inserter(findings.problems));
+    findings.warnings = std::move(checked.warnings);
+    for (auto* lines : {&findings.problems, &findings.warnings})
+        for (std::string& line : *lines)
+            line = fmt::format("{}: {}", path.string(), line.substr(0, line.find('\n')));
+    return findings;
 }
 
 void run(const std::vector<std::string>& scenes, Output& out) {
@@ -50,7 +55,8 @@ void run(const std::vector<std::string>& scenes, Output& out) {
     std::size_t count = 0, wrong = 0;
     for (const std::string& scene : scenes) {
         out.work("checking " + scene);
-        const std::vector<std::string> problems = problems_of(scene);
+        const auto [problems, warnings] = findings_of(scene);
+        for (const std::string& warning : warnings) out.warning(warning);
         count += problems.size();
         wrong += problems.empty() ? 0 : 1;
         if (problems.empty()) out.text(scene + ": valid");
@@ -68,7 +74,7 @@ void run(const std::vector<std::string>& scenes, Output& out) {
 void add_validate(CLI::App& app, Output& out) {
     auto scenes = std::make_shared<std::vector<std::string>>();
     CLI::App* command = app.add_subcommand(
-        "validate", "Checks scenes without running them; prints all problems, one per line");
+        "validate", "Checks scenes without running them; prints all problems and warnings, one per line");
     command->add_option("SCENE", *scenes, "Scene files, JSON")->required();
     command->final_callback([scenes, &out] { run(*scenes, out); });
 }

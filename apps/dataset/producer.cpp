@@ -10,6 +10,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
 
 #include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/self_intersections.hpp"
@@ -185,7 +186,12 @@ void Producer::simulate(int index) {
             facts.troubled.push_back(frame.troubled);
             facts.self_intersections.push_back(self.count(body_.W, frame.x));
         };
-        const std::string failure = excitation_.run(index, on_frame, steps).failure;
+        const TrajectoryResult result = excitation_.run(index, on_frame, steps);
+        const std::string& failure = result.failure;
+        if (!result.start_fault.empty()) {
+            const std::scoped_lock lock(speaking_);
+            overlaps_[index] = result.start_fault;
+        }
         if (!failure.empty() && attempt < plan_.attempts) {
             failed.push_back({{"steps_per_frame", steps}, {"failure", failure}});
             continue;
@@ -195,6 +201,15 @@ void Producer::simulate(int index) {
         if (!failure.empty()) warn(fmt::format("trajectory {} failed and is left out: {}", index, failure));
         return;
     }
+}
+
+/// One line for all trajectories that were made here.
+void Producer::tell_overlaps() {
+    const std::map<int, std::string> overlaps = std::exchange(overlaps_, {});
+    if (overlaps.empty()) return;
+    const auto& [index, fault] = *overlaps.begin();
+    warn(fmt::format("{} of the trajectories begin with an overlap, the first is trajectory {}: {}",
+                     overlaps.size(), index, fault));
 }
 
 void Producer::make(int index, bool wait) {
@@ -226,7 +241,7 @@ void Producer::produce(const std::function<bool(int)>& mine, int threads, int st
             std::vector<int> missing;
             std::ranges::copy_if(wanted, std::back_inserter(missing),
                                  [&](int index) { return !folder_.has(index); });
-            if (missing.empty()) return;
+            if (missing.empty()) return tell_overlaps();
             if (!wait) hooks_.progress(folder_.count());
             const int count = static_cast<int>(missing.size()),
                       workers = std::min({threads, count, at_a_time(body_)});
@@ -283,7 +298,13 @@ bool Producer::merge() {
                 recipes[info.id] = info.recipe;
             }
     }
-    manifest.variety = to_json(meter.report());
+    const Variety variety = meter.report();
+    manifest.variety = to_json(variety);
+    if (const long spoilt = variety.all.frames_troubled; spoilt > 0)
+        warn(fmt::format(
+            "{} of {} frames follow steps that went wrong, as with tetrahedra inside out; training "
+            "leaves them out (nbdtree train --troubled-frames keeps them)",
+            spoilt, variety.all.frames));
     const auto split = draw_held_out(complete, plan_.held_out_share, plan_.excitation.seed);
     manifest.train_trajectories = split.train;
     manifest.held_out_trajectories = split.held_out;

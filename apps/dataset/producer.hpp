@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -48,6 +49,7 @@ class Producer {
     FrameExtras extras_of(const ExcitedFrame& frame, const Vertices& x, int index,
                           std::optional<ContactEdgeFinder>& finder) const;
     void simulate(int index);
+    void tell_overlaps();
     void make(int index, bool wait);
     void finish_shard(int shard);
     /// Adds the split of the plan's rule; warns instead where failed trajectories leave a part of it empty.
@@ -67,6 +69,7 @@ class Producer {
     Claims claims_;
     ProducerHooks hooks_;
     std::mutex speaking_, packing_;
+    std::map<int, std::string> overlaps_;  // at the starts of trajectories that were made here
 };
 
 }  // namespace nbd

@@ -61,6 +61,10 @@ void StepTable::add(const std::vector<StepRow>& rows) {
         sums_.nodes_out_of_range += row.nodes_out_of_range;
         sums_.least_distance = std::min(sums_.least_distance, row.least_distance);
         sums_.troubled_steps += row.trouble != StepTrouble::none;
+        sums_.otherwise_troubled_steps +=
+            row.trouble != StepTrouble::none && row.trouble != StepTrouble::inverted;
+        if (row.inverted_elements > 0 && sums_.inverted_steps++ == 0) sums_.first_inverted = row.time;
+        sums_.most_inverted = std::max(sums_.most_inverted, row.inverted_elements);
         if (row.audited) {
             ++sums_.audited_frames;
             sums_.audit += row.audit;

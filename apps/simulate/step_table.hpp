@@ -37,6 +37,10 @@ struct StepTotals {
     double nodes_bounded = 0;
     long nodes_out_of_range = 0;
     int troubled_steps = 0;
+    int otherwise_troubled_steps = 0;  // of these, those with another trouble than `inverted`
+    int inverted_steps = 0;            // those that end with inverted tetrahedra
+    int most_inverted = 0;             // tetrahedra, at the end of one step
+    double first_inverted = 0;         // seconds, end of the first such step
     double least_distance = std::numeric_limits<double>::infinity();
     int audited_frames = 0;
     AuditCount audit;

@@ -9,6 +9,7 @@
 
 #include "sim/excitation/recipe_obstacles.hpp"
 #include "sim/world/body_tree.hpp"
+#include "sim/world/start_check.hpp"
 
 namespace nbd {
 namespace {
@@ -110,6 +111,8 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_p
     const Recipe recipe = recipes_.draw(index);
     TrajectoryResult result{.recipe = recipe_json(recipe)};
     World world = make_world(recipe, recipes_.scales(), *body_, elastic_, tree_, config_, hierarchies_);
+    for (const StartFault& fault : start_faults(world, {"the body", "the thrown copy"}))
+        if (fault.overlaps && result.start_fault.empty()) result.start_fault = fault.text;
     try {
         world.check_start();
     } catch (const std::invalid_argument& error) {

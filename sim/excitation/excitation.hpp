@@ -17,6 +17,7 @@ struct TrajectoryResult {
     int frames = 0;         // number of frames passed to on_frame
     std::string recipe{};   // JSON text
     std::string failure{};  // empty: complete; otherwise one line, and the frames end at the last good one
+    std::string start_fault{};  // empty, or one line: what overlaps at the start
 };
 
 /// One frame of a trajectory.

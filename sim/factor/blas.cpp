@@ -42,9 +42,8 @@ BlasInfo blas_info() {
     for (const char* known : {"openblas", "mkl", "blis", "atlas", "flexiblas"})
         info.fast = info.fast || info.name.find(known) != std::string::npos;
     if (!info.fast)
-        info.warning =
-            "warning: factorisations are several times slower than with an optimised BLAS; BLAS is " +
-            info.name + "; on Debian: apt-get install libopenblas0-pthread";
+        info.warning = "factorisations are several times slower than with an optimised BLAS; BLAS is " +
+                       info.name + "; on Debian: apt-get install libopenblas0-pthread";
     return info;
 }
 

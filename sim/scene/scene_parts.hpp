@@ -5,7 +5,7 @@
 
 #include "sim/scene/scene.hpp"
 
-// Parts of build_world() and scene_problems().
+// Parts of build_world() and check_scene().
 namespace nbd {
 
 /// Rows of x inside a region, ascending.

@@ -38,6 +38,8 @@ const char* name(StepTrouble trouble) noexcept {
             return "overlap";
         case StepTrouble::contact_passes:
             return "contact_passes";
+        case StepTrouble::inverted:
+            return "inverted";
     }
     return "";
 }
@@ -91,6 +93,11 @@ WorldReport World::step(double dt) {
         }
         report.substeps *= 2;
         done *= 2;
+    }
+    if (report.failure.empty() && report.trouble == StepTrouble::none && report.inverted_elements > 0) {
+        report.trouble = StepTrouble::inverted;
+        report.trouble_reason =
+            fmt::format("at {:.6g} s: {} tetrahedra are inside out", time_, report.inverted_elements);
     }
     if (report.trouble == StepTrouble::none && !report.contacts_settled) {
         report.trouble = StepTrouble::contact_passes;

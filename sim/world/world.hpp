@@ -66,7 +66,8 @@ struct WorldBody {
     std::vector<Grip> grips{};
 };
 
-/// Why the end of a step was kept although it was rejected: it could not be cut further.
+/// Why a step went wrong although its end was kept: it was rejected and could not be cut further, or what is
+/// wrong shows only at its end.
 enum class StepTrouble {
     none,
     approach,        // bodies approach each other faster than contact detection allows
@@ -74,6 +75,7 @@ enum class StepTrouble {
     newton,          // Newton's iteration did not reach balance
     overlap,         // contacts came to overlap too much
     contact_passes,  // the passes that settle which contacts press and slip ran out
+    inverted,        // tetrahedra are inside out at the end of the step
 };
 
 /// Whether a pose after such a step should not be trained on.
@@ -116,9 +118,10 @@ struct WorldReport {
     double least_distance = std::numeric_limits<double>::infinity();
     int inverted_elements = 0;
     std::string fallback{};  // empty, or one line: why the iterative solver last fell back to a factorisation
-    std::string rejection{};                  // empty, or one line: why a part of the step was last rejected
-    StepTrouble trouble = StepTrouble::none;  // the first of the step
-    std::string trouble_reason{};             // empty, or one line about it
+    std::string rejection{};  // empty, or one line: why a part of the step was last rejected
+    // The first of the step; `inverted` if there was no other but contact_passes.
+    StepTrouble trouble = StepTrouble::none;
+    std::string trouble_reason{};  // empty, or one line about it
     std::string failure{};  // empty, or one line: why the step failed; the world must not be stepped again
 };
 

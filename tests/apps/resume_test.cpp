@@ -210,7 +210,11 @@ TEST_F(ResumeTest, SaysWhichOptionsAFinishedRunIgnores) {
     };
     const std::string ignores = "nbdtree: warning: " + file + ": the run is finished, so it ignores ";
     EXPECT_EQ(warning({"--resume"}), "");
-    EXPECT_EQ(warning({"--resume", "--live", "--strict"}), ignores + "--live, --strict\n");
+    EXPECT_EQ(warning({"--resume", "--live"}), ignores + "--live\n");
+    EXPECT_EQ(warning({"--resume", "--strict"}), "");
+    const Ran strict = run(folder(), command(where, {"--resume", "--live", "--strict"}));
+    EXPECT_EQ(strict.status, 1);
+    EXPECT_EQ(strict.err, "nbdtree: error: " + file + ": the run is finished, so it ignores --live\n");
     EditFile(folder() / file).remove_attribute("/", "options");  // as earlier versions wrote it
     EXPECT_EQ(warning({"--resume", "--bounds", "boxes"}), ignores + "--bounds, --audit\n");
 }

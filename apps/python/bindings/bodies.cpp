@@ -8,8 +8,10 @@
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
 #include "apps/python/bindings/scheme.hpp"
+#include "collision/base/notice.hpp"
 #include "meshing/body/body.hpp"
 #include "meshing/body/body_check.hpp"
+#include "meshing/body/body_hints.hpp"
 #include "meshing/body/make_body.hpp"
 #include "sim/fem/modes.hpp"
 
@@ -72,7 +74,11 @@ SharedBody mesh_body(const path& file, std::optional<int> nodes, std::optional<d
     if (grading) config.tets.grading = *grading;
     Output silent;
     silent.quiet = true;
-    return stoppable<FileCall>([&] { return std::make_shared<Body>(mesh_file(file, config, silent).body); });
+    return stoppable<FileCall>([&] {
+        auto body = std::make_shared<Body>(mesh_file(file, config, silent).body);
+        for (const std::string& hint : body_hints(*body)) notice(fmt::format("{}: {}", file.string(), hint));
+        return body;
+    });
 }
 
 SharedBody with_modes(const Body& body, const Modes& modes) {
@@ -205,7 +211,9 @@ void bind_bodies(py::module_& m) {
           py::arg("grading") = py::none(), py::arg("cage") = py::none(), py::arg("inside") = py::none(),
           py::arg("material") = py::none(), py::arg("levels") = py::none(), py::arg("scheme") = py::none(),
           "Makes a body from a file as `nbdtree mesh` does: a closed surface is checked and filled; with "
-          "`cage`, a number of tet nodes, any triangle soup is embedded in a coarse cage.");
+          "`cage`, a number of tet nodes, any triangle soup is embedded in a coarse cage. Warns "
+          "(UserWarning) of a "
+          "body whose size, tetrahedra or Poisson's ratio may make its motion wrong.");
     m.def(
         "save_body",
         [](const path& file, const Body& body) {

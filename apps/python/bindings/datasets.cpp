@@ -15,6 +15,7 @@
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
 #include "collision/base/notice.hpp"
+#include "meshing/body/body_hints.hpp"
 #include "training/files/dataset_manifest.hpp"
 
 namespace nbd::python {
@@ -44,6 +45,7 @@ void produce(const Body& body, const DatasetPlan& plan, const path& file, const 
              Stoppable& stoppable, Progress& progress) {
     const ShardFolder folder(file, plan.trajectories, plan.per_shard);
     const FileCall call;
+    for (const std::string& hint : body_hints(body)) notice(fmt::format("the body: {}", hint));
     check_hold_out(plan, body);
     begin_dataset(folder, plan_json(plan, body));
     const auto stop_if_asked = [&] {

@@ -7,6 +7,9 @@
 #include "apps/python/bindings/region_motions.hpp"
 #include "apps/python/bindings/scene_argument.hpp"
 #include "apps/python/bindings/shared_tree.hpp"
+#include "collision/base/notice.hpp"
+#include "sim/scene/body_warnings.hpp"
+#include "sim/world/start_check.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd::python {
@@ -35,11 +38,25 @@ class Change {
     Use use_;
 };
 
+/// Warns of what may make the motion wrong.
+void tell(const WorldObject& object) {
+    const SceneSpec& scene = object.scene;
+    if (const std::string line =
+            start_warning(start_faults(object.world, body_labels(scene)), scene.resolve_start);
+        !line.empty())
+        notice(line);
+    std::vector<const LoadedBody*> bodies;
+    for (const LoadedBody& body : object.bodies) bodies.push_back(&body);
+    for (const std::string& line : scene_body_warnings(scene, bodies)) notice(line);
+}
+
 std::unique_ptr<WorldObject> make_world(py::handle scene, const py::object& folder) {
     SceneArgument argument(scene, folder);
     return stoppable<FileCall>([&] {
         std::vector<LoadedBody> bodies = argument.load();
-        return std::make_unique<WorldObject>(std::move(argument), std::move(bodies));
+        auto object = std::make_unique<WorldObject>(std::move(argument), std::move(bodies));
+        tell(*object);
+        return object;
     });
 }
 
@@ -272,7 +289,10 @@ void bind_worlds(py::module_& m) {
         .def(py::init(&make_world), py::arg("scene"), py::arg("folder") = py::none(),
              "scene: the path of a scene file, or a dictionary with the same keys, whose bodies may name a "
              "Body under \"body\" and a CollisionTree under \"tree\" instead of files. folder: what relative "
-             "paths of a dictionary start from; default: the current one.")
+             "paths of a dictionary start from; default: the current one. Warns (UserWarning) of bodies that "
+             "overlap or touch something at the start, and of bodies whose size, tetrahedra or Poisson's "
+             "ratio "
+             "may make the motion wrong.")
         .def("step", &step, py::arg("dt") = py::none(),
              "Advances by dt seconds, by default the scene's. Returns a report: look at `failure`. Raises "
              "ValueError for dt <= 0, and before the first step without intersections if surfaces intersect. "

@@ -226,7 +226,7 @@ TEST(CheckScene, ReportsEveryProblemOfBodiesAndObstacles) {
         "");
     const LoadedBody loaded = box();
     const LoadedBody* const bodies[] = {&loaded, &loaded, &loaded, &loaded, nullptr, &loaded};
-    EXPECT_EQ(scene_problems(reading, bodies),
+    EXPECT_EQ(check_scene(reading, bodies).problems,
               (std::vector<std::string>{
                   "bodies[0].pins[0]: the region holds no node of the body",
                   "bodies[0].grips[0]: contains nodes that pins[1] also holds",
@@ -243,7 +243,7 @@ TEST(CheckScene, AcceptsBodiesThatTouchTheFloor) {
         "");
     const LoadedBody loaded = box();
     const LoadedBody* const bodies[] = {&loaded};
-    EXPECT_EQ(scene_problems(reading, bodies), std::vector<std::string>{});
+    EXPECT_EQ(check_scene(reading, bodies).problems, std::vector<std::string>{});
 }
 TEST(BuildWorld, FrictionHoldsABlockOnASlopeFor20Seconds) {
     for (const std::string mode : {"false", "true"}) {

@@ -89,15 +89,31 @@ TEST(StepTrouble, PassesSettleTheContactsOfAHeap) {
     EXPECT_GT(contacts, 100);
 }
 
+TEST(StepTrouble, TetrahedraInsideOutAreTold) {
+    const Model box({0.4, 0.4, 0.4}, {3, 3, 3});
+    World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
+    WorldBody body = box.at({0, 0, 0});
+    body.state.x.col(2) *= -1;  // a mirror image, which a short step cannot turn back
+    world.add_body(std::move(body));
+    const WorldReport report = world.step(1e-5);
+    EXPECT_EQ(report.inverted_elements, box.elastic->element_count());
+    EXPECT_EQ(report.trouble, StepTrouble::inverted);
+    EXPECT_EQ(report.trouble_reason, "at 1e-05 s: 162 tetrahedra are inside out");
+    EXPECT_TRUE(spoils_pose(report.trouble));
+    EXPECT_EQ(report.failure, "");
+}
+
 TEST(StepTrouble, NamesAreUnique) {
     EXPECT_STREQ(name(StepTrouble::none), "");
     std::set<std::string> names;
-    for (const StepTrouble trouble : {StepTrouble::approach, StepTrouble::linear_solver, StepTrouble::newton,
-                                      StepTrouble::overlap, StepTrouble::contact_passes}) {
+    for (const StepTrouble trouble :
+         {StepTrouble::approach, StepTrouble::linear_solver, StepTrouble::newton, StepTrouble::overlap,
+          StepTrouble::contact_passes, StepTrouble::inverted}) {
         EXPECT_FALSE(std::string(name(trouble)).empty());
         EXPECT_TRUE(names.insert(name(trouble)).second) << name(trouble);
     }
     EXPECT_TRUE(names.contains("contact_passes"));
+    EXPECT_TRUE(names.contains("inverted"));
 }
 
 }  // namespace

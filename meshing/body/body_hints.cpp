@@ -1,0 +1,91 @@
+#include "meshing/body/body_hints.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstddef>
+
+namespace nbd {
+namespace {
+
+constexpr double least_size = 2e-3, most_size = 20;  // metres, of the longest side
+constexpr double locking_ratio = 0.45;  // a beam four cells thick bends 24 % less there than at 0.3
+constexpr double slender = 7;      // length of a body by its mean thickness from which it bends; a cube has 5
+constexpr double most_thin = 0.6;  // share of a volume; with two tetrahedra across it is below 0.55
+
+Eigen::Vector3d node(const TetMesh& tets, int i) { return tets.X.row(i); }
+
+double volume(const TetMesh& tets, Eigen::Index t) {
+    const Eigen::Vector3d a = node(tets, tets.T(t, 0));
+    return (node(tets, tets.T(t, 1)) - a)
+               .cross(node(tets, tets.T(t, 2)) - a)
+               .dot(node(tets, tets.T(t, 3)) - a) /
+           6;
+}
+
+double area(const TetMesh& tets, const Faces& faces) {
+    double sum = 0;
+    for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+        const Eigen::Vector3d a = node(tets, faces(f, 0));
+        sum += (node(tets, faces(f, 1)) - a).cross(node(tets, faces(f, 2)) - a).norm() / 2;
+    }
+    return sum;
+}
+
+}  // namespace
+
+std::string size_hint(const Body& body, double scale) {
+    const auto& X = body.surface.X;
+    const double longest = scale * (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff();
+    if (longest > most_size)
+        return fmt::format(
+            "is {:.3g} m long; if its file is in millimetres, `nbdtree mesh --scale 0.001` makes "
+            "metres of them",
+            longest);
+    if (longest < least_size)
+        return fmt::format(
+            "is {:.3g} m long; if its file is in another unit than metres, `nbdtree mesh "
+            "--scale` converts it",
+            longest);
+    return "";
+}
+
+std::string thin_hint(const TetMesh& tets) {
+    const Faces boundary = boundary_faces(tets);
+    std::vector<char> is_outer(static_cast<std::size_t>(tets.X.rows()), 0);
+    for (const int i : boundary.reshaped()) is_outer[static_cast<std::size_t>(i)] = 1;
+    double all = 0, thin = 0;  // thin: from boundary to boundary in one tetrahedron
+    for (Eigen::Index t = 0; t < tets.T.rows(); ++t) {
+        const double v = volume(tets, t);
+        all += v;
+        if (std::ranges::all_of(tets.T.row(t), [&](int i) { return is_outer[static_cast<std::size_t>(i)]; }))
+            thin += v;
+    }
+    const double length = (tets.X.colwise().maxCoeff() - tets.X.colwise().minCoeff()).norm(),
+                 thickness = 2 * all / area(tets, boundary);
+    if (!(thin > most_thin * all) || !(length > slender * thickness)) return "";
+    return fmt::format(
+        "is one tetrahedron thick in {:.0f} % of its volume, so it bends far too little; a surface "
+        "of smaller faces gives more, and so may `nbdtree mesh --cage`",
+        100 * thin / all);
+}
+
+std::string locking_hint(const Material& material, const std::vector<MaterialRegion>& regions) {
+    double largest = material.poisson;
+    for (const MaterialRegion& region : regions) largest = std::max(largest, region.material.poisson);
+    if (!(largest > locking_ratio)) return "";
+    return fmt::format(
+        "has a Poisson's ratio of {:.3g}, at which its tetrahedra lock: it bends far less than it "
+        "should; advised: {} or less",
+        largest, locking_ratio);
+}
+
+std::vector<std::string> body_hints(const Body& body) {
+    std::vector<std::string> hints{size_hint(body), thin_hint(body.tets),
+                                   locking_hint(body.material, body.regions)};
+    std::erase(hints, "");
+    return hints;
+}
+
+}  // namespace nbd

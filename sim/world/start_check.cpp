@@ -1,0 +1,194 @@
+#include "sim/world/start_check.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "collision/query/pair_query.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr double slight = 1e-3;    // share of a body's diagonal: what rests may overlap by as much
+constexpr double rounding = 1e-6;  // likewise: what is nearer touches
+
+}  // namespace
+
+/// A surface at the start. Trees are made where something is near.
+class StartCheck::Surface {
+ public:
+    Surface(std::string name, TriMesh surface, const Eigen::Vector3d& origin)
+        : label(std::move(name)),
+          mesh(std::move(surface)),
+          box(mesh.X.colwise().minCoeff().transpose(), mesh.X.colwise().maxCoeff().transpose()),
+          x_((mesh.X.rowwise() - origin.transpose()).cast<float>()) {}
+
+    double diagonal() const { return box.diagonal().norm(); }
+
+    /// The tree in the pose of the start, moved by `by`.
+    PosedTree& tree(const Eigen::Vector3d& by = Eigen::Vector3d::Zero()) {
+        if (!tree_) tree_ = std::make_unique<PosedTree>(shared_exact_tree(x_, mesh.F), BoundKind::exact);
+        moved_ = x_.rowwise() + by.cast<float>().transpose();
+        tree_->begin_pose(moved_);
+        return *tree_;
+    }
+
+    /// Signed distance of a point; nullopt where it is more than `reach` outside, or the surface is open.
+    std::optional<double> distance(const Eigen::Vector3d& p, double reach) {
+        if (!std::exchange(solid_is_made_, true)) {
+            try {
+                solid_ = std::make_unique<StaticSurface>(mesh);
+            } catch (const std::invalid_argument&) {  // an open surface around a cage
+            }
+        }
+        if (!solid_) return std::nullopt;
+        const auto found = solid_->distance(p, reach);
+        return found ? std::optional(found->distance) : std::nullopt;
+    }
+
+    /// Whether vertex 0 of `inner` lies in this surface. If the surfaces do not cross, all of `inner` does.
+    bool encloses(const Surface& inner) {
+        const Eigen::Vector3d p = inner.mesh.X.row(0);
+        return box.contains(p) && distance(p, 0).value_or(0) < 0;
+    }
+
+    std::string label;
+    TriMesh mesh;
+    Eigen::AlignedBox3d box;
+
+ private:
+    Vertices x_, moved_;
+    std::unique_ptr<PosedTree> tree_;
+    std::unique_ptr<StaticSurface> solid_;
+    bool solid_is_made_ = false;
+};
+
+namespace {
+
+Eigen::Vector3d normal(const TriMesh& mesh, int face) {
+    const Eigen::Vector3d a = mesh.X.row(mesh.F(face, 0)), b = mesh.X.row(mesh.F(face, 1)),
+                          c = mesh.X.row(mesh.F(face, 2));
+    return (b - a).cross(c - a);
+}
+
+/// How two surfaces meet: `crossing` pairs of faces, of which none is left once b is moved slightly away.
+struct Meeting {
+    std::size_t crossing = 0;
+    bool touches_only = false;
+};
+
+template <class Surface>
+Meeting meeting(PairQuery& query, Surface& a, Surface& b) {
+    const auto found = query.intersecting(a.tree(), b.tree());
+    Meeting result{.crossing = found.size()};
+    if (found.empty()) return result;
+    Eigen::Vector3d apart = Eigen::Vector3d::Zero();
+    for (const FacePair& pair : found) apart += normal(a.mesh, pair.a) - normal(b.mesh, pair.b);
+    if (apart.norm() > 0) {
+        const double by = slight * std::min(a.diagonal(), b.diagonal());
+        result.touches_only = query.intersecting(a.tree(), b.tree(by * apart.normalized())).empty();
+    }
+    return result;
+}
+
+}  // namespace
+
+StartCheck::StartCheck() = default;
+StartCheck::~StartCheck() = default;
+
+void StartCheck::add_body(std::string label, TriMesh surface) {
+    if (bodies_.empty()) origin_ = surface.X.colwise().mean();
+    bodies_.push_back(std::make_unique<Surface>(std::move(label), std::move(surface), origin_));
+}
+
+std::vector<StartFault> StartCheck::between_bodies() {
+    std::vector<StartFault> faults;
+    for (std::size_t i = 0; i < bodies_.size(); ++i)
+        for (std::size_t k = i + 1; k < bodies_.size(); ++k) {
+            Surface &a = *bodies_[i], &b = *bodies_[k];
+            if (!a.box.intersects(b.box)) continue;
+            const Meeting found = meeting(query_, a, b);
+            if (found.touches_only)
+                faults.push_back({false, fmt::format("{}: touches {} at the start", b.label, a.label)});
+            else if (found.crossing > 0)
+                faults.push_back({true, fmt::format("{}: overlaps {} at the start: {} pairs of faces cross",
+                                                    b.label, a.label, found.crossing)});
+            else if (a.encloses(b) || b.encloses(a))
+                faults.push_back(
+                    {true, fmt::format("{}: lies inside {} or encloses it at the start", b.label, a.label)});
+        }
+    return faults;
+}
+
+std::vector<StartFault> StartCheck::with_obstacle(const std::string& label, const Obstacle& obstacle) {
+    std::vector<StartFault> faults;
+    for (const auto& body : bodies_)
+        for (StartFault& fault : check(*body, label, obstacle)) faults.push_back(std::move(fault));
+    return faults;
+}
+
+std::vector<StartFault> StartCheck::check(Surface& body, const std::string& label, const Obstacle& obstacle) {
+    const double size = body.diagonal();
+    double least = size;  // distance of the body's vertices, and of its faces where they are looked at
+    for (Eigen::Index i = 0; i < body.mesh.X.rows(); ++i)
+        if (const auto found = signed_distance(obstacle, body.mesh.X.row(i).transpose(), 0, rounding * size))
+            least = std::min(least, found->distance);
+    if (const BallShape* ball = std::get_if<BallShape>(&obstacle.shape)) {
+        const Eigen::Vector3d centre = ball->centre + displacement_at(obstacle, 0);
+        const double reach = ball->radius + rounding * size;
+        if (body.box.exteriorDistance(centre) <= reach)
+            if (const auto distance = body.distance(centre, reach))
+                least = std::min(least, *distance - ball->radius);
+    }
+    if (least < -slight * size)
+        return {{true, fmt::format("{}: is {:.3g} m deep in {} at the start", body.label, -least, label)}};
+    if (const auto* solid = std::get_if<std::shared_ptr<const StaticSurface>>(&obstacle.shape)) {
+        TriMesh mesh = (*solid)->mesh();
+        mesh.X.rowwise() += displacement_at(obstacle, 0).transpose();
+        Surface other(label, std::move(mesh), origin_);
+        if (other.box.intersects(body.box)) {
+            const Meeting found = meeting(query_, other, body);
+            if (found.crossing > 0 && !found.touches_only)
+                return {{true, fmt::format("{}: overlaps {} at the start: {} pairs of faces cross",
+                                           body.label, label, found.crossing)}};
+            if (found.crossing > 0) least = 0;
+            if (found.crossing == 0 && body.encloses(other))
+                return {{true, fmt::format("{}: encloses {} at the start", body.label, label)}};
+        }
+    }
+    if (least <= rounding * size)
+        return {{false, fmt::format("{}: touches {} at the start", body.label, label)}};
+    return {};
+}
+
+std::vector<StartFault> start_faults(const World& world, const std::vector<std::string>& labels) {
+    StartCheck check;
+    for (int b = 0; b < world.body_count(); ++b) {
+        const ContactSurface& surface = world.surface(b);
+        check.add_body(labels.at(static_cast<std::size_t>(b)),
+                       {embedded(surface.W(), world.state(b).x), surface.F()});
+    }
+    std::vector<StartFault> faults = check.between_bodies();
+    for (std::size_t o = 0; o < world.obstacles().size(); ++o)
+        for (StartFault& fault : check.with_obstacle(fmt::format("obstacles[{}]", o), world.obstacles()[o]))
+            faults.push_back(std::move(fault));
+    std::stable_sort(faults.begin(), faults.end(),
+                     [](const StartFault& a, const StartFault& b) { return a.overlaps && !b.overlaps; });
+    return faults;
+}
+
+std::string start_warning(const std::vector<StartFault>& faults, bool resolved) {
+    constexpr std::size_t most = 3;  // in one line
+    if (faults.empty()) return "";
+    std::string line;
+    for (std::size_t f = 0; f < std::min(faults.size(), most); ++f)
+        line += (f > 0 ? "; " : "") + faults[f].text;
+    if (faults.size() > most) line += fmt::format("; and {} more", faults.size() - most);
+    return line + (resolved ? ", although \"resolve_start\" is set; place the bodies apart"
+                            : "; \"resolve_start\": true moves bodies apart before the first step");
+}
+
+}  // namespace nbd
