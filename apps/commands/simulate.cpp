@@ -255,7 +255,6 @@ void run(const SimulateArguments& arguments, Output& out) {
         out.announcement(
             fmt::format("body {} '{}' intersects at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m",
                         body, spec.bodies[static_cast<std::size_t>(body)].name, by.x(), by.y(), by.z()));
-    world.check_start();
     if (const std::string line = start_warning(start_faults(world, body_labels(spec)), spec.resolve_start);
         !line.empty())
         out.warning(fmt::format("{}: {}", arguments.scene, line));
@@ -264,6 +263,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     for (const std::string& line : scene_body_warnings(spec, loaded))
         out.warning(fmt::format("{}: {}", arguments.scene, line));
     out.end_if_strict();
+    world.check_start();
     std::optional<Audit> audit;
     if (arguments.audit > 0) audit.emplace(spec, bodies);
     std::optional<ContactComparison> comparison;

@@ -61,7 +61,7 @@ class Told : public test::BoxFolder {
 const std::string way_out = "; \"resolve_start\": true moves bodies apart before the first step";
 
 TEST_F(Told, StartsThatOverlapOrTouch) {
-    write_scene("floor.json", {"[0, 0, 0.02]"});
+    write_scene("floor.json", {"[0, 0, -0.03]"});  // the box has a corner at the origin
     const std::string deep = "is 0.03 m deep in obstacles[0] at the start";
     expect_told({"simulate", "floor.json", "-o", "run.h5"}, "floor.json: bodies[0] (b0): " + deep + way_out);
     EXPECT_THAT(run({"validate", "floor.json"}).out, HasSubstr("floor.json: bodies[0]: " + deep));
@@ -73,7 +73,7 @@ TEST_F(Told, StartsThatOverlapOrTouch) {
     EXPECT_THAT(two.err, HasSubstr("pairs of faces cross" + way_out));
 
     write("block.obj", test::obj_file(test::moved(test::box(1, 1, 1, 2), -0.5, -0.5, -1)));
-    write_scene("mesh.json", {"[0, 0, 0.02]"}, R"("obstacles": [{"mesh": {"file": "block.obj"}}])");
+    write_scene("mesh.json", {"[0, 0, -0.03]"}, R"("obstacles": [{"mesh": {"file": "block.obj"}}])");
     EXPECT_THAT(simulate("mesh.json").err, HasSubstr("mesh.json: bodies[0] (b0): " + deep + way_out));
 
     write("ball.obj", test::obj_file(test::moved(test::icosphere(2), 0, 0, 1)));
@@ -84,17 +84,17 @@ TEST_F(Told, StartsThatOverlapOrTouch) {
         simulate("inside.json").err,
         HasSubstr("bodies[1] (box): lies inside bodies[0] (ball) or encloses it at the start" + way_out));
 
-    write_scene("touch.json", {"[0, 0, 0.05]"});
+    write_scene("touch.json", {"[0, 0, 0]"});
     const std::string touches = "touches obstacles[0] at the start";
     expect_told({"simulate", "touch.json", "-o", "run.h5"},
                 "touch.json: bodies[0] (b0): " + touches + way_out);
     expect_told({"validate", "touch.json"}, "touch.json: bodies[0]: " + touches);
 
     // Nothing is said of what is apart, or was moved apart.
-    write_scene("apart.json", {"[0, 0, 0.06]", "[0, 0, 0.17]"});
+    write_scene("apart.json", {"[0, 0, 0.01]", "[0, 0, 0.12]"});
     EXPECT_EQ(simulate("apart.json", {"--strict"}).err, "");
     EXPECT_EQ(run({"validate", "apart.json", "--strict"}).err, "");
-    write_scene("moved.json", {"[0, 0, 0.02]"},
+    write_scene("moved.json", {"[0, 0, -0.03]"},
                 R"("obstacles": [{"plane": {}}], "contact": {"resolve_start": true})");
     const Ran moved = simulate("moved.json", {"--strict"});
     EXPECT_EQ(moved.status, 0);
@@ -112,7 +112,7 @@ TEST_F(Told, ManyOverlapsInOneLine) {
 TEST_F(Told, TetrahedraInsideOut) {
     // Two plates press the box flat in a few steps.
     write("squeeze.json",
-          R"({"bodies": [{"body": "box.h5", "name": "box", "transform": {"translate": [0, 0, 0.06]},
+          R"({"bodies": [{"body": "box.h5", "name": "box", "transform": {"translate": [0, 0, 0.01]},
         "material": {"young": 1e4, "law": "corotated"}}],
         "obstacles": [{"plane": {}}, {"plane": {"point": [0, 0, 0.12], "normal": [0, 0, -1]}, "velocity": [0, 0, -2],
                        "stop": 0.058}],
