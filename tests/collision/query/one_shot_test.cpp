@@ -45,6 +45,44 @@ TEST(OneShot, FindsTheFacePairsThatBruteForceFinds) {
     EXPECT_GT(near, 2 * intersecting);
 }
 
+TEST(OneShot, FindsThePairsOfSurfacesNearZeroAlsoFarAway) {
+    const Eigen::RowVector3d far(500'000, 5'400'000, 300);
+    std::size_t pairs = 0;
+    for (unsigned seed = 0; seed < 4; ++seed) {
+        const auto [a, b] = pose(0.6f, seed);
+        const Nodes xa = a.X.cast<double>(), xb = b.X.cast<double>();
+        const Nodes far_a = xa.rowwise() + far, far_b = xb.rowwise() + far;
+        const auto expected = intersecting_faces(a.X, a.F, b.X, b.F);
+        EXPECT_EQ(intersecting_faces(xa, a.F, xb, b.F), expected);
+        EXPECT_EQ(intersecting_faces(far_a, a.F, far_b, b.F), expected);
+        EXPECT_EQ(face_pairs_within(far_a, a.F, far_b, b.F, 0.05f),
+                  face_pairs_within(a.X, a.F, b.X, b.F, 0.05f));
+        pairs += expected.size();
+        Nodes apart = far_b;
+        apart.col(0).array() += 9;
+        const Vertices near_apart = (apart.rowwise() - far).cast<float>();
+        const ClosestFaces found = closest_points(far_a, a.F, apart, b.F),
+                           near = closest_points(a.X, a.F, near_apart, b.F);
+        EXPECT_EQ(found.faces, near.faces);
+        EXPECT_NEAR((found.points.a - near.points.a - far.transpose()).norm(), 0, 1e-6);
+    }
+    EXPECT_GT(pairs, 50u);
+    EXPECT_NE(intersecting_faces(Vertices((pose(0.6f, 0).a.X.cast<double>().rowwise() + far).cast<float>()),
+                                 pose(0.6f, 0).a.F,
+                                 Vertices((pose(0.6f, 0).b.X.cast<double>().rowwise() + far).cast<float>()),
+                                 pose(0.6f, 0).b.F),
+              intersecting_faces(pose(0.6f, 0).a.X, pose(0.6f, 0).a.F, pose(0.6f, 0).b.X, pose(0.6f, 0).b.F))
+        << "float32 can hold these surfaces there";
+    const Surface a = shapes::sphere(10, 12, 0.4f);
+    const Nodes x = a.X.cast<double>();
+    Faces bad = a.F;
+    bad(0, 0) = 1000;
+    EXPECT_NE(
+        refusal([&] { intersecting_faces(x, a.F, x, bad); }).find("surface b: a face refers to vertex 1000"),
+        std::string::npos);
+    EXPECT_EQ(refusal([&] { intersecting_faces(x, Faces(0, 3), x, a.F); }), "surface a has no faces");
+}
+
 TEST(OneShot, FindsTheClosestPointsThatBruteForceFinds) {
     int apart = 0, touching = 0;
     for (unsigned seed = 0; seed < 4; ++seed)
