@@ -24,9 +24,44 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row.back();
 }
 
+/// What other programs and books call our keys.
+constexpr std::pair<std::string_view, std::string_view> other_names[] = {
+    {"E", "young"},
+    {"youngs_modulus", "young"},
+    {"young_modulus", "young"},
+    {"youngs-modulus", "young"},
+    {"elastic_modulus", "young"},
+    {"nu", "poisson"},
+    {"poisson_ratio", "poisson"},
+    {"poissons_ratio", "poisson"},
+    {"poisson-ratio", "poisson"},
+    {"rho", "density"},
+    {"mass_density", "density"},
+    {"mu", "friction"},
+    {"friction_coefficient", "friction"},
+    {"timestep", "dt"},
+    {"time_step", "dt"},
+    {"g", "gravity"},
+    {"position", "translate"},
+    {"translation", "translate"},
+    {"rotation", "rotate"},
+};
+
+/// The known name of a word that others use, behind the same dashes; empty if there is none.
+std::string name_of_synonym(std::string_view word, const std::vector<std::string>& known) {
+    const std::size_t dashes = std::min(word.find_first_not_of('-'), word.size());
+    for (const auto& [other, name] : other_names) {
+        if (other != word.substr(dashes)) continue;
+        const std::string ours = std::string(word.substr(0, dashes)) + std::string(name);
+        if (std::ranges::find(known, ours) != known.end()) return ours;
+    }
+    return {};
+}
+
 }  // namespace
 
 std::string nearest_name(std::string_view word, const std::vector<std::string>& known) {
+    if (const std::string ours = name_of_synonym(word, known); !ours.empty()) return ours;
     const std::size_t letters = word.size() - std::min(word.find_first_not_of('-'), word.size());
     std::string nearest;
     std::size_t least = (letters + 2) / 3 + 1;

@@ -16,6 +16,16 @@ TEST(NearestName, IsOfAWordWithOneWrongLetterInThree) {
     EXPECT_EQ(nearest_name("neo_hookean", known), "stable_neo_hookean");
 }
 
+TEST(NearestName, KnowsWhatOthersCallOurKeys) {
+    const std::vector<std::string> keys{"law", "young", "poisson", "density", "rayleigh_mass", "--density"};
+    for (const char* word : {"E", "youngs_modulus", "young_modulus"})
+        EXPECT_EQ(nearest_name(word, keys), "young");
+    EXPECT_EQ(nearest_name("nu", keys), "poisson");
+    EXPECT_EQ(nearest_name("rho", keys), "density");
+    EXPECT_EQ(nearest_name("--rho", keys), "--density");
+    EXPECT_EQ(nearest_name("mu", keys), "") << "where there is no friction";
+}
+
 TEST(NearestName, IsEmptyForAnotherWord) {
     for (const char* word : {"", "--", "tight", "spheres", "--cage", "foo", "zz", "no"})
         EXPECT_EQ(nearest_name(word, known), "") << word;
