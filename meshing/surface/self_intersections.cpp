@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "collision/geometry/far_origin.hpp"
 #include "collision/geometry/triangle_triangle.hpp"
 #include "meshing/surface/box_tree.hpp"
 
@@ -33,7 +34,8 @@ bool folded(const Point& a, const Point& b, const Point& c, const Point& d) {
 
 class FaceTest {
  public:
-    explicit FaceTest(const TriMesh& mesh) : F_(mesh.F), X_(mesh.X.cast<float>()) {}
+    explicit FaceTest(const TriMesh& mesh)
+        : F_(mesh.F), X_((mesh.X.rowwise() - far_origin(mesh.X, mesh.F).transpose()).cast<float>()) {}
 
     bool operator()(int f, int g) const {
         int shared = 0, i = 0, j = 0;        // i, j: corners of f and g at a shared vertex

@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -14,6 +13,8 @@
 #include "meshing/surface/drop_unreferenced.hpp"
 #include "meshing/surface/orient.hpp"
 #include "meshing/surface/self_intersections.hpp"
+#include "meshing/surface/turn_outward.hpp"
+#include "meshing/surface/winding.hpp"
 
 namespace nbd {
 namespace {
@@ -41,27 +42,24 @@ std::vector<Component> gather(const TriMesh& mesh, const Components& components)
                                      c = mesh.X.row(mesh.F(f, 2)) - origin;
             component.volume += a.dot(b.cross(c)) / 6;
         }
+    }
+    return gathered;
+}
+
+void check_volumes(const std::vector<Component>& components) {
+    for (const Component& component : components) {
         const double size = component.box.diagonal().norm();
         if (!(std::abs(component.volume) > 1e-12 * size * size * size))
             throw std::invalid_argument(
                 fmt::format("the component of face {} encloses no volume", component.faces.front()));
     }
-    return gathered;
 }
 
 /// Whether `point`, not on the component, lies inside it: the solid angles of the faces sum to +-4 pi inside,
 /// 0 outside.
 bool contains(const TriMesh& mesh, const Component& component, const Eigen::RowVector3d& point) {
     if (!component.box.contains(point.transpose())) return false;
-    double angle = 0;
-    for (const int f : component.faces) {
-        const Eigen::RowVector3d a = mesh.X.row(mesh.F(f, 0)) - point, b = mesh.X.row(mesh.F(f, 1)) - point,
-                                 c = mesh.X.row(mesh.F(f, 2)) - point;
-        const double la = a.norm(), lb = b.norm(), lc = c.norm();
-        angle +=
-            2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-    }
-    return std::abs(angle) > 2 * std::numbers::pi;
+    return std::abs(winding_number(mesh, component.faces, point)) > 0.5;
 }
 
 void find_depths(const TriMesh& mesh, std::vector<Component>& components) {
@@ -71,7 +69,7 @@ void find_depths(const TriMesh& mesh, std::vector<Component>& components) {
                 ++inner.depth;
 }
 
-void turn_outward(TriMesh& mesh, std::vector<Component>& components) {
+void turn_components(TriMesh& mesh, std::vector<Component>& components) {
     for (Component& component : components) {
         const bool is_cavity = component.depth % 2 == 1;
         if ((component.volume < 0) == is_cavity) continue;
@@ -108,6 +106,20 @@ std::string describe(const SurfaceReport& r) {
     return text;
 }
 
+int turn_outward(TriMesh& mesh) {
+    for (Eigen::Index f = 0; f < mesh.F.rows(); ++f)
+        if (mesh.F(f, 0) == mesh.F(f, 1) || mesh.F(f, 1) == mesh.F(f, 2) || mesh.F(f, 2) == mesh.F(f, 0))
+            return 0;
+    const EdgeTable table = edge_table(mesh.F);
+    for (const EdgeTable::Edge& edge : table.edges)
+        if (edge.end - edge.begin != 2) return 0;
+    const Faces given = mesh.F;
+    std::vector<Component> components = gather(mesh, make_orientations_agree(mesh.F, table));
+    find_depths(mesh, components);
+    turn_components(mesh, components);
+    return static_cast<int>((mesh.F.array() != given.array()).rowwise().any().count());
+}
+
 SolidBoundary make_solid_boundary(TriMesh mesh, const SolidBoundaryConfig& config) {
     const EdgeTable table = check_surface(mesh);
     SurfaceReport report;
@@ -129,8 +141,9 @@ SolidBoundary make_solid_boundary(TriMesh mesh, const SolidBoundaryConfig& confi
                         counted(report.intersecting_pairs, "such pair", "such pairs")));
 
     std::vector<Component> components = gather(mesh, labels);
+    check_volumes(components);
     find_depths(mesh, components);
-    turn_outward(mesh, components);
+    turn_components(mesh, components);
     for (const Component& component : components) {
         ++(component.depth % 2 == 1 ? report.cavities : report.shells);
         report.volume += component.volume;
