@@ -26,7 +26,7 @@ Eigen::Vector3d far_origin(const Eigen::AlignedBox3d& box, double edge) {
     if (box.isEmpty()) return Eigen::Vector3d::Zero();
     const double farthest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
     if (!(steps_of_edge * float_step(farthest) > edge)) return Eigen::Vector3d::Zero();
-    const double size = std::max(box.sizes().maxCoeff(), 1e-6 * farthest);
+    const double size = std::max(box.sizes().maxCoeff(), 1e-12 * farthest);
     const double grid = std::exp2(std::ceil(std::log2(size)));
     return grid * (box.center() / grid).array().round().matrix();
 }

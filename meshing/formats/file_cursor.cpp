@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "collision/base/file_text.hpp"
-#include "meshing/checks/printable.hpp"
+#include "meshing/formats/printable.hpp"
 
 namespace nbd {
 namespace {
@@ -43,6 +43,13 @@ std::string_view FileCursor::line() {
     std::string_view text = std::string_view(bytes_).substr(begin, end - begin);
     if (text.ends_with('\r')) text.remove_suffix(1);
     return text;
+}
+
+void FileCursor::rest_of_line() noexcept { at_ = std::min(bytes_.find('\n', at_), bytes_.size() - 1) + 1; }
+
+void FileCursor::skip(std::uint64_t bytes) {
+    if (bytes_.size() - at_ < bytes) fail("the file ends early");
+    at_ += static_cast<std::size_t>(bytes);
 }
 
 bool FileCursor::is_next(std::string_view text) const noexcept {

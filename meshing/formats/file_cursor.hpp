@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -23,6 +24,10 @@ class FileCursor {
     /// The next word; the rest of the current line, moving past its end.
     std::string_view word();
     std::string_view line();
+    /// As line(), but nothing at the end of the file.
+    void rest_of_line() noexcept;
+    /// Moves past raw bytes. Fails if the file has fewer.
+    void skip(std::uint64_t bytes);
     /// True if the text at the cursor starts with `text`. Does not move the cursor.
     bool is_next(std::string_view text) const noexcept;
     /// Throws unless the next word is `text`.
@@ -40,6 +45,10 @@ class FileCursor {
     std::size_t count(std::string_view things, std::size_t least_bytes);
     /// Makes the same check for a count that has been read already.
     std::size_t check_count(std::int64_t n, std::string_view things, std::size_t least_bytes) const;
+
+    /// All bytes of the file, and a move to one of them.
+    std::string_view bytes() const noexcept { return bytes_; }
+    void move_to(std::size_t byte) noexcept { at_ = std::min(byte, bytes_.size()); }
 
     /// Throws std::runtime_error: "path, line 12: reason".
     [[noreturn]] void fail(const std::string& reason) const;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -18,12 +19,16 @@ TriMesh triangulate(const PolygonSoup& soup) {
         throw std::runtime_error(
             fmt::format("{} vertices and {} face corners, but at most {} can be numbered", soup.X.size(),
                         soup.corners.size(), most));
+    constexpr double farthest = std::numeric_limits<float>::max();
     TriMesh mesh;
     mesh.X.resize(static_cast<Eigen::Index>(soup.X.size()), 3);
     for (std::size_t v = 0; v < soup.X.size(); ++v) {
         const auto& [x, y, z] = soup.X[v];
         if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(z))
             throw std::runtime_error(fmt::format("vertex {} is not finite: ({}, {}, {})", v, x, y, z));
+        if (std::max({std::abs(x), std::abs(y), std::abs(z)}) > farthest)
+            throw std::runtime_error(fmt::format(
+                "vertex {} is too far away: ({}, {}, {}); allowed: up to {:.3g} m", v, x, y, z, farthest));
         mesh.X.row(static_cast<Eigen::Index>(v)) << x, y, z;
     }
     std::vector<std::array<int, 3>> triangles;

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "meshing/checks/printable.hpp"
+#include "meshing/formats/printable.hpp"
 
 namespace nbd {
 namespace {
@@ -36,6 +36,16 @@ class Lines {
         return rest_.empty();
     }
 
+    /// The next word of the item, on the next line where the current one is over.
+    std::string_view wrapped_word() {
+        while (is_over()) {
+            if (!std::getline(file_, line_))
+                throw std::runtime_error(fmt::format("OFF: {} ends early", item_));
+            rest_ = std::string_view(line_).substr(0, line_.find('#'));
+        }
+        return word();
+    }
+
     std::string_view word() {
         if (is_over()) throw std::runtime_error(fmt::format("OFF: {} ends early", item_));
         const std::string_view word = rest_.substr(0, rest_.find_first_of(" \t\r\v\f"));
@@ -45,7 +55,16 @@ class Lines {
 
     template <class T>
     T number() {
-        std::string_view text = word();
+        return number<T>(word());
+    }
+    template <class T>
+    T wrapped_number() {
+        return number<T>(wrapped_word());
+    }
+
+ private:
+    template <class T>
+    T number(std::string_view text) {
         if (text.starts_with('+')) text.remove_prefix(1);
         T value{};
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -55,7 +74,6 @@ class Lines {
         return value;
     }
 
- private:
     std::ifstream file_;
     std::string line_, item_;
     std::string_view rest_;
@@ -76,18 +94,19 @@ PolygonSoup read_off(const std::filesystem::path& path) {
     Lines lines(path);
     lines.next("the header");
     check_keyword(lines);
-    const auto vertices = lines.number<std::int64_t>(), faces = lines.number<std::int64_t>();
+    const auto vertices = lines.wrapped_number<std::int64_t>(), faces = lines.wrapped_number<std::int64_t>();
     PolygonSoup soup;
     for (std::int64_t v = 0; v < vertices; ++v) {
         lines.next(fmt::format("vertex {} of {}", v, vertices));
-        std::array<float, 3> x;
-        for (float& coordinate : x) coordinate = static_cast<float>(lines.number<double>());
+        std::array<double, 3> x;
+        for (double& coordinate : x) coordinate = lines.number<double>();
         soup.X.push_back(x);
     }
     for (std::int64_t f = 0; f < faces; ++f) {
         lines.next(fmt::format("face {} of {}", f, faces));
         const auto corners = lines.number<std::int64_t>();
-        for (std::int64_t c = 0; c < corners; ++c) soup.corners.push_back(lines.number<std::int64_t>());
+        for (std::int64_t c = 0; c < corners; ++c)
+            soup.corners.push_back(lines.wrapped_number<std::int64_t>());
         soup.face_end.push_back(soup.corners.size());
     }
     return soup;

@@ -15,7 +15,7 @@
 #include <string>
 #include <string_view>
 
-#include "meshing/checks/printable.hpp"
+#include "meshing/formats/printable.hpp"
 
 namespace nbd {
 namespace {
@@ -212,7 +212,7 @@ void read_element(const Element& element, Numbers& numbers, PolygonSoup& soup) {
     };
     if (element.properties.empty()) return;  // has no data, whatever its count
     for (std::size_t i = 0; i < element.count; ++i) {
-        std::array<float, 3> x{};
+        std::array<double, 3> x{};
         for (const Property& property : element.properties) {
             const bool is_list = property.count_type.bytes > 0;
             const double count = is_list ? read(property.count_type, i) : 1;
@@ -223,7 +223,7 @@ void read_element(const Element& element, Numbers& numbers, PolygonSoup& soup) {
                 const double value = read(property.type, i);
                 if (is_vertex && property.name.size() == 1 && property.name[0] >= 'x' &&
                     property.name[0] <= 'z')
-                    x[static_cast<std::size_t>(property.name[0] - 'x')] = static_cast<float>(value);
+                    x[static_cast<std::size_t>(property.name[0] - 'x')] = value;
                 if (!is_corners) continue;
                 if (!(std::abs(value) < 1e15) || value != std::floor(value))
                     fail(fmt::format("PLY: {} {} refers to vertex {}", is_face ? "face" : "strip", i, value));

@@ -1,28 +1,21 @@
 #include "meshing/formats/read_surface.hpp"
 
-#include <assimp/BaseImporter.h>
-#include <assimp/DefaultIOSystem.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <assimp/Importer.hpp>
 #include <cctype>
-#include <cstddef>
 #include <fstream>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
-#include "collision/base/shortened.hpp"
-#include "meshing/checks/check_glb.hpp"
-#include "meshing/checks/check_obj.hpp"
 #include "meshing/formats/polygon_soup.hpp"
+#include "meshing/formats/read_glb.hpp"
+#include "meshing/formats/read_obj.hpp"
 #include "meshing/formats/read_off.hpp"
 #include "meshing/formats/read_ply.hpp"
+#include "meshing/formats/read_stl.hpp"
 #include "meshing/surface/weld.hpp"
 
 namespace nbd {
@@ -49,86 +42,22 @@ std::string check_file(const fs::path& path) {
     return extension;
 }
 
-void append(const aiMesh& mesh, const aiMatrix4x4& transform, PolygonSoup& soup) {
-    const auto base = static_cast<std::int64_t>(soup.X.size());
-    const bool stays = transform.IsIdentity();  // keeps every bit of the positions
-    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-        const aiVector3D x = stays ? mesh.mVertices[v] : transform * mesh.mVertices[v];
-        soup.X.push_back({x.x, x.y, x.z});
-    }
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-        const aiFace& face = mesh.mFaces[f];
-        if (face.mNumIndices < 3) continue;
-        for (unsigned c = 0; c < face.mNumIndices; ++c) {
-            // An index beyond its own group must not refer to a vertex of the next group.
-            if (face.mIndices[c] >= mesh.mNumVertices)
-                throw std::runtime_error(fmt::format("face {} refers to vertex {} of a group of {} vertices",
-                                                     soup.face_count(), face.mIndices[c], mesh.mNumVertices));
-            soup.corners.push_back(base + face.mIndices[c]);
-        }
-        soup.face_end.push_back(soup.corners.size());
-    }
-}
-
-void append(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, PolygonSoup& soup) {
-    const aiMatrix4x4 transform = parent * node.mTransformation;
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) append(*scene.mMeshes[node.mMeshes[i]], transform, soup);
-    for (unsigned i = 0; i < node.mNumChildren; ++i) append(scene, *node.mChildren[i], transform, soup);
-}
-
-/// Opens one file and no other, such as a material library that a surface names.
-class OneFile : public Assimp::DefaultIOSystem {
- public:
-    explicit OneFile(std::string path) : path_(std::move(path)) {}
-
-    bool Exists(const char* path) const override { return path == path_; }
-    Assimp::IOStream* Open(const char* path, const char* mode) override {
-        return path == path_ ? DefaultIOSystem::Open(path, mode) : nullptr;
-    }
-
- private:
-    std::string path_;
-};
-
-/// Takes away the importers of other files. Where a file does not begin as its name says, assimp would try
-/// all that it has, some of which trust a file's numbers.
-void keep_importers_of(const std::string& extension, Assimp::Importer& importer) {
-    for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
-        Assimp::BaseImporter* reader = importer.GetImporter(i);
-        std::set<std::string> extensions;
-        reader->GetExtensionList(extensions);
-        if (extensions.contains(extension.substr(1))) continue;
-        importer.UnregisterLoader(reader);
-        delete reader;  // which is the caller's now
-    }
-}
-
-/// Runs only the validation step of assimp's post-processing: the other steps abort the process or drop faces
-/// on damaged input.
-PolygonSoup read_by_assimp(const fs::path& path, const std::string& extension) {
-    Assimp::Importer importer;
-    keep_importers_of(extension, importer);
-    importer.SetIOHandler(new OneFile(path.string()));  // which the importer deletes
-    const aiScene* scene = importer.ReadFile(path.string(), aiProcess_ValidateDataStructure);
-    if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
-    PolygonSoup soup;
-    append(*scene, *scene->mRootNode, aiMatrix4x4(), soup);
-    return soup;
+PolygonSoup read_soup(const fs::path& path, const std::string& extension) {
+    if (extension == ".obj") return read_obj(path);
+    if (extension == ".ply") return read_ply(path);
+    if (extension == ".stl") return read_stl(path);
+    if (extension == ".off") return read_off(path);
+    return read_glb(path);
 }
 
 }  // namespace
 
 TriMesh read_surface(const fs::path& path) try {
     const std::string extension = check_file(path);
-    if (extension == ".glb") check_glb(path);
-    if (extension == ".obj") check_obj(path);
-    return weld(triangulate(extension == ".ply"   ? read_ply(path)
-                            : extension == ".off" ? read_off(path)
-                                                  : read_by_assimp(path, extension)));
+    return weld(triangulate(read_soup(path, extension)));
 } catch (const std::exception& error) {
-    std::string reason = shortened(error.what(), 300);  // assimp quotes the rest of the file
-    std::ranges::replace_if(
-        reason, [](unsigned char c) { return std::iscntrl(c); }, ' ');
+    const std::string reason = error.what();
+    if (reason.starts_with(path.string())) throw;  // names the place in the file, too
     throw std::runtime_error(fmt::format("{}: {}", path.string(), reason));
 }
 

@@ -24,10 +24,12 @@ TetFileContent read_file(const std::filesystem::path& path) {
     const auto read = extension == ".msh"    ? read_gmsh
                       : extension == ".mesh" ? read_medit
                       : extension == ".vtk"  ? read_vtk
+                      : extension == ".vtu"  ? read_vtu
                                              : nullptr;
     if (!read)
-        throw std::runtime_error(fmt::format(
-            "{}: tetrahedra are read from .msh, .mesh and .vtk, not from '{}'", path.string(), extension));
+        throw std::runtime_error(
+            fmt::format("{}: tetrahedra are read from .msh, .mesh, .vtk and .vtu, not from '{}'",
+                        path.string(), extension));
     FileCursor in(path);
     return read(in);
 }

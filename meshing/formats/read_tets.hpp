@@ -15,11 +15,10 @@ struct TetGroup {
 };
 
 /// Reads tetrahedra made by other programs: gmsh .msh (2.x and 4.1, text or binary), Medit .mesh (text),
-/// legacy VTK .vtk (text or binary). The result is finite, every tetrahedron has positive volume (negative
-/// ones are flipped), a face has at most two tetrahedra, and every node belongs to a tetrahedron (others are
-/// dropped; the rest keep their order). Points, lines and surface cells in the file are skipped; other volume
-/// cells are an error.
-/// notes: if given, receives one line for each kind of repair or omission.
+/// VTK .vtk (legacy, text or binary) and .vtu. The result is finite, every tetrahedron has positive volume
+/// (negative ones are flipped), a face has at most two tetrahedra, and every node belongs to a tetrahedron
+/// (others are dropped; the rest keep their order). Points, lines and surface cells in the file are skipped;
+/// other volume cells are an error. notes: if given, receives one line for each kind of repair or omission.
 /// groups: if given, receives the groups in the order of their names, unless all tetrahedra are in a single
 /// one without a name. Number 0 is no group. A volume in several physical groups counts for its first. Groups
 /// of partitioned .msh 4.1 files are not read. Throws a one-line std::runtime_error (path, place, reason) for

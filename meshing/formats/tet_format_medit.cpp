@@ -8,14 +8,15 @@
 namespace nbd {
 namespace {
 
-/// The next word outside comments (# to the end of the line).
+/// The next word outside comments (# to the end of the line); "End" at the end of the file, which many
+/// programs leave out.
 std::string_view next_word(FileCursor& in) {
-    std::string_view word = in.word();
-    while (word.starts_with('#')) {
-        in.line();
-        word = in.word();
+    while (!in.at_end()) {
+        const std::string_view word = in.word();
+        if (!word.starts_with('#')) return word;
+        in.rest_of_line();
     }
-    return word;
+    return "End";
 }
 
 bool is_keyword(std::string_view word) {

@@ -23,9 +23,11 @@ struct TetFileContent {
 /// 4-node tetrahedron is an error, because skipping it would leave a hole.
 /// gmsh .msh, versions 2.x and 4.1, text or binary.
 TetFileContent read_gmsh(FileCursor& in);
-/// Medit .mesh, text, ended by the keyword End.
+/// Medit .mesh, text, ended by the keyword End or the end of the file.
 TetFileContent read_medit(FileCursor& in);
 /// VTK legacy .vtk, unstructured grid, versions 1 to 5.1, text or binary.
 TetFileContent read_vtk(FileCursor& in);
+/// VTK .vtu, unstructured grid: text, base 64 or raw appended data, plain or packed by zlib; all pieces.
+TetFileContent read_vtu(FileCursor& in);
 
 }  // namespace nbd

@@ -51,8 +51,11 @@ void append(std::vector<float>& out, NodesRef rows) {
 
 }  // namespace
 
-void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodies) {
+void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodies,
+               const Eigen::Vector3d& origin) {
     check(bodies);
+    const bool is_far = !origin.isZero(0);
+    std::vector<double> far_points;
     std::vector<float> points, displacement, velocity, contact_force, von_mises;
     std::vector<std::int64_t> connectivity, offsets;
     std::vector<std::uint8_t> types;
@@ -60,7 +63,10 @@ void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodie
     std::int64_t first_node = 0;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         const VtuBody& body = bodies[b];
-        append(points, *body.x);
+        if (!is_far) append(points, *body.x);
+        if (is_far)
+            for (Eigen::Index i = 0; i < body.x->rows(); ++i)
+                for (int k = 0; k < 3; ++k) far_points.push_back((*body.x)(i, k) + origin[k]);
         append(displacement, Nodes(*body.x - *body.start));
         append(velocity, *body.v);
         append(contact_force, *body.contact_force);
@@ -86,7 +92,10 @@ void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodie
 <Piece NumberOfPoints="{}" NumberOfCells="{}">
 )",
         std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian", first_node, owner.size());
-    text += "<Points>" + array("Float32", "points", 3, data.add(points)) + "</Points>\n";
+    text += "<Points>" +
+            (is_far ? array("Float64", "points", 3, data.add(far_points))
+                    : array("Float32", "points", 3, data.add(points))) +
+            "</Points>\n";
     text += "<Cells>" + array("Int64", "connectivity", 1, data.add(connectivity)) +
             array("Int64", "offsets", 1, data.add(offsets)) + array("UInt8", "types", 1, data.add(types)) +
             "</Cells>\n";
@@ -117,8 +126,8 @@ std::string VtuSeries::frame_name(std::size_t frame) const {
     return fmt::format("{}_{:06}.vtu", name_, frame);
 }
 
-void VtuSeries::add_frame(double time, std::span<const VtuBody> bodies) {
-    write_vtu(directory_ / frame_name(times_.size()), bodies);
+void VtuSeries::add_frame(double time, std::span<const VtuBody> bodies, const Eigen::Vector3d& origin) {
+    write_vtu(directory_ / frame_name(times_.size()), bodies, origin);
     times_.push_back(time);
     std::string text =
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";

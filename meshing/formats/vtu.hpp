@@ -24,8 +24,10 @@ struct VtuBody {
 /// Writes one frame as a VTK unstructured grid (.vtu, raw appended data, float32) with the cell fields `body`
 /// (number) and `von_mises` (Pa) and the point fields `displacement` (x minus start, metres), `velocity`
 /// (m/s) and `contact_force` (N). Atomic. Throws std::invalid_argument if shapes disagree, std::runtime_error
-/// with path and reason if writing fails.
-void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodies);
+/// with path and reason if writing fails. origin: what x and start are counted from; points are written with
+/// it, in float64 unless it is zero.
+void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodies,
+               const Eigen::Vector3d& origin = Eigen::Vector3d::Zero());
 
 /// A directory of frames that ParaView opens as one animation: NAME_000000.vtu, ..., and NAME.pvd, which is
 /// up to date after every frame.
@@ -35,7 +37,8 @@ class VtuSeries {
     VtuSeries(std::filesystem::path directory, std::string name);
 
     /// time: seconds. Frames are numbered from 0 in call order.
-    void add_frame(double time, std::span<const VtuBody> bodies);
+    void add_frame(double time, std::span<const VtuBody> bodies,
+                   const Eigen::Vector3d& origin = Eigen::Vector3d::Zero());
 
     std::filesystem::path pvd() const { return directory_ / (name_ + ".pvd"); }
 

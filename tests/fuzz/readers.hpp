@@ -17,8 +17,7 @@ struct Reader {
     int memory_per_byte;
 };
 
-/// Memory that a reader may take for any file: buffers and caches of libraries. assimp takes 16 MiB for lines
-/// of OBJ.
+/// Memory that a reader may take for any file: buffers and caches of libraries.
 inline constexpr std::size_t free_memory = std::size_t{24} << 20;
 
 /// All kinds.

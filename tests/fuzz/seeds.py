@@ -3,12 +3,14 @@
 
 Some are broken on purpose. Files of HDF5 are made by the program itself."""
 
+import base64
 import json
 import os
 import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 from pathlib import Path
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
@@ -49,6 +51,10 @@ def surfaces():
     yield "stl/binary.stl", bytes(80) + struct.pack("<I", 4) + b"".join(
         struct.pack("<12fH", 0, 0, 1, *[c for p in f for c in p], 0) for f in facets)
     yield "stl/cut.stl", bytes(80) + struct.pack("<I", 2) + struct.pack("<12fH", *range(12), 0)
+    yield "stl/capitals.stl", "\n \nSOLID S a\n" + "".join(
+        lines(["FACET NORMAL 0 0 1", "OUTER LOOP"] + [f"VERTEX {xyz(p)}" for p in f] + ["ENDLOOP", "ENDFACET"]) for f in facets)
+    yield "stl/trailing.stl", bytes(80) + struct.pack("<I", 1) + struct.pack("<12fH", *range(12), 0) + b"more bytes"
+    yield "off/wrapped.off", lines(["OFF 4", "2", "0"] + [xyz(p) for p in CORNERS] + ["3 0", "2 1 255 0 0", "4", "0 1", "3 2"])
     data = b"".join(struct.pack("<3f", *p) for p in CORNERS) + b"".join(struct.pack("<3H", *f) for f in FACES)
     scene = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
              "nodes": [{"mesh": 0, "translation": [1, 2, 3]}],
@@ -59,7 +65,19 @@ def surfaces():
              "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0],
                             "max": [1, 1, 1]},
                            {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}]}
-    for name, text in (("tet", json.dumps(scene)), ("broken", json.dumps(scene).replace('"count": 12', '"count": 99'))):
+    small = json.loads(json.dumps(scene))
+    small["extensionsRequired"] = small["extensionsUsed"] = ["KHR_mesh_quantization"]
+    small["accessors"][0].update({"componentType": 5121, "normalized": True, "sparse": {"count": 1, "indices": {
+        "bufferView": 1, "componentType": 5123}, "values": {"bufferView": 1, "byteOffset": 2}}})
+    small["bufferViews"][0]["byteStride"] = 12
+    small["nodes"].append({"children": [0], "rotation": [0, 0, 0.6, 0.8], "scale": [1, 2, -3]})
+    small["scenes"][0]["nodes"] = [1]
+    inside = json.loads(json.dumps(scene))
+    inside["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    inside["meshes"][0]["primitives"][0]["mode"] = 5
+    unknown = {**scene, "extensionsRequired": ["KHR_draco_mesh_compression"]}
+    for name, text in (("tet", json.dumps(scene)), ("broken", json.dumps(scene).replace('"count": 12', '"count": 99')),
+                       ("quantized", json.dumps(small)), ("in_text", json.dumps(inside)), ("unknown", json.dumps(unknown))):
         text = text.encode() + b" " * (-len(text) % 4)
         yield f"glb/{name}.glb", (struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(data)) +
                                   struct.pack("<I4s", len(text), b"JSON") + text +
@@ -86,6 +104,8 @@ def tetrahedra():
     yield "mesh/two.mesh", lines(["MeshVersionFormatted 2", "Dimension 3", "Vertices", "5"] + [xyz(p) + " 0" for p in nodes] +
                                  ["Tetrahedra", "2"] + [xyz([n + 1 for n in t]) + " 3" for t in tets] + ["Triangles", "1",
                                  "1 2 3 0", "End"])
+    yield "mesh/no_end.mesh", lines(["MeshVersionFormatted 1", "Dimension 3", "Vertices 4"] + [xyz(p) + " 0" for p in CORNERS] +
+                                    ["Tetrahedra 1", "1 2 3 4 0"])
     yield "mesh/far.mesh", lines(["MeshVersionFormatted 1", "Dimension", "3", "Vertices", "1", "0 0 0 0", "Tetrahedra", "1",
                                   "1 2 3 4 0", "End"])
     head = ["# vtk DataFile Version {}", "t", "{}", "DATASET UNSTRUCTURED_GRID", "POINTS 5 double"]
@@ -98,6 +118,46 @@ def tetrahedra():
                              b"\nCELLS 2 10\n" + b"".join(struct.pack(">5i", 4, *t) for t in tets) +
                              b"\nCELL_TYPES 2\n" + struct.pack(">2i", 10, 10) + b"\n")
     yield "vtk/far.vtk", lines(head).format("3.0", "ASCII") + lines(points + ["CELLS 1 5", "4 0 1 2 9", "CELL_TYPES 1", "10"])
+
+
+def vtu_arrays(points, corners, ends, types, write):
+    """write: a tag's attributes and content for a type of number and the numbers."""
+    for name, kind, code, numbers in (("points", "Float64", "d", points), ("connectivity", "Int32", "i", corners),
+                                      ("offsets", "Int64", "q", ends), ("types", "UInt8", "B", types)):
+        attributes, content = write(struct.pack(f"<{len(numbers)}{code}", *numbers), numbers)
+        tag = f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{3 if name == "points" else 1}" {attributes}>{content}</DataArray>'
+        yield f"<Points>{tag}</Points><Cells>" if name == "points" else tag
+    yield "</Cells>"
+
+
+def vtu():
+    nodes = CORNERS + [(1, 1, 1)]
+    numbers = [c for p in nodes for c in p], [0, 1, 2, 3, 1, 2, 3, 4], [4, 8], [10, 10]
+    appended = bytearray()
+
+    def text(_, values):
+        return 'format="ascii"', " ".join(map(str, values))
+
+    def inline(data, _):
+        return 'format="binary"', base64.b64encode(struct.pack("<I", len(data)) + data).decode()
+
+    def packed(data, _):
+        parts = [zlib.compress(data[:16]), zlib.compress(data[16:])] if len(data) > 16 else [zlib.compress(data)]
+        last = len(data) - 16 if len(data) > 16 else 0
+        head = struct.pack(f"<{3 + len(parts)}I", len(parts), 16 if len(data) > 16 else len(data), last, *map(len, parts))
+        return 'format="binary"', (base64.b64encode(head) + base64.b64encode(b"".join(parts))).decode()
+
+    def raw(data, _):
+        offset = len(appended)
+        appended.extend(struct.pack("<I", len(data)) + data)
+        return f'format="appended" offset="{offset}"', ""
+
+    for name, write in (("text", text), ("inline", inline), ("packed", packed), ("raw", raw)):
+        more = ' compressor="vtkZLibDataCompressor"' if name == "packed" else ""
+        body = (f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" byte_order="LittleEndian"{more}>\n<UnstructuredGrid>'
+                f'<Piece NumberOfPoints="5" NumberOfCells="2">{"".join(vtu_arrays(*numbers, write))}</Piece></UnstructuredGrid>\n')
+        tail = b'<AppendedData encoding="raw">_' + bytes(appended) + b"</AppendedData>" if name == "raw" else b""
+        yield f"vtu/{name}.vtu", body.encode() + tail + b"</VTKFile>\n"
 
 
 def texts(assets):
@@ -183,7 +243,7 @@ def broken(folder):
 def main():
     program, folder = Path(sys.argv[1]).resolve(), Path(sys.argv[2])
     assets = Path(__file__).resolve().parents[2] / "assets"
-    for name, content in (*surfaces(), *tetrahedra(), *texts(assets)):
+    for name, content in (*surfaces(), *tetrahedra(), *vtu(), *texts(assets)):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     with tempfile.TemporaryDirectory() as temporary:

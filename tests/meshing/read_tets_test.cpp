@@ -94,6 +94,31 @@ TEST_F(ReadTets, ReportsReorientedTetrahedraAndDroppedNodes) {
                                    "1 tetrahedra turned to positive volume"));
 }
 
+TEST_F(ReadTets, ReadsMeditWithoutEnd) {
+    const TetMesh tets = cube();
+    const std::string good = medit_text(tets);
+    const std::string cut = good.substr(0, good.rfind("End"));
+    EXPECT_EQ(read_tets(write(".mesh", cut)).T, tets.T);
+    EXPECT_EQ(read_tets(write(".mesh", cut + "# made elsewhere")).T, tets.T);
+    EXPECT_THAT(error_of(".mesh", cut.substr(0, cut.size() - 6)), HasSubstr("the file ends early"));
+}
+
+TEST_F(ReadTets, ReadsVtkWithFieldsBeforeThePoints) {
+    const TetMesh tets = cube();
+    const std::string fields =
+        "FIELD FieldData 2\nTIME 1 1 double\n0.5\nMETADATA\nINFORMATION 0\n\nnames 2 3 int\n1 2 3 4 5 6\n";
+    for (const std::string& good : {vtk_text(tets), vtk_5_text(tets)}) {
+        EXPECT_EQ(read_tets(write(".vtk", with(good, "POINTS", fields + "POINTS"))).X, tets.X);
+        EXPECT_THAT(error_of(".vtk", with(good, "POINTS", "FIELD FieldData 1\na 1 1 string\nx\nPOINTS")),
+                    HasSubstr("a field of type string before the points; allowed: numbers"));
+        EXPECT_THAT(
+            error_of(".vtk", with(good, "POINTS", "FIELD FieldData 1\na 99 99999999 double\n1\nPOINTS")),
+            HasSubstr("rows, but the rest of the file holds at most"));
+    }
+    const std::string binary = "FIELD FieldData 1\nTIME 1 1 double\n" + std::string(8, '\0') + "\n";
+    EXPECT_EQ(read_tets(write(".vtk", with(vtk_binary(tets), "POINTS", binary + "POINTS"))).X, tets.X);
+}
+
 TEST_F(ReadTets, RejectsInvalidGmshFiles) {
     const std::string good = gmsh_2_text(cube()), four = gmsh_4_text(cube());
     EXPECT_THAT(error_of(".msh", ""), EndsWith(".msh, line 1: the file ends early"));
@@ -163,7 +188,7 @@ TEST_F(ReadTets, RejectsInvalidGeometry) {
     EXPECT_THAT(error_of(".msh", gmsh_4_text(twice)),
                 EndsWith(": tetrahedra 0 and 5 overlap: they lie on the same side of their shared face"));
     EXPECT_THAT(error_of(".obj", ""),
-                EndsWith("tetrahedra are read from .msh, .mesh and .vtk, not from '.obj'"));
+                EndsWith("tetrahedra are read from .msh, .mesh, .vtk and .vtu, not from '.obj'"));
     EXPECT_THROW(read_tets("/no/such/file.msh"), std::runtime_error);
 }
 

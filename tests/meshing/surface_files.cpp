@@ -87,9 +87,11 @@ std::string binary_stl_file(const TriMesh& mesh) {
 }
 
 std::string glb_file(const TriMesh& mesh, const std::string& node) {
+    Nodes y_up(mesh.X.rows(), 3);
+    y_up << mesh.X.col(0), mesh.X.col(2), -mesh.X.col(1);
     std::string data;
     for (int v = 0; v < mesh.X.rows(); ++v)
-        for (int k = 0; k < 3; ++k) append_bytes(data, static_cast<float>(mesh.X(v, k)));
+        for (int k = 0; k < 3; ++k) append_bytes(data, static_cast<float>(y_up(v, k)));
     const std::size_t positions = data.size();
     for (int f = 0; f < mesh.F.rows(); ++f)
         for (int k = 0; k < 3; ++k) append_bytes(data, static_cast<std::uint32_t>(mesh.F(f, k)));
@@ -102,8 +104,8 @@ std::string glb_file(const TriMesh& mesh, const std::string& node) {
            << R"(}],"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":)" << positions
            << R"(},{"buffer":0,"byteOffset":)" << positions << R"(,"byteLength":)" << data.size() - positions
            << R"(}],"accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":)"
-           << mesh.X.rows() << R"(,"min":)" << mesh.X.colwise().minCoeff().format(array) << R"(,"max":)"
-           << mesh.X.colwise().maxCoeff().format(array)
+           << mesh.X.rows() << R"(,"min":)" << y_up.colwise().minCoeff().format(array) << R"(,"max":)"
+           << y_up.colwise().maxCoeff().format(array)
            << R"(},{"bufferView":1,"componentType":5125,"type":"SCALAR","count":)" << 3 * mesh.F.rows()
            << "}]}";
     std::string json = header.str();

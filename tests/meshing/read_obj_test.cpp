@@ -1,4 +1,4 @@
-#include "meshing/checks/check_obj.hpp"
+#include "meshing/formats/read_obj.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,10 +13,10 @@ const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 std::string refusal(const std::string& content) {
     const test::TemporaryFolder folder;
     const auto path = folder.write("a.obj", content);
-    return test::error_of<std::runtime_error>([&] { check_obj(path); });
+    return test::error_of<std::runtime_error>([&] { read_obj(path); });
 }
 
-TEST(CheckObj, AcceptsWhatTheFormatAllows) {
+TEST(ReadObj, AcceptsWhatTheFormatAllows) {
     const std::vector<std::string> good = {
         triangle + "f 1 2 3\n",
         "# all kinds\r\nv 0 0 0 1\r\nv 1 0 0 .5 0.5 1e-3\r\nv +0 1. -1E+2 # end\r\nvn 0 0\r\nvt 1\r\nf 1/7/7 "
@@ -31,7 +31,7 @@ TEST(CheckObj, AcceptsWhatTheFormatAllows) {
     for (const std::string& content : good) EXPECT_EQ(refusal(content), "") << content;
 }
 
-TEST(CheckObj, NamesTheLineOfWhatIsWrong) {
+TEST(ReadObj, NamesTheLineOfWhatIsWrong) {
     const std::vector<std::pair<std::string, std::string>> cases = {
         {"v 0 0\n", "line 1: the vertex has 2 numbers; allowed: 3, 4 with a weight, or 6 with a colour"},
         {"# five\n\nv 0 0 0 0 0\n",
