@@ -55,6 +55,8 @@ async function start() {
     const up = new THREE.Vector3(...facts.up), cellIn = (box) => roundLength(box.getSize(new THREE.Vector3()).length() / 12);
     let box = boxOf(bodies);
     const obstacles = await Obstacles.of(facts.obstacles, box, cellIn(box));
+    box = obstacles.around(box);
+    obstacles.fit(box, cellIn(box));
     const summarise = () => describe(facts, bodies, cellIn(box), facts.obstacles.some(({shape}) => shape === "plane"));
     document.title = facts.title;
     summarise();
@@ -127,9 +129,9 @@ async function start() {
     fit();
     byId("status").hidden = true;
 
-    // Bodies that leave the box get a larger one, and the camera follows unless the reader has moved it.
+    // Bodies and obstacles that leave the box get a larger one, and the camera follows unless the reader has moved it.
     const fitAll = () => {
-        const seen = boxOf(bodies);
+        const seen = obstacles.around(boxOf(bodies));
         if (box.containsBox(seen)) return;
         box = seen.union(box);
         box.expandByScalar(0.1 * box.getSize(new THREE.Vector3()).length());

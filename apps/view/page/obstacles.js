@@ -35,6 +35,25 @@ class Obstacles {
 
     constructor(facts, groups) { Object.assign(this, {facts, groups}); }
 
+    /**
+     * The box with the obstacles that move, wherever they are in any frame. One that would leave the bodies less than a
+     * quarter of the picture is left out.
+     */
+    around(box) {
+        const all = box.clone(), most = 4 * box.getSize(new THREE.Vector3()).length();
+        this.facts.forEach(({shape, shifts}, i) => {
+            if (shape === "plane" || !shifts.length) return;
+            const geometry = this.groups[i].children[0].geometry, own = new THREE.Box3(), way = all.clone();
+            geometry.computeBoundingBox();
+            for (const shift of shifts) {
+                own.copy(geometry.boundingBox).translate(new THREE.Vector3(...shift));
+                way.union(own);
+            }
+            if (way.getSize(new THREE.Vector3()).length() <= most) all.copy(way);
+        });
+        return all;
+    }
+
     /** Puts the floors around the bodies in another box. */
     fit(box, cell) {
         this.facts.forEach((facts, i) => {

@@ -56,14 +56,20 @@ class View {
         const forward = side.addScaledVector(up, -0.38).normalize();
         const right = forward.clone().cross(up).normalize(), above = right.clone().cross(forward);
         const tangent = Math.tan(camera.fov * Math.PI / 360), room = this.room();
-        // The distance from which each corner of the box is inside the free part.
+        // The distance from which each corner of the box is inside the free part. A corner that lies p to the right
+        // and d behind the centre is seen at (p + middle distance t) / ((distance + d) t), where t is the tangent of
+        // half the view's angle and `middle` that of the free part, as the target is shifted by it.
         let distance = 1e-3;
+        const fit = (p, d, t, middle, half) => {
+            distance = Math.max(distance, (p / t - (middle + half) * d) / half, (-p / t + (middle - half) * d) / half,
+                -1.1 * d);
+        };
         for (let corner = 0; corner < 8; ++corner) {
             const p = new THREE.Vector3(
                 corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y, corner & 4 ? box.max.z : box.min.z).sub(centre);
             const depth = p.dot(forward);
-            distance = Math.max(distance, Math.abs(p.dot(right)) / (tangent * camera.aspect * room.width) - depth,
-                Math.abs(p.dot(above)) / (tangent * room.height) - depth);
+            fit(p.dot(right), depth, tangent * camera.aspect, room.right, room.width);
+            fit(p.dot(above), depth, tangent, room.up, room.height);
         }
         distance *= 1.06;
         const shift = above.clone().multiplyScalar(-room.up * distance * tangent)

@@ -269,6 +269,38 @@ class PageTest(unittest.TestCase):
         with h5py.File(self.folder / path) as file:
             return len(file["trajectories/000000/times"])
 
+    def test_keeps_long_bodies_and_moving_obstacles_in_the_free_part_of_the_picture(self):
+        for scale, obstacles in (([12, 0.5, 0.5], []), ([0.5, 12, 0.5], []),
+                                 ([1, 1, 1], [{"sphere": {"centre": [0.9, 0, 0], "radius": 0.1}, "velocity": [3, 0, 1]}])):
+            corners = [[a * s - s / 2 for a, s in zip((x, y, z), scale)] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+            faces = [(1, 2, 4), (1, 4, 3), (5, 7, 8), (5, 8, 6), (1, 5, 6), (1, 6, 2), (3, 4, 8), (3, 8, 7), (1, 3, 7), (1, 7, 5),
+                     (2, 6, 8), (2, 8, 4)]
+            (self.folder / "bar.obj").write_text("".join("v {} {} {}\n".format(*p) for p in corners) +
+                                                 "".join("f {} {} {}\n".format(*f) for f in faces))
+            (self.folder / "bar.json").write_text(json.dumps({"bodies": [{"surface": "bar.obj"}], "gravity": [0, 0, 0],
+                                                              "obstacles": obstacles, "time": {"frames": 10, "dt": 0.02}}))
+            self.make("simulate", "bar.json", "-o", "bar.h5", "-q")
+            self.make("view", "bar.h5", "-o", "bar.html", "-q")
+            self.open("bar.html")
+            for frame in (0, 5, 10):
+                self.browser.seek(frame)
+                low, high, room = self.browser.run("""
+                    const {view, facts} = nbdtree, camera = view.camera, seen = new THREE.Box2(), x = nbdtree.positions(0);
+                    camera.updateMatrixWorld();
+                    const see = (p) => { p.project(camera); seen.expandByPoint(new THREE.Vector2(p.x, p.y)); };
+                    for (let i = 0; i < x.length; i += 3) see(new THREE.Vector3(x[i], x[i + 1], x[i + 2]));
+                    for (const {centre, radius, shifts} of facts.obstacles)
+                        for (const side of [-1, 1])
+                            for (let c = 0; c < 3; ++c) {
+                                const p = new THREE.Vector3(...centre).add(new THREE.Vector3(...shifts[nbdtree.frame()]));
+                                see(p.setComponent(c, p.getComponent(c) + side * radius));
+                            }
+                    return [[seen.min.x, seen.min.y], [seen.max.x, seen.max.y], view.room()]""")
+                for axis, middle, half in ((0, room["right"], room["width"]), (1, room["up"], room["height"])):
+                    self.assertGreater(low[axis], middle - half, (scale, frame, axis))
+                    self.assertLess(high[axis], middle + half, (scale, frame, axis))
+                self.assertGreater(max((h - l) / (2 * room[s]) for l, h, s in zip(low, high, ("width", "height"))), 0.3)
+
     def test_the_same_input_gives_the_same_bytes(self):
         self.make("view", "rings.h5", "-o", "again.html", "-q", "--threads", 1)
         self.assertEqual((self.folder / "again.html").read_bytes(), (self.folder / "rings.html").read_bytes())
