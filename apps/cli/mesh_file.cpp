@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "apps/cli/available_memory.hpp"
+#include "collision/geometry/far_origin.hpp"
 #include "meshing/body/body_check.hpp"
 #include "meshing/body/make_body.hpp"
 #include "meshing/cage/body_inside.hpp"
@@ -20,6 +21,7 @@
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"
 #include "meshing/surface/solid_boundary.hpp"
+#include "meshing/surface/weld_within.hpp"
 #include "meshing/tets/order_by_place.hpp"
 
 namespace nbd {
@@ -61,11 +63,45 @@ std::vector<MaterialRegion> regions_of(const std::vector<TetGroup>& groups, cons
     return regions;
 }
 
+void tell_origin(const Eigen::Vector3d& origin, const Output& out) {
+    if (!origin.isZero(0))
+        out.text(fmt::format("far from zero: the body's positions are counted from its origin ({}, {}, {})",
+                             origin.x(), origin.y(), origin.z()));
+}
+
+/// make_solid_boundary(), with a way out where a surface is open.
+SolidBoundary solid_boundary_of(TriMesh surface) {
+    try {
+        return make_solid_boundary(std::move(surface));
+    } catch (const std::invalid_argument& error) {
+        const std::string_view what = error.what();
+        if (!what.starts_with("the surface is open") && !what.starts_with("edge ")) throw;
+        throw std::invalid_argument(fmt::format(
+            "{}; --weld LENGTH closes cracks up to a length, --cage takes any surface as it is", what));
+    }
+}
+
+/// tetrahedralize(), with a way out where the surface is too coarse for the nodes.
+TetrahedralizeResult filling_of(const TriMesh& surface, const TetrahedralizeConfig& config) {
+    try {
+        return tetrahedralize(surface, config);
+    } catch (const NodesOutOfReach& error) {
+        throw std::invalid_argument(
+            fmt::format("{}; the tetrahedra take the surface's own vertices, so {}", error.what(),
+                        error.wants_more ? "for more nodes give a surface of more faces: divide its faces in "
+                                           "another program, or --cage N, "
+                                           "whose nodes do not depend on it"
+                                         : "for fewer nodes give a surface of fewer faces, or --cage N, "
+                                           "whose nodes do not depend on it"));
+    }
+}
+
 }  // namespace
 
 bool holds_tets(const std::filesystem::path& path) {
     const std::string extension = path.extension().string();
-    return extension == ".msh" || extension == ".vtk" || extension == ".mesh" || extension == ".h5";
+    return extension == ".msh" || extension == ".vtk" || extension == ".vtu" || extension == ".mesh" ||
+           extension == ".h5";
 }
 
 Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
@@ -75,8 +111,10 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
     Material material = config.material;
     std::vector<MaterialRegion> regions;
     std::vector<TetGroup> groups;
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
     if (of_body) {
         Body body = load_body(path);
+        origin = config.scale * body.origin;
         tets = std::move(body.tets);
         material = body.material;
         regions = std::move(body.regions);
@@ -84,6 +122,7 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
         tets = read_tets(path, &notes, &groups);
     }
     for (const std::string& note : notes) out.text(note);
+    tets.X *= config.scale;
     out.work("making the body");
     if (groups.size() > max_regions) {
         out.text(fmt::format("{} groups of tetrahedra are left out; regions of material: at most {}",
@@ -96,7 +135,9 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
         if (!of_body) regions = regions_of(groups, config);
         Body body = make_body(path.stem().string(), std::move(tets), material, config.levels, config.scheme);
         body.regions = std::move(regions);
+        body.origin += origin;
         check_body(body);
+        tell_origin(body.origin, out);
         return body;
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
@@ -108,33 +149,46 @@ MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConf
     check_memory(path, config.cage == 0 && config.inside.empty(), out);
     out.work("reading the surface");
     TriMesh surface = read_surface(path);
+    surface.X *= config.scale;
     try {
+        if (config.weld > 0) {
+            WeldReport report;
+            surface = weld_within(surface, config.weld, report);
+            out.text(describe(report));
+        }
         if (config.cage > 0) {
             out.work("wrapping and filling a cage");
             CageBody caged =
                 make_cage_body(path.stem().string(), std::move(surface), config.cage, config.material);
             out.text(describe(caged.report));
+            tell_origin(caged.body.origin, out);
             return {std::move(caged.body), caged.report.optimization, caged.report};
         }
         if (!config.inside.empty()) {
             out.work("embedding");
             const Body outer = load_body(config.inside);
             out.text(describe(clean_soup(surface)));
+            tell_origin(outer.origin, out);
             return {make_body_inside(path.stem().string(), std::move(surface), outer), {}, {}};
         }
         out.work("checking the surface");
-        const SolidBoundary boundary = make_solid_boundary(std::move(surface));
+        const Eigen::Vector3d origin = far_origin(surface.X, surface.F);
+        surface.X.rowwise() -= origin.transpose();
+        tell_origin(origin, out);
+        const SolidBoundary boundary = solid_boundary_of(std::move(surface));
         out.text(fmt::format("surface: {}", describe(boundary.report)));
         out.work("filling with tetrahedra");
-        TetrahedralizeResult filled = tetrahedralize(boundary.mesh, config.tets);
+        TetrahedralizeResult filled = filling_of(boundary.mesh, config.tets);
         out.text(fmt::format("gmsh: grading {:.4g} after {} run(s)", filled.grading, filled.runs));
         if (filled.optimization.poor_before > 0) out.text(describe(filled.optimization));
         out.work("making the body");
         order_by_place(filled.tets);
-        return {make_body(path.stem().string(), boundary.mesh, std::move(filled.tets), config.material,
-                          config.levels, config.scheme),
-                filled.optimization,
-                {}};
+        MeshedFile result{make_body(path.stem().string(), boundary.mesh, std::move(filled.tets),
+                                    config.material, config.levels, config.scheme),
+                          filled.optimization,
+                          {}};
+        result.body.origin += origin;
+        return result;
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
     }

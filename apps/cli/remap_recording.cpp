@@ -53,7 +53,7 @@ RemappedFrames remap_recording(const std::filesystem::path& path, const NamedBod
         has_edges = has_edges || recording.contents(i).contact_edges;
     if (has_edges)
         notice(fmt::format("{}: contact edges are left out, they are of the other surface", path.string()));
-    RecordingWriter writer(output);
+    RecordingWriter writer(output, recording.origin());
     writer.label("remapped_from_sha256", recording_hash(recording));
     for (int i = 0; i < result.trajectories; ++i) {
         TrajectoryInfo info = infos[static_cast<std::size_t>(i)];

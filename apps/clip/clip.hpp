@@ -15,11 +15,12 @@ struct ClipBody {
     int vertex_count = 0;
 };
 
-/// Surfaces that move, as programs of artists take them. World space, metres.
+/// Surfaces that move, as programs of artists take them, metres.
 struct Clip {
     std::string title;
-    Eigen::Vector3d up{0, 0, 1};  // unit
-    std::vector<double> times;    // [frames] seconds, ascending, at least one
+    Eigen::Vector3d up{0, 0, 1};      // unit
+    Eigen::Vector3d origin{0, 0, 0};  // what positions are counted from
+    std::vector<double> times;        // [frames] seconds, ascending, at least one
     std::vector<ClipBody> bodies;
     /// The surface of a body in a frame, [vertex_count, 3].
     std::function<void(int body, int frame, Vertices& x)> read;

@@ -175,6 +175,8 @@ void write_animation(std::ostream& out, const Clip& clip) {
 Json nodes_json(const Clip& clip) {
     const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(clip.up, Eigen::Vector3d::UnitY());
     Json root{{"name", clip.title}, {"rotation", {turn.x(), turn.y(), turn.z(), turn.w()}}}, nodes;
+    if (const Eigen::Vector3d place = turn * clip.origin; !place.isZero(0))
+        root["translation"] = {place.x(), place.y(), place.z()};
     for (std::size_t b = 0; b < clip.bodies.size(); ++b) root["children"].push_back(b + 1);
     nodes.push_back(std::move(root));
     for (std::size_t b = 0; b < clip.bodies.size(); ++b)

@@ -10,8 +10,11 @@
 #include "apps/commands/commands.hpp"
 #include "apps/source/pose_argument.hpp"
 #include "apps/view/page.hpp"
+#include "apps/view/scene_view.hpp"
+#include "collision/geometry/triangle_triangle.hpp"
 #include "collision/query/pair_query.hpp"
 #include "meshing/h5/atomic_file.hpp"
+#include "meshing/surface/winding.hpp"
 
 namespace nbd {
 namespace {
@@ -34,16 +37,43 @@ PosedTree posed(const PosedSurface& surface, BoundKind asked, std::optional<floa
     return tree;
 }
 
+Triangle triangle(const PosedSurface& surface, int face) {
+    const auto corner = [&](int c) -> Eigen::Vector3f { return surface.x.row(surface.tree->faces(face, c)); };
+    return {corner(0), corner(1), corner(2)};
+}
+
 std::string chosen(const PosedTree& a, const PosedTree& b) {
     const std::string_view in_a = name(a.chosen()), in_b = name(b.chosen());
     return in_a == in_b ? std::string(in_a) : fmt::format("{} and {}", in_a, in_b);
 }
 
+/// What lies within the other surface, a in b and b in a; none where faces meet.
+std::pair<Containment, Containment> containments(const PosedSurface& a, const PosedSurface& b,
+                                                 std::span<const FacePair> pairs) {
+    const TriMesh in_a{a.x.cast<double>(), a.tree->faces}, in_b{b.x.cast<double>(), b.tree->faces};
+    // Near pairs need not meet: only intersecting ones say that neither surface can lie within the other.
+    for (const FacePair& pair : pairs)
+        if (triangles_intersect(triangle(a, pair.a), triangle(b, pair.b))) return {};
+    return {containment(in_a, in_b), containment(in_b, in_a)};
+}
+
+const char* in_json(Containment found) {
+    return found == Containment::whole ? "whole" : found == Containment::some_parts ? "parts" : "no";
+}
+
+void tell_containment(const std::string& inner, const std::string& outer, Containment found,
+                      const Output& out) {
+    if (found != Containment::none)
+        out.text(fmt::format("{}{} lies inside {}", found == Containment::whole ? "" : "a part of ", inner,
+                             outer));
+}
+
 void write_view(const CollideArguments& arguments, PosedSurface a, PosedSurface b, BoundKind bounds) {
-    const ViewScene scene = view_of_surfaces(
-        {shown_surface(arguments.a, std::move(a), bounds, arguments.margin),
-         shown_surface(arguments.b, std::move(b), bounds, arguments.margin)},
-        fmt::format("{} and {}", arguments.a, arguments.b), std::max(arguments.distance, 0.f));
+    const ViewScene scene =
+        view_of_surfaces({shown_surface(arguments.a, std::move(a), bounds, arguments.margin),
+                          shown_surface(arguments.b, std::move(b), bounds, arguments.margin)},
+                         fmt::format("{} and {}{}", arguments.a, arguments.b, from_origin(a.origin)),
+                         std::max(arguments.distance, 0.f));
     h5::AtomicFile file(arguments.page);
     write_page(file.out(), scene);
     file.commit();
@@ -58,6 +88,7 @@ void run(const CollideArguments& arguments, Output& out) {
     const BoundKind bounds = bound_kind(arguments.bounds);
     PosedSurface a = read_pose(arguments.a, bounds), b = read_pose(arguments.b, bounds);
     check_model_of({&a, &b}, bounds, arguments.margin.has_value());
+    const Eigen::Vector3d origin = count_from_common_origin({&a, &b});
     PosedTree tree_a = posed(a, bounds, arguments.margin), tree_b = posed(b, bounds, arguments.margin);
     PairQuery query;
     const std::span<const FacePair> pairs = arguments.distance < 0
@@ -76,7 +107,16 @@ void run(const CollideArguments& arguments, Output& out) {
         pairs.size(), arguments.distance < 0 ? "intersect" : fmt::format("within {:g} m", arguments.distance),
         chosen(tree_a, tree_b), count.nodes_bounded, count.nodes_out_of_range, count.leaf_pairs,
         count.triangle_tests));
+    const auto [a_in_b, b_in_a] = containments(a, b, pairs);
+    tell_containment(arguments.a, arguments.b, a_in_b, out);
+    tell_containment(arguments.b, arguments.a, b_in_a, out);
+    if (!origin.isZero(0))
+        out.text(fmt::format("far from zero: positions are counted from ({}, {}, {})", origin.x(), origin.y(),
+                             origin.z()));
     out.result({{"face_pairs", pairs.size()},
+                {"a_in_b", in_json(a_in_b)},
+                {"b_in_a", in_json(b_in_a)},
+                {"origin", {origin.x(), origin.y(), origin.z()}},
                 {"bounds", {name(tree_a.chosen()), name(tree_b.chosen())}},
                 {"nodes_bounded", count.nodes_bounded},
                 {"nodes_out_of_range", count.nodes_out_of_range},

@@ -59,6 +59,7 @@ void export_tree(const ExportArguments& arguments, Output& out) {
 Clip clip_of(const ShownRecording& shown) {
     Clip clip{.title = shown.scene.title,
               .up = shown.scene.up,
+              .origin = shown.origin,
               .times = shown.scene.times,
               .bodies = {},
               .read = {}};
@@ -126,6 +127,9 @@ void export_clip(const ExportArguments& arguments, Output& out) {
         write_file(asked, [&](std::ostream& file) { write_glb(file, clip); });
         written = {asked};
     } else {
+        if (!clip.origin.isZero(0))
+            out.text(fmt::format("point caches hold float32: positions are counted from ({}, {}, {})",
+                                 clip.origin.x(), clip.origin.y(), clip.origin.z()));
         written = write_caches(asked, shown, clip, inputs, arguments.mdd.empty() ? write_pc2 : write_mdd);
     }
     nlohmann::ordered_json names = nlohmann::ordered_json::array();

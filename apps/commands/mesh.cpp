@@ -104,9 +104,10 @@ void add_mesh(CLI::App& app, Output& out) {
     CLI::App* command =
         app.add_subcommand("mesh", "Fills a closed surface with tetrahedra and writes a body file");
     command
-        ->add_option("SURFACE", arguments->input,
-                     "Surface (.obj .ply .stl .off .glb), tetrahedra made elsewhere (.msh .vtk .mesh), or a "
-                     "body file (.h5), of which the tetrahedra and the material are taken")
+        ->add_option(
+            "SURFACE", arguments->input,
+            "Surface (.obj .ply .stl .off .glb), tetrahedra made elsewhere (.msh .vtk .vtu .mesh), or a "
+            "body file (.h5), of which the tetrahedra and the material are taken")
         ->required();
     command->add_option("-o,--output", arguments->output, "Body file to write")->required();
     CLI::Option* nodes =
@@ -152,6 +153,17 @@ void add_mesh(CLI::App& app, Output& out) {
         command->add_option("--subdivision", arguments->scheme, "midpoint keeps the shape, loop rounds it")
             ->capture_default_str()
             ->check(one_of({"midpoint", "loop"}));
+    command
+        ->add_option("--scale", arguments->config.scale,
+                     "Factor of all coordinates: 0.001 for a file in millimetres, as bodies are in metres")
+        ->capture_default_str()
+        ->check(positive());
+    CLI::Option* weld =
+        command
+            ->add_option("--weld", arguments->config.weld,
+                         "Close cracks of a surface: what lies at most this far apart becomes one, "
+                         "metres (after --scale)")
+            ->check(positive());
     CLI::Option* cage =
         command
             ->add_option("--cage", arguments->config.cage,
@@ -167,7 +179,7 @@ void add_mesh(CLI::App& app, Output& out) {
     }
     for (CLI::Option* other : of_material) inside->excludes(other);
     inside->excludes(cage);
-    command->final_callback([arguments, of_material, of_filling = std::vector{nodes, grading}, &out] {
+    command->final_callback([arguments, of_material, of_filling = std::vector{nodes, grading, weld}, &out] {
         if (holds_tets(arguments->input))
             for (const CLI::Option* option : of_filling)
                 if (option->count() > 0)

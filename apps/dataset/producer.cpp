@@ -166,7 +166,7 @@ void Producer::simulate(int index) {
     const int nodes = static_cast<int>(body_.tets.X.rows());
     int steps = plan_.excitation.steps_per_frame;
     for (int attempt = 1;; ++attempt, steps *= 2) {
-        RecordingWriter writer(folder_.part(index));
+        RecordingWriter writer(folder_.part(index), body_.origin);
         writer.label(dataset_label, key_);
         const TrajectoryInfo info{.id = index,
                                   .seed = plan_.excitation.seed,
@@ -228,7 +228,7 @@ void Producer::make(int index, bool wait) {
 void Producer::finish_shard(int shard) {
     const std::scoped_lock lock(packing_);  // excludes our own threads; the claim excludes processes
     const auto held = claims_.wait_for(first_shard_claim + shard, hooks_.stop_if_asked);
-    pack_shard(folder_, key_, shard, [this](const std::string& line) { warn(line); });
+    pack_shard(folder_, key_, body_.origin, shard, [this](const std::string& line) { warn(line); });
 }
 
 void Producer::produce(const std::function<bool(int)>& mine, int threads, int start) {

@@ -63,7 +63,7 @@ std::string shard_defect(const std::filesystem::path& path, const std::string& k
     return {};
 }
 
-bool pack_shard(const ShardFolder& folder, const std::string& key, int shard,
+bool pack_shard(const ShardFolder& folder, const std::string& key, const Eigen::Vector3d& origin, int shard,
                 const std::function<void(const std::string&)>& warn) {
     const std::filesystem::path path = folder.shard(shard);
     const auto there = [&] { return std::filesystem::exists(path); };
@@ -71,7 +71,7 @@ bool pack_shard(const ShardFolder& folder, const std::string& key, int shard,
     if (!there()) {
         for (int i = first; i < end; ++i)
             if (!std::filesystem::exists(folder.part(i))) return false;
-        RecordingWriter whole(path);
+        RecordingWriter whole(path, origin);
         whole.label(dataset_label, key);
         for (int i = first; i < end; ++i) {
             const std::string defect = shard_defect(folder.part(i), key, i, i + 1);

@@ -16,7 +16,7 @@ std::string shard_defect(const std::filesystem::path& path, const std::string& k
 /// Joins the parts of a shard into its file and removes them; does nothing if a trajectory is missing. Only
 /// one process at a time may pack a shard. Removes unreadable parts and reports them to `warn`. Returns true
 /// if the shard exists.
-bool pack_shard(const ShardFolder& folder, const std::string& key, int shard,
+bool pack_shard(const ShardFolder& folder, const std::string& key, const Eigen::Vector3d& origin, int shard,
                 const std::function<void(const std::string&)>& warn);
 
 }  // namespace nbd

@@ -36,7 +36,7 @@ void LiveRun::begin(const SceneSpec& spec, std::span<const LoadedBody> bodies,
     const int fit = static_cast<int>(std::clamp<std::size_t>(most_bytes / bytes, 2, most_frames));
     shown_ = even_frames(spec.time.frames + 1, fit);
     ViewScene scene;
-    scene.title = std::move(title);
+    scene.title = title + from_origin(world->origin());
     scene.displacement_from = "the start";
     scene.up = up_of(spec);
     scene.recorded_frames = spec.time.frames + 1;

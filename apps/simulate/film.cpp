@@ -8,7 +8,6 @@
 #include "apps/drawing/ball_mesh.hpp"
 #include "apps/drawing/body_colours.hpp"
 #include "apps/drawing/picture.hpp"
-#include "sim/scene/scene_parts.hpp"
 
 namespace nbd {
 namespace {
@@ -39,11 +38,11 @@ Camera camera_for(const Eigen::Vector3d& gravity) {
 
 }  // namespace
 
-Film::Film(const SceneSpec& spec, int stills)
+Film::Film(const SceneSpec& spec, std::span<const Obstacle> obstacles, int stills)
     : frames_(spec.time.frames + 1),
       stills_(std::min(frames_, stills)),
       gravity_(spec.gravity),
-      obstacles_(spec.obstacles) {}
+      obstacles_(obstacles.begin(), obstacles.end()) {}
 
 bool Film::wants(int frame) const {
     // The first still at or after the frame; stills are (frames - 1) / (stills - 1) frames apart.
@@ -55,6 +54,24 @@ void Film::add_frame(double time, std::vector<TriMesh> surfaces) {
     kept_.push_back({time, std::move(surfaces)});
 }
 
+/// Extends the box of what the camera sees by an obstacle that moves, wherever it is in any still. Leaves it
+/// out where the bodies would get less than a quarter of the picture.
+void Film::extend(Eigen::AlignedBox3f& seen, const Obstacle& obstacle, const Camera& camera) const {
+    if (obstacle.velocity.isZero(0)) return;
+    Nodes X;
+    if (const auto* ball = std::get_if<BallShape>(&obstacle.shape))
+        X = ball_mesh(ball->centre, ball->radius).X;
+    else if (const auto* mesh = std::get_if<std::shared_ptr<const StaticSurface>>(&obstacle.shape))
+        X = (*mesh)->mesh().X;
+    Eigen::AlignedBox3f all = seen;
+    for (const Still& still : kept_) {
+        const Eigen::Vector3d shift = displacement_at(obstacle, still.time);
+        for (Eigen::Index i = 0; i < X.rows(); ++i)
+            all.extend(camera.seen((X.row(i).transpose() + shift).cast<float>()));
+    }
+    if (all.diagonal().norm() <= 4 * seen.diagonal().norm()) seen = all;
+}
+
 void Film::write(const std::filesystem::path& path) const {
     if (kept_.empty()) return;
     Camera camera = camera_for(gravity_);
@@ -63,6 +80,7 @@ void Film::write(const std::filesystem::path& path) const {
         for (const TriMesh& mesh : still.surfaces)
             for (Eigen::Index i = 0; i < mesh.X.rows(); ++i)
                 seen.extend(camera.seen(mesh.X.row(i).transpose().cast<float>()));
+    for (const Obstacle& obstacle : obstacles_) extend(seen, obstacle, camera);
     const Eigen::Vector3f right = camera.forward.cross(camera.up).normalized();
     camera.target = seen.center().x() * right + seen.center().y() * right.cross(camera.forward) +
                     seen.center().z() * camera.forward;
@@ -71,8 +89,6 @@ void Film::write(const std::filesystem::path& path) const {
     const float aspect = std::clamp(size.x() / size.y(), 0.6f, 1.5f);
     camera.extent = std::max(size.y(), size.x() / aspect);
 
-    std::vector<Obstacle> obstacles;
-    for (const SceneObstacle& obstacle : obstacles_) obstacles.push_back(make_obstacle(obstacle));
     std::vector<Image> images;
     for (const Still& still : kept_) {
         std::vector<PictureSurface> surfaces;
@@ -80,7 +96,7 @@ void Film::write(const std::filesystem::path& path) const {
         for (std::size_t b = 0; b < still.surfaces.size(); ++b)
             surfaces.push_back(as_surface(still.surfaces[b], Eigen::Vector3d::Zero(),
                                           body_colours[b % body_colours.size()]));
-        for (const Obstacle& obstacle : obstacles) {
+        for (const Obstacle& obstacle : obstacles_) {
             const Eigen::Vector3d shift = displacement_at(obstacle, still.time);
             if (const auto* plane = std::get_if<PlaneShape>(&obstacle.shape))
                 floors.push_back({(plane->point + shift).cast<float>(), plane->normal.cast<float>(),

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <filesystem>
+#include <span>
 #include <vector>
 
+#include "apps/drawing/picture.hpp"
 #include "meshing/surface/mesh.hpp"
 #include "sim/scene/scene.hpp"
 
@@ -12,8 +15,8 @@ namespace nbd {
 class Film {
  public:
     /// The picture shows at most `stills` evenly spread frames, including the start and the last one. stills:
-    /// at least 2.
-    Film(const SceneSpec& spec, int stills);
+    /// at least 2. obstacles: of the world that the frames are of.
+    Film(const SceneSpec& spec, std::span<const Obstacle> obstacles, int stills);
 
     /// True if the picture shows this frame; the start is 0.
     bool wants(int frame) const;
@@ -30,9 +33,11 @@ class Film {
         std::vector<TriMesh> surfaces;  // [bodies]
     };
 
+    void extend(Eigen::AlignedBox3f& seen, const Obstacle& obstacle, const Camera& camera) const;
+
     int frames_, stills_;
     Eigen::Vector3d gravity_;
-    std::vector<SceneObstacle> obstacles_;
+    std::vector<Obstacle> obstacles_;
     std::vector<Still> kept_;
 };
 

@@ -23,12 +23,17 @@ std::vector<std::filesystem::path> scene_inputs(const SceneSpec& spec) {
 std::shared_ptr<const Body> SceneFiles::body(const SceneBody& spec, const Output& out) {
     const SceneMeshing& m = spec.meshing;
     const std::string key =
-        fmt::format("{}|{}|{}|{}|{}|{}", spec.file.string(), static_cast<int>(spec.source), m.tets.nodes,
-                    m.tets.grading, m.levels, static_cast<int>(m.scheme));
+        fmt::format("{}|{}|{}|{}|{}|{}|{}|{}", spec.file.string(), static_cast<int>(spec.source),
+                    m.tets.nodes, m.tets.grading, m.scale, m.weld, m.levels, static_cast<int>(m.scheme));
     const auto known = bodies_.find(key);
     if (known != bodies_.end()) return known->second;
-    const MeshFileConfig config{
-        .tets = m.tets, .inside = {}, .material = {}, .levels = m.levels, .scheme = m.scheme};
+    const MeshFileConfig config{.tets = m.tets,
+                                .inside = {},
+                                .scale = m.scale,
+                                .weld = m.weld,
+                                .material = {},
+                                .levels = m.levels,
+                                .scheme = m.scheme};
     Body body = spec.source == BodySource::body   ? load_body(spec.file)
                 : spec.source == BodySource::tets ? body_of_tets(spec.file, config, out)
                                                   : body_of_surface(spec.file, config, out).body;

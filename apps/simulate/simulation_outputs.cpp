@@ -11,6 +11,7 @@
 #include "apps/cli/output_paths.hpp"
 #include "apps/simulate/run_options.hpp"
 #include "collision/base/temporary_files.hpp"
+#include "collision/geometry/far_origin.hpp"
 #include "meshing/formats/write_surface.hpp"
 #include "sim/contact/self_contact.hpp"
 #include "sim/fem/stress.hpp"
@@ -50,9 +51,12 @@ ContactEdgeFinder contact_edge_finder(const World& world) {
 }  // namespace
 
 std::string body_file_name(std::size_t body, std::string name) {
+    // Bytes of letters beyond ASCII stay, as file systems take them.
     std::ranges::replace_if(
-        name, [](unsigned char c) { return !std::isalnum(c) && c != '-' && c != '_'; }, '_');
-    return fmt::format("{}_{}", body, name.substr(0, 100));
+        name, [](unsigned char c) { return c < 0x80 && !std::isalnum(c) && c != '-' && c != '_'; }, '_');
+    std::size_t end = std::min<std::size_t>(name.size(), 100);
+    while (end < name.size() && end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0u) == 0x80u) --end;
+    return fmt::format("{}_{}", body, name.substr(0, end));
 }
 
 SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& spec, const World& world,
@@ -60,9 +64,9 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
                                      const RecordingExtras& extras)
     : paths_(paths),
       world_(world),
-      recording_(paths.recording),
+      recording_(paths.recording, world.origin()),
       extras_(extras.of_frames),
-      film_(spec, 6),
+      film_(spec, world.obstacles(), 6),
       table_(paths.csv.empty() ? StepTable() : StepTable(paths.csv)) {
     if (!extras.scene_file.empty())
         recording_.label(scene_file_label, relative_to(paths.recording, extras.scene_file));
@@ -78,6 +82,10 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
         handles_.push_back(recording_.begin_trajectory(info, world.elastic(b).node_count(), contents));
         start_.push_back(world.state(b).x);
         names_.push_back(body_file_name(i, spec.bodies[i].name));
+        const ContactSurface& surface = world.surface(b);
+        watches_.emplace_back(
+            fmt::format("{}: body {} ({})", paths.recording.string(), b, spec.bodies[i].name),
+            mean_edge(embedded(surface.W(), world.elastic(b).rest().X), surface.F()));
     }
     if (!paths.vtu.empty()) {
         remove_abandoned(paths.vtu / "scene");
@@ -107,6 +115,7 @@ void SimulationOutputs::add_to_recording(const SimulationFrame& frame) {
                    frame.contact_forces[b], extras);
         extras.contact_edges = std::move(edges[b]);
         recording_.add_frame(handles_[b], frame.world.time, nodes[b], extras);
+        watches_[b].see(nodes[b]);
     }
     troubled_.push_back(static_cast<std::int32_t>(
         std::ranges::count_if(frame.steps, [](const StepRow& step) { return spoils_pose(step.trouble); })));
@@ -127,7 +136,7 @@ void SimulationOutputs::add_vtu(const SimulationFrame& frame) {
                          .contact_force = &frame.contact_forces[b],
                          .von_mises = &stresses.back()});
     }
-    vtu_->add_frame(frame.world.time, grids);
+    vtu_->add_frame(frame.world.time, grids, world_.origin());
 }
 
 void SimulationOutputs::add_surfaces(const SimulationFrame& frame) {
@@ -137,7 +146,7 @@ void SimulationOutputs::add_surfaces(const SimulationFrame& frame) {
         surfaces.push_back({embedded(surface.W(), frame.world.bodies[b].x), surface.F()});
         if (!paths_.obj.empty())
             write_surface(paths_.obj / fmt::format("{}_{:06}.obj", names_[b], frame.number),
-                          surfaces.back().X, surfaces.back().F);
+                          surfaces.back().X.rowwise() + world_.origin().transpose(), surfaces.back().F);
     }
     if (!paths_.picture.empty() && film_.wants(frame.number))
         film_.add_frame(frame.world.time, std::move(surfaces));

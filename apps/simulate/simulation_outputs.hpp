@@ -7,6 +7,7 @@
 
 #include "apps/extras/contact_edges.hpp"
 #include "apps/extras/extras_request.hpp"
+#include "apps/extras/float_step_watch.hpp"
 #include "apps/simulate/film.hpp"
 #include "apps/simulate/simulation_frame.hpp"
 #include "meshing/formats/vtu.hpp"
@@ -26,7 +27,8 @@ struct RecordingExtras {
 /// Name of the recording's label with the path of the scene file, relative to the recording's folder.
 inline constexpr const char* scene_file_label = "scene_file";
 
-/// Unique name that is safe in file names: "1_upper_ring" for body 1 with the name "upper ring".
+/// Unique name that is safe in file names: "1_upper_ring" for body 1 with the name "upper ring". name: UTF-8,
+/// whose letters beyond ASCII are kept.
 std::string body_file_name(std::size_t body, std::string name);
 
 /// Everything that a run writes except its journal. Made from frames alone, so that the same frames give the
@@ -61,6 +63,7 @@ class SimulationOutputs {
     ExtrasRequest extras_;
     std::optional<ContactEdgeFinder> contact_edges_;  // if they are asked for
     std::vector<std::int32_t> troubled_;              // [frames] see FrameFacts
+    std::vector<FloatStepWatch> watches_;             // [bodies]
     std::vector<Nodes> start_;                        // [bodies]
     std::optional<VtuSeries> vtu_;
     Film film_;

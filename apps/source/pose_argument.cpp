@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "collision/bounds/certified/solid_meter.hpp"
+#include "collision/geometry/far_origin.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
@@ -29,9 +32,11 @@ std::optional<int> cut_number(std::string_view& text) {
     return number;
 }
 
-/// nodes: out, [N, 3] of the body.
-Vertices recorded_pose(const TreeFile& file, const RecordedFrames& frames, Vertices& nodes) {
+/// nodes: out, [N, 3] of the body. origin: out, what they and the result are counted from.
+Vertices recorded_pose(const TreeFile& file, const RecordedFrames& frames, Vertices& nodes,
+                       Eigen::Vector3d& origin) {
     const RecordingReader recording(frames.path);
+    origin = recording.origin();
     const int trajectory = find_frames(recording, frames, file.facts.body_hash, "the tree's");
     Vertices x;
     recording.read(trajectory, *frames.frame, 1, nodes);
@@ -39,12 +44,16 @@ Vertices recorded_pose(const TreeFile& file, const RecordedFrames& frames, Verti
     return x;
 }
 
-Vertices surface_pose(const TreeFile& file, const std::string& path) {
+Vertices from(const Eigen::Vector3d& origin, const Nodes& x) {
+    return (x.rowwise() - origin.transpose()).cast<float>();
+}
+
+Nodes surface_pose(const TreeFile& file, const std::string& path) {
     const TriMesh mesh = read_surface(path);
     if (mesh.F.rows() != file.tree.faces.rows() || mesh.F != file.tree.faces)
         throw std::runtime_error(fmt::format("{}: its {} faces are not those of the tree ({})", path,
                                              mesh.F.rows(), file.tree.faces.rows()));
-    return mesh.X.cast<float>();
+    return mesh.X;
 }
 
 /// Gives the tree of a file affine bounds if it has none. argument: as the command line names the pose.
@@ -92,9 +101,10 @@ int find_frames(const RecordingReader& recording, const RecordedFrames& frames, 
 PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
     const std::size_t at = argument.find('@');
     if (at == std::string::npos) {
-        const TriMesh mesh = read_surface(argument);
-        Vertices x = mesh.X.cast<float>();
-        return {.tree = shared_exact_tree(x, mesh.F), .x = x};
+        TriMesh mesh = read_surface(argument);
+        const Eigen::Vector3d origin = far_origin(mesh.X, mesh.F);
+        Vertices x = from(origin, mesh.X);
+        return {.tree = shared_exact_tree(x, mesh.F), .x = x, .origin = origin, .exact = std::move(mesh.X)};
     }
     if (at == 0 || at + 1 == argument.size())
         throw std::invalid_argument(
@@ -105,7 +115,13 @@ PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
     const bool is_recorded = recorded && recorded->frame;
     Vertices nodes;
     std::vector<RegionMotion> motion;
-    Vertices x = is_recorded ? recorded_pose(file, *recorded, nodes) : surface_pose(file, pose);
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    Nodes exact;
+    if (!is_recorded) {
+        exact = surface_pose(file, pose);
+        origin = far_origin(exact, file.tree.faces);
+    }
+    Vertices x = is_recorded ? recorded_pose(file, *recorded, nodes, origin) : from(origin, exact);
     const bool has_nodes = nodes.rows() > 0 && file.solid.X.rows() == file.W.cols();
     if (bounds == BoundKind::affine || (bounds == BoundKind::automatic && has_nodes))
         prepare_affine(file, nodes, argument);
@@ -116,10 +132,36 @@ PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
     }
     return {.tree = std::make_shared<const CollisionTree>(std::move(file.tree)),
             .x = std::move(x),
+            .origin = origin,
+            .exact = std::move(exact),
             .from_tree = true,
             .nodes = std::move(nodes),
             .motion = std::move(motion),
             .rest = std::move(file.X)};
+}
+
+Eigen::Vector3d count_from_common_origin(std::initializer_list<PosedSurface*> surfaces) {
+    const auto in_double = [](const PosedSurface& s) {
+        if (s.exact.rows() > 0) return s.exact;
+        return Nodes(s.x.cast<double>().rowwise() + s.origin.transpose());
+    };
+    Eigen::AlignedBox3d box;
+    double edge = std::numeric_limits<double>::infinity();
+    for (const PosedSurface* surface : surfaces) {
+        const Nodes x = in_double(*surface);
+        for (Eigen::Index v = 0; v < x.rows(); ++v) box.extend(x.row(v).transpose());
+        edge = std::min(edge, mean_edge(x, surface->tree->faces));
+    }
+    const Eigen::Vector3d origin = far_origin(box, edge);
+    for (PosedSurface* surface : surfaces) {
+        if (surface->origin == origin) continue;
+        surface->x = from(origin, in_double(*surface));
+        if (surface->nodes.rows() > 0)
+            surface->nodes =
+                from(origin, surface->nodes.cast<double>().rowwise() + surface->origin.transpose());
+        surface->origin = origin;
+    }
+    return origin;
 }
 
 void check_model_of(std::initializer_list<const PosedSurface*> surfaces, BoundKind bounds, bool has_margin) {

@@ -16,7 +16,9 @@ namespace nbd {
 /// A body in a pose, as the command line names it.
 struct PosedSurface {
     std::shared_ptr<const CollisionTree> tree;
-    Vertices x;                          // [n, 3]
+    Vertices x;  // [n, 3], counted from `origin`
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    Nodes exact{};                       // [n, 3] of a surface file, in double precision, counted from zero
     bool from_tree = false;              // with the bounds of a tree file
     Vertices nodes{};                    // [N, 3] that carry the surface; empty if the pose has none
     std::vector<RegionMotion> motion{};  // for `certified` bounds; empty if the pose has no nodes
@@ -43,6 +45,10 @@ int find_frames(const RecordingReader& recording, const RecordedFrames& frames, 
 /// used with; `affine` needs a recorded pose. For these, and for `auto` where the pose has nodes, the tree
 /// gets its affine model. Throws std::runtime_error that names the wrong part.
 PosedSurface read_pose(const std::string& argument, BoundKind bounds);
+
+/// Counts the surfaces from a common origin, see far_origin(), so that float32 can hold their shapes and
+/// places. Returns the origin.
+Eigen::Vector3d count_from_common_origin(std::initializer_list<PosedSurface*> surfaces);
 
 /// Throws std::invalid_argument if the bounds need a model, or a margin is given to bounds without radii, and
 /// none of the surfaces has a tree file.

@@ -135,8 +135,9 @@ ShownRecording open_frames(const SourceArgument& argument, const std::string& tr
     const int trajectory = find_frames(*recording, frames, subject.hash, subject.whose);
     const TrajectoryInfo& info = recording->trajectories()[static_cast<std::size_t>(trajectory)];
     ShownRecording shown;
+    shown.origin = recording->origin();
     ViewScene& scene = shown.scene;
-    scene.title = fs::path(argument.source).filename().string();
+    scene.title = fs::path(argument.source).filename().string() + from_origin(recording->origin());
     scene.displacement_from = "rest";
     scene.recorded_frames = info.frames;
     scene.numbers =
@@ -208,7 +209,8 @@ ViewScene view_of_surface(const SourceArgument& argument) {
     if (argument.margin) margin = static_cast<float>(*argument.margin);
     PosedSurface posed = read_pose(argument.source, bounds);
     check_model_of({&posed}, bounds, margin.has_value());
-    return view_of_surfaces({shown_surface(name, std::move(posed), bounds, margin)}, name, 0);
+    const std::string title = name + from_origin(posed.origin);
+    return view_of_surfaces({shown_surface(name, std::move(posed), bounds, margin)}, title, 0);
 }
 
 }  // namespace nbd

@@ -46,7 +46,8 @@ std::vector<int> even_frames(int count, int most);
 struct ShownRecording {
     ViewScene scene;
     ViewSources sources;
-    std::vector<std::filesystem::path> inputs{};  // that its scene names
+    std::vector<std::filesystem::path> inputs{};       // that its scene names
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // what its positions are counted from, metres
 };
 
 /// Makes what a page shows, frame by frame.

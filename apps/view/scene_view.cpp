@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
-#include "sim/scene/scene_parts.hpp"
+#include "sim/scene/local_scene.hpp"
 
 namespace nbd {
 namespace {
@@ -36,6 +37,11 @@ int common_frames(const RecordingReader& recording) {
 
 }  // namespace
 
+std::string from_origin(const Eigen::Vector3d& origin) {
+    if (origin.isZero(0)) return {};
+    return fmt::format(", from ({}, {}, {}) m", origin.x(), origin.y(), origin.z());
+}
+
 Eigen::Vector3d up_of(const SceneSpec& spec) {
     if (spec.gravity.norm() > 0) return -spec.gravity.normalized();
     return Eigen::Vector3d::UnitZ();
@@ -58,7 +64,7 @@ ViewSources sources_of_scene(const SceneSpec& spec, std::span<const LoadedBody> 
         source.rest = embedded(source.tree.W, world->elastic(body).rest().X.cast<float>());
         source.elastic = std::shared_ptr<const ElasticBody>(world, &world->elastic(body));
     }
-    for (const SceneObstacle& obstacle : spec.obstacles) sources.obstacles.push_back(make_obstacle(obstacle));
+    sources.obstacles.assign(world->obstacles().begin(), world->obstacles().end());
     sources.contact_distance = world->thickness();
     sources.self_contact = spec.contact.self_contact || spec.contact.intersection_free;
     return sources;
@@ -67,10 +73,12 @@ ViewSources sources_of_scene(const SceneSpec& spec, std::span<const LoadedBody> 
 ShownRecording shown_scene(std::shared_ptr<const RecordingReader> recording, SceneSpec spec,
                            std::span<const LoadedBody> bodies, int frames) {
     check_bodies(*recording, spec, bodies);
+    spec = local_scene(std::move(spec), bodies, recording->origin());
     spec.resolve_start = false;
     ShownRecording shown;
+    shown.origin = recording->origin();
     ViewScene& scene = shown.scene;
-    scene.title = recording->path().filename().string();
+    scene.title = recording->path().filename().string() + from_origin(recording->origin());
     scene.displacement_from = "the start";
     scene.up = up_of(spec);
     scene.recorded_frames = common_frames(*recording);

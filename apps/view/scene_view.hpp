@@ -21,6 +21,9 @@ ViewSources sources_of_scene(const SceneSpec& spec, std::span<const LoadedBody> 
 ShownRecording shown_scene(std::shared_ptr<const RecordingReader> recording, SceneSpec spec,
                            std::span<const LoadedBody> bodies, int frames);
 
+/// For titles: ", from (x, y, z) m", or nothing for zero.
+std::string from_origin(const Eigen::Vector3d& origin);
+
 /// Which way is up in a scene: against gravity, if there is any.
 Eigen::Vector3d up_of(const SceneSpec& spec);
 

@@ -111,6 +111,7 @@ std::string body_hash(const Body& body) {
     h5::add_dataset(hash, "embedding/rows", int32, {W.rows.size()}, W.rows.data());
     h5::add_dataset(hash, "embedding/cols", int32, {W.cols.size()}, W.cols.data());
     h5::add_dataset(hash, "embedding/values", float64, {W.values.size()}, W.values.data());
+    if (!body.origin.isZero(0)) h5::add_dataset(hash, "origin", float64, {3}, body.origin.data());
     return hash.hex();
 }
 
@@ -120,9 +121,12 @@ void save_body(const std::filesystem::path& path, const Body& body) {
     h5::Writer file(path, body_format);
     file.attribute("/", "name", body.name);
     file.attribute("/", "body_sha256", body_hash(body));
+    const bool is_far = !body.origin.isZero(0);
     file.attribute("/", "body_sha256_of",
-                   "tets/nodes tets/cells surface/vertices surface/faces embedding/rows embedding/cols "
-                   "embedding/values");
+                   std::string("tets/nodes tets/cells surface/vertices surface/faces embedding/rows embedding/cols "
+                               "embedding/values") +
+                       (is_far ? " origin" : ""));
+    if (is_far) file.write("origin", body.origin);
     file.write("tets/nodes", body.tets.X);
     file.write("tets/cells", body.tets.T, deflate);
     file.write("surface/vertices", body.surface.X);
@@ -147,6 +151,7 @@ Body load_body(const std::filesystem::path& path) {
     body.surface.F = file.matrix<Faces>("surface/faces", h5::any, 3);
     const auto vertices = static_cast<std::size_t>(body.surface.X.rows());
     const auto nodes = static_cast<std::size_t>(body.tets.X.rows());
+    if (file.has("origin")) body.origin = file.matrix<Eigen::VectorXd>("origin", 3);
     body.W = h5::read_sparse<double>(file, "embedding", vertices, nodes);
     body.material = read_material(file, "material");
     body.regions = read_regions(file);

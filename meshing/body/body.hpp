@@ -20,6 +20,9 @@ struct ModeBasis {
 /// A deformable body at rest. `nbdtree mesh` writes it; every other command starts from it.
 struct Body {
     std::string name;
+    // Where the zero of all its positions lies, metres. Zero unless the body lies so far away that float32
+    // would be too coarse for its shape, see far_origin().
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
     TetMesh tets;
     TriMesh surface;  // the collision surface; surface.X = W tets.X up to rounding
     Embedding W;      // [surface vertices, tet nodes]
@@ -31,8 +34,8 @@ struct Body {
 /// The body's material with Young's modulus and density in the mean over its volume.
 Material mean_material(const Body& body);
 
-/// Hex SHA-256 over tets, surface and embedding (not materials or modes). Recordings and trees store it, so
-/// that a file of another body is rejected.
+/// Hex SHA-256 over tets, surface, embedding and an origin that is not zero (not materials or modes).
+/// Recordings and trees store it, so that a file of another body is rejected.
 std::string body_hash(const Body& body);
 
 /// Writes the file atomically. Throws std::runtime_error with path and reason.

@@ -87,6 +87,8 @@ void check_modes(const ModeBasis& modes, Eigen::Index nodes) {
 }  // namespace
 
 void check_body(const Body& body) {
+    if (!body.origin.allFinite())
+        throw std::invalid_argument("the origin is not finite; allowed: finite numbers");
     check_tets(body.tets);
     if (body.surface.X.rows() < 3 || body.surface.F.rows() < 1)
         throw std::invalid_argument(

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "collision/geometry/far_origin.hpp"
 #include "meshing/body/body_check.hpp"
 #include "meshing/body/embed.hpp"
 
@@ -24,18 +25,33 @@ TriMesh boundary_surface(const TetMesh& tets) {
     return surface;
 }
 
-Body make_body(std::string name, const TriMesh& surface, TetMesh tets, const Material& material, int levels,
-               SubdivisionScheme scheme) {
-    check_material(material);
-    Body body;
-    body.name = std::move(name);
-    body.material = material;
+namespace {
+
+/// Completes a body whose surface and tetrahedra are counted from its origin.
+Body make_near_body(Body body, const TriMesh& surface, TetMesh tets, int levels, SubdivisionScheme scheme) {
     Subdivision fine = subdivide(surface, scheme, levels);
     body.surface = std::move(fine.mesh);
     body.W = fine.S * embed(tets, surface.X);
     body.tets = std::move(tets);
     check_body(body);
     return body;
+}
+
+}  // namespace
+
+Body make_body(std::string name, const TriMesh& surface, TetMesh tets, const Material& material, int levels,
+               SubdivisionScheme scheme) {
+    check_material(material);
+    Body body;
+    body.name = std::move(name);
+    body.material = material;
+    body.origin = far_origin(surface.X, surface.F);
+    if (!body.origin.isZero(0)) {
+        TriMesh near{surface.X.rowwise() - body.origin.transpose(), surface.F};
+        tets.X.rowwise() -= body.origin.transpose();
+        return make_near_body(std::move(body), near, std::move(tets), levels, scheme);
+    }
+    return make_near_body(std::move(body), surface, std::move(tets), levels, scheme);
 }
 
 Body make_body(std::string name, TetMesh tets, const Material& material, int levels,

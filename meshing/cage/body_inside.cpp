@@ -10,6 +10,8 @@ namespace nbd {
 Body make_body_inside(std::string name, TriMesh surface, const Body& outer) {
     Body body;
     body.name = std::move(name);
+    body.origin = outer.origin;
+    surface.X.rowwise() -= outer.origin.transpose();
     body.material = outer.material;
     body.regions = outer.regions;
     body.W = embed(outer.tets, surface.X, {.only_inside = true});

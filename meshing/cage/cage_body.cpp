@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "collision/geometry/far_origin.hpp"
 #include "meshing/body/body_check.hpp"
 #include "meshing/body/embed.hpp"
 #include "meshing/cage/cage.hpp"
@@ -95,6 +96,8 @@ CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Mate
     check_material(material);
     CageBody result;
     CageReport& report = result.report;
+    const Eigen::Vector3d origin = far_origin(surface.X, surface.F);
+    surface.X.rowwise() -= origin.transpose();
     report.soup = clean_soup(surface);
     if (nodes < min_cage_nodes || nodes > max_cage_nodes)
         throw std::invalid_argument(
@@ -112,6 +115,7 @@ CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Mate
 
     Body& body = result.body;
     body.name = std::move(name);
+    body.origin = origin;
     body.material = material;
     body.surface = std::move(surface);
     body.tets = std::move(filled.tets);

@@ -97,9 +97,10 @@ TetrahedralizeResult search_nodes(const TriMesh& surface, const TetrahedralizeCo
     const double target = log_inner(config.nodes, on_surface);
     const double finest = Coarseness::finest().s, coarsest = Coarseness::coarsest().s;
     const auto out_of_reach = [&](Eigen::Index low, Eigen::Index high) {
-        return std::invalid_argument(
+        return NodesOutOfReach(
             fmt::format("{} nodes are not possible; allowed for a surface of {} vertices: about {} to {}",
-                        config.nodes, on_surface, low, high));
+                        config.nodes, on_surface, low, high),
+            config.nodes > high);
     };
     const auto extrapolate = [&](const Sample& from, double s) {
         return on_surface + std::llround(std::exp(from.log_nodes + from.s - s));

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <stdexcept>
+#include <string>
+
 #include "meshing/surface/mesh.hpp"
 #include "meshing/tets/optimize_tets.hpp"
 
@@ -21,11 +24,18 @@ struct TetrahedralizeResult {
     TetOptimization optimization = {};
 };
 
+/// The surface's own vertices leave no way to fill it with as many nodes as were asked for.
+struct NodesOutOfReach : std::invalid_argument {
+    NodesOutOfReach(const std::string& what, bool more) : std::invalid_argument(what), wants_more(more) {}
+    bool wants_more;  // than are possible; else fewer
+};
+
 /// Fills a surface with tetrahedra by gmsh and improves the poor ones by optimize_tets(). The nodes start
 /// with surface.X bit for bit, the oriented boundary faces are exactly surface.F, and every tetrahedron has
 /// positive volume. The same input gives the same bits. surface: finite, closed, manifold, oriented outward,
 /// no self-intersections (see check_surface()). Throws std::invalid_argument for a bad config or an
-/// unreachable number of nodes (naming the reachable range), std::runtime_error if gmsh fails.
+/// unreachable number of nodes (NodesOutOfReach, naming the reachable range), std::runtime_error if gmsh
+/// fails.
 TetrahedralizeResult tetrahedralize(const TriMesh& surface, const TetrahedralizeConfig& config = {});
 
 }  // namespace nbd

@@ -64,7 +64,9 @@ enum class BodySource {
 /// Settings for filling a surface and refining the collision surface.
 struct SceneMeshing {
     TetrahedralizeConfig tets;
-    int levels = 0;  // subdivision levels
+    double scale = 1;  // of the file's coordinates
+    double weld = 0;   // metres, see weld_within(); 0: not
+    int levels = 0;    // subdivision levels
     SubdivisionScheme scheme = SubdivisionScheme::midpoint;
 };
 
@@ -105,6 +107,8 @@ struct SceneOutput {
 /// A scene as described by its JSON text, with paths joined to the base folder. Nothing is loaded yet.
 struct SceneSpec {
     std::string text;  // the text as read
+    // What all positions are counted from, metres; empty: zero, as in the text. See local_scene().
+    std::optional<Eigen::Vector3d> origin{};
     std::vector<SceneBody> bodies;
     std::vector<SceneObstacle> obstacles;
     Eigen::Vector3d gravity{0, 0, -9.81};
@@ -156,7 +160,8 @@ void make_trees(const SceneSpec& spec, std::span<LoadedBody> bodies);
 
 /// Builds the world of a scene. bodies: one per spec.bodies, in that order, as loaded from their files;
 /// materials and placements of the scene are applied here, and bodies that intersect are moved apart if the
-/// scene asks for it. moves: out, how; may be null. Reads the meshes of obstacles. Throws a one-line
+/// scene asks for it. Positions of the world are those of local_scene(), counted from World::origin(). moves:
+/// out, how; may be null. Reads the meshes of obstacles. Throws a one-line
 /// std::invalid_argument or std::runtime_error for inconsistent data: a wrong count, a tree of another
 /// surface, learned bounds with a scale or without a tree, a region without nodes, an unusable mesh.
 World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "sim/scene/body_warnings.hpp"
+#include "sim/scene/local_scene.hpp"
 #include "sim/scene/scene_parts.hpp"
 #include "sim/world/start_check.hpp"
 
@@ -15,24 +16,30 @@ namespace {
 class SceneCheck {
  public:
     SceneCheck(const SceneReading& reading, std::span<const LoadedBody* const> bodies)
-        : reading_(reading), bodies_(bodies) {}
+        : reading_(reading), bodies_(bodies), spec_(local_spec(reading, bodies)) {}
 
     SceneFindings run() {
         for (std::size_t b = 0; b < bodies_.size(); ++b)
             if (bodies_[b]) check_body(b);
-        findings_.warnings = scene_body_warnings(reading_.spec, bodies_);
-        if (!reading_.spec.resolve_start) add(start_.between_bodies());
-        for (std::size_t o = 0; o < reading_.spec.obstacles.size(); ++o)
+        findings_.warnings = scene_body_warnings(spec_, bodies_);
+        if (!spec_.resolve_start) add(start_.between_bodies());
+        for (std::size_t o = 0; o < spec_.obstacles.size(); ++o)
             if (reading_.obstacle_is_good[o]) check_obstacle(o);
         return std::move(findings_);
     }
 
  private:
+    static SceneSpec local_spec(const SceneReading& reading, std::span<const LoadedBody* const> bodies) {
+        std::vector<const Body*> loaded;
+        for (const LoadedBody* body : bodies) loaded.push_back(body ? body->body.get() : nullptr);
+        return local_scene(reading.spec, loaded);
+    }
+
     void check_body(std::size_t number) {
         const auto say = [&](const std::string& what) {
             findings_.problems.push_back(fmt::format("bodies[{}]: {}", number, what));
         };
-        SceneBody spec = reading_.spec.bodies[number];
+        SceneBody spec = spec_.bodies[number];
         const std::vector<SceneGrip> grips = std::exchange(spec.grips, {});
         try {
             WorldBody body = make_world_body(
@@ -71,9 +78,9 @@ class SceneCheck {
 
     void check_obstacle(std::size_t number) {
         try {
-            const Obstacle obstacle = make_obstacle(reading_.spec.obstacles[number]);
+            const Obstacle obstacle = make_obstacle(spec_.obstacles[number]);
             nbd::check_obstacle(obstacle);
-            if (!reading_.spec.resolve_start)
+            if (!spec_.resolve_start)
                 add(start_.with_obstacle(fmt::format("obstacles[{}]", number), obstacle));
         } catch (const std::exception& error) {
             findings_.problems.push_back(fmt::format("obstacles[{}]: {}", number, error.what()));
@@ -82,6 +89,7 @@ class SceneCheck {
 
     const SceneReading& reading_;
     std::span<const LoadedBody* const> bodies_;
+    SceneSpec spec_;
     StartCheck start_;
     SceneFindings findings_;
 };

@@ -7,7 +7,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/notice.hpp"
 #include "meshing/formats/read_surface.hpp"
+#include "meshing/surface/turn_outward.hpp"
 #include "sim/world/body_tree.hpp"
 
 namespace nbd {
@@ -148,6 +150,11 @@ Obstacle make_obstacle(const SceneObstacle& spec) {
     Obstacle obstacle = spec.obstacle;
     if (spec.mesh.empty()) return obstacle;
     TriMesh mesh = read_surface(spec.mesh);
+    if (const int turned = turn_outward(mesh); turned > 0)
+        notice(fmt::format(
+            "{}: {} of its {} faces looked inward and were turned: an obstacle is solid within its "
+            "surface",
+            spec.mesh.string(), turned == mesh.F.rows() ? "all" : std::to_string(turned), mesh.F.rows()));
     mesh.X = placed(mesh.X, spec.placement);
     obstacle.shape = std::make_shared<const StaticSurface>(std::move(mesh));
     return obstacle;

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "sim/scene/local_scene.hpp"
 #include "sim/scene/scene_parts.hpp"
 
 namespace nbd {
@@ -34,11 +35,13 @@ void make_trees(const SceneSpec& spec, std::span<LoadedBody> bodies) {
     }
 }
 
-World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies, std::vector<StartMove>* moves) {
-    if (bodies.size() != spec.bodies.size())
+World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, std::vector<StartMove>* moves) {
+    if (bodies.size() != given.bodies.size())
         throw std::invalid_argument(
-            fmt::format("scene: it has {} bodies, but {} were loaded", spec.bodies.size(), bodies.size()));
-    World world({.gravity = spec.gravity, .contact = spec.contact, .step = spec.step});
+            fmt::format("scene: it has {} bodies, but {} were loaded", given.bodies.size(), bodies.size()));
+    const SceneSpec spec = local_scene(given, bodies);
+    World world(
+        {.gravity = spec.gravity, .contact = spec.contact, .step = spec.step, .origin = *spec.origin});
     std::vector<std::shared_ptr<const ElasticBody>> elastic(bodies.size());
     std::vector<BodyMaterials> materials(bodies.size());
     for (std::size_t b = 0; b < bodies.size(); ++b)

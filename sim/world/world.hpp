@@ -52,6 +52,9 @@ struct WorldConfig {
     std::shared_ptr<RestHierarchies>
         hierarchies{};  // may be shared by worlds of the same bodies; null: not shared
     StepConfig step{};
+    // What positions of this world are counted from, metres, for those who tell them; steps do not depend on
+    // it.
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
 };
 
 /// What World::add_body() takes.
@@ -157,6 +160,7 @@ class World {
     int body_count() const noexcept { return static_cast<int>(bodies_.size()); }
     std::span<const Obstacle> obstacles() const noexcept { return obstacles_; }  // as they were added
     double time() const noexcept { return time_; }
+    const Eigen::Vector3d& origin() const noexcept { return config_.origin; }
     double thickness() const noexcept;          // contact begins at this distance, metres
     double smallest_diagonal() const noexcept;  // of the boxes of the bodies' surfaces at rest, metres
     const ElasticBody& elastic(int body) const { return *at(body).elastic; }

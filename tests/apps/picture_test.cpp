@@ -66,5 +66,21 @@ TEST_F(PictureTest, ShowsBodiesInDifferentColoursWithFloorAndShadows) {
     }
 }
 
+TEST_F(PictureTest, KeepsAnObstacleInViewThatMovesAway) {
+    write("away.json", R"({
+        "bodies": [{"body": "box.h5"}], "gravity": [0, 0, 0],
+        "obstacles": [{"sphere": {"centre": [0.4, 0, 0], "radius": 0.08}, "velocity": [20, 0, 0]}],
+        "time": {"dt": 0.002, "frames": 11, "steps_per_frame": 1}})");
+    make({"simulate", "away.json", "-o", "away.h5", "--picture", "away.png", "-q"});
+    const Pixels picture(folder() / "away.png");
+    for (int tile = 0; tile < 6; ++tile)
+        EXPECT_GT(picture.share(tile,
+                                [](int r, int g, int b) {
+                                    return std::abs(r - g) < 12 && std::abs(g - b) < 12 && g >= 60 && g <= 230;
+                                }),
+                  0.002)
+            << tile;
+}
+
 }  // namespace
 }  // namespace nbd::test

@@ -5,6 +5,7 @@
 #include <array>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
@@ -68,11 +69,16 @@ void refer_to_arrays(h5::Writer& view, const std::string& group, const Recording
     view.write(fmt::format("{}/{}", group, contact_edge_offsets_name), offsets);
 }
 
+/// origin: that of the shards before; set by the first.
 void copy_trajectories(h5::Writer& view, const std::string& key, const std::filesystem::path& folder,
-                       const DatasetShard& shard) {
+                       const DatasetShard& shard, std::optional<Eigen::Vector3d>& origin) {
     const RecordingReader source(folder / shard.file);
     if (source.label(dataset_label) != key)
         throw std::runtime_error(fmt::format("{}: belongs to another dataset", source.path().string()));
+    if (origin.value_or(source.origin()) != source.origin())
+        throw std::runtime_error(fmt::format(
+            "{}: counts positions from another origin than the shards before", source.path().string()));
+    origin = source.origin();
     for (int i = 0; const TrajectoryInfo& info : source.trajectories()) {
         const std::string group = trajectory_group(info.id);
         view.group(group);
@@ -96,8 +102,10 @@ void write_dataset_view(const std::filesystem::path& path, const DatasetManifest
     h5::Writer view(path, view_format);
     view.attribute("/", dataset_label, manifest.key);
     view.group("trajectories");
+    std::optional<Eigen::Vector3d> origin;
     for (const DatasetShard& shard : manifest.shards)
-        copy_trajectories(view, manifest.key, path.parent_path(), shard);
+        copy_trajectories(view, manifest.key, path.parent_path(), shard, origin);
+    if (origin && !origin->isZero(0)) view.write(origin_name, *origin);
     view.write_text(dataset_plan, manifest.plan);
     view.write_text("dataset/shards", checksum_list(manifest.shards));
     view.write_text("dataset/variety", manifest.variety);

@@ -47,8 +47,10 @@ inline constexpr std::array<FrameFactName, 3> frame_facts{
 /// file its name. Until then only a temporary file exists in the same folder, and the destructor removes it.
 class RecordingWriter {
  public:
-    /// Throws std::runtime_error with path and reason.
-    explicit RecordingWriter(const std::filesystem::path& path);
+    /// origin: what positions are counted from, metres, in double precision; not zero where float32 would be
+    /// too coarse for them. Throws std::runtime_error with path and reason.
+    explicit RecordingWriter(const std::filesystem::path& path,
+                             const Eigen::Vector3d& origin = Eigen::Vector3d::Zero());
     ~RecordingWriter();
     RecordingWriter(RecordingWriter&&) noexcept;
 
@@ -56,9 +58,9 @@ class RecordingWriter {
     /// handle for add_frame() and end_trajectory(). Throws std::invalid_argument on a negative or repeated
     /// id, no nodes, or fields of tetrahedra without any.
     int begin_trajectory(const TrajectoryInfo& info, int nodes, const FrameContents& contents = {});
-    /// Appends a frame. x: [nodes, 3] float32, metres, world space. time: seconds, later than the previous
-    /// frame's. Throws std::invalid_argument on another shape, extras that the trajectory has not announced
-    /// or that are missing, an earlier time, a non-finite number, or edges that are out of order.
+    /// Appends a frame. x: [nodes, 3] float32, metres, counted from the origin. time: seconds, later than the
+    /// previous frame's. Throws std::invalid_argument on another shape, extras that the trajectory has not
+    /// announced or that are missing, an earlier time, a non-finite number, or edges that are out of order.
     void add_frame(int handle, double time, VerticesRef x, const FrameExtras& extras = {});
     /// Closes a trajectory. failure: empty if complete. Throws std::invalid_argument if a list of facts is
     /// not empty and has not one number per frame.
@@ -83,11 +85,13 @@ class RecordingReader {
     RecordingReader(RecordingReader&&) noexcept;
 
     const std::filesystem::path& path() const noexcept;
+    /// What the positions of all frames are counted from, metres; zero in most recordings.
+    const Eigen::Vector3d& origin() const noexcept;
     /// Sorted by id. Includes failed trajectories, which callers that want training data must skip.
     const std::vector<TrajectoryInfo>& trajectories() const noexcept;
     int nodes(int trajectory) const;
     /// Reads frames [begin, begin + count) of the trajectory at index `trajectory` into x, which is resized
-    /// to [count * nodes, 3].
+    /// to [count * nodes, 3], counted from origin().
     /// Throws std::out_of_range on a range outside the trajectory, std::runtime_error on damaged data or
     /// non-finite positions.
     void read(int trajectory, int begin, int count, Vertices& x) const;

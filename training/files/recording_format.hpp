@@ -11,6 +11,9 @@ namespace nbd {
 /// `dataset_label`.
 inline const h5::Format recording_format{"nbdtree recording", 1};
 inline const h5::Format view_format{"nbdtree recording", 2};
+/// What positions are counted from, [3] float64; a file without it counts from zero.
+inline constexpr const char* origin_name = "origin";
+
 inline constexpr const char* dataset_label = "dataset";
 inline constexpr const char* dataset_plan = "dataset/plan";  // a text that views have
 

@@ -131,8 +131,11 @@ struct RecordingReader::Impl {
     std::unique_ptr<h5::Reader> shard;  // the shard read last
     std::string shard_name;
     std::int64_t frames_read = 0;
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
 
     explicit Impl(const std::filesystem::path& path) : file(path, view_format) {
+        if (file.has(origin_name)) origin = file.matrix<Eigen::VectorXd>(origin_name, 3);
+        if (!origin.allFinite()) file.refuse("its origin is not finite", "finite numbers");
         Recipes recipes;
         for (const std::string& name : file.children("trajectories"))
             stored.push_back(read_trajectory(file, "trajectories/" + name, recipes));
@@ -217,6 +220,7 @@ RecordingReader::~RecordingReader() = default;
 RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
 
 const std::filesystem::path& RecordingReader::path() const noexcept { return impl_->file.path(); }
+const Eigen::Vector3d& RecordingReader::origin() const noexcept { return impl_->origin; }
 const std::vector<TrajectoryInfo>& RecordingReader::trajectories() const noexcept { return impl_->infos; }
 int RecordingReader::nodes(int trajectory) const { return impl_->at(trajectory).nodes; }
 std::int64_t RecordingReader::frames_read() const noexcept { return impl_->frames_read; }

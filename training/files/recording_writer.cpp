@@ -100,7 +100,10 @@ struct RecordingWriter::Impl {
     }
 };
 
-RecordingWriter::RecordingWriter(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {
+RecordingWriter::RecordingWriter(const std::filesystem::path& path, const Eigen::Vector3d& origin)
+    : impl_(std::make_unique<Impl>(path)) {
+    if (!origin.allFinite()) impl_->refuse("its origin is not finite; allowed: finite numbers");
+    if (!origin.isZero(0)) impl_->file.write(origin_name, origin);
     impl_->file.group("trajectories");
 }
 

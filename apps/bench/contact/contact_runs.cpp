@@ -72,7 +72,7 @@ ContactRun run_once(const SceneSpec& spec, std::span<const LoadedBody> bodies, C
     run.planned = spec.time.frames * spec.time.steps_per_frame;
     run.least_distance = std::numeric_limits<double>::infinity();
     MomentumBalance momentum(spec, world);
-    Film film(spec, stills);
+    Film film(spec, world.obstacles(), stills);
     const bool filmed = !config.pictures.empty() && run.seed == 0;
     if (filmed) film.add_frame(0, surfaces_of(world));
     const std::string title = fmt::format("{}, {}, seed {}", run.scene, run.mode, run.seed);

@@ -2,6 +2,8 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <cmath>
+
 #include "apps/cli/mesh_file.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/python/bindings/arrays.hpp"
@@ -51,7 +53,7 @@ void exclude(bool first, const char* name, bool second, const char* other) {
 SharedBody mesh_body(const path& file, std::optional<int> nodes, std::optional<double> grading,
                      std::optional<int> cage, const std::optional<path>& inside,
                      const std::optional<Material>& material, std::optional<int> levels,
-                     const std::optional<std::string>& scheme) {
+                     const std::optional<std::string>& scheme, double scale, std::optional<double> weld) {
     const bool has_tets = holds_tets(file), has_material = file.extension() == ".h5" || inside;
     exclude(cage.has_value(), "cage", inside.has_value(), "inside");
     for (const auto& [option, name] :
@@ -61,12 +63,18 @@ SharedBody mesh_body(const path& file, std::optional<int> nodes, std::optional<d
         exclude(option, name, levels || scheme, "levels and scheme");
     }
     exclude(has_tets, "a file that holds tetrahedra", nodes || grading, "nodes and grading");
+    exclude(has_tets, "a file that holds tetrahedra", weld.has_value(), "weld");
+    for (const auto& [number, name] : {std::pair(scale, "scale"), std::pair(weld.value_or(1), "weld")})
+        if (!(number > 0 && std::isfinite(number)))
+            throw std::invalid_argument(fmt::format("{}: is {}; allowed: more than 0", name, number));
     exclude(has_material, "a body that has a material", material.has_value(), "material");
     if (cage && *cage < 1)
         throw std::invalid_argument(fmt::format("cage: is {}; allowed: at least 1", *cage));
     MeshFileConfig config{.tets = {},
                           .cage = cage.value_or(0),
                           .inside = inside.value_or(path()).string(),
+                          .scale = scale,
+                          .weld = weld.value_or(0),
                           .material = material.value_or(Material{}),
                           .levels = levels.value_or(0),
                           .scheme = scheme_named(scheme.value_or("midpoint"))};
@@ -160,6 +168,9 @@ void bind_bodies(py::module_& m) {
                                  "them, a material. It does not change.")
         .def_readonly("name", &Body::name)
         .def_property_readonly(
+            "origin", [](py::object self) { return view(self.cast<const Body&>().origin, self); },
+            "[3] metres: what its positions are counted from; zero unless the body lies far away.")
+        .def_property_readonly(
             "X", [](py::object self) { return view(self.cast<const Body&>().tets.X, self); },
             "Rest positions of the tet nodes [N, 3], metres. Refers to the body.")
         .def_property_readonly(
@@ -210,10 +221,11 @@ void bind_bodies(py::module_& m) {
     m.def("mesh_file", &mesh_body, py::arg("path"), py::arg("nodes") = py::none(),
           py::arg("grading") = py::none(), py::arg("cage") = py::none(), py::arg("inside") = py::none(),
           py::arg("material") = py::none(), py::arg("levels") = py::none(), py::arg("scheme") = py::none(),
+          py::arg("scale") = 1.0, py::arg("weld") = py::none(),
           "Makes a body from a file as `nbdtree mesh` does: a closed surface is checked and filled; with "
-          "`cage`, a number of tet nodes, any triangle soup is embedded in a coarse cage. Warns "
-          "(UserWarning) of a "
-          "body whose size, tetrahedra or Poisson's ratio may make its motion wrong.");
+          "`cage`, a number of tet nodes, any triangle soup is embedded in a coarse cage. scale: of all "
+          "coordinates, 0.001 for millimetres. weld: cracks up to this length, metres, are closed. Warns "
+          "(UserWarning) of a body whose size, tetrahedra or Poisson's ratio may make its motion wrong.");
     m.def(
         "save_body",
         [](const path& file, const Body& body) {

@@ -241,7 +241,7 @@ void bind_many_body_query(py::module_& m) {
 struct TwoSurfaces {
     TwoSurfaces(py::handle xa, py::handle fa, py::handle xb, py::handle fb)
         : xa(xa, "xa", 3), xb(xb, "xb", 3), fa(fa, "fa", 3), fb(fb, "fb", 3) {}
-    VertexRows xa, xb;
+    NodeRows xa, xb;
     IndexRows fa, fb;
 };
 
@@ -253,14 +253,15 @@ void bind_one_shot(py::module_& m) {
             std::vector<FacePair> pairs;
             {
                 const LongCall call;
-                pairs = intersecting_faces(of.xa.as<Vertices>(), of.fa.as<Faces>(), of.xb.as<Vertices>(),
+                pairs = intersecting_faces(of.xa.as<Nodes>(), of.fa.as<Faces>(), of.xb.as<Nodes>(),
                                            of.fb.as<Faces>());
             }
             return pair_array(pairs);
         },
         py::arg("xa"), py::arg("fa"), py::arg("xb"), py::arg("fb"),
-        "Pairs of faces of two surfaces that have a point in common, [pairs, 2]. Positions are taken as "
-        "float32. For surfaces that move, keep a PosedTree for each and a PairQuery.");
+        "Pairs of faces of two surfaces that have a point in common, [pairs, 2]. Positions become "
+        "float32 counted from a common origin, so that they may lie far from zero. For surfaces that move, "
+        "keep a PosedTree for each and a PairQuery.");
     m.def(
         "face_pairs_within",
         [](py::handle xa, py::handle fa, py::handle xb, py::handle fb, double distance) {
@@ -269,7 +270,7 @@ void bind_one_shot(py::module_& m) {
             std::vector<FacePair> pairs;
             {
                 const LongCall call;
-                pairs = face_pairs_within(of.xa.as<Vertices>(), of.fa.as<Faces>(), of.xb.as<Vertices>(),
+                pairs = face_pairs_within(of.xa.as<Nodes>(), of.fa.as<Faces>(), of.xb.as<Nodes>(),
                                           of.fb.as<Faces>(), d);
             }
             return pair_array(pairs);
@@ -283,7 +284,7 @@ void bind_one_shot(py::module_& m) {
             std::optional<ClosestFaces> found;
             {
                 const LongCall call;
-                found = closest_points(of.xa.as<Vertices>(), of.fa.as<Faces>(), of.xb.as<Vertices>(),
+                found = closest_points(of.xa.as<Nodes>(), of.fa.as<Faces>(), of.xb.as<Nodes>(),
                                        of.fb.as<Faces>());
             }
             return closest_faces(*found);

@@ -147,6 +147,9 @@ void bind_reader(py::module_& m) {
         .def(py::init(&open_recording), py::arg("path"))
         .def_property_readonly("path", [](const ReaderObject& self) { return self.reader->path(); })
         .def_property_readonly(
+            "origin", [](const ReaderObject& self) { return owned(Eigen::Vector3d(self.reader->origin())); },
+            "[3] metres: what positions are counted from; zero in most recordings.")
+        .def_property_readonly(
             "trajectories", [](const ReaderObject& self) { return self.reader->trajectories(); },
             "Their facts, sorted by id. Includes failed ones.")
         .def_property_readonly(
@@ -156,8 +159,9 @@ void bind_reader(py::module_& m) {
             "nodes", [](const ReaderObject& self, int i) { return self.reader->nodes(checked(self, i)); },
             py::arg("trajectory"), "Number of tet nodes of a trajectory.")
         .def("read", &read_frames, py::arg("trajectory"), py::arg("begin") = 0, py::arg("count") = py::none(),
-             "Positions of the tet nodes, float32 [frames, nodes, 3], metres: a new array. trajectory: its "
-             "place in `trajectories`.")
+             "Positions of the tet nodes, float32 [frames, nodes, 3], metres, counted from `origin`: a new "
+             "array. "
+             "trajectory: its place in `trajectories`.")
         .def("extras", &extras_of, py::arg("trajectory"),
              "Names of what its frames hold besides positions: contact_forces, first_piola_stress, "
              "deformation_gradients, contact_edges.")
@@ -195,11 +199,17 @@ void bind_reader(py::module_& m) {
             py::arg("name"), "An attribute of the file; \"\" if it has none of this name.");
 }
 
-std::unique_ptr<WriterObject> create_recording(const path& file) {
+std::unique_ptr<WriterObject> create_recording(const path& file, const py::object& origin) {
     check_output(file, {});
+    Eigen::Vector3d from = Eigen::Vector3d::Zero();
+    if (!origin.is_none()) {
+        const std::vector<double> numbers = number_list(origin, "origin");
+        if (numbers.size() != 3) throw std::invalid_argument("origin: has not three numbers");
+        from << numbers[0], numbers[1], numbers[2];
+    }
     const FileCall call;
     auto object = std::make_unique<WriterObject>();
-    object->writer = std::make_unique<RecordingWriter>(file);
+    object->writer = std::make_unique<RecordingWriter>(file, from);
     return object;
 }
 
@@ -256,12 +266,14 @@ void bind_writer(py::module_& m) {
     py::class_<WriterObject>(m, "RecordingWriter", py::is_final(),
                              "Writes a recording frame by frame. It has its name only after finish(); as a "
                              "context manager it finishes at the end, unless an exception passes.")
-        .def(py::init(&create_recording), py::arg("path"))
+        .def(py::init(&create_recording), py::arg("path"), py::arg("origin") = py::none(),
+             "origin: [3] metres, what positions are counted from; default: zero.")
         .def("begin_trajectory", &begin_trajectory, py::arg("nodes"), py::arg("id"),
              py::arg("body_hash") = "", py::arg("seed") = 0, py::arg("recipe") = "",
              "Opens a trajectory of so many tet nodes and returns its handle. Several may be open.")
         .def("add_frame", &add_frame, py::arg("handle"), py::arg("time"), py::arg("x"),
-             "x: positions [nodes, 3], metres, stored as float32. time: seconds, later than before.")
+             "x: positions [nodes, 3], metres, counted from the origin, stored as float32. time: seconds, "
+             "later than before.")
         .def("end_trajectory", &end_trajectory, py::arg("handle"), py::arg("failure") = "",
              py::arg("facts") = py::dict(), "facts: lists of counts, one for each frame, by their names.")
         .def(

@@ -113,7 +113,7 @@ void bind_surfaces(py::module_& m) {
             const LongCall call;
             return read_tets(file);
         },
-        py::arg("path"), "Reads tetrahedra made by another program: .msh, .mesh or .vtk.");
+        py::arg("path"), "Reads tetrahedra made by another program: .msh, .mesh, .vtk or .vtu.");
     m.def(
         "make_solid_boundary", &solid_boundary, py::arg("surface"), py::arg("allow_components") = false,
         py::arg("allow_self_intersection") = false,

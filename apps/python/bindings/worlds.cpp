@@ -118,9 +118,8 @@ void bind_state(py::class_<WorldObject>& world) {
                                   [](World& w, int b) -> const Nodes& { return w.state(b).x; });
             },
             py::arg("body") = 0,
-            "Positions of the tet nodes [N, 3], metres: a read-only view, which shows every step and keeps "
-            "the "
-            "world alive.")
+            "Positions of the tet nodes [N, 3], metres, counted from `origin`: a read-only view, which shows "
+            "every step and keeps the world alive.")
         .def(
             "velocities",
             [](py::object self, int body) {
@@ -158,7 +157,8 @@ void bind_state(py::class_<WorldObject>& world) {
                 const World& w = self.world;
                 return owned(embedded(w.surface(checked(self, body)).W(), w.state(body).x));
             },
-            py::arg("body") = 0, "Positions of the surface's vertices [n, 3], metres: a new array.")
+            py::arg("body") = 0,
+            "Positions of the surface's vertices [n, 3], metres, counted from `origin`: a new array.")
         .def(
             "drive",
             [](WorldObject& self, py::handle nodes, py::handle targets, int body) {
@@ -167,7 +167,8 @@ void bind_state(py::class_<WorldObject>& world) {
                 self.world.drive(checked(self, body), index_list(nodes, "nodes"), rows.as<Nodes>());
             },
             py::arg("nodes"), py::arg("targets"), py::arg("body") = 0,
-            "Moves nodes to targets [nodes, 3] in the next step and holds them there until the next call, "
+            "Moves nodes to targets [nodes, 3], counted from `origin`, in the next step and holds them there "
+            "until the next call, "
             "which replaces them. No nodes: frees all.");
 }
 
@@ -310,6 +311,10 @@ void bind_worlds(py::module_& m) {
             "start_moves", [](const WorldObject& self) { return as_list(self.moves); },
             "What the scene's `resolve_start` moved before the world began: [(body, by), ...], metres.")
         .def_property_readonly("time", [](const WorldObject& self) { return self.world.time(); })
+        .def_property_readonly(
+            "origin", [](const WorldObject& self) { return owned(Eigen::Vector3d(self.world.origin())); },
+            "[3] metres: what all positions of the world are counted from; zero unless its bodies lie far "
+            "away.")
         .def_property_readonly("dt", [](const WorldObject& self) { return self.scene.time.dt; })
         .def_property_readonly("frames", [](const WorldObject& self) { return self.scene.time.frames; })
         .def_property_readonly("steps_per_frame",

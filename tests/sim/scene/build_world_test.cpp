@@ -1,4 +1,5 @@
 // Worlds that are built from scenes, and the check of scenes against their data.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -90,6 +91,61 @@ TEST(BuildWorld, RejectsRegionsWithoutTetrahedra) {
               "bodies[0] (a): regions[0]: the body has no group \"odd\"; allowed: even");
     EXPECT_EQ(error(R"({"region": {"sphere": {"centre": [9, 9, 9], "radius": 0.1}}})"),
               "bodies[0] (a): regions[0]: the region holds no centre of a tetrahedron of the body");
+}
+
+/// A body that falls onto a plane and a ball while a pin holds one end, all moved by `by`.
+World moved_world(const Eigen::Vector3d& by, const LoadedBody& loaded) {
+    const auto at = [&](double x, double y, double z) {
+        return fmt::format("[{}, {}, {}]", x + by.x(), y + by.y(), z + by.z());
+    };
+    const SceneSpec spec = parse_scene(
+        with(
+            fmt::format(R"("transform": {{"translate": {}, "rotate": {{"axis": [0, 0, 1], "degrees": 30}}}},
+                            "pins": [{{"sphere": {{"centre": {}, "radius": 0.25}}}}],
+                            "grips": [{{"region": {{"box": {{"min": {}, "max": {}}}}}, "centre": {},
+                                        "rotate": {{"axis": [1, 0, 0], "degrees": 40}}, "duration": 0.05}}],
+                            "regions": [{{"region": {{"box": {{"min": {}, "max": {}}}}}, "material": {{"young": 3e4}}}}])",
+                        at(0, 0, 0.16), at(-0.45, -0.25, 0.16), at(0.3, 0, -1), at(1, 1, 1),
+                        at(0.4, 0.25, 0.16), at(0, -1, -1), at(1, 1, 1)),
+            fmt::format(
+                R"("obstacles": [{{"plane": {{"point": {}}}}}, {{"sphere": {{"centre": {}, "radius": 0.2}}}}])",
+                at(3, 2, 0), at(0, 0, -0.19))),
+        "");
+    return build_world(spec, std::span(&loaded, 1));
+}
+
+TEST(BuildWorld, MovesAsNearZeroAThousandKilometresAway) {
+    const Eigen::Vector3d far(1e6, -1e6, 2e5);
+    World near_world = moved_world(Eigen::Vector3d::Zero(), box()), far_world = moved_world(far, box());
+    EXPECT_EQ(near_world.origin(), Eigen::Vector3d::Zero());
+    EXPECT_LT((far_world.origin() - far).cwiseAbs().maxCoeff(), 2);
+    const Eigen::RowVector3d shift = (far - far_world.origin()).transpose();
+    const Nodes start = near_world.state(0).x;
+    int contacts = 0;
+    for (int step = 0; step < 20; ++step) {
+        const WorldReport a = near_world.step(5e-3), b = far_world.step(5e-3);
+        ASSERT_EQ(a.failure + b.failure, "");
+        EXPECT_EQ(a.contacts, b.contacts);
+        contacts += a.contacts;
+    }
+    EXPECT_GT(contacts, 50);
+    EXPECT_GT((near_world.state(0).x - start).cwiseAbs().maxCoeff(), 0.02);
+    EXPECT_LT(((far_world.state(0).x.rowwise() - shift) - near_world.state(0).x).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(BuildWorld, PutsABodyThatCountsFromItsOwnOriginWhereItIs) {
+    Body body = test::box_body({1, 0.4, 0.3}, {4, 2, 2});
+    body.origin << 5e5, 5.4e6, 300;
+    const LoadedBody loaded{std::make_shared<const Body>(std::move(body)), nullptr};
+    const SceneSpec back = parse_scene(
+        R"({"bodies": [{"body": "a.h5", "transform": {"translate": [-500000, -5400000, -300]}}]})", "");
+    const World world = build_world(back, std::span(&loaded, 1));
+    EXPECT_EQ(world.origin(), Eigen::Vector3d::Zero());
+    EXPECT_EQ(world.state(0).x, loaded.body->tets.X);
+    const SceneSpec there = parse_scene(R"({"bodies": [{"body": "a.h5"}]})", "");
+    const World away = build_world(there, std::span(&loaded, 1));
+    EXPECT_LT((away.state(0).x.colwise().mean().transpose() + away.origin() - loaded.body->origin).norm(),
+              1e-6);
 }
 
 TEST(BuildWorld, PlacesBodiesPinsAndObstacles) {

@@ -48,6 +48,29 @@ void write_recording(const std::filesystem::path& path, int count) {
     file.finish();
 }
 
+TEST_F(RecordingFile, CountsPositionsFromItsOrigin) {
+    const Eigen::Vector3d origin(500'000, -5'400'000.5, 300);
+    const auto write_from = [&](const std::filesystem::path& path, const Eigen::Vector3d& from) {
+        RecordingWriter file(path, from);
+        file.add_frame(file.begin_trajectory(info_of(0), 7), 0, frame_of(0, 0, 7));
+        file.finish();
+    };
+    const std::filesystem::path path = folder / "far.h5", near = folder / "near.h5";
+    write_from(path, origin);
+    const RecordingReader recording(path);
+    EXPECT_EQ(recording.origin(), origin);
+    Vertices x;
+    recording.read(0, 0, 1, x);
+    EXPECT_EQ(x, frame_of(0, 0, 7));
+    EXPECT_TRUE(h5::Reader(path, recording_format).has(origin_name));
+    write_from(near, Eigen::Vector3d::Zero());
+    EXPECT_EQ(RecordingReader(near).origin(), Eigen::Vector3d::Zero());
+    EXPECT_FALSE(h5::Reader(near, recording_format).has(origin_name)) << "as files have none from before";
+    EXPECT_NE(
+        error_of([&] { write_from(near, Eigen::Vector3d(0, NAN, 0)); }).find("its origin is not finite"),
+        std::string::npos);
+}
+
 FrameExtras extras_of(int frame) {
     FrameExtras extras;
     extras.fields[FrameField::contact_forces] = frame_of(9, frame, 7);
