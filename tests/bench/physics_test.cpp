@@ -42,18 +42,22 @@ TEST(Physics, TheWorstCaseDecides) {
 TEST(Physics, ChangesOfTheListAreTold) {
     const std::vector<PhysicsResult> results{result("fall", 0.02, 0), result("slide", 0, 0),
                                              result("roll", 0.2, 0.3)};
-    EXPECT_THAT(changes(results, std::vector<KnownFault>{{"fall", 0.02}, {"roll", 0.3}}), IsEmpty());
-    EXPECT_THAT(changes(results, std::vector<KnownFault>{{"fall", 0.019}, {"roll", infinity}}), IsEmpty());
-    EXPECT_THAT(changes(results, std::vector<KnownFault>{{"fall", 0.017}, {"roll", 0.3}}),
+    EXPECT_THAT(changes(results, std::vector<KnownFault>{{"fall", 1, 0.02}, {"roll", 2, 0.3}}), IsEmpty());
+    EXPECT_THAT(changes(results, std::vector<KnownFault>{{"fall", 1, 0.019}, {"roll", 2, infinity}}),
+                IsEmpty());
+    EXPECT_THAT(changes(results, std::vector<KnownFault>{{"fall", 1, 0.017}, {"roll", 2, 0.3}}),
                 ElementsAre(HasSubstr("fall: error 0.02 at size 0.1 m")))
         << "became worse";
     EXPECT_THAT(
-        changes(results, std::vector<KnownFault>{{"fall", 0.02}}),
+        changes(results, std::vector<KnownFault>{{"fall", 1, 0.02}}),
         ElementsAre(HasSubstr("roll: error 0.3 at size 10 m, dt 5 ms, 100000 Pa, free; allowed: 0.01")))
         << "not listed";
-    EXPECT_THAT(changes(results, std::vector<KnownFault>{{"fall", 0.02}, {"roll", 0.3}, {"slide", 1}}),
-                ElementsAre(HasSubstr("slide holds now")));
-    EXPECT_THAT(changes(std::vector{result("fall", 0, infinity)}, std::vector<KnownFault>{{"fall", 100}}),
+    EXPECT_THAT(
+        changes(results, std::vector<KnownFault>{{"fall", 1, 0.02}, {"roll", 2, 0.3}, {"slide", 1, 1}}),
+        ElementsAre(HasSubstr("slide holds now")));
+    EXPECT_THAT(changes(results, std::vector<KnownFault>{{"fall", 1, 0.02}, {"roll", 1, 0.3}}),
+                ElementsAre("roll: 2 cases fail; listed: 1"));
+    EXPECT_THAT(changes(std::vector{result("fall", 0, infinity)}, std::vector<KnownFault>{{"fall", 1, 100}}),
                 ElementsAre(HasSubstr("fall: error inf")));
 }
 
@@ -64,11 +68,13 @@ TEST(Physics, TheListIsReadAsItWasWritten) {
     const std::vector<KnownFault> known = read_known_faults(folder / "known.csv");
     ASSERT_EQ(known.size(), 2U);
     EXPECT_EQ(known[0].check, "fall");
+    EXPECT_EQ(known[0].failed, 1);
     EXPECT_EQ(known[0].error, 0.0201);
     EXPECT_EQ(known[1].check, "roll");
     EXPECT_EQ(known[1].error, infinity);
-    for (const char* bad : {"fall", "fall,", "fall,much", "fall,1 2"}) {
-        std::ofstream(folder / "bad.csv") << "check,error\n" << bad << '\n';
+    for (const char* bad :
+         {"fall", "fall,", "fall,1", "fall,1,", "fall,1,much", "fall,1,1 2", "fall,1,1,1"}) {
+        std::ofstream(folder / "bad.csv") << "check,failed,error\n" << bad << '\n';
         EXPECT_THAT(test::error_of([&] { read_known_faults(folder / "bad.csv"); }),
                     HasSubstr("bad.csv: line 2 is '"))
             << bad;

@@ -10,7 +10,7 @@
 namespace nbd {
 namespace {
 
-constexpr double cell = 13, label_width = 150, head = 62, foot = 58, between_sizes = 4, between_modes = 18;
+constexpr double cell = 13, label_width = 150, head = 62, foot = 76, between_sizes = 4, between_modes = 18;
 
 // Upper limits of the columns, metres and seconds.
 constexpr std::array sizes{0.03, 0.3, 3.0, std::numeric_limits<double>::infinity()};
@@ -88,8 +88,8 @@ Page physics_page(std::vector<PhysicsResult> results) {
         for (const Shade& shade : shades) {
             canvas.rectangle(at, cell - 1, cell - 1, shade.colour);
             canvas.text({at.x + cell + 4, at.y + 0.75 * cell}, shade.name, {.size = 10});
-            at.x += 215;
-            if (at.x > label_width + 430) at = {label_width, at.y + 18};
+            at.x += 250;
+            if (at.x > label_width + 250) at = {label_width, at.y + 18};
         }
     };
     return {.width = width, .height = bottom + foot, .paint = paint};

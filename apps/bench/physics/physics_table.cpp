@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 
 #include "apps/bench/measure/machine.hpp"
@@ -20,6 +21,15 @@ std::string number(double value, const char* none = "-") {
 }
 
 const char* mode(const PhysicsCase& at) { return at.intersection_free ? "free" : "default"; }
+
+constexpr const char* header = "check,failed,error";
+
+/// Whether the text is one number and nothing else.
+template <class Number>
+bool reads(const std::string& text, Number& value) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() && !text.empty();
+}
 
 /// For a cell of CSV.
 std::string quoted(const std::string& text) {
@@ -80,16 +90,17 @@ std::vector<KnownFault> read_known_faults(const std::filesystem::path& path) {
     std::vector<KnownFault> known;
     std::string line;
     for (int number = 1; std::getline(in, line); ++number) {
-        if (line.empty() || line.starts_with('#') || line == "check,error") continue;
-        const std::size_t comma = line.find(',');
-        KnownFault fault{.check = line.substr(0, comma)};
-        const char *from = line.data() + std::min(comma, line.size() - 1) + 1,
-                   *to = line.data() + line.size();
-        const auto [end, error] = std::from_chars(from, to, fault.error);
-        if (comma == std::string::npos || error != std::errc() || end != to)
-            throw std::runtime_error(
-                fmt::format("{}: line {} is '{}'; allowed: a check, a comma and its error, or `inf`",
-                            path.string(), number, line));
+        if (line.empty() || line.starts_with('#') || line == header) continue;
+        KnownFault fault;
+        std::istringstream cells(line);
+        std::string failed, error;
+        std::getline(cells, fault.check, ',');
+        std::getline(cells, failed, ',');
+        std::getline(cells, error);
+        if (!reads(failed, fault.failed) || !reads(error, fault.error))
+            throw std::runtime_error(fmt::format(
+                "{}: line {} is '{}'; allowed: a check, how many cases fail, and the largest error or `inf`",
+                path.string(), number, line));
         known.push_back(std::move(fault));
     }
     return known;
@@ -97,11 +108,14 @@ std::vector<KnownFault> read_known_faults(const std::filesystem::path& path) {
 
 void write_known_faults(const std::filesystem::path& path, std::span<const PhysicsResult> results) {
     h5::AtomicFile file(path);
-    file.out() << "# checks of `nbdtree-bench physics --quick` that do not hold, and their largest error\n"
-               << "check,error\n";
+    file.out()
+        << "# checks of `nbdtree-bench physics --quick` that do not hold: how many cases fail, and the "
+           "largest error\n"
+        << header << '\n';
     for (const PhysicsResult& result : results)
         if (!result.held())
-            file.out() << fmt::format("{},{:.3g}\n", result.check.name, result.worst().found.error);
+            file.out() << fmt::format("{},{},{:.3g}\n", result.check.name, result.failed(),
+                                      result.worst().found.error);
     file.commit();
 }
 
@@ -122,6 +136,9 @@ std::vector<std::string> changes(std::span<const PhysicsResult> results, std::sp
                                         number(worst.found.error)));
         } else if (worst.found.error > (1 + slack) * listed->error) {
             lines.push_back(fmt::format("{}; listed: {}", where, number(listed->error)));
+        } else if (result.failed() > listed->failed) {
+            lines.push_back(fmt::format("{}: {} cases fail; listed: {}", result.check.name, result.failed(),
+                                        listed->failed));
         }
     }
     return lines;
