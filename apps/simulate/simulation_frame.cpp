@@ -38,6 +38,10 @@ std::string to_bytes(const SimulationFrame& frame) {
     out.put_all(frame.world.sides.vertices);
     out.put_nodes(rows_of(frame.world.sides.normals));
     out.put_all(frame.world.sides.depths);
+    out.put_all(frame.world.sides.starts.vertices);
+    out.put_all(frame.world.sides.starts.depths);
+    out.put(frame.world.sides.starts.bodies);
+    out.put(frame.world.sides.starts.obstacles);
     for (const Nodes& forces : frame.contact_forces) out.put_nodes(forces);
     out.put_all(frame.steps);
     return out.bytes();
@@ -60,6 +64,10 @@ SimulationFrame frame_from(std::string_view bytes) {
     const Nodes normals = in.get_nodes();
     for (Eigen::Index i = 0; i < normals.rows(); ++i) frame.world.sides.normals.emplace_back(normals.row(i));
     frame.world.sides.depths = in.get_all<double>();
+    frame.world.sides.starts.vertices = in.get_all<std::array<int, 3>>();
+    frame.world.sides.starts.depths = in.get_all<double>();
+    frame.world.sides.starts.bodies = in.get<int>();
+    frame.world.sides.starts.obstacles = in.get<int>();
     for (std::size_t b = 0; b < bodies; ++b) frame.contact_forces.push_back(in.get_nodes());
     frame.steps = in.get_all<StepRow>();
     return frame;

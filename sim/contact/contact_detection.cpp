@@ -80,6 +80,12 @@ ContactSides ContactDetection::sides() const {
     ContactSides sides;
     for (const auto& [pair, finder] : finders_) finder.save_sides(sides);
     for (const auto& [body, own] : self_sides_) append(own, body, body, sides);
+    for (const auto& [vertex, depth] : starts_) {
+        sides.starts.vertices.push_back(vertex);
+        sides.starts.depths.push_back(depth);
+    }
+    sides.starts.bodies = started_bodies_;
+    sides.starts.obstacles = started_obstacles_;
     return sides;
 }
 
@@ -96,6 +102,11 @@ void ContactDetection::restore(const ContactSides& sides) {
         finders_.try_emplace(pair, pair.a, pair.b);
     }
     for (auto& [pair, finder] : finders_) finder.restore_sides(sides);
+    starts_.clear();
+    for (std::size_t i = 0; i < sides.starts.vertices.size(); ++i)
+        starts_[sides.starts.vertices[i]] = sides.starts.depths[i];
+    started_bodies_ = sides.starts.bodies;
+    started_obstacles_ = sides.starts.obstacles;
 }
 
 void ContactDetection::find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
@@ -104,6 +115,7 @@ void ContactDetection::find(std::span<const ContactParty> bodies, std::span<cons
     const Stopwatch watch;
     const double queries_before_us = report.collision_us;
     contacts_.clear();
+    starts_now_.clear();
     deepest_ = 0;
     find_obstacles(bodies, obstacles, config, thickness, time, dt);
     std::vector<Box> boxes;
@@ -117,6 +129,9 @@ void ContactDetection::find(std::span<const ContactParty> bodies, std::span<cons
     for (int b = 0; config.self_contact && b < static_cast<int>(bodies.size()); ++b)
         if (bodies[static_cast<std::size_t>(b)].tree)
             find_self(b, bodies, config, thickness, dt_before, dt, report);
+    starts_ = std::move(starts_now_);
+    started_bodies_ = static_cast<int>(bodies.size());
+    started_obstacles_ = static_cast<int>(obstacles.size());
     report.detect_us += watch.microseconds() - (report.collision_us - queries_before_us);
 }
 
@@ -125,14 +140,16 @@ void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
                                       double thickness, double time, double dt) {
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         const double stiffness = config.stiffness_scale * bodies[b].young / thickness;
-        const std::size_t first = contacts_.size();
-        for (const Obstacle& obstacle : obstacles)
-            find_obstacle_contacts(static_cast<int>(b), bodies[b].surface, obstacle, time, dt,
-                                   thickness + dt * fastest(bodies[b], mean_velocity(obstacle, time, dt)),
+        for (std::size_t o = 0; o < obstacles.size(); ++o) {
+            const std::size_t first = contacts_.size();
+            find_obstacle_contacts(static_cast<int>(b), bodies[b].surface, obstacles[o], time, dt,
+                                   thickness + dt * fastest(bodies[b], mean_velocity(obstacles[o], time, dt)),
                                    contacts_);
-        for (std::size_t c = first; c < contacts_.size(); ++c) {
-            contacts_[c].stiffness = stiffness * contacts_[c].area;
-            deepest_ = std::max(deepest_, -contacts_[c].gap);
+            for (std::size_t c = first; c < contacts_.size(); ++c) {
+                contacts_[c].stiffness = stiffness * contacts_[c].area;
+                deepest_ = std::max(deepest_, -contacts_[c].gap);
+            }
+            yield_to_starts(first, {static_cast<int>(b), -1 - static_cast<int>(o)}, thickness);
         }
     }
 }
@@ -218,11 +235,46 @@ void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactPart
                   config.stiffness_scale * layer_modulus(a, b) / thickness);
 }
 
+/// Moves the gaps of contacts of a body with another or an obstacle, from `first` on, by how near they were
+/// at the start.
+void ContactDetection::yield_to_starts(std::size_t first, std::array<int, 2> pair, double thickness) {
+    const auto [body, other] = pair;
+    const bool starts =
+        body >= started_bodies_ || (other >= 0 ? other >= started_bodies_ : -1 - other >= started_obstacles_);
+    if (!starts && starts_.empty()) return;
+    const auto for_each_vertex = [&](const Contact& contact, const auto& visit) {
+        for (const SurfacePoint* point : {&contact.a, &contact.b})
+            for (std::size_t k = 0; point->body >= 0 && k < static_cast<std::size_t>(point->count); ++k)
+                if (point->weights[k] > 0)
+                    visit({point->body, point->body == body ? other : body, point->vertices[k]});
+    };
+    using Key = std::array<int, 3>;
+    for (std::size_t c = first; c < contacts_.size(); ++c) {
+        const double inside = thickness - contacts_[c].gap;
+        if (!(inside > 0)) continue;
+        for_each_vertex(contacts_[c], [&](const Key& vertex) {
+            const auto before = starts_.find(vertex);
+            if (!starts && before == starts_.end()) return;
+            double& depth = starts_now_[vertex];
+            depth = std::max(depth, starts ? inside : std::min(before->second, inside));
+        });
+    }
+    for (std::size_t c = first; c < contacts_.size(); ++c) {
+        double nearer = 0;
+        for_each_vertex(contacts_[c], [&](const Key& vertex) {
+            if (const auto now = starts_now_.find(vertex); now != starts_now_.end())
+                nearer = std::max(nearer, now->second);
+        });
+        contacts_[c].gap += nearer;
+    }
+}
+
 /// Reduces the contacts of a pair from `first` on and makes them press. stiffness: N/m3.
 void ContactDetection::finish_bodies(std::size_t first, BodyIndices pair,
                                      std::span<const ContactParty> bodies, const ContactConfig& config,
                                      double thickness, double stiffness) {
     for (std::size_t c = first; c < contacts_.size(); ++c) deepest_ = std::max(deepest_, -contacts_[c].gap);
+    yield_to_starts(first, {pair.a, pair.b}, thickness);
     if (config.per_group > 0)
         reduction_.reduce(contacts_, first, pair.a, bodies[static_cast<std::size_t>(pair.a)].surface,
                           bodies[static_cast<std::size_t>(pair.b)].surface, thickness, config.per_group);

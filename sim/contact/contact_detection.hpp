@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <span>
 #include <vector>
@@ -42,7 +43,8 @@ struct DetectionReport {
 
 /// Finds all contacts of a step. Obstacles: by signed distance. Bodies: a sweep over their boxes, then their
 /// trees down to patches of the surfaces, then vertices with faces and edges with edges. A body with itself,
-/// if the config asks for it: a query of its tree with itself.
+/// if the config asks for it: a query of its tree with itself. Gaps of contacts that were near each other at
+/// the start are measured from there, see StartDepths.
 class ContactDetection {
  public:
     /// Fills contacts(). time: time of the states, seconds. dt: length of the step that starts there.
@@ -71,12 +73,16 @@ class ContactDetection {
     SelfContactFinder& self_finder(int body, const ContactParty& party, double thickness);
     void find_self(int body, std::span<const ContactParty> bodies, const ContactConfig& config,
                    double thickness, double dt_before, double dt, DetectionReport& report);
+    void yield_to_starts(std::size_t first, std::array<int, 2> pair, double thickness);
     void finish_bodies(std::size_t first, BodyIndices pair, std::span<const ContactParty> bodies,
                        const ContactConfig& config, double thickness, double stiffness);
 
     std::map<BodyIndices, BodyContactFinder> finders_;  // pairs whose boxes touched in the last find()
     std::map<int, SelfContactFinder> self_finders_;
     std::map<int, VertexSides> self_sides_;  // of bodies with themselves
+    using ByVertex = std::map<std::array<int, 3>, double>;
+    ByVertex starts_, starts_now_;  // see StartDepths: of the last find(), and of this one
+    int started_bodies_ = 0, started_obstacles_ = 0;
     Sweep sweep_;
     PairQuery query_;
     std::vector<ContactSurface::Ball> block_velocities_a_, block_velocities_b_;

@@ -246,6 +246,16 @@ void World::restore(const WorldSnapshot& snapshot) {
             !has_vertex(sides.vertices[i][1], 0) || !sides.normals[i].allFinite() || !(sides.depths[i] >= 0))
             throw std::invalid_argument(
                 fmt::format("world: entry {} of the snapshot's contact sides does not fit the bodies", i));
+    const StartDepths& starts = sides.starts;
+    for (std::size_t i = 0; i < std::max(starts.vertices.size(), starts.depths.size()); ++i) {
+        const bool is_there = i < starts.vertices.size() && i < starts.depths.size();
+        const int other = is_there ? starts.vertices[i][1] : 0;
+        if (!is_there || !has_vertex(starts.vertices[i][0], starts.vertices[i][2]) ||
+            !(other >= 0 ? has_vertex(other, 0) : -1 - other < static_cast<int>(obstacles_.size())) ||
+            !(starts.depths[i] > 0))
+            throw std::invalid_argument(
+                fmt::format("world: entry {} of the snapshot's start depths does not fit the bodies", i));
+    }
     reset(snapshot);
     start_is_checked_ = false;
     for (Body& body : bodies_) {

@@ -179,7 +179,7 @@ def interrupt(program, folder, kept, state, *arguments):
     return folder / kept
 
 
-JOURNAL = b"nbdtree journal 3\n"
+JOURNAL = b"nbdtree journal 4\n"
 
 
 def records(journal):
