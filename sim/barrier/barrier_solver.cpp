@@ -9,8 +9,8 @@
 namespace nbd {
 namespace {
 
-/// Share of a linearisation's residual that its linear solve may leave. Smaller ones cost more, and Newton
-/// takes as many iterations.
+/// Share of each body's residual of a linearisation that its linear solve may leave. Smaller ones cost more,
+/// and Newton takes as many iterations.
 constexpr double residual_share = 0.1;
 
 /// The size of friction does not grow with the speed of sliding. First it is linearised as if it did, which
@@ -74,6 +74,18 @@ Eigen::VectorXd BarrierSolver::impulses(const Eigen::VectorXd& v) const {
     return out;
 }
 
+std::vector<Momentum> BarrierSolver::momenta(const Eigen::VectorXd& v, const BodyPositions& at) const {
+    std::vector<Momentum> momenta(at.x.size());
+    for (std::size_t c = 0; c < contacts_.size(); ++c)
+        terms_.add_momentum(contacts_[c].contact, c, -dt_ * contacts_[c].slope * contacts_[c].contact.normal,
+                            at, momenta);
+    for (std::size_t f = 0; f < friction_.size(); ++f) {
+        const Eigen::Vector3d u = slip(f, v);
+        friction_terms_.add_momentum(friction_[f].contact, f, -drag(f, u.norm()) * u, at, momenta);
+    }
+    return momenta;
+}
+
 void BarrierSolver::linearise(std::span<const StepSystem> systems, double wall_left, Eigen::VectorXd& v) {
     systems_ = systems;
     terms_.hold(systems);
@@ -112,7 +124,9 @@ CoupledSystem BarrierSolver::system() const { return {systems_, first_unknown_, 
 
 LinearSolveReport BarrierSolver::solve(Eigen::VectorXd& v) {
     linear_.begin_matrices(system());
-    return linear_.solve(system(), rhs_, residual_share * residual_.norm(), v);
+    std::vector<double> goals = linear_.norms().of(residual_);
+    for (double& goal : goals) goal *= residual_share;
+    return linear_.solve(system(), rhs_, goals, v);
 }
 
 Eigen::VectorXd BarrierSolver::rounding() const {

@@ -66,6 +66,9 @@ class BarrierSolver {
     /// like v; nodes with prescribed velocities included.
     Eigen::VectorXd impulses(const Eigen::VectorXd& v) const;
 
+    /// What these impulses give to the momentum of each body. at: positions at the start of the step.
+    std::vector<Momentum> momenta(const Eigen::VectorXd& v, const BodyPositions& at) const;
+
     int contact_count() const noexcept { return static_cast<int>(contacts_.size()); }
 
  private:

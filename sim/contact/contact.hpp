@@ -20,7 +20,7 @@ struct Contact {
     SurfacePoint a{}, b{};
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();         // unit
     Eigen::Vector3d wall_velocity = Eigen::Vector3d::Zero();  // velocity of the obstacle, m/s
-    double gap = 0;        // metres at the start of the step, negative if they overlap
+    double gap = 0;        // metres at the start of the step, negative if they overlap; see StartDepths
     double area = 0;       // surface area represented by this contact, m2
     double stiffness = 0;  // N/m
     double friction = 0;   // Coulomb's coefficient
@@ -55,7 +55,9 @@ struct ContactConfig {
     bool intersection_free =
         false;            // steps by a barrier, which end without intersecting faces; includes self_contact
     int iterations = 16;  // maximum number of solves per step to settle which contacts press and slip
-    double tolerance = 1e-4;  // relative residual, contacts included, at which they count as settled
+    // Residual of every body, contacts included, at which they count as settled, relative to its impulses in
+    // the step, see ContactSolver::scales().
+    double tolerance = 1e-4;
 };
 
 /// Throws std::invalid_argument naming the first number that is out of range.

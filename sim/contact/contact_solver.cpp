@@ -6,7 +6,9 @@
 namespace nbd {
 namespace {
 
-constexpr double pass_share = 0.1;  // share of the residual left by a pass before contacts are updated
+constexpr double pass_share = 0.1;        // share of the residual left by a pass before contacts are updated
+constexpr int friction_passes = 8;        // after so many, drags stay: what presses must still settle
+constexpr double friction_share = 0.008;  // of mu times the normal impulse, by which friction may be off
 
 }  // namespace
 
@@ -25,7 +27,18 @@ void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Con
         operators_.push_back(terms_.coupling(c, Eigen::Matrix3d::Zero()));
     }
     push_.resize(contacts_.size());
+    start_ = v;
+    step_impulses_.clear();
+    // At an impact, the damper's impulse at the velocities before it is many times that after it.
     linearise(v);
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        if (!presses(c)) continue;
+        const Eigen::Vector3d u = relative_velocity(c, v);
+        const ContactImpulse impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
+        const double normal = std::clamp(impulse.spring, 0.0, impulse.normal);
+        set_operator(c, impulse,
+                     contacts_[c].friction * normal / std::max(drags_[c].slip, config_->slip_velocity));
+    }
 }
 
 /// Relative velocity of the contact's points, minus the wall's velocity.
@@ -37,7 +50,8 @@ double ContactSolver::potential(const Eigen::VectorXd& v, const Eigen::VectorXd&
     double sum = 0;
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const double normal =
-            normal_impulse(contacts_[c], *config_, thickness_, dt_, relative_velocity(c, friction_at));
+            contact_impulse(contacts_[c], *config_, thickness_, dt_, relative_velocity(c, friction_at))
+                .normal;
         sum += contact_potential(contacts_[c], *config_, thickness_, dt_, normal, relative_velocity(c, v));
     }
     return sum;
@@ -52,25 +66,92 @@ Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v) const {
     return out;
 }
 
-void ContactSolver::linearise(const Eigen::VectorXd& v) {
-    released_.assign(contacts_.size(), 0);
-    linearise(v, false);
+std::vector<Momentum> ContactSolver::momenta(const Eigen::VectorXd& v, const BodyPositions& at) const {
+    std::vector<Momentum> momenta(at.x.size());
+    for (std::size_t c = 0; c < operators_.size(); ++c)
+        if (presses(c))
+            terms_.add_momentum(contacts_[c], c, push_[c] - operators_[c].A * terms_.velocity(c, v), at,
+                                momenta);
+    return momenta;
 }
 
-/// keep_drag: contacts that already press keep their operator, including the drag of friction. One that lets
-/// go and then presses again does so without friction, because its drag may be what pulls it away: it would
-/// let go and press in turn.
-void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep_drag) {
+void ContactSolver::linearise(const Eigen::VectorXd& v) {
+    releases_.assign(contacts_.size(), 0);
+    drags_.assign(contacts_.size(), {});
+    drags_before_.assign(contacts_.size(), {});
+    linearise(v, false, true);
+}
+
+/// keep: contacts that already press keep their operator; those with a wrong drag get a new one if `renews`
+/// and the friction of one of their bodies is wrong in sum. One that lets go for the second time presses
+/// without friction from then on, because its drag may be what pulls it away: it would let go and press in
+/// turn.
+void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep, bool renews) {
+    struct Rub {
+        ContactImpulse impulse;
+        double most = 0, slip = 0, off = 0;  // friction at most, N s; m/s; by which friction is wrong, N s
+    };
+    std::vector<Rub> rubs(contacts_.size());
+    std::vector<double> most_of(first_unknown_.size(), 0.0), off_of(first_unknown_.size(), 0.0);
+    const auto for_bodies = [&](std::size_t c, const auto& visit) {
+        visit(static_cast<std::size_t>(contacts_[c].a.body));
+        if (contacts_[c].b.body >= 0) visit(static_cast<std::size_t>(contacts_[c].b.body));
+    };
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        const Eigen::Vector3d& n = contacts_[c].normal;
         const Eigen::Vector3d u = relative_velocity(c, v);
-        Contact contact = contacts_[c];
-        if (released_[c]) contact.friction = 0;
-        const ContactImpulse impulse = contact_impulse(contact, *config_, thickness_, dt_, u);
-        if (keep_drag && impulse.active() && presses(c)) continue;
-        released_[c] = released_[c] || (keep_drag && presses(c));
-        operators_[c].A = impulse.A;
-        push_[c] = impulse.b + impulse.A * contacts_[c].wall_velocity;
+        Rub& rub = rubs[c];
+        rub.impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
+        if (!rub.impulse.active()) continue;
+        rub.most = releases_[c] > 1 ? 0 : contacts_[c].friction * rub.impulse.normal;
+        rub.slip = (u - n.dot(u) * n).norm();
+        const double right = rub.most * std::min(1.0, rub.slip / config_->slip_velocity);
+        if (presses(c)) rub.off = std::abs(drags_[c].drag * rub.slip - right);
+        for_bodies(c, [&](std::size_t b) {
+            most_of[b] += rub.most;
+            off_of[b] += rub.off;
+        });
     }
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        const Rub& rub = rubs[c];
+        const bool pressed = keep && presses(c);
+        if (!rub.impulse.active()) {
+            releases_[c] += pressed;
+            operators_[c].A.setZero();
+            push_[c].setZero();
+            continue;
+        }
+        drags_[c].slip = rub.slip;
+        bool is_wrong = false;
+        for_bodies(c, [&](std::size_t b) { is_wrong = is_wrong || off_of[b] > friction_share * most_of[b]; });
+        if (pressed && (!renews || !is_wrong || rub.off <= friction_share * rub.most)) continue;
+        const double drag = next_drag(c, rub.most, rub.slip);
+        drags_before_[c] = drags_[c];
+        set_operator(c, rub.impulse, drag);
+    }
+}
+
+void ContactSolver::set_operator(std::size_t contact, const ContactImpulse& impulse, double drag) {
+    const Eigen::Vector3d& n = contacts_[contact].normal;
+    const Eigen::Matrix3d normal_part = n * n.transpose();
+    Eigen::Matrix3d& A = operators_[contact].A;
+    A = impulse.slope * normal_part + drag * (Eigen::Matrix3d::Identity() - normal_part);
+    push_[contact] = impulse.spring * n + A * contacts_[contact].wall_velocity;
+    drags_[contact].drag = drag;
+}
+
+/// The drag for a friction of `most`. Where nothing else changes, 1 / slip is linear in the drag: the last
+/// two solves tell at which slip the two balance. Only repeating most / slip would take many passes where
+/// friction nearly stops the contact.
+double ContactSolver::next_drag(std::size_t contact, double most, double slip) const {
+    const Drag &now = drags_[contact], &before = drags_before_[contact];
+    double balanced = slip;
+    if (now.slip > 0 && before.slip > 0 && now.drag != before.drag) {
+        const double slope = (1 / now.slip - 1 / before.slip) / (now.drag - before.drag),
+                     free = 1 / now.slip - slope * now.drag;
+        if (slope > 0 && free > 0) balanced = (1 - most * slope) / free;
+    }
+    return most / std::max(balanced, config_->slip_velocity);
 }
 
 void ContactSolver::set_rhs(std::span<const StepSystem> systems) {
@@ -80,15 +161,26 @@ void ContactSolver::set_rhs(std::span<const StepSystem> systems) {
     for (std::size_t c = 0; c < operators_.size(); ++c) terms_.add_impulse(c, push_[c], false, rhs_);
 }
 
-/// Norm of the right-hand side over nodes that are not prescribed; entries of prescribed nodes have other
-/// units.
-double ContactSolver::free_norm(std::span<const StepSystem> systems) const {
-    double squared = 0;
+/// Sizes of the impulses in the step but for contacts. What stiff springs and dampers would do at the
+/// velocities before the step is no measure: it can be many times what they do. v: the guess of the
+/// velocities after it.
+std::vector<double> ContactSolver::step_impulses(std::span<const StepSystem> systems,
+                                                 const Eigen::VectorXd& v) const {
+    Eigen::VectorXd change = v - start_;
     for (std::size_t b = 0; b < systems.size(); ++b)
         for (int i = 0; i < systems[b].body().node_count(); ++i)
-            if (!systems[b].is_prescribed(i))
-                squared += rhs_.segment<3>(first_unknown_[b] + 3 * i).squaredNorm();
-    return std::sqrt(squared);
+            change.segment<3>(first_unknown_[b] + 3 * i) *= systems[b].body().node_masses()[i];
+    std::vector<double> sizes = linear_.norms().of(change);
+    for (std::size_t b = 0; b < sizes.size(); ++b) sizes[b] = std::hypot(sizes[b], systems[b].impulse_norm());
+    return sizes;
+}
+
+double ContactSolver::share_of_scales(const Eigen::VectorXd& r, const Eigen::VectorXd& rounding) const {
+    std::vector<double> norms = linear_.norms().of(r);
+    const std::vector<double> least = linear_.norms().of(rounding);
+    for (std::size_t b = 0; b < norms.size(); ++b)
+        if (norms[b] <= least[b]) norms[b] = 0;
+    return worst_share(norms, scales_);
 }
 
 ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eigen::VectorXd& v) {
@@ -97,25 +189,38 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     const CoupledSystem system{systems, first_unknown_, terms_.all(), operators_};
     linear_.begin_matrices(system);
     set_rhs(systems);
-    const double scale = free_norm(systems), exact = tolerance_ * scale;
-    double goal = exact;
+    product_.resize(v.size());
+    if (step_impulses_.empty()) step_impulses_ = step_impulses(systems, v);
+    scales_ = step_impulses_;
+    std::vector<double> goals(scales_);
+    for (double& goal : goals) goal *= tolerance_;
     report.settled = contacts_.empty();
     for (; report.passes < config_->iterations; ++report.passes) {
-        const LinearSolveReport solved = linear_.solve(system, rhs_, goal, v);
+        const LinearSolveReport solved = linear_.solve(system, rhs_, goals, v);
         report.linear_iterations += solved.iterations;
         report.converged = report.converged && solved.converged;
         if (!solved.fallback.empty()) report.fallback = solved.fallback;
         if (contacts_.empty()) break;
-        // Friction first uses the velocities before the step, is updated once with those after it, and is
-        // then kept: it is near its fixed point, but reaching that would take many passes.
-        linearise(v, report.passes > 0);
+        const std::vector<double> pushes = linear_.norms().of(impulses(v));
+        for (std::size_t b = 0; b < pushes.size(); ++b) scales_[b] = std::hypot(step_impulses_[b], pushes[b]);
+        solved_by_ = operators_;
+        solved_push_ = push_;
+        linearise(v, true, report.passes < friction_passes);
         set_rhs(systems);
-        product_.resize(v.size());
         system.multiply(v, product_);
-        const double left = (rhs_ - product_).norm();
-        report.settled = left <= config_->tolerance * scale;
+        const std::vector<double> left = linear_.norms().of(rhs_ - product_);
+        report.settled = true;
+        for (std::size_t b = 0; b < left.size(); ++b) {
+            const double most = std::max(config_->tolerance * scales_[b], 2 * linear_.rounding()[b]);
+            report.settled = report.settled && left[b] <= most;
+            goals[b] = std::max(tolerance_ * scales_[b], pass_share * left[b]);
+        }
         if (report.settled) break;
-        goal = std::max(exact, pass_share * left);
+    }
+    // The impulses that were solved for balance the motion; those of the update need not.
+    if (!contacts_.empty()) {
+        operators_ = solved_by_;
+        push_ = solved_push_;
     }
     for (std::size_t c = 0; c < contacts_.size(); ++c) report.active += presses(c);
     return report;

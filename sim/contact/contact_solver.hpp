@@ -31,14 +31,18 @@ struct ContactSolveReport {
 /// J maps velocities to the relative velocity of a contact's points, so forces are equal and opposite. The
 /// linear solve (see CoupledSolver) is repeated from its last solution to settle which contacts press and
 /// slip, until the residual with the updated contacts is small enough. Each solve is only as accurate as
-/// needed. A contact that lets go in one pass and presses again in a later one does so without friction.
+/// needed. Friction is a drag, which is constant in a solve and then set anew where it does not fit the
+/// normal force to a hundredth. Residuals are judged body by body, see scales(): how fast a body moves as a
+/// whole, or how heavy and fast others are, does not matter. A contact that lets go in one pass and presses
+/// again in a later one does so without friction.
 class ContactSolver {
  public:
     explicit ContactSolver(const LinearSolveConfig& config,
                            std::shared_ptr<RestHierarchies> hierarchies = nullptr)
         : tolerance_(config.tolerance), linear_(config, std::move(hierarchies)) {}
 
-    /// Sets the contacts of a step; velocities v (stacked) give the first guess of how they press and slip.
+    /// Sets the contacts of a step; the velocities before it, v (stacked, prescribed ones in place), give the
+    /// first guess of how they press and slip.
     /// surfaces: one per body. first_unknown: start of each body's velocities in the stacked vector, then its
     /// length. thickness: metres; dt: seconds. All arguments must outlive solve().
     void begin(std::span<const Contact> contacts, std::span<const ContactSurface* const> surfaces,
@@ -49,6 +53,14 @@ class ContactSolver {
     /// return.
     ContactSolveReport solve(std::span<const StepSystem> systems, Eigen::VectorXd& v);
 
+    /// Size of the impulses on each body in the step, in the norms of CoupledSolver::norms(): loads and
+    /// elasticity at its start, the guess of what changes, and the contacts of the last solve(). The first
+    /// solve() after begin() takes them.
+    const std::vector<double>& scales() const noexcept { return scales_; }
+    /// The largest norm of a body's part of r, an impulse, as a share of its scale, without bodies of which
+    /// `rounding` has a larger norm.
+    double share_of_scales(const Eigen::VectorXd& r, const Eigen::VectorXd& rounding) const;
+
     /// Linearises the contacts at velocities v.
     void linearise(const Eigen::VectorXd& v);
 
@@ -56,15 +68,20 @@ class ContactSolver {
     /// solve(). Newton seconds, stacked like v; includes nodes with prescribed velocity.
     Eigen::VectorXd impulses(const Eigen::VectorXd& v) const;
 
+    /// What these impulses give to the momentum of each body. at: positions at the start of the step.
+    std::vector<Momentum> momenta(const Eigen::VectorXd& v, const BodyPositions& at) const;
+
     /// Potential of all contacts at velocities v, joules, with the friction strength of `friction_at`; see
     /// contact_potential().
     double potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const;
 
  private:
     Eigen::Vector3d relative_velocity(std::size_t contact, const Eigen::VectorXd& v) const;
-    void linearise(const Eigen::VectorXd& v, bool keep_drag);
+    void linearise(const Eigen::VectorXd& v, bool keep, bool renews);
+    void set_operator(std::size_t contact, const ContactImpulse& impulse, double drag);
+    double next_drag(std::size_t contact, double most, double slip) const;
     void set_rhs(std::span<const StepSystem> systems);
-    double free_norm(std::span<const StepSystem> systems) const;
+    std::vector<double> step_impulses(std::span<const StepSystem> systems, const Eigen::VectorXd& v) const;
     bool presses(std::size_t contact) const { return !operators_[contact].A.isZero(0); }
 
     std::span<const Contact> contacts_;
@@ -74,8 +91,18 @@ class ContactSolver {
     ContactTerms terms_;
     std::vector<Coupling> operators_;    // [contacts] from the last linearise()
     std::vector<Eigen::Vector3d> push_;  // [contacts] b of the contact impulses, from the last linearise()
-    std::vector<char> released_;         // [contacts] non-zero for those that let go between passes
-    double tolerance_;                   // relative tolerance of the linear solves
+    std::vector<Coupling> solved_by_;    // operators_ and push_ of the last solve
+    std::vector<Eigen::Vector3d> solved_push_;
+    std::vector<int> releases_;  // [contacts] how often they let go between passes
+    /// A drag, impulse over slip, and the slip that a solve found with it.
+    struct Drag {
+        double drag = 0, slip = 0;  // kg, m/s
+    };
+    std::vector<Drag> drags_, drags_before_;  // [contacts] of the last two solves; slip 0: not known
+    double tolerance_;                        // of the linear solves, relative to scales_
+    Eigen::VectorXd start_;                   // velocities before the step
+    std::vector<double> step_impulses_;       // [bodies] scales_ without contacts; empty: not measured yet
+    std::vector<double> scales_;              // [bodies]
     CoupledSolver linear_;
     Eigen::VectorXd rhs_, product_;
 };

@@ -6,9 +6,16 @@
 
 #include "sim/contact/contact.hpp"
 #include "sim/fem/coupled_system.hpp"
+#include "sim/fem/momentum.hpp"
 #include "sim/patches/contact_surface.hpp"
 
 namespace nbd {
+
+/// Positions of the nodes of all bodies, and their centres of mass.
+struct BodyPositions {
+    std::vector<Nodes> x;
+    std::vector<Eigen::Vector3d> centres;
+};
 
 /// How the relative velocity of the two points of each contact follows from the velocities of nodes: the map
 /// J of each contact.
@@ -37,6 +44,11 @@ class ContactTerms {
 
     /// out += J^T p. held: whether nodes with prescribed velocities take part.
     void add_impulse(std::size_t contact, const Eigen::Vector3d& p, bool held, Eigen::VectorXd& out) const;
+
+    /// Adds what the impulse p on the contact's point a, and -p on b, gives to the momenta of the bodies. It
+    /// acts halfway between the two points, so that the pair does not turn by itself.
+    void add_momentum(const Contact& contact, std::size_t index, const Eigen::Vector3d& p,
+                      const BodyPositions& at, std::vector<Momentum>& momenta) const;
 
  private:
     void add_point(const SurfacePoint& point, double sign, std::span<const ContactSurface* const> surfaces,

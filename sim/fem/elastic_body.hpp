@@ -46,7 +46,19 @@ struct ElementPose {
     std::vector<Eigen::Matrix4f> S;
     // Of other bodies, of several corotated materials too, and of full tangents; otherwise empty.
     std::vector<ElementTangent> tangents;  // [batches] times volume
-    std::vector<TetBlocks> blocks;         // [T]
+    // Of a step with damping: deformation gradients by which strain rates are measured, and the share of the
+    // damping matrix D in `blocks`; otherwise empty, and 0.
+    std::vector<LaneMatrix3> F;  // [batches]
+    double damping = 0;
+    std::vector<TetBlocks> blocks;  // [T] K + damping D; empty where S is not
+};
+
+/// Damping of a step: D v is the force against the strain rates E = sym(F^T grad v) with the Lame parameters
+/// of elasticity, where F are the deformation gradients at the positions x. At rest it is K v. It vanishes
+/// for rotations: with x halfway between two poses, E is the change of Green's strain between them.
+struct StrainDamping {
+    NodesRef x;        // [N, 3]
+    double share = 0;  // D counts as much as so many K
 };
 
 /// What is kept of the derivative of the corotated stress.
@@ -86,6 +98,10 @@ class ElasticBody {
     int element_count() const noexcept { return static_cast<int>(rest_.T.rows()); }
     int unknown_count() const noexcept { return 3 * node_count(); }
     const TetMesh& rest() const noexcept { return rest_; }
+    /// What this body and its copies alone have in common. Caches hold it weakly: unlike an address, it is
+    /// never that of another body.
+    struct Identity {};
+    const std::shared_ptr<const Identity>& identity() const noexcept { return identity_; }
     const Material& material() const noexcept { return material_; }  // outside of regions
     const Moduli& moduli(int tet) const noexcept { return moduli_[moduli_index(tet)]; }
     double young(int tet) const noexcept { return young_[moduli_index(tet)]; }  // Pa
@@ -116,8 +132,10 @@ class ElasticBody {
     ElementReport measure(NodesRef x, RegionMeter* meter = nullptr) const;
 
     /// Fills the results and the elastic forces for the positions x [N, 3], metres. Allocates only on the
-    /// first use of both. Non-finite elements get R = I and pass their NaN on to the forces.
-    void pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent = Tangent::rotated) const;
+    /// first use of both. Non-finite elements get R = I and pass their NaN on to the forces. damping:
+    /// null for none.
+    void pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent = Tangent::rotated,
+              const StrainDamping* damping = nullptr) const;
 
     /// Sums the elements' forces on the nodes, newtons. out: [N, 3].
     void sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out) const;
@@ -125,15 +143,21 @@ class ElasticBody {
     /// Zeros, with the blocks of pattern(). The body must outlive the matrix.
     StepMatrix zero_matrix() const { return {pattern_, order_}; }
 
-    /// A = mass_scale * M + stiffness_scale * K(pose), in place. A must come from zero_matrix().
+    /// A = mass_scale * M + stiffness_scale * (K + damping D)(pose), in place. A must come from
+    /// zero_matrix().
     void combine(double mass_scale, double stiffness_scale, const ElementPose& pose, StepMatrix& A) const;
 
-    /// K(pose), N/m, to single precision.
+    /// K(pose), N/m, to single precision; of a pose without damping.
     StepMatrix stiffness(const ElementPose& pose) const;
 
     /// out = K(pose) u without assembling K, in double precision. u, out: [N, 3]; out must not overlap u.
     void stiffness_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
                            Eigen::Ref<Nodes> out) const;
+    /// Likewise D(pose) u, and (K + damping D)(pose) u.
+    void damping_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
+                         Eigen::Ref<Nodes> out) const;
+    void tangent_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
+                         Eigen::Ref<Nodes> out) const;
 
     /// out = M u. u, out: [N, 3]; out must not overlap u.
     void mass_product(NodesRef u, Eigen::Ref<Nodes> out) const;
@@ -152,10 +176,14 @@ class ElasticBody {
     Lanes volumes(int batch) const;
     void measure_batch(NodesRef x, int batch, RegionMeter* meter, ElementReport& report) const;
     void corotated_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces) const;
+    void store_columns(int batch, ElementPose& pose) const;
+    void add_damping(int batch, const ElementPose& pose, LaneBlocks& blocks) const;
     void principal_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces,
                          Tangent tangent) const;
-    void corotated_product(NodesRef u, int batch, const ElementPose& pose, ElementForces& forces) const;
-    void principal_product(NodesRef u, int batch, const ElementPose& pose, ElementForces& forces) const;
+    StrainForm elastic_form(int batch, const ElementPose& pose) const;
+    StrainForm damping_form(int batch, const ElementPose& pose) const;
+    void product(const ElementPose& pose, NodesRef u, double of_stiffness, double of_damping,
+                 ElementForces& scratch, Eigen::Ref<Nodes> out) const;
     std::size_t moduli_index(int tet) const noexcept {
         return moduli_of_tet_.empty() ? 0 : moduli_of_tet_[static_cast<std::size_t>(tet)];
     }
@@ -165,6 +193,7 @@ class ElasticBody {
     void store_forces(int batch, const LaneMatrix3& P, ElementForces& forces) const;
     double block_mass(int block) const noexcept;
 
+    std::shared_ptr<const Identity> identity_ = std::make_shared<const Identity>();
     TetMesh rest_;
     Material material_;
     std::vector<Moduli> moduli_;                // distinct

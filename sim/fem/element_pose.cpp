@@ -113,17 +113,21 @@ bool ElasticBody::is_corotated() const noexcept {
     return moduli_.size() == 1 && moduli_[0].law == MaterialLaw::corotated;
 }
 
-void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent) const {
+void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent,
+                       const StrainDamping* damping) const {
     const auto tets = static_cast<std::size_t>(element_count());
     const bool corotated = is_corotated() && tangent == Tangent::rotated;
     pose.R.resize(gradient_.size());
-    pose.S.resize(corotated ? tets : 0);
+    pose.S.resize(corotated && !damping ? tets : 0);
     pose.tangents.resize(corotated ? 0 : gradient_.size());
-    pose.blocks.resize(corotated ? 0 : tets);
+    pose.F.resize(damping ? gradient_.size() : 0);
+    pose.damping = damping ? damping->share : 0;
+    pose.blocks.resize(pose.S.empty() ? tets : 0);
     forces.resize(tets);
     parallel_for(
         static_cast<int>(gradient_.size()),
         [&](int batch) {
+            if (damping) gradients(damping->x, batch, pose.F[static_cast<std::size_t>(batch)]);
             if (corotated)
                 corotated_batch(x, batch, pose, forces);
             else
@@ -140,8 +144,7 @@ Lanes ElasticBody::volumes(int batch) const {
 
 void ElasticBody::corotated_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces) const {
     const auto& [law, mu, lambda] = moduli_[0];
-    const LaneMatrix3& g = gradient_[static_cast<std::size_t>(batch)];
-    const Lanes volume = volumes(batch), root = volume.sqrt();
+    const Lanes volume = volumes(batch);
     LaneMatrix3 F, P;
     gradients(x, batch, F);
     LaneMatrix3& R = pose.R[static_cast<std::size_t>(batch)];
@@ -151,6 +154,28 @@ void ElasticBody::corotated_batch(NodesRef x, int batch, ElementPose& pose, Elem
     for (std::size_t k = 0; k < 9; ++k)
         P.entries[k] = -volume * (2 * mu * (F.entries[k] - R.entries[k]) + lambda * trace * R.entries[k]);
     store_forces(batch, P, forces);
+    if (!pose.S.empty()) return store_columns(batch, pose);
+    LaneBlocks blocks;
+    for (LaneMatrix3& block : blocks)
+        for (Lanes& entry : block.entries) entry.setZero();
+    elastic_form(batch, pose).add_blocks(gradient_[static_cast<std::size_t>(batch)], blocks);
+    add_damping(batch, pose, blocks);
+    store_blocks(blocks, tets_of(batch), &pose.blocks[static_cast<std::size_t>(first_tet(batch))]);
+}
+
+/// Adds its share of the damping to the blocks of the elasticity.
+void ElasticBody::add_damping(int batch, const ElementPose& pose, LaneBlocks& blocks) const {
+    StrainForm form = damping_form(batch, pose);
+    form.lambda *= pose.damping;
+    form.mu *= pose.damping;
+    form.add_blocks(gradient_[static_cast<std::size_t>(batch)], blocks);
+}
+
+/// The columns of S of a batch, from its rotations.
+void ElasticBody::store_columns(int batch, ElementPose& pose) const {
+    const LaneMatrix3 &g = gradient_[static_cast<std::size_t>(batch)],
+                      &R = pose.R[static_cast<std::size_t>(batch)];
+    const Lanes root = volumes(batch).sqrt();
     for (int i = 0; i < 3; ++i) {
         Lanes S[4];
         S[0] = Lanes::Zero();
@@ -177,41 +202,57 @@ void ElasticBody::store_forces(int batch, const LaneMatrix3& P, ElementForces& f
         }
 }
 
-void ElasticBody::stiffness_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
-                                    Eigen::Ref<Nodes> out) const {
+/// The corotated energy, of a body of one material.
+StrainForm ElasticBody::elastic_form(int batch, const ElementPose& pose) const {
+    const Lanes volume = volumes(batch);
+    return {pose.R[static_cast<std::size_t>(batch)], moduli_[0].lambda * volume, moduli_[0].mu * volume};
+}
+
+StrainForm ElasticBody::damping_form(int batch, const ElementPose& pose) const {
+    const LaneModuli moduli = lane_moduli(batch);
+    const Lanes volume = volumes(batch);
+    return {pose.F[static_cast<std::size_t>(batch)], moduli.lambda * volume, moduli.mu * volume};
+}
+
+/// out = (of_stiffness K + of_damping D) u.
+void ElasticBody::product(const ElementPose& pose, NodesRef u, double of_stiffness, double of_damping,
+                          ElementForces& scratch, Eigen::Ref<Nodes> out) const {
     scratch.resize(static_cast<std::size_t>(element_count()));
     parallel_for(
         static_cast<int>(gradient_.size()),
         [&](int batch) {
-            if (pose.tangents.empty())
-                corotated_product(u, batch, pose, scratch);
+            LaneMatrix3 H, P;
+            gradients(u, batch, H);
+            if (of_stiffness == 0)
+                for (Lanes& entry : P.entries) entry.setZero();
+            else if (pose.tangents.empty())
+                P = elastic_form(batch, pose).multiply(H);
             else
-                principal_product(u, batch, pose, scratch);
+                P = pose.tangents[static_cast<std::size_t>(batch)].multiply(H);
+            if (of_damping != 0) {
+                const LaneMatrix3 damping = damping_form(batch, pose).multiply(H);
+                for (std::size_t k = 0; k < 9; ++k)
+                    P.entries[k] = of_stiffness * P.entries[k] + of_damping * damping.entries[k];
+            }
+            store_forces(batch, P, scratch);
         },
         64);
     sum_forces(scratch, out);
 }
 
-/// V R (mu (E + E^T) + lambda tr(E) I), where E = R^T grad u.
-void ElasticBody::corotated_product(NodesRef u, int batch, const ElementPose& pose,
-                                    ElementForces& forces) const {
-    const LaneMatrix3& R = pose.R[static_cast<std::size_t>(batch)];
-    const Lanes volume = volumes(batch), mu = moduli_[0].mu * volume, lambda = moduli_[0].lambda * volume;
-    LaneMatrix3 H, E, P;
-    gradients(u, batch, H);
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) E(i, j) = R(0, i) * H(0, j) + R(1, i) * H(1, j) + R(2, i) * H(2, j);
-    const Lanes pressure = lambda * (E(0, 0) + E(1, 1) + E(2, 2));
-    LaneMatrix3 stress;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-            stress(i, j) = mu * (E(i, j) + E(j, i));
-            if (i == j) stress(i, j) += pressure;
-        }
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-            P(i, j) = R(i, 0) * stress(0, j) + R(i, 1) * stress(1, j) + R(i, 2) * stress(2, j);
-    store_forces(batch, P, forces);
+void ElasticBody::stiffness_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
+                                    Eigen::Ref<Nodes> out) const {
+    product(pose, u, 1, 0, scratch, out);
+}
+
+void ElasticBody::damping_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
+                                  Eigen::Ref<Nodes> out) const {
+    product(pose, u, 0, pose.F.empty() ? 0 : 1, scratch, out);
+}
+
+void ElasticBody::tangent_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
+                                  Eigen::Ref<Nodes> out) const {
+    product(pose, u, 1, pose.damping, scratch, out);
 }
 
 }  // namespace nbd

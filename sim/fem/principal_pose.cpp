@@ -64,15 +64,10 @@ void ElasticBody::principal_batch(NodesRef x, int batch, ElementPose& pose, Elem
                 for (Lanes& twist : response.twist) twist[l] = 0;
     ElementTangent& kept = pose.tangents[static_cast<std::size_t>(batch)];
     kept = ElementTangent(stretches, response, volume);
-    stiffness_blocks(kept, gradient_[static_cast<std::size_t>(batch)], tets_of(batch),
-                     &pose.blocks[static_cast<std::size_t>(first_tet(batch))]);
-}
-
-void ElasticBody::principal_product(NodesRef u, int batch, const ElementPose& pose,
-                                    ElementForces& forces) const {
-    LaneMatrix3 H;
-    gradients(u, batch, H);
-    store_forces(batch, pose.tangents[static_cast<std::size_t>(batch)].multiply(H), forces);
+    LaneBlocks blocks;
+    stiffness_blocks(kept, gradient_[static_cast<std::size_t>(batch)], blocks);
+    if (pose.damping != 0) add_damping(batch, pose, blocks);
+    store_blocks(blocks, tets_of(batch), &pose.blocks[static_cast<std::size_t>(first_tet(batch))]);
 }
 
 }  // namespace nbd

@@ -15,7 +15,7 @@ double StepPotential::value(const Nodes& v) {
     const Nodes relative = v - start_.v;
     sum -= dt * (relative.transpose() * body_.node_masses()).dot(loads_.gravity);
     if (loads_.forces.rows() > 0) sum -= dt * loads_.forces.cwiseProduct(relative).sum();
-    body_.stiffness_product(damping_, v, forces_, product);
+    body_.damping_product(damping_, v, forces_, product);
     sum += 0.5 * c * dt * material.rayleigh_stiffness * product.cwiseProduct(v).sum();
     return sum + body_.measure(start_.x + dt * v).energy;
 }
@@ -27,7 +27,7 @@ Nodes StepPotential::gradient(const Nodes& v) {
     body_.mass_product(c * (c + dt * material.rayleigh_mass) * v - c * start_.v -
                            (dt * loads_.gravity.transpose()).replicate(v.rows(), 1),
                        inertia);
-    body_.stiffness_product(damping_, v, forces_, damping);
+    body_.damping_product(damping_, v, forces_, damping);
     body_.pose(start_.x + dt * v, end_, forces_);
     body_.sum_forces(forces_, force);
     if (loads_.forces.rows() > 0) force += loads_.forces;

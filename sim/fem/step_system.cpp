@@ -38,11 +38,15 @@ void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Lo
 
     const Nodes& iterate = w.rows() > 0 ? w : start.v;
     x_ = start.x + dt * iterate;
-    body_.pose(x_, elements_, forces_, tangent);
+    const double damping = c / dt * body_.material().rayleigh_stiffness;
+    const Nodes rates_at = start.x + step.strain_rate_at() * dt * iterate;
+    const StrainDamping strain_damping{rates_at, damping};
+    body_.pose(x_, elements_, forces_, tangent, damping > 0 ? &strain_damping : nullptr);
     body_.sum_forces(forces_, force_);
     mass_scale_ = c * (c + dt * body_.material().rayleigh_mass);
-    stiffness_scale_ = dt * dt + c * dt * body_.material().rayleigh_stiffness;
-    body_.combine(mass_scale_, stiffness_scale_, elements_, A_);
+    elastic_scale_ = dt * dt;
+    stiffness_scale_ = elastic_scale_ * (1 + damping);
+    body_.combine(mass_scale_, elastic_scale_, elements_, A_);
 
     if (loads.forces.rows() > 0) force_ += loads.forces;
     Eigen::Map<Nodes> b(b_.data(), body_.node_count(), 3);
@@ -51,6 +55,17 @@ void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Lo
     free_ = iterate;
     body_.stiffness_product(elements_, free_, forces_, image_);
     b += dt * dt * image_;
+    double squared = 0;
+    for (int i = 0; i < body_.node_count(); ++i) {
+        const double mass = body_.node_masses()[i];
+        const Eigen::RowVector3d elastic_and_outer = b.row(i) - product_.row(i);
+        Eigen::RowVector3d load = dt * mass * loads.gravity.transpose();
+        const Eigen::RowVector3d all = elastic_and_outer + load;
+        if (loads.forces.rows() > 0) load += dt * loads.forces.row(i);
+        squared += (load.squaredNorm() + all.squaredNorm()) / mass;
+    }
+    impulse_norm_ = std::sqrt(squared);
+    if (damping > 0) body_.tangent_product(elements_, free_, forces_, image_);
     std::fill(prescribed_.begin(), prescribed_.end(), 0);
 }
 
@@ -66,9 +81,9 @@ void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref
         is_known = is_known && free_.row(i) == row;
         free_.row(i) = row;
     }
-    if (!is_known) body_.stiffness_product(elements_, free_, forces_, image_);
+    if (!is_known) body_.tangent_product(elements_, free_, forces_, image_);
     body_.mass_product(free_, result);
-    result = mass_scale_ * result + stiffness_scale_ * image_;
+    result = mass_scale_ * result + elastic_scale_ * image_;
     for (Eigen::Index i = 0; i < nodes; ++i)
         if (prescribed_[static_cast<std::size_t>(i)]) result.row(i) = given.row(i);
 }

@@ -22,10 +22,11 @@ struct PrescribedNodes {
 
 /// The linear system A v = b of one step (see TimeStep) from (x*, v*), whose unknown is v:
 ///
-///   A = c (c + dt alpha) M + (dt^2 + c dt beta) K(x)
+///   A = c (c + dt alpha) M + dt^2 K(x) + c dt beta D
 ///   b = c M v* + dt (f(x) + M g + f_outer) + dt^2 K(x) w
 ///
-/// linearised at the iterate w, where x = x* + dt w; alpha and beta are the Rayleigh coefficients. For
+/// linearised at the iterate w, where x = x* + dt w; alpha and beta are the Rayleigh coefficients. D damps
+/// strain rates as K resists strains, and leaves rotations alone, see StrainDamping. For
 /// backward Euler the first w is v*, which accounts for the body's rotation over the step; linearised at x*,
 /// a spinning body would gain energy. Using the last solution as w gives Newton's method, with K as its only
 /// approximation (see ElasticBody).
@@ -45,9 +46,14 @@ class StepSystem {
     void assemble(const BodyState& start, const TimeStep& step, const Loads& loads, const Nodes& w = {},
                   Tangent tangent = Tangent::rotated);
 
-    /// A = mass_scale M + stiffness_scale K of the last assemble(), before prescribe().
+    /// A = mass_scale M + stiffness_scale K of the last assemble() in the rest pose, where D = K, before
+    /// prescribe().
     double mass_scale() const noexcept { return mass_scale_; }
     double stiffness_scale() const noexcept { return stiffness_scale_; }
+
+    /// Size of the impulses of loads and elasticity at the start of the step of the last assemble(): sqrt(sum
+    /// |p_i|^2 / m_i), sqrt(J). It does not depend on how the body moves as a whole.
+    double impulse_norm() const noexcept { return impulse_norm_; }
 
     /// Elements at the pose x = x* + dt w of the last assemble().
     const ElementPose& elements() const noexcept { return elements_; }
@@ -72,14 +78,14 @@ class StepSystem {
  private:
     const ElasticBody& body_;
     ElementPose elements_;
-    double mass_scale_ = 0, stiffness_scale_ = 0;
+    double mass_scale_ = 0, stiffness_scale_ = 0, elastic_scale_ = 0, impulse_norm_ = 0;
     StepMatrix A_;
     Eigen::VectorXd b_;
     std::vector<char> prescribed_;     // [N]
     Eigen::VectorXd shift_, shifted_;  // [3 N] scratch of prescribe()
     Nodes x_, force_, product_;        // [N, 3] scratch of assemble()
     mutable ElementForces forces_;     // scratch
-    mutable Nodes free_, image_;       // [N, 3] velocities of the last product with K, and the product
+    mutable Nodes free_, image_;       // [N, 3] velocities of the last product, and that with K + damping D
 };
 
 }  // namespace nbd

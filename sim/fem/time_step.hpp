@@ -16,12 +16,17 @@ struct TimeStep {
     /// A step of backward Euler.
     TimeStep(double length) noexcept : dt(length) {}
     TimeStep(double length, double factor) noexcept : dt(length), velocity_factor(factor) {}
+
+    /// Where in the step the strain is that its velocity changes, as a share of x* to the end: at these
+    /// positions, a rotation has no strain rate.
+    double strain_rate_at() const noexcept { return velocity_factor > 1 ? 1 : 0.5; }
 };
 
 /// The start of a step and the step itself.
 struct StepStart {
     BodyState state;
     TimeStep step;
+    double share_before = 0;  // q: (x*, v*) is (1 + q) times the state before the step minus q times the last
 };
 
 /// The second order backward differentiation formula for steps of two lengths. before: the state dt_before >

@@ -17,6 +17,27 @@ LaneMatrix3 transposed(const LaneMatrix3& A) noexcept {
     return B;
 }
 
+/// A vector at each corner.
+using Corners = std::array<PrincipalLanes, 4>;
+
+/// Those at corners 1 to 3, as columns, and minus their sum at corner 0.
+Corners corners(const LaneMatrix3& columns) noexcept {
+    Corners result;
+    for (int i = 0; i < 3; ++i) {
+        const auto axis = static_cast<std::size_t>(i);
+        result[0][axis].setZero();
+        for (int a = 0; a < 3; ++a) {
+            result[static_cast<std::size_t>(a + 1)][axis] = columns(i, a);
+            result[0][axis] -= columns(i, a);
+        }
+    }
+    return result;
+}
+
+std::size_t pair_index(std::size_t a, std::size_t b) noexcept {
+    return static_cast<std::size_t>(pair_of_corners(static_cast<int>(a), static_cast<int>(b)));
+}
+
 }  // namespace
 
 ElementTangent::ElementTangent(const PrincipalStretches& stretches, const PrincipalResponse& response,
@@ -46,19 +67,10 @@ LaneMatrix3 ElementTangent::multiply(const LaneMatrix3& H) const noexcept {
 
 // With q_a = V^T grad N_a, block (a, b) is U M U^T, where M_ii = A_ii q_ai q_bi + sum over j of
 // same_ij q_aj q_bj, and M_ij = A_ij q_ai q_bj + crossed_ij q_aj q_bi.
-void stiffness_blocks(const ElementTangent& tangent, const LaneMatrix3& gradient, int count,
-                      TetBlocks* blocks) noexcept {
+void stiffness_blocks(const ElementTangent& tangent, const LaneMatrix3& gradient,
+                      LaneBlocks& blocks) noexcept {
     const auto& [U, V, A, same, crossed] = tangent;
-    const LaneMatrix3 q = product(transposed(V), gradient);
-    std::array<PrincipalLanes, 4> corner;
-    for (int i = 0; i < 3; ++i) {
-        const auto axis = static_cast<std::size_t>(i);
-        corner[0][axis].setZero();
-        for (int a = 0; a < 3; ++a) {
-            corner[static_cast<std::size_t>(a + 1)][axis] = q(i, a);
-            corner[0][axis] -= q(i, a);
-        }
-    }
+    const Corners corner = corners(product(transposed(V), gradient));
     for (std::size_t a = 0; a < 4; ++a)
         for (std::size_t b = a + 1; b < 4; ++b) {
             const PrincipalLanes &p = corner[a], &r = corner[b];
@@ -71,13 +83,47 @@ void stiffness_blocks(const ElementTangent& tangent, const LaneMatrix3& gradient
                 M(j, k) = A.off[x] * p[y] * r[z] + crossed[x] * p[z] * r[y];
                 M(k, j) = A.off[x] * p[z] * r[y] + crossed[x] * p[y] * r[z];
             }
-            const LaneMatrix3 K = product(U, product(M, transposed(U)));
-            const auto pair =
-                static_cast<std::size_t>(pair_of_corners(static_cast<int>(a), static_cast<int>(b)));
-            for (int l = 0; l < count; ++l)
-                for (int i = 0; i < 3; ++i)
-                    for (int j = 0; j < 3; ++j) blocks[l][pair](i, j) = static_cast<float>(K(i, j)[l]);
+            blocks[pair_index(a, b)] = product(U, product(M, transposed(U)));
         }
+}
+
+LaneMatrix3 StrainForm::multiply(const LaneMatrix3& H) const noexcept {
+    const LaneMatrix3 E = product(transposed(F), H);
+    const Lanes pressure = lambda * (E(0, 0) + E(1, 1) + E(2, 2));
+    LaneMatrix3 stress;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            stress(i, j) = mu * (E(i, j) + E(j, i));
+            if (i == j) stress(i, j) += pressure;
+        }
+    return product(F, stress);
+}
+
+// With t_a = F grad N_a, block (a, b) is lambda t_a t_b^T + mu t_b t_a^T + mu grad N_a.grad N_b F F^T.
+void StrainForm::add_blocks(const LaneMatrix3& gradient, LaneBlocks& blocks) const noexcept {
+    const Corners g = corners(gradient), t = corners(product(F, gradient));
+    LaneMatrix3 square = product(F, transposed(F));
+    for (Lanes& entry : square.entries) entry *= mu;
+    for (std::size_t a = 0; a < 4; ++a)
+        for (std::size_t b = a + 1; b < 4; ++b) {
+            const Lanes along = g[a][0] * g[b][0] + g[a][1] * g[b][1] + g[a][2] * g[b][2];
+            LaneMatrix3& block = blocks[pair_index(a, b)];
+            for (int i = 0; i < 3; ++i) {
+                const auto x = static_cast<std::size_t>(i);
+                const Lanes of_a = lambda * t[a][x], of_b = mu * t[b][x];
+                for (int j = 0; j < 3; ++j) {
+                    const auto y = static_cast<std::size_t>(j);
+                    block(i, j) += of_a * t[b][y] + of_b * t[a][y] + along * square(i, j);
+                }
+            }
+        }
+}
+
+void store_blocks(const LaneBlocks& from, int count, TetBlocks* to) noexcept {
+    for (std::size_t pair = 0; pair < from.size(); ++pair)
+        for (int l = 0; l < count; ++l)
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j) to[l][pair](i, j) = static_cast<float>(from[pair](i, j)[l]);
 }
 
 }  // namespace nbd

@@ -28,8 +28,27 @@ using TetBlocks = std::array<Eigen::Matrix3f, 6>;
 
 constexpr int pair_of_corners(int a, int b) noexcept { return a == 0 ? b - 1 : a + b; }
 
-/// Sets the blocks of the first `count` elements. gradient: of shape functions 1 to 3, as columns.
-void stiffness_blocks(const ElementTangent& tangent, const LaneMatrix3& gradient, int count,
-                      TetBlocks* blocks) noexcept;
+/// These blocks of `lanes` elements.
+using LaneBlocks = std::array<LaneMatrix3, 6>;
+
+/// Sets the blocks of a tangent. gradient: of shape functions 1 to 3, as columns.
+void stiffness_blocks(const ElementTangent& tangent, const LaneMatrix3& gradient,
+                      LaneBlocks& blocks) noexcept;
+
+/// A quadratic form in velocities that vanishes for rotations: mu |E|^2 + lambda/2 (tr E)^2, where
+/// E = sym(F^T grad v). With a rotation as F it is the corotated energy; with a deformation gradient, E is
+/// the rate of Green's strain. lambda, mu: times the volume.
+struct StrainForm {
+    const LaneMatrix3& F;
+    Lanes lambda, mu;
+
+    /// The derivative by H = grad v.
+    LaneMatrix3 multiply(const LaneMatrix3& H) const noexcept;
+    /// Adds its second derivatives. gradient: of shape functions 1 to 3, as columns.
+    void add_blocks(const LaneMatrix3& gradient, LaneBlocks& blocks) const noexcept;
+};
+
+/// Stores the blocks of the first `count` elements.
+void store_blocks(const LaneBlocks& from, int count, TetBlocks* to) noexcept;
 
 }  // namespace nbd

@@ -199,7 +199,9 @@ std::shared_ptr<const RestHierarchy> RestHierarchies::get(const ElasticBody& bod
                                                           double stiffness_scale,
                                                           const std::vector<char>& prescribed) {
     const std::lock_guard lock(mutex_);
-    std::vector<Entry>& entries = entries_[&body];
+    if (!entries_.contains(body.identity()))
+        std::erase_if(entries_, [](const auto& of_body) { return of_body.first.expired(); });
+    std::vector<Entry>& entries = entries_[body.identity()];
     const auto known = std::ranges::find_if(entries, [&](const Entry& e) {
         return e.mass_scale == mass_scale && e.stiffness_scale == stiffness_scale &&
                e.prescribed == prescribed;

@@ -46,7 +46,8 @@ struct RestHierarchy {
     std::vector<RestLevel> levels;  // at least one, finest first
 };
 
-/// Cache of hierarchies by body, time step and set of prescribed nodes. Thread-safe. Bodies must outlive it.
+/// Cache of hierarchies by body, time step and set of prescribed nodes. Thread-safe. Bodies need not outlive
+/// it; the hierarchies of those that are gone are dropped.
 class RestHierarchies {
  public:
     std::shared_ptr<const RestHierarchy> get(const ElasticBody& body, double mass_scale,
@@ -59,7 +60,8 @@ class RestHierarchies {
         std::shared_ptr<const RestHierarchy> hierarchy;
     };
     std::mutex mutex_;
-    std::map<const ElasticBody*, std::vector<Entry>> entries_;  // oldest first
+    std::map<std::weak_ptr<const ElasticBody::Identity>, std::vector<Entry>, std::owner_less<>>
+        entries_;  // oldest first
 };
 
 }  // namespace nbd

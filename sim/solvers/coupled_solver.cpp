@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -36,23 +37,34 @@ CoupledSolver::CoupledSolver(const LinearSolveConfig& config, std::shared_ptr<Re
 void CoupledSolver::begin_matrices(const CoupledSystem& system) {
     direct_ = config_.solver == LinearSolver::direct;
     factorized_ = false;
+    norms_.begin(system.systems, system.first_unknown);
     couplings_.begin(system);
     patch_.begin();
     factor_.begin();
     if (!direct_) cycle_.begin(system, *hierarchies_);
 }
 
-/// r_ = b - A v. Returns its norm.
+/// The wanted ones, or what rounding leaves at v.
+void CoupledSolver::set_goals(const CoupledSystem& system, const Eigen::VectorXd& b,
+                              const Eigen::VectorXd& v) {
+    rounding_ = rounding_norms(system, norms_, b, v);
+    goals_ = wanted_;
+    for (std::size_t k = 0; k < goals_.size(); ++k) goals_[k] = std::max(goals_[k], rounding_[k]);
+}
+
+/// r_ = b - A v. Returns the largest norm of a body's part, as a share of its goal.
 double CoupledSolver::take_residual(const CoupledSystem& system, const Eigen::VectorXd& b,
                                     const Eigen::VectorXd& v) {
     system.multiply(v, Ap_);
-    return std::sqrt(sum_parts(b.size(), [&](Eigen::Index begin, Eigen::Index size) {
-        r_.segment(begin, size) = b.segment(begin, size) - Ap_.segment(begin, size);
-        return r_.segment(begin, size).squaredNorm();
-    }));
+    return worst_share(norms_.of(r_,
+                                 [&](Eigen::Index begin, Eigen::Index size) {
+                                     r_.segment(begin, size) =
+                                         b.segment(begin, size) - Ap_.segment(begin, size);
+                                 }),
+                       goals_);
 }
 
-/// z_ = about A^-1 r_, Az_ = A z_. norm: of r_; after scaling, floats can hold any residual.
+/// z_ = about A^-1 r_, Az_ = A z_. norm: about that of r_; after scaling, floats can hold any residual.
 void CoupledSolver::precondition(const CoupledSystem& system, double norm) {
     if (direct_) {
         z_.setZero();
@@ -80,11 +92,11 @@ void CoupledSolver::precondition(const CoupledSystem& system, double norm) {
     });
 }
 
-/// Conjugate gradients from r_, the residual of v, until the updated residual reaches the goal or the maximum
-/// number of iterations is reached. Ap_ follows p_ from Az_, without a product of its own.
-void CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
+/// Conjugate gradients from r_, the residual of v, until the updated residual reaches the goals or the
+/// maximum number of iterations is reached. Ap_ follows p_ from Az_, without a product of its own.
+void CoupledSolver::iterate(const CoupledSystem& system, int most, Eigen::VectorXd& v,
                             LinearSolveReport& report) {
-    double norm = std::sqrt(dot(r_, r_));
+    const double norm = std::sqrt(dot(r_, r_));
     if (!(norm > 0)) return;  // all that was left lay in the patch
     precondition(system, norm);
     p_ = z_;
@@ -94,13 +106,12 @@ void CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, 
         const double energy = dot(p_, Ap_);
         if (!(energy > 0)) return;
         const double step = rz / energy;
-        norm = std::sqrt(sum_parts(v.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        const std::vector<double> left = norms_.of(r_, [&](Eigen::Index begin, Eigen::Index size) {
             v.segment(begin, size) += step * p_.segment(begin, size);
             r_.segment(begin, size) -= step * Ap_.segment(begin, size);
-            return r_.segment(begin, size).squaredNorm();
-        }));
+        });
         ++report.iterations;
-        if (!(norm > goal)) return;
+        if (!(worst_share(left, goals_) > 1)) return;
         precondition(system, norm);
         const double next = dot(r_, z_);
         for_parts(v.size(), [&](Eigen::Index begin, Eigen::Index size) {
@@ -113,10 +124,10 @@ void CoupledSolver::iterate(const CoupledSystem& system, double goal, int most, 
 
 /// Adds what the factor finds for the residual `left` of v, again and again as long as that gains two digits:
 /// the factor is that of a matrix in single precision. Returns what is left.
-double CoupledSolver::refine_directly(const CoupledSystem& system, const Eigen::VectorXd& b, double goal,
-                                      double left, Eigen::VectorXd& v) {
+double CoupledSolver::refine_directly(const CoupledSystem& system, const Eigen::VectorXd& b, double left,
+                                      Eigen::VectorXd& v) {
     constexpr double gain = 0.01;
-    for (double before = std::numeric_limits<double>::infinity(); left > goal && left <= gain * before;) {
+    for (double before = std::numeric_limits<double>::infinity(); left > 1 && left <= gain * before;) {
         before = left;
         factor_.add_solution(r_, v);
         left = take_residual(system, b, v);
@@ -126,21 +137,22 @@ double CoupledSolver::refine_directly(const CoupledSystem& system, const Eigen::
 
 /// Solves with the current preconditioner, by at most this number of iterations in all. The residual updated
 /// by the iteration drifts from the true one, by rounding; further rounds remove what is left.
-bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, int most,
+bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b, int most,
                            Eigen::VectorXd& v, LinearSolveReport& report) {
     constexpr double progress = 0.5;  // a round must leave no more than this share of the residual
     double before = std::numeric_limits<double>::infinity(), left = 0;
     for (;;) {
+        set_goals(system, b, v);
         left = take_residual(system, b, v);
-        if (direct_) left = refine_directly(system, b, goal, left, v);
-        if (left <= goal || !(left <= progress * before) || report.iterations >= most) break;
+        if (direct_) left = refine_directly(system, b, left, v);
+        if (left <= 1 || !(left <= progress * before) || report.iterations >= most) break;
         // The preconditioner, which ends with the patch, is symmetric only for residuals that vanish there.
         if (!direct_) patch_.clear(system, r_, v);
-        iterate(system, goal, most, v, report);
+        iterate(system, most, v, report);
         before = left;
     }
-    report.converged = left <= goal;
-    report.residual = b.isZero(0) ? left : left / b.norm();
+    report.converged = left <= 1;
+    report.residual = left;
     return report.converged;
 }
 
@@ -154,8 +166,8 @@ void CoupledSolver::factorize_contacts(const CoupledSystem& system) {
     patch_.factorize(system, couplings_, inside);
 }
 
-LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen::VectorXd& b, double goal,
-                                       Eigen::VectorXd& v) {
+LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen::VectorXd& b,
+                                       const std::vector<double>& goals, Eigen::VectorXd& v) {
     if (!b.allFinite()) throw std::runtime_error("solve: the right-hand side holds a NaN or an infinity");
     // Residuals are measured against its norm; an infinite one would let any velocities pass.
     if (!std::isfinite(b.squaredNorm()))
@@ -168,21 +180,22 @@ LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen:
     for (Eigen::VectorXd* scratch : {&r_, &z_, &Az_, &p_, &Ap_}) scratch->resize(system.size());
     for (Eigen::VectorXf* scratch : {&cycle_in_, &cycle_out_}) scratch->resize(system.size());
     couplings_.update(system);
+    wanted_ = goals;
     if (!direct_) {
         factorize_contacts(system);
         cycle_.set_couplings(couplings_);
-        if (refine(system, b, goal, most_iterations(config_, system), v, report)) return report;
-        report.fallback = fmt::format("{} iterations left a relative residual of {:.2g}", report.iterations,
-                                      report.residual);
+        if (refine(system, b, most_iterations(config_, system), v, report)) return report;
+        report.fallback = fmt::format("{} iterations left {:.2g} times the residual that is allowed",
+                                      report.iterations, report.residual);
         direct_ = true;
     }
     // The factor of an earlier solve with other couplings is worth a few iterations.
     const int most = report.iterations + stale_iterations;
-    if (factorized_ && refine(system, b, goal, most, v, report)) return report;
+    if (factorized_ && refine(system, b, most, v, report)) return report;
     factor_.factorize(system, couplings_,
                       std::vector<char>(static_cast<std::size_t>(system.node_count()), 1));
     factorized_ = true;
-    refine(system, b, goal, most + stale_iterations, v, report);
+    refine(system, b, most + stale_iterations, v, report);
     return report;
 }
 

@@ -3,10 +3,12 @@
 #include <Eigen/Core>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "sim/fem/coupled_system.hpp"
 #include "sim/multilevel/coupling_sum.hpp"
 #include "sim/multilevel/multilevel_cycle.hpp"
+#include "sim/solvers/body_norms.hpp"
 #include "sim/solvers/linear_solve_config.hpp"
 #include "sim/solvers/patch_factor.hpp"
 
@@ -14,7 +16,7 @@ namespace nbd {
 
 struct LinearSolveReport {
     int iterations = 0;   // conjugate gradient iterations
-    double residual = 0;  // |b - A v| over |b|
+    double residual = 0;  // of the body that is farthest from its goal, as a share of that
     bool converged = true;
     std::string fallback{};  // empty, or one line: why the system was factorised
 };
@@ -31,24 +33,33 @@ class CoupledSolver {
     /// times, for any matrices of the couplings.
     void begin_matrices(const CoupledSystem& system);
 
-    /// Solves A v = b until |b - A v| <= goal; the config's tolerance is not used here. v: initial guess on
-    /// entry, solution on return. Throws std::runtime_error if b is not finite or a factorisation fails.
-    LinearSolveReport solve(const CoupledSystem& system, const Eigen::VectorXd& b, double goal,
-                            Eigen::VectorXd& v);
+    /// Solves A v = b until the norm of each body's residual, see norms(), is at most its goal or what
+    /// rounding leaves, whichever is larger; the config's tolerance is not used here. So a body is solved as
+    /// well beside others as alone. goals: [bodies]. v: initial guess on entry, solution on return. Throws
+    /// std::runtime_error if b is not finite or a factorisation fails.
+    LinearSolveReport solve(const CoupledSystem& system, const Eigen::VectorXd& b,
+                            const std::vector<double>& goals, Eigen::VectorXd& v);
+
+    /// The norms of the system of the last begin_matrices().
+    const BodyNorms& norms() const noexcept { return norms_; }
+    /// What rounding may have left of each body's residual in the last solve(), in these norms.
+    const std::vector<double>& rounding() const noexcept { return rounding_; }
 
  private:
+    void set_goals(const CoupledSystem& system, const Eigen::VectorXd& b, const Eigen::VectorXd& v);
     double take_residual(const CoupledSystem& system, const Eigen::VectorXd& b, const Eigen::VectorXd& v);
     void precondition(const CoupledSystem& system, double norm);
     void factorize_contacts(const CoupledSystem& system);
-    void iterate(const CoupledSystem& system, double goal, int most, Eigen::VectorXd& v,
-                 LinearSolveReport& report);
-    double refine_directly(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, double left,
+    void iterate(const CoupledSystem& system, int most, Eigen::VectorXd& v, LinearSolveReport& report);
+    double refine_directly(const CoupledSystem& system, const Eigen::VectorXd& b, double left,
                            Eigen::VectorXd& v);
-    bool refine(const CoupledSystem& system, const Eigen::VectorXd& b, double goal, int most,
-                Eigen::VectorXd& v, LinearSolveReport& report);
+    bool refine(const CoupledSystem& system, const Eigen::VectorXd& b, int most, Eigen::VectorXd& v,
+                LinearSolveReport& report);
 
     LinearSolveConfig config_;
     std::shared_ptr<RestHierarchies> hierarchies_;
+    BodyNorms norms_;
+    std::vector<double> wanted_, rounding_, goals_;  // [bodies] of the current solve
     CouplingSum couplings_;
     MultilevelCycle cycle_;
     bool direct_ = false;      // the preconditioner is factor_

@@ -65,13 +65,6 @@ void World::check_start() {
     start_is_checked_ = true;
 }
 
-/// Positions of the nodes of all bodies at dt with the unknown v of the step.
-std::vector<Nodes> World::nodes_after(double dt, const Eigen::VectorXd& v) const {
-    std::vector<Nodes> nodes;
-    for (int b = 0; b < body_count(); ++b) nodes.push_back(start_of(at(b)).x + dt * body_part(b, v));
-    return nodes;
-}
-
 /// Where the iteration starts: as the body went before, or with the loads of the step in it. Which of both is
 /// nearer to how its velocities changed in the last step tells: a body that rests has not felt its weight.
 Nodes World::start_apart(const Body& body, double dt) const {

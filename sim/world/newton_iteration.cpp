@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "collision/base/stop.hpp"
 #include "collision/base/stopwatch.hpp"
@@ -133,24 +134,29 @@ void World::search_line(const Eigen::VectorXd& from, Eigen::VectorXd& to) {
     for (int k = 0; k < max_halvings && !(potential(to) <= before); ++k) to = (from + to) / 2;
 }
 
-/// Norm of the residual impulse of the free nodes at v, relative to the right-hand side.
+/// Norm of the residual impulse at v of the body that is farthest from balance, relative to its scale, see
+/// ContactSolver::scales(); 0 where rounding alone leaves as much.
 double World::residual(const Eigen::VectorXd& v) {
     solver_.linearise(v);
-    const Eigen::VectorXd contact = solver_.impulses(v);
-    double squared = 0, scale = 0;
+    constexpr double unit = 4 * std::numeric_limits<double>::epsilon();
+    Eigen::VectorXd off = -solver_.impulses(v), rounding = Eigen::VectorXd::Zero(v.size());
     for (int b = 0; b < body_count(); ++b) {
         const StepSystem& system = systems_[static_cast<std::size_t>(b)];
         const Loads outer = loads(at(b));
-        Nodes off = StepPotential(*at(b).elastic, start_of(at(b)), at(b).start.step, outer, system.elements())
-                        .gradient(body_part(b, v)) -
-                    body_part(b, contact);
-        for (int i = 0; i < off.rows(); ++i) {
-            if (system.is_prescribed(i)) continue;
-            squared += off.row(i).squaredNorm();
-            scale += system.rhs().segment<3>(3 * i).squaredNorm();
+        const Nodes own =
+            StepPotential(*at(b).elastic, start_of(at(b)), at(b).start.step, outer, system.elements())
+                .gradient(body_part(b, v));
+        Eigen::Map<Nodes>(off.data() + first_unknown_[static_cast<std::size_t>(b)], own.rows(), 3) += own;
+        const auto& diagonal = system.matrix().diagonal();
+        for (int i = 0; i < own.rows(); ++i) {
+            const int first = first_unknown_[static_cast<std::size_t>(b)] + 3 * i;
+            const double motion =
+                v.segment<3>(first).norm() + start_of(at(b)).x.row(i).norm() / at(b).start.step.dt;
+            rounding.segment<3>(first).setConstant(2 * unit * diagonal[static_cast<std::size_t>(i)].norm() *
+                                                   motion);
         }
     }
-    return scale > 0 ? std::sqrt(squared / scale) : std::sqrt(squared);
+    return solver_.share_of_scales(off, rounding);
 }
 
 }  // namespace nbd

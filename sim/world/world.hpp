@@ -38,8 +38,8 @@ struct StepConfig {
     Tangent tangent = Tangent::rotated;
     // Maximum number of linearisations; above 1 with line search; 1 stands for 100 without intersections.
     int newton_iterations = 1;
-    // Newton stops at this residual impulse, relative to the right-hand side; without intersections for each
-    // body, relative to its impulses of loads, elasticity and contacts, in the norm of the inverse masses.
+    // Newton stops at this residual impulse of every body, relative to its impulses of loads, elasticity and
+    // contacts in the step, in the norm of the inverse masses, see ContactSolver::scales().
     double newton_tolerance = 1e-3;
     int max_substeps = 8;  // a power of two: a rejected step is cut into at most this many parts
 };
@@ -225,6 +225,7 @@ class World {
         Nodes velocities_before{};          // those before the last step; empty: none
         StepStart start{.state = {}, .step = 0.0};  // of the step; without positions: that of `state`
         bool keeps_state = false;                   // as `before` of the next step
+        bool flies = false;                         // nothing holds it or is in its reach in the step
         double contact_young = 0;                   // of the layer that its surface lies in, Pa
         Nodes forces, contact_forces;
         std::vector<Grip> grips;
@@ -277,7 +278,7 @@ class World {
     // world_step.cpp
     void detect(double dt);
     Rejection try_part(const StepPart& part, WorldReport& report);
-    std::string move(const StepPart& part, const Eigen::VectorXd& v, WorldReport& report);
+    std::string move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report);
     void measure(WorldReport& report) const;
 
     // time_integration.cpp
@@ -285,7 +286,11 @@ class World {
     double last_motion(const Body& body) const;
     Nodes first_iterate(const Body& body) const;
     Nodes likely_velocities(const Body& body) const;
+    bool is_held(const Body& body) const;
+    Momentum end_momentum(const Body& body, NodesRef x, const Momentum& contacts) const;
     void advance(Body& body, const Nodes& v);
+
+    std::vector<Nodes> nodes_after(double dt, const Eigen::VectorXd& v) const;
 
     // newton_iteration.cpp
     void start_driving(double dt);
@@ -304,7 +309,6 @@ class World {
     // barrier_iteration.cpp
     Barrier& barrier();
     std::vector<Nodes> nodes_now() const;
-    std::vector<Nodes> nodes_after(double dt, const Eigen::VectorXd& v) const;
     Rejection solve_apart(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
     double propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
                    WorldReport& report);

@@ -50,24 +50,36 @@ void World::detect(double dt) {
     detecting_us_ += detected_.update_us + detected_.collision_us + detected_.detect_us;
 }
 
-/// Moves the bodies by the solution v of the step. Returns an empty text, or why the simulation has failed;
-/// the bodies then stay where they are.
-std::string World::move(const StepPart& part, const Eigen::VectorXd& v, WorldReport& report) {
+/// Moves the bodies by the solution v of the step and, if the step was solved to its tolerance, gives those
+/// that nothing holds the momentum that loads and contacts leave them. Returns an empty text, or why the
+/// simulation has failed; the bodies then stay where they are.
+std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report) {
     int inverted = 0;
+    const std::vector<Nodes> ends = nodes_after(part.dt, v);
+    // Where the contacts were found: there, their two points lie opposite each other.
+    BodyPositions starts{.x = nodes_now(), .centres = {}};
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
+        starts.centres.push_back(centre_of_mass(*body.elastic, body.state.x));
         const ElementReport elements =
-            body.elastic->measure(start_of(body).x + part.dt * body_part(b, v), body.meter.get());
+            body.elastic->measure(ends[static_cast<std::size_t>(b)], body.meter.get());
         inverted += elements.inverted;
         std::string failure = pose_failure(b, elements, body.elastic->element_count(), config_.limits);
         if (!failure.empty()) return failure;
         body.energy = elements.energy;
     }
-    const Eigen::VectorXd impulses =
-        config_.contact.intersection_free ? barrier_solver_.impulses(v) : solver_.impulses(v);
+    const bool apart = config_.contact.intersection_free;
+    const Eigen::VectorXd impulses = apart ? barrier_solver_.impulses(v) : solver_.impulses(v);
+    const std::vector<Momentum> of_contacts =
+        apart ? barrier_solver_.momenta(v, starts) : solver_.momenta(v, starts);
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
+        const auto index = static_cast<std::size_t>(b);
+        Momentum momentum = end_momentum(body, ends[index], of_contacts[index]);
         advance(body, body_part(b, v));
+        // The barrier's iteration balances bodies as a whole itself.
+        if (apart) momentum.linear = momentum_of(*body.elastic, body.state).linear;
+        if (is_solved && !is_held(body)) set_momentum(*body.elastic, momentum, body.state);
         body.measured = true;
         body.contact_forces += part.share / part.dt * body_part(b, impulses);
     }
@@ -101,14 +113,18 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
     choose_steps(part.dt);
     try {
         Eigen::VectorXd v;
+        bool is_solved = true;  // impulses that do not balance the motion tell nothing of its momentum
         const bool apart = config_.contact.intersection_free;
-        if (Rejection unsolved = apart ? solve_apart(part, v, report) : solve(part.dt, v, report))
+        if (Rejection unsolved = apart ? solve_apart(part, v, report) : solve(part.dt, v, report)) {
             rejection = unsolved;
+            is_solved = false;
+        }
         if (rejection && (!part.finest || rejection.fatal)) return rejection;
+        is_solved = is_solved && report.contacts_settled;
         if (apart)
             if (std::string hit = end_intersections(part.dt, v, report); !hit.empty())
                 return {.reason = "the step would end where " + hit, .fatal = true};
-        if (std::string failure = move(part, v, report); !failure.empty())
+        if (std::string failure = move(part, v, is_solved, report); !failure.empty())
             return {.reason = failure, .fatal = true};
     } catch (const std::runtime_error& error) {
         return {.reason = error.what(), .fatal = true};

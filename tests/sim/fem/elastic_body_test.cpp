@@ -174,6 +174,70 @@ TEST_P(EveryMaterial, TangentIsSymmetricAndPositiveSemiDefiniteInEveryPose) {
     EXPECT_GT(values.minCoeff(), -1e-6 * values.maxCoeff());  // single precision
 }
 
+/// Damping between two poses, and what it does to the way between them.
+Nodes damping_force(const ElasticBody& body, const Nodes& from, const Nodes& to) {
+    const Nodes halfway = (from + to) / 2;
+    const StrainDamping damping{halfway, 0.3};
+    ElementPose pose;
+    ElementForces forces;
+    body.pose(to, pose, forces, Tangent::full, &damping);
+    Nodes out(to.rows(), 3);
+    body.damping_product(pose, to - from, forces, out);
+    return out;
+}
+
+TEST_P(EveryMaterial, DampingIsZeroForARotationOfAnySizeInEveryPose) {
+    const Nodes strained = body.rest().X + test::wild_field(body.rest().X, 0.08);
+    const Nodes other = strained + test::wild_field(body.rest().X, 0.02);
+    const double size = damping_force(body, strained, other).norm();
+    ASSERT_GT(size, 1);
+    for (const double angle : {0.01, 0.5, 2.0}) {
+        const Eigen::Matrix3d turn =
+            Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+        EXPECT_LT(damping_force(body, strained, moved(strained, turn, {1, 0, 2})).norm(), 1e-12 * size);
+    }
+}
+
+TEST_P(EveryMaterial, DampingIsTheStiffnessAtRestAndTakesEnergyWithoutATorque) {
+    const Nodes &X = body.rest().X, u = test::wild_field(X, 1e-6);
+    ElementPose pose;
+    ElementForces forces;
+    body.pose(X, pose, forces);
+    Nodes Ku(X.rows(), 3);
+    body.stiffness_product(pose, u, forces, Ku);
+    EXPECT_LT((damping_force(body, X, X + u) - Ku).norm(), 1e-4 * Ku.norm());
+    const Nodes from = X + test::wild_field(X, 0.08), to = from + test::wild_field(X.array() + 1, 0.05);
+    const Nodes force = damping_force(body, from, to), halfway = (from + to) / 2;
+    EXPECT_GT(force.cwiseProduct(to - from).sum(), 0);
+    Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+    for (Eigen::Index i = 0; i < X.rows(); ++i)
+        torque += Eigen::Vector3d(halfway.row(i)).cross(Eigen::Vector3d(force.row(i)));
+    EXPECT_LT(torque.norm(), 1e-12 * force.norm());
+}
+
+/// K + damping D, of both kinds of tangent.
+TEST_P(EveryMaterial, ProductsWithDampingAgreeWithTheMatrix) {
+    const Nodes x = body.rest().X + test::wild_field(body.rest().X, 0.08);
+    const StrainDamping damping{x, 0.7};
+    const Nodes u = test::wild_field(body.rest().X, 1);
+    for (const Tangent tangent : {Tangent::rotated, Tangent::full}) {
+        ElementPose pose;
+        ElementForces scratch;
+        body.pose(x, pose, scratch, tangent, &damping);
+        StepMatrix A = body.zero_matrix();
+        body.combine(0, 1, pose, A);
+        Nodes product(u.rows(), 3), Ku(u.rows(), 3), Du(u.rows(), 3);
+        body.tangent_product(pose, u, scratch, product);
+        body.stiffness_product(pose, u, scratch, Ku);
+        body.damping_product(pose, u, scratch, Du);
+        EXPECT_LT((product - Ku - 0.7 * Du).norm(), 1e-13 * product.norm());
+        const Eigen::VectorXd expected =
+            A.to_sparse() * Eigen::Map<const Eigen::VectorXd>(u.data(), u.size());
+        EXPECT_LT((Eigen::Map<const Eigen::VectorXd>(product.data(), product.size()) - expected).norm(),
+                  1e-6 * expected.norm());
+    }
+}
+
 ElementPose bent_pose(const ElasticBody& body) {
     ElementPose pose;
     ElementForces forces;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "tests/support/box_mesh.hpp"
@@ -240,6 +241,25 @@ TEST(MultilevelCycle, SolvesTinyBodiesInShortSteps) {
         EXPECT_LT(std::sqrt(e.dot(Ae)), 0.9 * before);
         e /= std::sqrt(e.dot(Ae));
     }
+}
+
+TEST(RestHierarchies, ABodyAtThePlaceOfOneThatIsGoneHasItsOwn) {
+    RestHierarchies hierarchies;
+    const auto of = [&](const ElasticBody& body) {
+        return hierarchies.get(body, 1, 1e-4,
+                               std::vector<char>(static_cast<std::size_t>(body.node_count()), 0));
+    };
+    const TetMesh box = test::box_mesh({1, 0.4, 0.4}, {5, 2, 2});
+    std::optional<ElasticBody> place;
+    place.emplace(box, Material{.young = 1e4});
+    const ElasticBody* const address = &*place;
+    const ElasticBody copy = *place;
+    const auto soft = of(*place);
+    EXPECT_EQ(of(*place), soft);
+    EXPECT_EQ(of(copy), soft);
+    place.emplace(box, Material{.young = 1e7});
+    ASSERT_EQ(&*place, address);
+    EXPECT_NE(of(*place), soft);
 }
 
 TEST(RestHierarchy, GoesDownToAFewAggregates) {

@@ -54,23 +54,28 @@ class OneBodyWorld {
     World world_;
 };
 
-/// Norm of the impulse by which the step from `start` to `end` violates the equations of motion at the nodes
-/// that are not held, relative to the momentum and impulses of the step. Written out term by term, as a check
-/// on the solver's own residual.
+/// Norm of the impulse by which the step from `start` to the positions of `end` violates the equations of
+/// motion at the nodes that are not held, relative to the momentum and impulses of the step. Written out term
+/// by term, as a check on the solver's own residual. The velocities are those of the way: World turns those
+/// of `end` to keep the angular momentum.
 inline double step_residual(const ElasticBody& body, const BodyState& start, const BodyState& end, double dt,
                             const Loads& loads = {}, const std::vector<int>& held = {}) {
     const Material& material = body.material();
     ElementPose pose;
     ElementForces forces;
     body.pose(end.x, pose, forces);
-    Nodes inertia(end.v.rows(), 3), elastic(end.v.rows(), 3), damping(end.v.rows(), 3);
-    body.mass_product((1 + dt * material.rayleigh_mass) * end.v - start.v, inertia);
+    const Nodes v = (end.x - start.x) / dt;
+    Nodes inertia(v.rows(), 3), elastic(v.rows(), 3), damping(v.rows(), 3);
+    body.mass_product((1 + dt * material.rayleigh_mass) * v - start.v, inertia);
     body.sum_forces(forces, elastic);
-    body.stiffness_product(pose, end.v, forces, damping);
+    const Nodes halfway = (start.x + end.x) / 2;
+    const StrainDamping strain_damping{halfway, 1};
+    body.pose(end.x, pose, forces, Tangent::rotated, &strain_damping);
+    body.damping_product(pose, v, forces, damping);
     Nodes outer = body.node_masses() * loads.gravity.transpose();
     if (loads.forces.rows() > 0) outer += loads.forces;
     Nodes off = inertia - dt * (elastic + outer - material.rayleigh_stiffness * damping);
-    Nodes momentum(end.v.rows(), 3);
+    Nodes momentum(v.rows(), 3);
     body.mass_product(start.v, momentum);
     for (const int node : held)
         for (Nodes* part : {&off, &momentum, &elastic, &outer}) part->row(node).setZero();

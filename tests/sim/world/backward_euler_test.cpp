@@ -105,23 +105,17 @@ TEST_P(BackwardEulerOfEveryLaw, LinearMomentumIsKeptToRounding) {
     EXPECT_LT((test::linear_momentum(body, world.state().v) - before).norm(), 1e-11 * before.norm());
 }
 
-// One step changes angular momentum by dt^2 sum v x f, so the drift over a given time falls with dt.
-TEST(BackwardEuler, ConservesAngularMomentumToFirstOrder) {
+// The forces of a step have no torque at its end alone; the world turns the velocities to make up for it.
+TEST(BackwardEuler, KeepsAngularMomentum) {
     const ElasticBody body(test::box_mesh({1, 0.5, 0.5}, {4, 2, 2}, 0.2), undamped);
     const BodyState start = violent(body, 0.3);
     const Eigen::Vector3d before = test::angular_momentum(body, start.x, start.v);
-    double drift[3];
-    for (int refinement = 0; refinement < 3; ++refinement) {
-        OneBodyWorld world(body, exact_steps(60, 1e-12), start);
-        const int steps = 40 << refinement;
+    for (const int steps : {40, 160}) {
+        OneBodyWorld world(body, exact_steps(60, 1e-10), start);
         world.steps(steps, 0.1 / steps);
         const Eigen::Vector3d after = test::angular_momentum(body, world.state().x, world.state().v);
-        drift[refinement] = (after - before).norm() / before.norm();
+        EXPECT_LT((after - before).norm(), 1e-10 * before.norm());
     }
-    EXPECT_LT(drift[0], 0.1);
-    EXPECT_GT(drift[2], 1e-9);
-    EXPECT_NEAR(drift[0] / drift[1], 2, 0.3);
-    EXPECT_NEAR(drift[1] / drift[2], 2, 0.3);
 }
 
 // The forces that a solved step of backward Euler applies are those of its end, where they have no torque.
@@ -131,7 +125,8 @@ TEST_P(BackwardEulerOfEveryLaw, ForcesOfAStepHaveNoTorqueAtItsEnd) {
     for (int s = 0; s < 20; ++s) {
         const BodyState before = world.state();
         world.step(0.0025);
-        const Nodes impulse = body.node_masses().asDiagonal() * (world.state().v - before.v);
+        const Nodes v = (world.state().x - before.x) / 0.0025;  // those of the state are turned
+        const Nodes impulse = body.node_masses().asDiagonal() * (v - before.v);
         Eigen::Vector3d torque = Eigen::Vector3d::Zero();
         double size = 0;
         for (Eigen::Index i = 0; i < impulse.rows(); ++i) {
@@ -172,7 +167,9 @@ TEST_P(BackwardEulerOfEveryLaw, EnergyNeverGrowsWithoutExternalForces) {
         for (int s = 0; s < 300; ++s) {
             ASSERT_EQ(world.world().step(0.005).failure, "");
             const double next = total_energy(body, world.state());
-            ASSERT_LE(next, energy * (1 + 1e-12)) << "step " << s << ", " << iterations << " iterations";
+            // Keeping the angular momentum gives back what a step takes from the rotation.
+            ASSERT_LE(next, energy * (1 + 1e-3)) << "step " << s << ", " << iterations << " iterations";
+            ASSERT_LE(next, first);
             largest_strain_energy =
                 std::max(largest_strain_energy, next - kinetic_energy(body, world.state().v));
             energy = next;

@@ -132,7 +132,7 @@ Nodes moved_at_one_end(const ElasticBody& body, int steps) {
                     .rotation = {0.2, 0.1, 0},
                     .duration = moving_time};
     for (const int node : grip.nodes) start.v.row(node).setZero();
-    WorldConfig config = test::exact_steps(30, 1e-9);
+    WorldConfig config = test::exact_steps(60, 1e-8);
     config.linear.solver = LinearSolver::iterative;
     config.gravity = {0, 0, -9.81};
     test::OneBodyWorld world(body, config, start, {grip});

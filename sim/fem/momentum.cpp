@@ -1,0 +1,51 @@
+#include "sim/fem/momentum.hpp"
+
+#include <Eigen/Cholesky>
+
+namespace nbd {
+namespace {
+
+Nodes from_centre(const ElasticBody& body, NodesRef x) {
+    return x.rowwise() - centre_of_mass(body, x).transpose();
+}
+
+/// r^T M u, the sum of the masses times r_i u_j^T.
+Eigen::Matrix3d moments(const ElasticBody& body, const Nodes& r, const Nodes& u) {
+    Nodes product(u.rows(), 3);
+    body.mass_product(u, product);
+    return r.transpose() * product;
+}
+
+/// The sum of r cross M v. r: from the centre.
+Eigen::Vector3d angular(const ElasticBody& body, const Nodes& r, const Nodes& v) {
+    const Eigen::Matrix3d Q = moments(body, r, v);
+    return {Q(1, 2) - Q(2, 1), Q(2, 0) - Q(0, 2), Q(0, 1) - Q(1, 0)};
+}
+
+/// Row sums of the mass matrix are the masses of the nodes, of either kind.
+Eigen::Vector3d linear(const ElasticBody& body, const Nodes& v) { return v.transpose() * body.node_masses(); }
+
+}  // namespace
+
+Eigen::Vector3d centre_of_mass(const ElasticBody& body, NodesRef x) {
+    const Eigen::RowVector3d first = x.row(0);  // far from the origin, differences are exact
+    return (first + body.node_masses().transpose() * (x.rowwise() - first) / body.mass()).transpose();
+}
+
+Momentum momentum_of(const ElasticBody& body, const BodyState& state) {
+    return {linear(body, state.v), angular(body, from_centre(body, state.x), state.v)};
+}
+
+void set_momentum(const ElasticBody& body, const Momentum& momentum, BodyState& state) {
+    const Nodes r = from_centre(body, state.x);
+    const Eigen::Matrix3d S = moments(body, r, r);
+    const Eigen::Matrix3d inertia = S.trace() * Eigen::Matrix3d::Identity() - (S + S.transpose()) / 2;
+    const Eigen::RowVector3d turn = inertia.ldlt().solve(momentum.angular - angular(body, r, state.v)),
+                             shift = (momentum.linear - linear(body, state.v)) / body.mass();
+    for (Eigen::Index i = 0; i < r.rows(); ++i)
+        state.v.row(i) += shift + Eigen::RowVector3d(turn[1] * r(i, 2) - turn[2] * r(i, 1),
+                                                     turn[2] * r(i, 0) - turn[0] * r(i, 2),
+                                                     turn[0] * r(i, 1) - turn[1] * r(i, 0));
+}
+
+}  // namespace nbd

@@ -1,0 +1,138 @@
+// Coulomb's law in every step, and starts that touch.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "sim/fem/momentum.hpp"
+#include "tests/sim/world/box_model.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Model;
+
+/// The block's mean contact force along and across the floor over a step, as friction and normal force.
+struct Rub {
+    double friction = 0, normal = 0;
+};
+Rub rub(const World& world, int body) {
+    const Eigen::Vector3d force = world.contact_forces(body).colwise().sum();
+    return {force.head<2>().norm(), force[2]};
+}
+
+TEST(Friction, OfALandingIsNeverMoreThanItsShareOfTheNormalForce) {
+    const Model box({0.2, 0.2, 0.2}, {2, 2, 2});
+    for (const double dt : {1e-3, 2e-3, 5e-3, 1e-2})
+        for (const double mu : {0.1, 0.3}) {
+            World world({});
+            world.add_obstacle(test::floor_at(0, mu));
+            world.add_body(box.at({0, 0, 0.2}, Eigen::Matrix3d::Identity(), {3, 0, 0}));
+            double friction = 0, normal = 0;
+            for (int s = 0; s * dt < 0.25; ++s) {
+                ASSERT_EQ(world.step(dt).failure, "");
+                const Rub now = rub(world, 0);
+                const double tolerance = 1e-4 * 9.81 * world.elastic(0).mass();  // of the solver
+                EXPECT_LE(now.friction, 1.01 * mu * now.normal + tolerance)
+                    << dt << ' ' << mu << " step " << s;
+                const Eigen::Vector3d v =
+                    momentum_of(world.elastic(0), world.state(0)).linear / world.elastic(0).mass();
+                if (v[0] < 0.5) break;
+                friction += now.friction;
+                normal += now.normal;
+            }
+            ASSERT_GT(normal, 0);
+            EXPECT_NEAR(friction / normal, mu, 0.025 * mu) << dt << ' ' << mu;
+        }
+}
+
+TEST(Friction, OfTwoBodiesThatHitObliquelyIsNeverMoreThanItsShareOfTheNormalForce) {
+    const Model box({0.2, 0.2, 0.2}, {2, 2, 2});
+    const double mu = 0.1;
+    WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
+    config.contact.friction = mu;
+    World world(config);
+    world.add_body(box.at({0, 0, 0}));
+    world.add_body(box.at({0.02, 0, 0.22}, Eigen::Matrix3d::Identity(), {2, 0, -1}));
+    double friction = 0, normal = 0;
+    for (int s = 0; s < 40; ++s) {
+        ASSERT_EQ(world.step(5e-3).failure, "");
+        const Rub now = rub(world, 1);
+        friction += now.friction;
+        normal += now.normal;
+    }
+    ASSERT_GT(normal, 0);
+    EXPECT_NEAR(friction / normal, mu, 0.25 * mu);  // the faces turn while they touch
+}
+
+TEST(Start, ABodyThatStandsExactlyOnTheFloorStays) {
+    const Model box({0.1, 0.1, 0.1}, {2, 2, 2});
+    for (const double young : {1e5, 1e7, 1e9})
+        for (const double dt : {1e-3, 5e-3}) {
+            World world({});
+            world.add_obstacle(test::floor_at(0));
+            WorldBody body = box.at({0, 0, 0.05});
+            Material material = box.body.material;
+            material.young = young;
+            body.elastic = std::make_shared<const ElasticBody>(box.body.tets, material);
+            world.add_body(std::move(body));
+            double highest = 0;
+            for (int s = 0; s < 200; ++s) {
+                ASSERT_EQ(world.step(dt).failure, "") << young << ' ' << dt;
+                highest = std::max(highest, centre_of_mass(world.elastic(0), world.state(0).x)[2]);
+            }
+            // The passes of a long step do not settle which of nine stiff contacts press: a hop of half a
+            // millimetre remains.
+            const double most = young * dt > 2e6 ? 1e-3 : 1e-5;
+            EXPECT_LT(highest - 0.05, most) << young << ' ' << dt;
+        }
+}
+
+TEST(Start, ABodyInTheFloorOrOnAnotherIsNotThrown) {
+    const Model box({0.1, 0.1, 0.1}, {2, 2, 2});
+    World world({});
+    world.add_obstacle(test::floor_at(0));
+    world.add_body(box.at({0, 0, 0.045}));
+    world.add_body(box.at({0.01, 0.02, 0.145}));
+    for (int s = 0; s < 200; ++s) {
+        const WorldReport report = world.step(5e-3);
+        ASSERT_EQ(report.failure, "");
+        EXPECT_LT(report.kinetic_energy, 0.02) << s;  // J; thrown at 2.7 m/s, 3.6
+    }
+    EXPECT_NEAR(centre_of_mass(world.elastic(1), world.state(1).x)[2], 0.145,
+                4e-3);  // it gives under its weight
+}
+
+TEST(Start, ContinuesFromASnapshotWithTheSameBits) {
+    const Model box({0.1, 0.1, 0.1}, {2, 2, 2});
+    const auto build = [&] {
+        auto world = std::make_unique<World>(WorldConfig{});
+        world->add_obstacle(test::floor_at(0));
+        world->add_body(box.at({0, 0, 0.05}));
+        world->add_body(box.at({0.01, 0.02, 0.15}));
+        return world;
+    };
+    const auto world = build(), resumed = build();
+    for (int s = 0; s < 10; ++s) world->step(5e-3);
+    const WorldSnapshot snapshot = world->snapshot();
+    ASSERT_GT(snapshot.sides.starts.vertices.size(), 4u);
+    resumed->restore(snapshot);
+    for (int s = 0; s < 20; ++s) {
+        world->step(5e-3);
+        resumed->step(5e-3);
+    }
+    for (const int b : {0, 1}) EXPECT_TRUE(resumed->state(b).x == world->state(b).x);
+}
+
+/// What has moved away meets the whole contact distance again.
+TEST(Start, ABodyThatWasLiftedRestsAtTheContactDistance) {
+    const Model box({0.1, 0.1, 0.1}, {2, 2, 2});
+    World world({});
+    world.add_obstacle(test::floor_at(0));
+    world.add_body(box.at({0, 0, 0.05}, Eigen::Matrix3d::Identity(), {0, 0, 0.5}));
+    for (int s = 0; s < 400; ++s) ASSERT_EQ(world.step(5e-3).failure, "");
+    EXPECT_GT(world.state(0).x.col(2).minCoeff(), 0.3 * world.thickness());
+}
+
+}  // namespace
+}  // namespace nbd
