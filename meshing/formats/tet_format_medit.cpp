@@ -69,7 +69,10 @@ TetFileContent read_medit(FileCursor& in) {
             // Skips an unused list: numbers up to the next keyword.
             if (is_volume(keyword) && in.count("cells", 2) > 0)
                 in.fail(fmt::format("holds {}; only 4-node tetrahedra are allowed", keyword));
-            if (is_surface_or_line(keyword)) content.other_cells += static_cast<int>(in.count("cells", 4));
+            if (is_surface_or_line(keyword))
+                content.other_cells += static_cast<int>(in.count("cells", 4));
+            else if (!is_volume(keyword) && in.at_end())
+                in.fail(fmt::format("the file ends early, behind {}", keyword));
             std::string_view word = next_word(in);
             while (!is_keyword(word)) word = next_word(in);
             keyword = word;

@@ -276,7 +276,7 @@ TEST(CageBody, HoldsAGeckoWithHoles) {
 
 TEST(Cage, SplitsEdgesWhereTetrahedraAreFlatOnTheBoundary) {
     const TriMesh gear = read_surface(std::filesystem::path(NBD_ASSETS) / "gear.obj");
-    const CageBody made = checked_body(gear, 200);
+    const CageBody made = checked_body(gear, 300);
     ASSERT_GT(made.report.optimization.poor_before, 0);
     EXPECT_GT(made.report.optimization.nodes_added, 0);
     EXPECT_EQ(made.report.optimization.poor_after, 0);

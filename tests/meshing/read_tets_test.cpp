@@ -153,7 +153,8 @@ TEST_F(ReadTets, RejectsInvalidMeditFiles) {
                 HasSubstr("tetrahedron 0 refers to node 0"));
     EXPECT_THAT(error_of(".mesh", with(good, "End", "Hexahedra\n1\n1 2 3 4 5 6 7 8 0\nEnd")),
                 HasSubstr("holds Hexahedra; only 4-node tetrahedra are allowed"));
-    EXPECT_THAT(error_of(".mesh", with(good, "End\n", "")), HasSubstr("the file ends early"));
+    EXPECT_EQ(error_of(".mesh", with(good, "End\n", "")), "");
+    EXPECT_THAT(error_of(".mesh", with(good, "End\n", "En")), HasSubstr("the file ends early, behind En"));
     EXPECT_THAT(error_of(".mesh", "MeshVersionFormatted 2\nDimension 3\nEnd\n"),
                 EndsWith(": the file holds no tetrahedra"));
 }
@@ -196,7 +197,9 @@ TEST_F(ReadTets, RejectsTruncatedFiles) {
     const TetMesh tets = cube();
     for (const auto& [name, file] : every_format(tets)) {
         const auto& [extension, bytes] = file;
-        const std::size_t whole = bytes.find_last_not_of(" \n") + 1;
+        // Medit files are whole without their last word.
+        const std::size_t whole =
+            name == "medit" ? bytes.rfind("End") - 1 : bytes.find_last_not_of(" \n") + 1;
         for (std::size_t size = 0; size < whole; size += size + 17 < whole ? 17 : 1)
             EXPECT_NE(error_of(extension, bytes.substr(0, size)), "") << name << " cut to " << size;
     }
