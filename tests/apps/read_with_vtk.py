@@ -64,8 +64,9 @@ for f, entry in enumerate(entries):
     displacement = field(grid.GetPointData(), "displacement", n, 3)
     assert np.allclose(displacement, positions[f] - positions[0], atol=1e-6)
     velocity = field(grid.GetPointData(), "velocity", n, 3)
-    if f > 0:  # with one step per frame, backward Euler moves nodes by dt v
-        assert np.allclose(velocity * dt, positions[f] - positions[f - 1], atol=1e-6)
+    if f > 0:  # with one step per frame, backward Euler moves nodes by dt v, before v turns with the body
+        way = positions[f] - positions[f - 1]
+        assert np.allclose(velocity * dt, way, atol=2e-3 * np.abs(way).max())
     force = field(grid.GetPointData(), "contact_force", n, 3)
     body = field(grid.GetCellData(), "body", cells, 1)
     stress = field(grid.GetCellData(), "von_mises", cells, 1)
