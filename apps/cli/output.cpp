@@ -49,7 +49,7 @@ void Output::announcement(std::string_view line) const {
 void Output::result(nlohmann::ordered_json value) const {
     if (!json) return;
     const std::scoped_lock lock(warnings_->mutex);
-    value["warnings"] = warnings_->lines;
+    if (value.is_object()) value["warnings"] = warnings_->lines;
     fmt::print("{}\n", value.dump(2));
 }
 

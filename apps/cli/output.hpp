@@ -40,7 +40,7 @@ class Output {
     /// Prints what a person needs while the command works to stderr, even with --quiet.
     void announcement(std::string_view line) const;
 
-    /// Prints the machine-readable result, an object, with the warnings so far; only with --json.
+    /// Prints the machine-readable result; only with --json. An object has the warnings so far, too.
     void result(nlohmann::ordered_json value) const;
 
     /// Says that long work of this name begins. What libraries tell of their progress belongs to it.
