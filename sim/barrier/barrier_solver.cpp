@@ -76,9 +76,19 @@ Eigen::VectorXd BarrierSolver::impulses(const Eigen::VectorXd& v) const {
 
 std::vector<Momentum> BarrierSolver::momenta(const Eigen::VectorXd& v, const BodyPositions& at) const {
     std::vector<Momentum> momenta(at.x.size());
-    for (std::size_t c = 0; c < contacts_.size(); ++c)
-        terms_.add_momentum(contacts_[c].contact, c, -dt_ * contacts_[c].slope * contacts_[c].contact.normal,
-                            at, momenta);
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        const Contact& contact = contacts_[c].contact;
+        const Eigen::Vector3d p = -dt_ * contacts_[c].slope * contact.normal;
+        if (!contacts_[c].turns) {
+            terms_.add_momentum(contact, c, p, at, momenta);
+            continue;
+        }
+        // A couple on an edge, which balances that on the other edge where both are at the end.
+        Eigen::Vector3d edge = dt_ * terms_.velocity(c, v);
+        for (const CouplingTerm& t : terms_.of(c))
+            edge += t.weight * at.x[static_cast<std::size_t>(t.body)].row(t.node).transpose();
+        momenta[static_cast<std::size_t>(contact.a.body)].angular += edge.cross(p);
+    }
     for (std::size_t f = 0; f < friction_.size(); ++f) {
         const Eigen::Vector3d u = slip(f, v);
         friction_terms_.add_momentum(friction_[f].contact, f, -drag(f, u.norm()) * u, at, momenta);

@@ -124,5 +124,40 @@ TEST(ApartMotion, CollidingBodiesKeepTheirMomentum) {
     }
 }
 
+Eigen::Vector3d angular_about(const World& world, const Eigen::Vector3d& origin) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (int b = 0; b < world.body_count(); ++b)
+        sum += test::angular_momentum(world.elastic(b), world.state(b).x.rowwise() - origin.transpose(),
+                                      world.state(b).v);
+    return sum;
+}
+
+/// Two boxes that meet with nearly parallel edges, far from the origin.
+TEST(ApartMotion, BodiesThatMeetAtParallelEdgesKeepTheirAngularMomentum) {
+    const Model box({1, 0.3, 0.3}, {3, 1, 1});
+    const Eigen::Vector3d origin(2000, -1000, 0);
+    const Eigen::Matrix3d on_edge = Eigen::AngleAxisd(std::atan(1.0), Eigen::Vector3d::UnitX()).matrix();
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.01, Eigen::Vector3d(0, 0.5, 1).normalized()).matrix();
+    World world(apart(Eigen::Vector3d::Zero()));
+    world.add_body(without_damping(box, origin, on_edge, {0, 0, 1}));
+    world.add_body(without_damping(box, origin + Eigen::Vector3d(0.3, 0, 0.45), turn * on_edge, {0, 0, -1}));
+    const Eigen::Vector3d before = angular_about(world, origin);
+    const auto spin = [&](int body) {
+        const Eigen::Vector3d centre = centre_of_mass(world, body);
+        return test::angular_momentum(world.elastic(body), world.state(body).x.rowwise() - centre.transpose(),
+                                      world.state(body).v)
+            .norm();
+    };
+    const double mass = world.elastic(0).mass();
+    double largest = 0;
+    for (int i = 0; i < 100; ++i) {
+        EXPECT_EQ(world.step(2e-3).failure, "");
+        largest = std::max(largest, spin(0));
+        EXPECT_LT((angular_about(world, origin) - before).norm(), 1e-6 * mass);
+    }
+    EXPECT_GT(largest, 1e-2 * mass);  // the hit is off their centres
+    EXPECT_LT(largest, mass);
+}
+
 }  // namespace
 }  // namespace nbd
