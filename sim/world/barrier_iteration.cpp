@@ -142,19 +142,21 @@ double World::imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen:
     body.elastic->mass_product(damped * body_part(b, v) - body.state.v, inertia);
     const double size = std::max(body.state.x.cwiseAbs().maxCoeff(),
                                  (body.state.x + dt * body_part(b, v)).cwiseAbs().maxCoeff());
-    double missing = 0, acting = 0, noise = 0;
+    double missing = 0, of_loads = 0, of_elasticity = 0, of_contacts = 0, noise = 0;  // squared norms
     for (int i = 0; i < static_cast<int>(masses.size()); ++i) {
         if (system.is_prescribed(i)) continue;
         const Eigen::RowVector3d load =
             dt * (masses[i] * config_.gravity.transpose() + body.forces.row(i)).eval();
         const Eigen::RowVector3d elastic = residual.row(i) + inertia.row(i) - load - contact.row(i);
         missing += residual.row(i).squaredNorm() / masses[i];
-        acting += (load.squaredNorm() + elastic.squaredNorm() + contact.row(i).squaredNorm()) / masses[i];
+        of_loads += load.squaredNorm() / masses[i];
+        of_elasticity += elastic.squaredNorm() / masses[i];
+        of_contacts += contact.row(i).squaredNorm() / masses[i];
         const double rounded = size * rounding[first_unknown_[static_cast<std::size_t>(b)] / 3 + i];
         noise += rounded * rounded / masses[i];
     }
     if (missing <= noise) return 0;
-    return std::sqrt(missing / acting);
+    return std::sqrt(missing) / (std::sqrt(of_loads) + std::sqrt(of_elasticity) + std::sqrt(of_contacts));
 }
 
 /// v: out, the velocities at the end of the part. Every iterate is free of intersections.
