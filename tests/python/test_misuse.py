@@ -21,11 +21,13 @@ CLASSES = sorted(
     key=lambda item: item.__name__)
 
 
+PATHS = [pathlib.Path(nbd.__file__).parents[1], pathlib.Path(__file__).parent]
+
+
 def python(code, *arguments):
     """Runs Python in a process of its own, which must end well; returns what it prints."""
     run = subprocess.run([sys.executable, "-c", textwrap.dedent(code), *map(str, arguments)], capture_output=True,
-                         text=True, timeout=60,
-                         env={**os.environ, "PYTHONPATH": str(pathlib.Path(nbd.__file__).parents[1])})
+                         text=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, PATHS))})
     assert run.returncode == 0, run.stdout + run.stderr
     return run.stdout
 
@@ -232,11 +234,12 @@ def test_a_forked_process_works(beam_file, poses):
 
 def test_a_process_forked_beside_a_call_ends(beam_file):
     assert python("""
-        import os, sys, threading, time, nbdtree as nbd
+        import os, sys, threading, nbdtree as nbd
+        from in_a_call import wait_for_a_call
         body = nbd.load_body(sys.argv[1])
         call = threading.Thread(target=lambda: nbd.vibration_modes(body, 200))
         call.start()
-        time.sleep(0.1)
+        wait_for_a_call()
         child = os.fork()
         if child == 0:
             sys.exit(0)
@@ -247,11 +250,15 @@ def test_a_process_forked_beside_a_call_ends(beam_file):
 
 def test_a_process_forked_beside_a_call_that_holds_files_is_told_so(beam_file, poses, tmp_path):
     assert python("""
-        import os, sys, threading, time, nbdtree as nbd
+        import os, sys, threading, nbdtree as nbd
         body, path = nbd.load_body(sys.argv[1]), sys.argv[2]
-        call = threading.Thread(target=lambda: nbd.make_dataset(body, path, trajectories=2, frames=400))
+        holds, forked = threading.Event(), threading.Event()
+        def told(what, done, total):
+            holds.set()
+            forked.wait()
+        call = threading.Thread(target=lambda: nbd.make_dataset(body, path, trajectories=2, frames=4, progress=told))
         call.start()
-        time.sleep(0.3)
+        holds.wait()
         child = os.fork()
         if child == 0:
             try:
@@ -260,6 +267,7 @@ def test_a_process_forked_beside_a_call_that_holds_files_is_told_so(beam_file, p
                 os._exit(7 if "when this process was forked" in str(error) else 8)
             os._exit(9)
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+        forked.set()
         call.join()
     """, beam_file, tmp_path / "made.h5") == "7\n"
 
