@@ -122,10 +122,11 @@ void save_body(const std::filesystem::path& path, const Body& body) {
     file.attribute("/", "name", body.name);
     file.attribute("/", "body_sha256", body_hash(body));
     const bool is_far = !body.origin.isZero(0);
-    file.attribute("/", "body_sha256_of",
-                   std::string("tets/nodes tets/cells surface/vertices surface/faces embedding/rows embedding/cols "
-                               "embedding/values") +
-                       (is_far ? " origin" : ""));
+    file.attribute(
+        "/", "body_sha256_of",
+        std::string("tets/nodes tets/cells surface/vertices surface/faces embedding/rows embedding/cols "
+                    "embedding/values") +
+            (is_far ? " origin" : ""));
     if (is_far) file.write("origin", body.origin);
     file.write("tets/nodes", body.tets.X);
     file.write("tets/cells", body.tets.T, deflate);

@@ -76,7 +76,8 @@ TEST_F(PictureTest, KeepsAnObstacleInViewThatMovesAway) {
     for (int tile = 0; tile < 6; ++tile)
         EXPECT_GT(picture.share(tile,
                                 [](int r, int g, int b) {
-                                    return std::abs(r - g) < 12 && std::abs(g - b) < 12 && g >= 60 && g <= 230;
+                                    return std::abs(r - g) < 12 && std::abs(g - b) < 12 && g >= 60 &&
+                                           g <= 230;
                                 }),
                   0.002)
             << tile;

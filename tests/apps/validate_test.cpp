@@ -26,19 +26,20 @@ class ValidateTest : public SmallFiles {
 TEST_F(ValidateTest, ReportsEveryProblemOfEveryScene) {
     const Ran ran = run(folder(), {"validate", "good.json", "bad.json", "none.json", "twice.json"});
     EXPECT_EQ(ran.status, 1);
-    EXPECT_EQ(ran.out,
-              "good.json: valid\n"
-              "bad.json: bodies[4]: unknown key \"velosity\"; the nearest known one is \"velocity\"\n"
-              "bad.json: time.dt: must be a number, not \"small\"\n"
-              "bad.json: bodies[2]: none.h5: no such file\n"
-              "bad.json: bodies[3]: box.obj: tetrahedra are read from .msh, .mesh, .vtk and .vtu, not from '.obj'\n"
-              "bad.json: bodies[0].pins[0]: the region holds no node of the body\n"
-              "bad.json: bodies[1]: overlaps bodies[0] at the start: 60 pairs of faces cross\n"
-              "bad.json: bodies[0]: is 0.05 m deep in obstacles[0] at the start\n"
-              "bad.json: bodies[1]: is 0.03 m deep in obstacles[0] at the start\n"
-              "bad.json: obstacles[1]: none.obj: no such file\n"
-              "none.json: no such file\n"
-              "twice.json: bodies[0].body: this key occurs twice\n");
+    EXPECT_EQ(
+        ran.out,
+        "good.json: valid\n"
+        "bad.json: bodies[4]: unknown key \"velosity\"; the nearest known one is \"velocity\"\n"
+        "bad.json: time.dt: must be a number, not \"small\"\n"
+        "bad.json: bodies[2]: none.h5: no such file\n"
+        "bad.json: bodies[3]: box.obj: tetrahedra are read from .msh, .mesh, .vtk and .vtu, not from '.obj'\n"
+        "bad.json: bodies[0].pins[0]: the region holds no node of the body\n"
+        "bad.json: bodies[1]: overlaps bodies[0] at the start: 60 pairs of faces cross\n"
+        "bad.json: bodies[0]: is 0.05 m deep in obstacles[0] at the start\n"
+        "bad.json: bodies[1]: is 0.03 m deep in obstacles[0] at the start\n"
+        "bad.json: obstacles[1]: none.obj: no such file\n"
+        "none.json: no such file\n"
+        "twice.json: bodies[0].body: this key occurs twice\n");
     EXPECT_EQ(ran.err, "nbdtree: error: 11 problems in 3 of 4 scenes\n");
 }
 
