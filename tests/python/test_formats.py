@@ -177,6 +177,11 @@ def files(program, assets, tmp_path_factory):
     run("dataset", "beam.h5", "-o", "more.h5", "--trajectories", 12, "--frames", 30, "--per-shard", 7,
         "--hold-out", "kind=drop", *extras)
     run("mesh", assets / "beam.obj", "-o", "finer.h5", "--subdivide", 1)
+    far = "".join(f"v {500_000 + float(words[1])} {words[2]} {words[3]}\n" if words[0] == "v" else line + "\n"
+                  for line in (assets / "beam.obj").read_text().splitlines() if (words := line.split()))
+    (folder / "far.obj").write_text(far)
+    run("mesh", "far.obj", "-o", "far.h5")
+    run("dataset", "far.h5", "-o", "far_poses.h5", "--trajectories", 3, "--frames", 3)
     run("remap", "less.h5", "--from", "plain.h5", "--to", "finer.h5", "-o", "remapped.h5")
     scene = {
         "bodies": [{"surface": str(assets / "beam.obj"), "transform": {"translate": [0, 0, 0.02]}}],
@@ -194,9 +199,10 @@ def files(program, assets, tmp_path_factory):
 
 
 FILES = {
-    "body": ["beam.h5", "plain.h5", "block.h5"],
-    "recording": ["scene.h5", "remapped.h5", "more.shards/000000-000006.h5", "less.shards/000000-000004.h5"],
-    "dataset": ["more.h5", "less.h5"],
+    "body": ["beam.h5", "plain.h5", "block.h5", "far.h5"],
+    "recording": ["scene.h5", "remapped.h5", "more.shards/000000-000006.h5", "less.shards/000000-000004.h5",
+                  "far_poses.shards/000000-000002.h5"],
+    "dataset": ["more.h5", "less.h5", "far_poses.h5"],
     "tree": ["tree.h5", "small.h5"],
 }
 

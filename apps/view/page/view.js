@@ -90,7 +90,8 @@ class View {
         const stage = this.canvas.getBoundingClientRect();
         const cover = (id) => {
             const element = document.getElementById(id);
-            return element && element.offsetParent !== null ? element.getBoundingClientRect() : null;
+            // Elements of a fixed place have no offsetParent, so this alone tells whether one is shown.
+            return element && element.getClientRects().length > 0 ? element.getBoundingClientRect() : null;
         };
         const panel = cover("panel"), title = cover("title"), transport = cover("transport");
         const top = title ? Math.min(title.bottom / stage.height, 0.3) : 0;

@@ -284,7 +284,7 @@ class PageTest(unittest.TestCase):
             self.open("bar.html")
             for frame in (0, 5, 10):
                 self.browser.seek(frame)
-                low, high, room = self.browser.run("""
+                low, high, free = self.browser.run("""
                     const {view, facts} = nbdtree, camera = view.camera, seen = new THREE.Box2(), x = nbdtree.positions(0);
                     camera.updateMatrixWorld();
                     const see = (p) => { p.project(camera); seen.expandByPoint(new THREE.Vector2(p.x, p.y)); };
@@ -295,11 +295,15 @@ class PageTest(unittest.TestCase):
                                 const p = new THREE.Vector3(...centre).add(new THREE.Vector3(...shifts[nbdtree.frame()]));
                                 see(p.setComponent(c, p.getComponent(c) + side * radius));
                             }
-                    return [[seen.min.x, seen.min.y], [seen.max.x, seen.max.y], view.room()]""")
-                for axis, middle, half in ((0, room["right"], room["width"]), (1, room["up"], room["height"])):
-                    self.assertGreater(low[axis], middle - half, (scale, frame, axis))
-                    self.assertLess(high[axis], middle + half, (scale, frame, axis))
-                self.assertGreater(max((h - l) / (2 * room[s]) for l, h, s in zip(low, high, ("width", "height"))), 0.3)
+                    const at = (id) => document.getElementById(id).getBoundingClientRect(), stage = view.canvas.getBoundingClientRect();
+                    const x_of = (px) => 2 * px / stage.width - 1, y_of = (py) => 1 - 2 * py / stage.height;
+                    return [[seen.min.x, seen.min.y], [seen.max.x, seen.max.y],
+                        [[-1, y_of(at('transport').top)], [x_of(at('panel').left), y_of(at('title').bottom)]]]""")
+                for axis in (0, 1):
+                    self.assertGreater(low[axis], free[0][axis], (scale, frame, axis))
+                    self.assertLess(high[axis], free[1][axis], (scale, frame, axis))
+                self.assertLess(free[1][0], 0.9)
+                self.assertGreater(max((h - l) / (b - a) for l, h, a, b in zip(low, high, *free)), 0.3)
 
     def test_the_same_input_gives_the_same_bytes(self):
         self.make("view", "rings.h5", "-o", "again.html", "-q", "--threads", 1)
