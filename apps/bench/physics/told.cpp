@@ -125,11 +125,12 @@ PhysicsOutcome overlap(const PhysicsCase& c) {
 
 PhysicsOutcome inversions(const PhysicsCase& c) {
     const double half = 0.5 * c.size;
-    const std::string pins = fmt::format(
-        R"(, "pins": [{{"box": {{"min": [{0}, {0}, {0}], "max": [{1}, {1}, {2}]}}}},
-            {{"box": {{"min": [{0}, {0}, {3}], "max": [{1}, {1}, {1}]}}, "translate": [0, 0, {4}], "duration": 0.03}}])",
+    const std::string held = fmt::format(
+        R"(, "pins": [{{"box": {{"min": [{0}, {0}, {0}], "max": [{1}, {1}, {2}]}}}}], "grips": [{{
+            "region": {{"box": {{"min": [{0}, {0}, {3}], "max": [{1}, {1}, {1}]}}}},
+            "translate": [0, 0, {4}], "duration": 0.03}}])",
         -1.1 * half, 1.1 * half, -0.9 * half, 0.9 * half, -1.2 * c.size);
-    return run_scene(scene_text(c, body_text("body.obj", 0, c.size, plain, pins), "", 10), "inside out",
+    return run_scene(scene_text(c, body_text("body.obj", 0, c.size, plain, held), "", 10), "inside out",
                      "simulate");
 }
 
