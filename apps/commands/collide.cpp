@@ -69,11 +69,11 @@ void tell_containment(const std::string& inner, const std::string& outer, Contai
 }
 
 void write_view(const CollideArguments& arguments, PosedSurface a, PosedSurface b, BoundKind bounds) {
+    const std::string title = fmt::format("{} and {}{}", arguments.a, arguments.b, from_origin(a.origin));
     const ViewScene scene =
         view_of_surfaces({shown_surface(arguments.a, std::move(a), bounds, arguments.margin),
                           shown_surface(arguments.b, std::move(b), bounds, arguments.margin)},
-                         fmt::format("{} and {}{}", arguments.a, arguments.b, from_origin(a.origin)),
-                         std::max(arguments.distance, 0.f));
+                         title, std::max(arguments.distance, 0.f));
     h5::AtomicFile file(arguments.page);
     write_page(file.out(), scene);
     file.commit();
