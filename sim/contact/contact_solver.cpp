@@ -6,9 +6,11 @@
 namespace nbd {
 namespace {
 
-constexpr double pass_share = 0.1;        // share of the residual left by a pass before contacts are updated
-constexpr int friction_passes = 8;        // after so many, drags stay: what presses must still settle
-constexpr double friction_share = 0.008;  // of mu times the normal impulse, by which friction may be off
+constexpr double first_share = 0.01;       // share of the step's impulses left by the first pass
+constexpr double pass_share = 0.1;         // share of the residual left by a pass before contacts are updated
+constexpr int friction_passes = 8;         // after so many, drags stay: what presses must still settle
+constexpr double most_change_of_slip = 3;  // from one pass to the next
+constexpr double friction_share = 0.008;   // of mu times the normal impulse, by which friction may be off
 
 }  // namespace
 
@@ -57,11 +59,14 @@ double ContactSolver::potential(const Eigen::VectorXd& v, const Eigen::VectorXd&
     return sum;
 }
 
-Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v) const {
+Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v) const { return impulses(v, true); }
+
+/// held: whether those on nodes with prescribed velocities count.
+Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v, bool held) const {
     Eigen::VectorXd out = Eigen::VectorXd::Zero(v.size());
     for (std::size_t c = 0; c < operators_.size(); ++c) {
         if (!presses(c)) continue;
-        terms_.add_impulse(c, push_[c] - operators_[c].A * terms_.velocity(c, v), true, out);
+        terms_.add_impulse(c, push_[c] - operators_[c].A * terms_.velocity(c, v), held, out);
     }
     return out;
 }
@@ -89,13 +94,15 @@ void ContactSolver::linearise(const Eigen::VectorXd& v) {
 void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep, bool renews) {
     struct Rub {
         ContactImpulse impulse;
-        double most = 0, slip = 0, off = 0;  // friction at most, N s; m/s; by which friction is wrong, N s
+        double most = 0, slip = 0;                      // friction at most, N s; m/s
+        Eigen::Vector3d off = Eigen::Vector3d::Zero();  // by which friction is wrong, N s
     };
     std::vector<Rub> rubs(contacts_.size());
-    std::vector<double> most_of(first_unknown_.size(), 0.0), off_of(first_unknown_.size(), 0.0);
+    std::vector<double> most_of(first_unknown_.size(), 0.0);
+    std::vector<Eigen::Vector3d> off_of(first_unknown_.size(), Eigen::Vector3d::Zero());
     const auto for_bodies = [&](std::size_t c, const auto& visit) {
-        visit(static_cast<std::size_t>(contacts_[c].a.body));
-        if (contacts_[c].b.body >= 0) visit(static_cast<std::size_t>(contacts_[c].b.body));
+        visit(static_cast<std::size_t>(contacts_[c].a.body), 1.0);
+        if (contacts_[c].b.body >= 0) visit(static_cast<std::size_t>(contacts_[c].b.body), -1.0);
     };
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const Eigen::Vector3d& n = contacts_[c].normal;
@@ -104,12 +111,13 @@ void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep, bool renews) 
         rub.impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
         if (!rub.impulse.active()) continue;
         rub.most = releases_[c] > 1 ? 0 : contacts_[c].friction * rub.impulse.normal;
-        rub.slip = (u - n.dot(u) * n).norm();
-        const double right = rub.most * std::min(1.0, rub.slip / config_->slip_velocity);
-        if (presses(c)) rub.off = std::abs(drags_[c].drag * rub.slip - right);
-        for_bodies(c, [&](std::size_t b) {
+        const Eigen::Vector3d slip = u - n.dot(u) * n;
+        rub.slip = slip.norm();
+        if (presses(c))
+            rub.off = (drags_[c].drag - rub.most / std::max(rub.slip, config_->slip_velocity)) * slip;
+        for_bodies(c, [&](std::size_t b, double sign) {
             most_of[b] += rub.most;
-            off_of[b] += rub.off;
+            off_of[b] += sign * rub.off;
         });
     }
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
@@ -123,8 +131,10 @@ void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep, bool renews) 
         }
         drags_[c].slip = rub.slip;
         bool is_wrong = false;
-        for_bodies(c, [&](std::size_t b) { is_wrong = is_wrong || off_of[b] > friction_share * most_of[b]; });
-        if (pressed && (!renews || !is_wrong || rub.off <= friction_share * rub.most)) continue;
+        for_bodies(c, [&](std::size_t b, double) {
+            is_wrong = is_wrong || off_of[b].norm() > friction_share * most_of[b];
+        });
+        if (pressed && (!renews || !is_wrong || rub.off.norm() <= friction_share * rub.most)) continue;
         const double drag = next_drag(c, rub.most, rub.slip);
         drags_before_[c] = drags_[c];
         set_operator(c, rub.impulse, drag);
@@ -151,6 +161,8 @@ double ContactSolver::next_drag(std::size_t contact, double most, double slip) c
                      free = 1 / now.slip - slope * now.drag;
         if (slope > 0 && free > 0) balanced = (1 - most * slope) / free;
     }
+    // Where neighbours change, too, the two solves say less.
+    balanced = std::clamp(balanced, slip / most_change_of_slip, slip * most_change_of_slip);
     return most / std::max(balanced, config_->slip_velocity);
 }
 
@@ -193,10 +205,12 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     if (step_impulses_.empty()) step_impulses_ = step_impulses(systems, v);
     scales_ = step_impulses_;
     std::vector<double> goals(scales_);
-    for (double& goal : goals) goal *= tolerance_;
+    for (double& goal : goals) goal *= contacts_.empty() ? tolerance_ : std::max(tolerance_, first_share);
     report.settled = contacts_.empty();
+    bool is_measured = true;  // whether left_ is, rather than carried on from pass to pass
     for (; report.passes < config_->iterations; ++report.passes) {
-        const LinearSolveReport solved = linear_.solve(system, rhs_, goals, v);
+        const LinearSolveReport solved = is_measured ? linear_.solve(system, rhs_, goals, v)
+                                                     : linear_.solve_roughly(system, rhs_, change_, goals, v);
         report.linear_iterations += solved.iterations;
         report.converged = report.converged && solved.converged;
         if (!solved.fallback.empty()) report.fallback = solved.fallback;
@@ -205,16 +219,18 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
         for (std::size_t b = 0; b < pushes.size(); ++b) scales_[b] = std::hypot(step_impulses_[b], pushes[b]);
         solved_by_ = operators_;
         solved_push_ = push_;
+        change_ = -impulses(v, false);
         linearise(v, true, report.passes < friction_passes);
+        change_ += impulses(v, false);
         set_rhs(systems);
+        left_ = linear_.residual() + change_;
+        is_measured = false;
+        report.settled = set_goals(goals);
+        if (!report.settled) continue;
         system.multiply(v, product_);
-        const std::vector<double> left = linear_.norms().of(rhs_ - product_);
-        report.settled = true;
-        for (std::size_t b = 0; b < left.size(); ++b) {
-            const double most = std::max(config_->tolerance * scales_[b], 2 * linear_.rounding()[b]);
-            report.settled = report.settled && left[b] <= most;
-            goals[b] = std::max(tolerance_ * scales_[b], pass_share * left[b]);
-        }
+        left_ = rhs_ - product_;
+        is_measured = true;
+        report.settled = set_goals(goals);
         if (report.settled) break;
     }
     // The impulses that were solved for balance the motion; those of the update need not.
@@ -224,6 +240,18 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     }
     for (std::size_t c = 0; c < contacts_.size(); ++c) report.active += presses(c);
     return report;
+}
+
+/// The goals of the next pass. Returns whether none is needed, by the residual left_.
+bool ContactSolver::set_goals(std::vector<double>& goals) const {
+    const std::vector<double> left = linear_.norms().of(left_);
+    bool is_settled = true;
+    for (std::size_t b = 0; b < left.size(); ++b) {
+        const double most = std::max(config_->tolerance * scales_[b], 2 * linear_.rounding()[b]);
+        is_settled = is_settled && left[b] <= most;
+        goals[b] = std::max(tolerance_ * scales_[b], pass_share * left[b]);
+    }
+    return is_settled;
 }
 
 }  // namespace nbd

@@ -80,6 +80,8 @@ class ContactSolver {
     void linearise(const Eigen::VectorXd& v, bool keep, bool renews);
     void set_operator(std::size_t contact, const ContactImpulse& impulse, double drag);
     double next_drag(std::size_t contact, double most, double slip) const;
+    Eigen::VectorXd impulses(const Eigen::VectorXd& v, bool held) const;
+    bool set_goals(std::vector<double>& goals) const;
     void set_rhs(std::span<const StepSystem> systems);
     std::vector<double> step_impulses(std::span<const StepSystem> systems, const Eigen::VectorXd& v) const;
     bool presses(std::size_t contact) const { return !operators_[contact].A.isZero(0); }
@@ -105,6 +107,7 @@ class ContactSolver {
     std::vector<double> scales_;              // [bodies]
     CoupledSolver linear_;
     Eigen::VectorXd rhs_, product_;
+    Eigen::VectorXd left_, change_;  // the residual after a pass, and what the update of contacts did to it
 };
 
 }  // namespace nbd

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <span>
 #include <stdexcept>
+#include <tuple>
 
 #include "meshing/body/body_check.hpp"
 #include "meshing/parallel/parallel_for.hpp"
@@ -231,8 +232,30 @@ void ElasticBody::fill(double mass_scale, StepMatrix& A, const Block& block_of) 
     A.balance_rows(mass_scale * node_mass_);
 }
 
+namespace {
+
+/// The sum of s_a s_b^T over pairs of corners, by columns.
+struct OuterSum {
+    Eigen::Vector4f columns[3]{Eigen::Vector4f::Zero(), Eigen::Vector4f::Zero(), Eigen::Vector4f::Zero()};
+
+    void add(const Eigen::Matrix4f& S, int a, int b) noexcept {
+        for (int c = 0; c < 3; ++c) columns[c] += S.col(a) * S(c, b);
+    }
+    float trace() const noexcept { return columns[0][0] + columns[1][1] + columns[2][2]; }
+    /// lambda s_a s_b^T + mu s_b s_a^T.
+    Eigen::Matrix3f block(float lambda, float mu) const noexcept {
+        Eigen::Matrix3f value;
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) value(r, c) = lambda * columns[c][r] + mu * columns[r][c];
+        return value;
+    }
+};
+
+}  // namespace
+
 // s_a is column a of S: the gradient of shape function a, rotated by R, times the square root of the volume.
-// Block (a, b) of R K_e R^T is lambda s_a s_b^T + mu s_b s_a^T + mu s_a.s_b I.
+// Block (a, b) of R K_e R^T is lambda s_a s_b^T + mu s_b s_a^T + mu s_a.s_b I. With column t_a of T, that of
+// the damping is lambda t_a t_b^T + mu t_b t_a^T + mu s_a.s_b F F^T.
 void ElasticBody::combine(double mass_scale, double stiffness_scale, const ElementPose& pose,
                           StepMatrix& A) const {
     if (!pose.blocks.empty()) {
@@ -254,19 +277,35 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
     }
     const auto lambda = static_cast<float>(stiffness_scale * moduli_[0].lambda),
                mu = static_cast<float>(stiffness_scale * moduli_[0].mu);
+    if (pose.T.empty())
+        return fill(mass_scale, A, [&](std::span<const int> pairs, float mass) {
+            OuterSum sum;
+            for (const int pair : pairs)
+                sum.add(pose.S[static_cast<std::size_t>(pair / 16)], pair / 4 % 4, pair % 4);
+            Eigen::Matrix3f value = sum.block(lambda, mu);
+            value.diagonal().array() += mu * sum.trace() + mass;
+            return value;
+        });
+    const auto share = static_cast<float>(pose.damping);
     fill(mass_scale, A, [&](std::span<const int> pairs, float mass) {
-        Eigen::Vector4f outer[3];  // sum of s_a s_b^T, by columns
-        for (Eigen::Vector4f& column : outer) column.setZero();
+        OuterSum sum, rates;
+        Eigen::Vector4f diagonal = Eigen::Vector4f::Zero(), off = Eigen::Vector4f::Zero();
         for (const int pair : pairs) {
-            const Eigen::Matrix4f& S = pose.S[static_cast<std::size_t>(pair / 16)];
+            const auto tet = static_cast<std::size_t>(pair / 16);
             const int a = pair / 4 % 4, b = pair % 4;
-            for (int c = 0; c < 3; ++c) outer[c] += S.col(a) * S(c, b);
+            sum.add(pose.S[tet], a, b);
+            rates.add(pose.T[tet], a, b);
+            const float along = pose.S[tet].col(a).dot(pose.S[tet].col(b));
+            diagonal += along * pose.squares[tet].diagonal;
+            off += along * pose.squares[tet].off;
         }
-        const float diagonal = mu * (outer[0][0] + outer[1][1] + outer[2][2]) + mass;
-        Eigen::Matrix3f value;
-        for (int r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c)
-                value(r, c) = lambda * outer[c][r] + mu * outer[r][c] + (r == c ? diagonal : 0);
+        Eigen::Matrix3f value = sum.block(lambda, mu) + rates.block(share * lambda, share * mu);
+        value.diagonal() += share * mu * diagonal.head<3>();
+        value.diagonal().array() += mu * sum.trace() + mass;
+        for (const auto& [r, c, entry] : {std::tuple(0, 1, off[0]), {0, 2, off[1]}, {1, 2, off[2]}}) {
+            value(r, c) += share * mu * entry;
+            value(c, r) += share * mu * entry;
+        }
         return value;
     });
 }

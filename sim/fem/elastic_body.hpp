@@ -36,6 +36,11 @@ struct ElementReport {
     bool ok() const noexcept { return inverted == 0 && non_finite == 0; }
 };
 
+/// A symmetric matrix: its diagonal, and entries (0, 1), (0, 2), (1, 2). Fourths are zero.
+struct SymmetricColumns {
+    Eigen::Vector4f diagonal, off;
+};
+
 /// Element results for one pose, of which matrices and their products are made. Owned by the caller, filled
 /// by ElasticBody::pose(). Batches are of `lanes` tetrahedra.
 struct ElementPose {
@@ -46,19 +51,26 @@ struct ElementPose {
     std::vector<Eigen::Matrix4f> S;
     // Of other bodies, of several corotated materials too, and of full tangents; otherwise empty.
     std::vector<ElementTangent> tangents;  // [batches] times volume
+    std::vector<TetBlocks> blocks;         // [T] K + damping D; empty where S is not
     // Of a step with damping: deformation gradients by which strain rates are measured, and the share of the
-    // damping matrix D in `blocks`; otherwise empty, and 0.
+    // damping matrix D; otherwise empty, and 0.
     std::vector<LaneMatrix3> F;  // [batches]
     double damping = 0;
-    std::vector<TetBlocks> blocks;  // [T] K + damping D; empty where S is not
+    // Where S is not empty either, [T]: the columns that F has in place of R, and F F^T.
+    std::vector<Eigen::Matrix4f> T;
+    std::vector<SymmetricColumns> squares;
 };
 
-/// Damping of a step: D v is the force against the strain rates E = sym(F^T grad v) with the Lame parameters
-/// of elasticity, where F are the deformation gradients at the positions x. At rest it is K v. It vanishes
-/// for rotations: with x halfway between two poses, E is the change of Green's strain between them.
-struct StrainDamping {
-    NodesRef x;        // [N, 3]
-    double share = 0;  // D counts as much as so many K
+/// A step of the length dt that ends in a pose x with velocities w, so that its forces are linear in them.
+/// Its damping D v is the force against the strain rates E = sym(F^T grad v) with the Lame parameters of
+/// elasticity, where F are the deformation gradients at the share strain_rate_at of the way from x - dt w to
+/// x. At rest it is K v. It vanishes for rotations: with F halfway between two poses, E is the change of
+/// Green's strain between them.
+struct StepMotion {
+    NodesRef w;     // [N, 3] m/s
+    double dt = 0;  // seconds
+    double strain_rate_at = 1;
+    double damping = 0;  // D counts as much as so many K
 };
 
 /// What is kept of the derivative of the corotated stress.
@@ -132,10 +144,10 @@ class ElasticBody {
     ElementReport measure(NodesRef x, RegionMeter* meter = nullptr) const;
 
     /// Fills the results and the elastic forces for the positions x [N, 3], metres. Allocates only on the
-    /// first use of both. Non-finite elements get R = I and pass their NaN on to the forces. damping:
-    /// null for none.
+    /// first use of both. Non-finite elements get R = I and pass their NaN on to the forces. motion: makes
+    /// `forces` the impulses dt f + dt^2 K w of the step.
     void pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent = Tangent::rotated,
-              const StrainDamping* damping = nullptr) const;
+              const StepMotion* motion = nullptr) const;
 
     /// Sums the elements' forces on the nodes, newtons. out: [N, 3].
     void sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out) const;
@@ -175,11 +187,16 @@ class ElasticBody {
     void gradients(NodesRef x, int batch, LaneMatrix3& F) const;
     Lanes volumes(int batch) const;
     void measure_batch(NodesRef x, int batch, RegionMeter* meter, ElementReport& report) const;
-    void corotated_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces) const;
-    void store_columns(int batch, ElementPose& pose) const;
+    void add_motion(int batch, const LaneMatrix3& F, const StepMotion& motion, ElementPose& pose,
+                    LaneMatrix3& P) const;
+    void corotated_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,
+                         ElementForces& forces) const;
+    void store_columns(int batch, const LaneMatrix3& F, std::vector<Eigen::Matrix4f>& columns) const;
+    void store_squares(int batch, const LaneMatrix3& F, std::vector<SymmetricColumns>& squares) const;
     void add_damping(int batch, const ElementPose& pose, LaneBlocks& blocks) const;
-    void principal_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces,
-                         Tangent tangent) const;
+    void principal_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,
+                         ElementForces& forces, Tangent tangent) const;
+    LaneMatrix3 elastic_response(int batch, const ElementPose& pose, const LaneMatrix3& H) const;
     StrainForm elastic_form(int batch, const ElementPose& pose) const;
     StrainForm damping_form(int batch, const ElementPose& pose) const;
     void product(const ElementPose& pose, NodesRef u, double of_stiffness, double of_damping,

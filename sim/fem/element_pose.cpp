@@ -114,24 +114,26 @@ bool ElasticBody::is_corotated() const noexcept {
 }
 
 void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent,
-                       const StrainDamping* damping) const {
+                       const StepMotion* motion) const {
     const auto tets = static_cast<std::size_t>(element_count());
-    const bool corotated = is_corotated() && tangent == Tangent::rotated;
+    const bool corotated = is_corotated() && tangent == Tangent::rotated,
+               is_damped = motion && motion->damping > 0;
     pose.R.resize(gradient_.size());
-    pose.S.resize(corotated && !damping ? tets : 0);
+    pose.S.resize(corotated ? tets : 0);
     pose.tangents.resize(corotated ? 0 : gradient_.size());
-    pose.F.resize(damping ? gradient_.size() : 0);
-    pose.damping = damping ? damping->share : 0;
-    pose.blocks.resize(pose.S.empty() ? tets : 0);
+    pose.blocks.resize(corotated ? 0 : tets);
+    pose.F.resize(is_damped ? gradient_.size() : 0);
+    pose.damping = is_damped ? motion->damping : 0;
+    pose.T.resize(corotated && is_damped ? tets : 0);
+    pose.squares.resize(pose.T.size());
     forces.resize(tets);
     parallel_for(
         static_cast<int>(gradient_.size()),
         [&](int batch) {
-            if (damping) gradients(damping->x, batch, pose.F[static_cast<std::size_t>(batch)]);
             if (corotated)
-                corotated_batch(x, batch, pose, forces);
+                corotated_batch(x, batch, motion, pose, forces);
             else
-                principal_batch(x, batch, pose, forces, tangent);
+                principal_batch(x, batch, motion, pose, forces, tangent);
         },
         64);
 }
@@ -142,7 +144,29 @@ Lanes ElasticBody::volumes(int batch) const {
     return volume;
 }
 
-void ElasticBody::corotated_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces) const {
+/// K by the velocity gradients H of a batch.
+LaneMatrix3 ElasticBody::elastic_response(int batch, const ElementPose& pose, const LaneMatrix3& H) const {
+    if (pose.tangents.empty()) return elastic_form(batch, pose).multiply(H);
+    return pose.tangents[static_cast<std::size_t>(batch)].multiply(H);
+}
+
+/// Makes P, of the forces, that of the impulses of a step, and sets the deformation gradients by which its
+/// strain rates are measured. F: at the end of the step.
+void ElasticBody::add_motion(int batch, const LaneMatrix3& F, const StepMotion& motion, ElementPose& pose,
+                             LaneMatrix3& P) const {
+    LaneMatrix3 H;
+    gradients(motion.w, batch, H);
+    const LaneMatrix3 change = elastic_response(batch, pose, H);
+    for (std::size_t k = 0; k < 9; ++k)
+        P.entries[k] = motion.dt * (P.entries[k] + motion.dt * change.entries[k]);
+    if (pose.F.empty()) return;
+    const double back = (1 - motion.strain_rate_at) * motion.dt;
+    LaneMatrix3& of_rates = pose.F[static_cast<std::size_t>(batch)];
+    for (std::size_t k = 0; k < 9; ++k) of_rates.entries[k] = F.entries[k] - back * H.entries[k];
+}
+
+void ElasticBody::corotated_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,
+                                  ElementForces& forces) const {
     const auto& [law, mu, lambda] = moduli_[0];
     const Lanes volume = volumes(batch);
     LaneMatrix3 F, P;
@@ -153,14 +177,12 @@ void ElasticBody::corotated_batch(NodesRef x, int batch, ElementPose& pose, Elem
     for (std::size_t k = 0; k < 9; ++k) trace += R.entries[k] * F.entries[k];
     for (std::size_t k = 0; k < 9; ++k)
         P.entries[k] = -volume * (2 * mu * (F.entries[k] - R.entries[k]) + lambda * trace * R.entries[k]);
+    if (motion) add_motion(batch, F, *motion, pose, P);
     store_forces(batch, P, forces);
-    if (!pose.S.empty()) return store_columns(batch, pose);
-    LaneBlocks blocks;
-    for (LaneMatrix3& block : blocks)
-        for (Lanes& entry : block.entries) entry.setZero();
-    elastic_form(batch, pose).add_blocks(gradient_[static_cast<std::size_t>(batch)], blocks);
-    add_damping(batch, pose, blocks);
-    store_blocks(blocks, tets_of(batch), &pose.blocks[static_cast<std::size_t>(first_tet(batch))]);
+    store_columns(batch, R, pose.S);
+    if (pose.T.empty()) return;
+    store_columns(batch, pose.F[static_cast<std::size_t>(batch)], pose.T);
+    store_squares(batch, pose.F[static_cast<std::size_t>(batch)], pose.squares);
 }
 
 /// Adds its share of the damping to the blocks of the elasticity.
@@ -171,24 +193,38 @@ void ElasticBody::add_damping(int batch, const ElementPose& pose, LaneBlocks& bl
     form.add_blocks(gradient_[static_cast<std::size_t>(batch)], blocks);
 }
 
-/// The columns of S of a batch, from its rotations.
-void ElasticBody::store_columns(int batch, ElementPose& pose) const {
-    const LaneMatrix3 &g = gradient_[static_cast<std::size_t>(batch)],
-                      &R = pose.R[static_cast<std::size_t>(batch)];
+/// The columns F grad N_a of a batch, times the root of the volume.
+void ElasticBody::store_columns(int batch, const LaneMatrix3& F,
+                                std::vector<Eigen::Matrix4f>& columns) const {
+    const LaneMatrix3& g = gradient_[static_cast<std::size_t>(batch)];
     const Lanes root = volumes(batch).sqrt();
     for (int i = 0; i < 3; ++i) {
         Lanes S[4];
         S[0] = Lanes::Zero();
         for (int a = 0; a < 3; ++a) {
-            S[a + 1] = root * (R(i, 0) * g(0, a) + R(i, 1) * g(1, a) + R(i, 2) * g(2, a));
+            S[a + 1] = root * (F(i, 0) * g(0, a) + F(i, 1) * g(1, a) + F(i, 2) * g(2, a));
             S[0] -= S[a + 1];
         }
         for (int l = 0; l < tets_of(batch); ++l)
             for (int a = 0; a < 4; ++a)
-                pose.S[static_cast<std::size_t>(first_tet(batch) + l)](i, a) = static_cast<float>(S[a][l]);
+                columns[static_cast<std::size_t>(first_tet(batch) + l)](i, a) = static_cast<float>(S[a][l]);
     }
     for (int l = 0; l < tets_of(batch); ++l)
-        pose.S[static_cast<std::size_t>(first_tet(batch) + l)].row(3).setZero();
+        columns[static_cast<std::size_t>(first_tet(batch) + l)].row(3).setZero();
+}
+
+/// F F^T of a batch.
+void ElasticBody::store_squares(int batch, const LaneMatrix3& F,
+                                std::vector<SymmetricColumns>& squares) const {
+    const auto row_product = [&](int i, int j) -> Lanes {
+        return F(i, 0) * F(j, 0) + F(i, 1) * F(j, 1) + F(i, 2) * F(j, 2);
+    };
+    const Lanes xx = row_product(0, 0), yy = row_product(1, 1), zz = row_product(2, 2),
+                xy = row_product(0, 1), xz = row_product(0, 2), yz = row_product(1, 2);
+    for (int l = 0; l < tets_of(batch); ++l)
+        squares[static_cast<std::size_t>(first_tet(batch) + l)] = {
+            Eigen::Vector4d(xx[l], yy[l], zz[l], 0).cast<float>(),
+            Eigen::Vector4d(xy[l], xz[l], yz[l], 0).cast<float>()};
 }
 
 /// The forces on nodes 1 to 3 of a batch whose stress [Pa] times volume is -P.
@@ -225,10 +261,8 @@ void ElasticBody::product(const ElementPose& pose, NodesRef u, double of_stiffne
             gradients(u, batch, H);
             if (of_stiffness == 0)
                 for (Lanes& entry : P.entries) entry.setZero();
-            else if (pose.tangents.empty())
-                P = elastic_form(batch, pose).multiply(H);
             else
-                P = pose.tangents[static_cast<std::size_t>(batch)].multiply(H);
+                P = elastic_response(batch, pose, H);
             if (of_damping != 0) {
                 const LaneMatrix3 damping = damping_form(batch, pose).multiply(H);
                 for (std::size_t k = 0; k < 9; ++k)

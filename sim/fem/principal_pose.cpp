@@ -44,8 +44,8 @@ void ElasticBody::stress_of(NodesRef x, int batch, LaneMatrix3& F, LaneMatrix3& 
     P = turned_back(stretches, respond(lane_moduli(batch), stretches.sigma).stress);
 }
 
-void ElasticBody::principal_batch(NodesRef x, int batch, ElementPose& pose, ElementForces& forces,
-                                  Tangent tangent) const {
+void ElasticBody::principal_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,
+                                  ElementForces& forces, Tangent tangent) const {
     const Lanes volume = volumes(batch);
     const LaneModuli moduli = lane_moduli(batch);
     LaneMatrix3 F, P;
@@ -56,7 +56,6 @@ void ElasticBody::principal_batch(NodesRef x, int batch, ElementPose& pose, Elem
     PrincipalResponse response = respond(moduli, stretches.sigma);
     P = turned_back(stretches, response.stress);
     for (Lanes& entry : P.entries) entry *= -volume;
-    store_forces(batch, P, forces);
     response.project();
     if (tangent == Tangent::rotated)
         for (int l = 0; l < lanes; ++l)
@@ -64,6 +63,8 @@ void ElasticBody::principal_batch(NodesRef x, int batch, ElementPose& pose, Elem
                 for (Lanes& twist : response.twist) twist[l] = 0;
     ElementTangent& kept = pose.tangents[static_cast<std::size_t>(batch)];
     kept = ElementTangent(stretches, response, volume);
+    if (motion) add_motion(batch, F, *motion, pose, P);
+    store_forces(batch, P, forces);
     LaneBlocks blocks;
     stiffness_blocks(kept, gradient_[static_cast<std::size_t>(batch)], blocks);
     if (pose.damping != 0) add_damping(batch, pose, blocks);

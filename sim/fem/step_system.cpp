@@ -16,7 +16,7 @@ StepSystem::StepSystem(const ElasticBody& body)
       shift_(body.unknown_count()),
       shifted_(body.unknown_count()),
       x_(body.node_count(), 3),
-      force_(body.node_count(), 3),
+      impulse_(body.node_count(), 3),
       product_(body.node_count(), 3),
       free_(body.node_count(), 3),
       image_(body.node_count(), 3) {}
@@ -39,33 +39,28 @@ void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Lo
     const Nodes& iterate = w.rows() > 0 ? w : start.v;
     x_ = start.x + dt * iterate;
     const double damping = c / dt * body_.material().rayleigh_stiffness;
-    const Nodes rates_at = start.x + step.strain_rate_at() * dt * iterate;
-    const StrainDamping strain_damping{rates_at, damping};
-    body_.pose(x_, elements_, forces_, tangent, damping > 0 ? &strain_damping : nullptr);
-    body_.sum_forces(forces_, force_);
+    const StepMotion motion{iterate, dt, step.strain_rate_at(), damping};
+    body_.pose(x_, elements_, forces_, tangent, &motion);
+    body_.sum_forces(forces_, impulse_);
     mass_scale_ = c * (c + dt * body_.material().rayleigh_mass);
     elastic_scale_ = dt * dt;
     stiffness_scale_ = elastic_scale_ * (1 + damping);
     body_.combine(mass_scale_, elastic_scale_, elements_, A_);
 
-    if (loads.forces.rows() > 0) force_ += loads.forces;
+    if (loads.forces.rows() > 0) impulse_ += dt * loads.forces;
     Eigen::Map<Nodes> b(b_.data(), body_.node_count(), 3);
     body_.mass_product((c * start.v).rowwise() + dt * loads.gravity.transpose(), product_);
-    b = product_ + dt * force_;
-    free_ = iterate;
-    body_.stiffness_product(elements_, free_, forces_, image_);
-    b += dt * dt * image_;
+    b = product_ + impulse_;
     double squared = 0;
     for (int i = 0; i < body_.node_count(); ++i) {
         const double mass = body_.node_masses()[i];
-        const Eigen::RowVector3d elastic_and_outer = b.row(i) - product_.row(i);
         Eigen::RowVector3d load = dt * mass * loads.gravity.transpose();
-        const Eigen::RowVector3d all = elastic_and_outer + load;
+        const Eigen::RowVector3d all = impulse_.row(i) + load;
         if (loads.forces.rows() > 0) load += dt * loads.forces.row(i);
         squared += (load.squaredNorm() + all.squaredNorm()) / mass;
     }
     impulse_norm_ = std::sqrt(squared);
-    if (damping > 0) body_.tangent_product(elements_, free_, forces_, image_);
+    is_image_known_ = false;
     std::fill(prescribed_.begin(), prescribed_.end(), 0);
 }
 
@@ -73,7 +68,7 @@ void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref
     const Eigen::Index nodes = body_.node_count();
     const Eigen::Map<const Nodes> given(v.data(), nodes, 3);
     Eigen::Map<Nodes> result(out.data(), nodes, 3);
-    bool is_known = true;
+    bool is_known = is_image_known_;
     for (Eigen::Index i = 0; i < nodes; ++i) {
         const Eigen::RowVector3d row = prescribed_[static_cast<std::size_t>(i)]
                                            ? Eigen::RowVector3d::Zero()
@@ -82,6 +77,7 @@ void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref
         free_.row(i) = row;
     }
     if (!is_known) body_.tangent_product(elements_, free_, forces_, image_);
+    is_image_known_ = true;
     body_.mass_product(free_, result);
     result = mass_scale_ * result + elastic_scale_ * image_;
     for (Eigen::Index i = 0; i < nodes; ++i)

@@ -26,7 +26,7 @@ struct PrescribedNodes {
 ///   b = c M v* + dt (f(x) + M g + f_outer) + dt^2 K(x) w
 ///
 /// linearised at the iterate w, where x = x* + dt w; alpha and beta are the Rayleigh coefficients. D damps
-/// strain rates as K resists strains, and leaves rotations alone, see StrainDamping. For
+/// strain rates as K resists strains, and leaves rotations alone, see StepMotion. For
 /// backward Euler the first w is v*, which accounts for the body's rotation over the step; linearised at x*,
 /// a spinning body would gain energy. Using the last solution as w gives Newton's method, with K as its only
 /// approximation (see ElasticBody).
@@ -67,8 +67,7 @@ class StepSystem {
     const std::vector<char>& prescribed() const noexcept { return prescribed_; }  // [N]
 
     /// out = A v, in double precision, element by element; out must not overlap v. Costs little if v is that
-    /// of the last product, which assemble() makes of w and prescribe() of its velocities. Not for several
-    /// threads.
+    /// of the last product, as prescribe() makes one of its velocities. Not for several threads.
     void multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const;
 
     /// A to single precision.
@@ -83,9 +82,10 @@ class StepSystem {
     Eigen::VectorXd b_;
     std::vector<char> prescribed_;     // [N]
     Eigen::VectorXd shift_, shifted_;  // [3 N] scratch of prescribe()
-    Nodes x_, force_, product_;        // [N, 3] scratch of assemble()
+    Nodes x_, impulse_, product_;      // [N, 3] scratch of assemble()
     mutable ElementForces forces_;     // scratch
     mutable Nodes free_, image_;       // [N, 3] velocities of the last product, and that with K + damping D
+    mutable bool is_image_known_ = false;  // whether image_ belongs to free_
 };
 
 }  // namespace nbd

@@ -166,6 +166,32 @@ void CoupledSolver::factorize_contacts(const CoupledSystem& system) {
     patch_.factorize(system, couplings_, inside);
 }
 
+/// Takes over the couplings as they are.
+void CoupledSolver::begin_solve(const CoupledSystem& system, const std::vector<double>& goals) {
+    for (Eigen::VectorXd* scratch : {&r_, &z_, &Az_, &p_, &Ap_}) scratch->resize(system.size());
+    for (Eigen::VectorXf* scratch : {&cycle_in_, &cycle_out_}) scratch->resize(system.size());
+    couplings_.update(system);
+    wanted_ = goals;
+    if (direct_) return;
+    factorize_contacts(system);
+    cycle_.set_couplings(couplings_);
+}
+
+LinearSolveReport CoupledSolver::solve_roughly(const CoupledSystem& system, const Eigen::VectorXd& b,
+                                               const Eigen::VectorXd& change,
+                                               const std::vector<double>& goals, Eigen::VectorXd& v) {
+    if (direct_) return solve(system, b, goals, v);
+    r_ += change;
+    begin_solve(system, goals);
+    set_goals(system, b, v);
+    LinearSolveReport report;
+    patch_.clear(system, r_, v);
+    iterate(system, most_iterations(config_, system), v, report);
+    report.residual = worst_share(norms_.of(r_), goals_);
+    report.converged = report.residual <= 1;
+    return report.converged ? report : solve(system, b, goals, v);
+}
+
 LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen::VectorXd& b,
                                        const std::vector<double>& goals, Eigen::VectorXd& v) {
     if (!b.allFinite()) throw std::runtime_error("solve: the right-hand side holds a NaN or an infinity");
@@ -177,13 +203,8 @@ LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen:
         for (int i = 0; i < system.systems[k].body().node_count(); ++i)
             if (system.systems[k].is_prescribed(i))
                 v.segment<3>(system.first_unknown[k] + 3 * i) = b.segment<3>(system.first_unknown[k] + 3 * i);
-    for (Eigen::VectorXd* scratch : {&r_, &z_, &Az_, &p_, &Ap_}) scratch->resize(system.size());
-    for (Eigen::VectorXf* scratch : {&cycle_in_, &cycle_out_}) scratch->resize(system.size());
-    couplings_.update(system);
-    wanted_ = goals;
+    begin_solve(system, goals);
     if (!direct_) {
-        factorize_contacts(system);
-        cycle_.set_couplings(couplings_);
         if (refine(system, b, most_iterations(config_, system), v, report)) return report;
         report.fallback = fmt::format("{} iterations left {:.2g} times the residual that is allowed",
                                       report.iterations, report.residual);

@@ -40,6 +40,17 @@ class CoupledSolver {
     LinearSolveReport solve(const CoupledSystem& system, const Eigen::VectorXd& b,
                             const std::vector<double>& goals, Eigen::VectorXd& v);
 
+    /// Likewise, after b and the matrices of the couplings have changed since the last solve: change is by
+    /// how much b - A v is another, zero on prescribed nodes. The residual is carried on rather than
+    /// measured, which saves products in double precision and lets rounding in single precision add up:
+    /// solve() must follow before the result counts.
+    LinearSolveReport solve_roughly(const CoupledSystem& system, const Eigen::VectorXd& b,
+                                    const Eigen::VectorXd& change, const std::vector<double>& goals,
+                                    Eigen::VectorXd& v);
+
+    /// b - A v after the last solve, as it was measured or carried on.
+    const Eigen::VectorXd& residual() const noexcept { return r_; }
+
     /// The norms of the system of the last begin_matrices().
     const BodyNorms& norms() const noexcept { return norms_; }
     /// What rounding may have left of each body's residual in the last solve(), in these norms.
@@ -49,6 +60,7 @@ class CoupledSolver {
     void set_goals(const CoupledSystem& system, const Eigen::VectorXd& b, const Eigen::VectorXd& v);
     double take_residual(const CoupledSystem& system, const Eigen::VectorXd& b, const Eigen::VectorXd& v);
     void precondition(const CoupledSystem& system, double norm);
+    void begin_solve(const CoupledSystem& system, const std::vector<double>& goals);
     void factorize_contacts(const CoupledSystem& system);
     void iterate(const CoupledSystem& system, int most, Eigen::VectorXd& v, LinearSolveReport& report);
     double refine_directly(const CoupledSystem& system, const Eigen::VectorXd& b, double left,

@@ -176,11 +176,11 @@ TEST_P(EveryMaterial, TangentIsSymmetricAndPositiveSemiDefiniteInEveryPose) {
 
 /// Damping between two poses, and what it does to the way between them.
 Nodes damping_force(const ElasticBody& body, const Nodes& from, const Nodes& to) {
-    const Nodes halfway = (from + to) / 2;
-    const StrainDamping damping{halfway, 0.3};
+    const Nodes way = to - from;
+    const StepMotion motion{.w = way, .dt = 1, .strain_rate_at = 0.5, .damping = 0.3};
     ElementPose pose;
     ElementForces forces;
-    body.pose(to, pose, forces, Tangent::full, &damping);
+    body.pose(to, pose, forces, Tangent::full, &motion);
     Nodes out(to.rows(), 3);
     body.damping_product(pose, to - from, forces, out);
     return out;
@@ -218,12 +218,12 @@ TEST_P(EveryMaterial, DampingIsTheStiffnessAtRestAndTakesEnergyWithoutATorque) {
 /// K + damping D, of both kinds of tangent.
 TEST_P(EveryMaterial, ProductsWithDampingAgreeWithTheMatrix) {
     const Nodes x = body.rest().X + test::wild_field(body.rest().X, 0.08);
-    const StrainDamping damping{x, 0.7};
     const Nodes u = test::wild_field(body.rest().X, 1);
+    const StepMotion motion{.w = u, .dt = 0.1, .damping = 0.7};
     for (const Tangent tangent : {Tangent::rotated, Tangent::full}) {
         ElementPose pose;
         ElementForces scratch;
-        body.pose(x, pose, scratch, tangent, &damping);
+        body.pose(x, pose, scratch, tangent, &motion);
         StepMatrix A = body.zero_matrix();
         body.combine(0, 1, pose, A);
         Nodes product(u.rows(), 3), Ku(u.rows(), 3), Du(u.rows(), 3);

@@ -68,9 +68,8 @@ inline double step_residual(const ElasticBody& body, const BodyState& start, con
     Nodes inertia(v.rows(), 3), elastic(v.rows(), 3), damping(v.rows(), 3);
     body.mass_product((1 + dt * material.rayleigh_mass) * v - start.v, inertia);
     body.sum_forces(forces, elastic);
-    const Nodes halfway = (start.x + end.x) / 2;
-    const StrainDamping strain_damping{halfway, 1};
-    body.pose(end.x, pose, forces, Tangent::rotated, &strain_damping);
+    const StepMotion motion{.w = v, .dt = dt, .strain_rate_at = 0.5, .damping = 1};
+    body.pose(end.x, pose, forces, Tangent::rotated, &motion);
     body.damping_product(pose, v, forces, damping);
     Nodes outer = body.node_masses() * loads.gravity.transpose();
     if (loads.forces.rows() > 0) outer += loads.forces;

@@ -158,10 +158,11 @@ TEST(Bdf2, SolvesItsEquations) {
     EXPECT_LT((v - end.v).norm(), 1e-3 * end.v.norm());
     ElementPose pose;
     ElementForces forces;
-    const StrainDamping strain_damping{end.x, 1};
-    body.pose(end.x, pose, forces, Tangent::rotated, &strain_damping);
+    body.pose(end.x, pose, forces);
     Nodes force(end.x.rows(), 3), damping(end.x.rows(), 3), inertia(end.x.rows(), 3);
     body.sum_forces(forces, force);
+    const StepMotion motion{.w = v, .dt = 3e-3, .damping = 1};
+    body.pose(end.x, pose, forces, Tangent::rotated, &motion);
     body.damping_product(pose, v, forces, damping);
     body.mass_product(derivative(before.v, now.v, v) + damped.rayleigh_mass * v, inertia);
     EXPECT_LT((inertia - force + damped.rayleigh_stiffness * damping).norm(), 1e-7 * force.norm());
@@ -177,8 +178,8 @@ TEST(Bdf2, ThePotentialsGradientIsItsDerivative) {
     const Loads loads{.gravity = {0, 0, -9.81}, .forces = test::wild_field(X, 5)};
     ElementPose damping;
     ElementForces forces;
-    const StrainDamping strain_damping{X, 1};
-    body.pose(X, damping, forces, Tangent::rotated, &strain_damping);
+    const StepMotion motion{.w = start.v, .dt = 0.01, .damping = 1};
+    body.pose(X, damping, forces, Tangent::rotated, &motion);
     StepPotential potential(body, start, {0.01, 1.6}, loads, damping);
     const Nodes v = test::wild_field(X, 0.7), along = test::wild_field(X.array() + 1, 1);
     constexpr double h = 1e-4;
