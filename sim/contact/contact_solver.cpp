@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace nbd {
 namespace {
@@ -16,10 +17,11 @@ constexpr double friction_share = 0.008;   // of mu times the normal impulse, by
 
 void ContactSolver::begin(std::span<const Contact> contacts, std::span<const ContactSurface* const> surfaces,
                           std::span<const int> first_unknown, const ContactConfig& config, double thickness,
-                          double dt, const Eigen::VectorXd& v) {
+                          double dt, const Eigen::VectorXd& v, bool each_contact) {
     contacts_ = contacts;
     first_unknown_ = first_unknown;
     config_ = &config;
+    each_contact_ = each_contact;
     thickness_ = thickness;
     dt_ = dt;
     terms_.clear();
@@ -28,6 +30,7 @@ void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Con
         terms_.add(contacts_[c], surfaces, first_unknown_);
         operators_.push_back(terms_.coupling(c, Eigen::Matrix3d::Zero()));
     }
+    number_pairs();
     push_.resize(contacts_.size());
     start_ = v;
     step_impulses_.clear();
@@ -40,6 +43,18 @@ void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Con
         const double normal = std::clamp(impulse.spring, 0.0, impulse.normal);
         set_operator(c, impulse,
                      contacts_[c].friction * normal / std::max(drags_[c].slip, config_->slip_velocity));
+    }
+}
+
+/// Numbers the pairs of bodies in contact; all obstacles count as one.
+void ContactSolver::number_pairs() {
+    std::map<std::array<int, 2>, std::size_t> numbers;
+    pairs_.clear();
+    pair_of_.clear();
+    for (const Contact& contact : contacts_) {
+        const auto [known, is_new] = numbers.try_emplace({contact.a.body, contact.b.body}, pairs_.size());
+        if (is_new) pairs_.push_back(known->first);
+        pair_of_.push_back(known->second);
     }
 }
 
@@ -88,9 +103,9 @@ void ContactSolver::linearise(const Eigen::VectorXd& v) {
 }
 
 /// keep: contacts that already press keep their operator; those with a wrong drag get a new one if `renews`
-/// and the friction of one of their bodies is wrong in sum. One that lets go for the second time presses
-/// without friction from then on, because its drag may be what pulls it away: it would let go and press in
-/// turn.
+/// and the friction between their bodies is wrong by too large a share of that on one of them. One that lets
+/// go for the second time presses without friction from then on, because its drag may be what pulls it away:
+/// it would let go and press in turn.
 void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep, bool renews) {
     struct Rub {
         ContactImpulse impulse;
@@ -98,12 +113,9 @@ void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep, bool renews) 
         Eigen::Vector3d off = Eigen::Vector3d::Zero();  // by which friction is wrong, N s
     };
     std::vector<Rub> rubs(contacts_.size());
-    std::vector<double> most_of(first_unknown_.size(), 0.0);
-    std::vector<Eigen::Vector3d> off_of(first_unknown_.size(), Eigen::Vector3d::Zero());
-    const auto for_bodies = [&](std::size_t c, const auto& visit) {
-        visit(static_cast<std::size_t>(contacts_[c].a.body), 1.0);
-        if (contacts_[c].b.body >= 0) visit(static_cast<std::size_t>(contacts_[c].b.body), -1.0);
-    };
+    std::vector<double> most_of(first_unknown_.size(), 0.0);  // by body
+    std::vector<Eigen::Vector3d> off_of(pairs_.size(), Eigen::Vector3d::Zero());
+    std::vector<double> each_off_of(pairs_.size(), 0.0);
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const Eigen::Vector3d& n = contacts_[c].normal;
         const Eigen::Vector3d u = relative_velocity(c, v);
@@ -115,11 +127,17 @@ void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep, bool renews) 
         rub.slip = slip.norm();
         if (presses(c))
             rub.off = (drags_[c].drag - rub.most / std::max(rub.slip, config_->slip_velocity)) * slip;
-        for_bodies(c, [&](std::size_t b, double sign) {
-            most_of[b] += rub.most;
-            off_of[b] += sign * rub.off;
-        });
+        for (const int body : pairs_[pair_of_[c]])
+            if (body >= 0) most_of[static_cast<std::size_t>(body)] += rub.most;
+        off_of[pair_of_[c]] += rub.off;
+        each_off_of[pair_of_[c]] += rub.off.norm();
     }
+    const auto is_wrong = [&](std::size_t pair) {
+        const double off = each_contact_ ? each_off_of[pair] : off_of[pair].norm();
+        return std::ranges::any_of(pairs_[pair], [&](int body) {
+            return body >= 0 && off > friction_share * most_of[static_cast<std::size_t>(body)];
+        });
+    };
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const Rub& rub = rubs[c];
         const bool pressed = keep && presses(c);
@@ -130,11 +148,8 @@ void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep, bool renews) 
             continue;
         }
         drags_[c].slip = rub.slip;
-        bool is_wrong = false;
-        for_bodies(c, [&](std::size_t b, double) {
-            is_wrong = is_wrong || off_of[b].norm() > friction_share * most_of[b];
-        });
-        if (pressed && (!renews || !is_wrong || rub.off.norm() <= friction_share * rub.most)) continue;
+        if (pressed && (!renews || !is_wrong(pair_of_[c]) || rub.off.norm() <= friction_share * rub.most))
+            continue;
         const double drag = next_drag(c, rub.most, rub.slip);
         drags_before_[c] = drags_[c];
         set_operator(c, rub.impulse, drag);

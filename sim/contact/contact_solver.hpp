@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <span>
 #include <string>
@@ -44,10 +45,12 @@ class ContactSolver {
     /// Sets the contacts of a step; the velocities before it, v (stacked, prescribed ones in place), give the
     /// first guess of how they press and slip.
     /// surfaces: one per body. first_unknown: start of each body's velocities in the stacked vector, then its
-    /// length. thickness: metres; dt: seconds. All arguments must outlive solve().
+    /// length. thickness: metres; dt: seconds. each_contact: whether friction must be right at each contact
+    /// rather than between each two bodies, as Newton's iteration needs it, whose residual has all of them.
+    /// All arguments must outlive solve().
     void begin(std::span<const Contact> contacts, std::span<const ContactSurface* const> surfaces,
                std::span<const int> first_unknown, const ContactConfig& config, double thickness, double dt,
-               const Eigen::VectorXd& v);
+               const Eigen::VectorXd& v, bool each_contact);
 
     /// systems: assembled and prescribed. v: initial guess on entry, velocities at the end of the step on
     /// return.
@@ -77,6 +80,7 @@ class ContactSolver {
 
  private:
     Eigen::Vector3d relative_velocity(std::size_t contact, const Eigen::VectorXd& v) const;
+    void number_pairs();
     void linearise(const Eigen::VectorXd& v, bool keep, bool renews);
     void set_operator(std::size_t contact, const ContactImpulse& impulse, double drag);
     double next_drag(std::size_t contact, double most, double slip) const;
@@ -90,6 +94,9 @@ class ContactSolver {
     std::span<const int> first_unknown_;
     const ContactConfig* config_ = nullptr;
     double thickness_ = 0, dt_ = 0;
+    bool each_contact_ = false;
+    std::vector<std::array<int, 2>> pairs_;  // bodies of contacts; -1: the obstacles
+    std::vector<std::size_t> pair_of_;       // [contacts]
     ContactTerms terms_;
     std::vector<Coupling> operators_;    // [contacts] from the last linearise()
     std::vector<Eigen::Vector3d> push_;  // [contacts] b of the contact impulses, from the last linearise()

@@ -81,9 +81,10 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
     }
     v = stacked(&World::first_iterate, given);
     const Stopwatch start;
-    solver_.begin(detection_.contacts(), surfaces, first_unknown_, config_.contact, thickness(), dt, v);
-    report.solve_us += start.microseconds();
     const int max_iterations = config_.step.newton_iterations;
+    solver_.begin(detection_.contacts(), surfaces, first_unknown_, config_.contact, thickness(), dt, v,
+                  max_iterations > 1);
+    report.solve_us += start.microseconds();
     double left = 0;
     for (int k = 0; k < max_iterations; ++k) {
         stop_if_asked();
