@@ -129,24 +129,25 @@ double World::add_missing_velocities(double dt, Eigen::VectorXd& v) const {
 }
 
 /// How far a body is from balance at v, the iterate that was linearised: the residual relative to the
-/// impulses that act on its free nodes in the step, of loads, elasticity and contacts, all in the norm of the
-/// inverse mass; at most 1 if rounding alone may leave it.
+/// impulses that act on its free nodes in the step, of loads and drag (damping by mass), elasticity and
+/// contacts, all in the norm of the inverse mass; at most 1 if rounding alone may leave it.
 double World::imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& contact_impulses,
                         const Eigen::VectorXd& rounding) const {
     const Body& body = at(b);
     const StepSystem& system = systems_[static_cast<std::size_t>(b)];
     const Eigen::VectorXd& masses = body.elastic->node_masses();
     const Nodes residual = body_part(b, barrier_solver_.residual()), contact = body_part(b, contact_impulses);
-    const double damped = 1 + dt * body.elastic->material().rayleigh_mass;
-    Nodes inertia(body.state.v.rows(), 3);
-    body.elastic->mass_product(damped * body_part(b, v) - body.state.v, inertia);
-    const double size = std::max(body.state.x.cwiseAbs().maxCoeff(),
-                                 (body.state.x + dt * body_part(b, v)).cwiseAbs().maxCoeff());
+    const Nodes v_of_body = body_part(b, v);
+    Nodes inertia(v_of_body.rows(), 3), drag(v_of_body.rows(), 3);
+    body.elastic->mass_product(v_of_body - body.state.v, inertia);
+    body.elastic->mass_product(dt * body.elastic->material().rayleigh_mass * v_of_body, drag);
+    const double size =
+        std::max(body.state.x.cwiseAbs().maxCoeff(), (body.state.x + dt * v_of_body).cwiseAbs().maxCoeff());
     double missing = 0, of_loads = 0, of_elasticity = 0, of_contacts = 0, noise = 0;  // squared norms
     for (int i = 0; i < static_cast<int>(masses.size()); ++i) {
         if (system.is_prescribed(i)) continue;
         const Eigen::RowVector3d load =
-            dt * (masses[i] * config_.gravity.transpose() + body.forces.row(i)).eval();
+            dt * (masses[i] * config_.gravity.transpose() + body.forces.row(i)) - drag.row(i);
         const Eigen::RowVector3d elastic = residual.row(i) + inertia.row(i) - load - contact.row(i);
         missing += residual.row(i).squaredNorm() / masses[i];
         of_loads += load.squaredNorm() / masses[i];
