@@ -83,16 +83,41 @@ Nodes World::start_apart(const Body& body, double dt) const {
     return v + dt * change;
 }
 
-/// For each body the velocity that brings the bodies that it holds together with (see
-/// BarrierSolver::clusters()) into balance as a whole. Forces among these sum to zero whatever v is, so that
-/// this is exact; and it changes no distance among them. Zero where something is held, or an obstacle met.
-std::vector<Eigen::Vector3d> World::missing_velocities(double dt, const Eigen::VectorXd& v) const {
+/// BarrierSolver::clusters() of bodies of which nothing is held; -1 for others.
+std::vector<int> World::free_clusters() const {
     std::vector<int> clusters = barrier_solver_.clusters();
     for (std::size_t b = 0; b < bodies_.size(); ++b)
         if (std::ranges::any_of(systems_[b].prescribed(), [](char held) { return held != 0; })) {
             const int held = clusters[b];  // a copy: its place changes on the way
             std::ranges::replace(clusters, held, -1);
         }
+    return clusters;
+}
+
+/// For each body the centre of mass of the bodies that it meets, or its own where something holds one.
+std::vector<Eigen::Vector3d> World::cluster_centres(const std::vector<Eigen::Vector3d>& centres) const {
+    const std::vector<int> clusters = free_clusters();
+    std::vector<Eigen::Vector3d> result = centres, sums(bodies_.size(), Eigen::Vector3d::Zero());
+    std::vector<double> mass(bodies_.size(), 0);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        if (clusters[b] < 0) continue;
+        const auto first = static_cast<std::size_t>(clusters[b]);
+        sums[first] += bodies_[b].elastic->mass() * (centres[b] - centres[first]);
+        mass[first] += bodies_[b].elastic->mass();
+    }
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        if (clusters[b] < 0) continue;
+        const auto first = static_cast<std::size_t>(clusters[b]);
+        result[b] = centres[first] + sums[first] / mass[first];
+    }
+    return result;
+}
+
+/// For each body the velocity that brings the bodies that it holds together with (see
+/// BarrierSolver::clusters()) into balance as a whole. Forces among these sum to zero whatever v is, so that
+/// this is exact; and it changes no distance among them. Zero where something is held, or an obstacle met.
+std::vector<Eigen::Vector3d> World::missing_velocities(double dt, const Eigen::VectorXd& v) const {
+    const std::vector<int> clusters = free_clusters();
     std::vector<Eigen::Vector3d> missing(bodies_.size(), Eigen::Vector3d::Zero());
     std::vector<double> mass(bodies_.size(), 0);
     for (std::size_t b = 0; b < bodies_.size(); ++b) {

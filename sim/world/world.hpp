@@ -313,6 +313,8 @@ class World {
     double propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
                    WorldReport& report);
     Nodes start_apart(const Body& body, double dt) const;
+    std::vector<int> free_clusters() const;
+    std::vector<Eigen::Vector3d> cluster_centres(const std::vector<Eigen::Vector3d>& centres) const;
     std::vector<Eigen::Vector3d> missing_velocities(double dt, const Eigen::VectorXd& v) const;
     double add_missing_velocities(double dt, Eigen::VectorXd& v) const;
     double imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& contact_impulses,

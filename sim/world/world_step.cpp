@@ -72,13 +72,19 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     const Eigen::VectorXd impulses = apart ? barrier_solver_.impulses(v) : solver_.impulses(v);
     const std::vector<Momentum> of_contacts =
         apart ? barrier_solver_.momenta(v, starts) : solver_.momenta(v, starts);
+    const std::vector<Eigen::Vector3d> common = apart ? cluster_centres(starts.centres) : starts.centres;
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
         const auto index = static_cast<std::size_t>(b);
         Momentum momentum = end_momentum(body, ends[index], of_contacts[index]);
         advance(body, body_part(b, v));
-        // The barrier's iteration balances bodies as a whole itself.
-        if (apart) momentum.linear = momentum_of(*body.elastic, body.state).linear;
+        if (apart) {
+            // The barrier's iteration balances the bodies that meet as a whole. By what it leaves of the
+            // impulses between them, these act on each other in a common point.
+            const Eigen::Vector3d linear = momentum_of(*body.elastic, body.state).linear;
+            momentum.angular += (common[index] - starts.centres[index]).cross(linear - momentum.linear);
+            momentum.linear = linear;
+        }
         if (is_solved && !is_held(body)) set_momentum(*body.elastic, momentum, body.state);
         body.measured = true;
         body.contact_forces += part.share / part.dt * body_part(b, impulses);
