@@ -7,8 +7,8 @@
 namespace nbd {
 namespace {
 
-constexpr double first_share = 0.01;       // share of the step's impulses left by the first pass
-constexpr double pass_share = 0.1;         // share of the residual left by a pass before contacts are updated
+constexpr double first_share = 0.1;        // share of the step's impulses left by the first pass
+constexpr double pass_share = 0.01;        // share of the residual left by a pass before contacts are updated
 constexpr int friction_passes = 8;         // after so many, drags stay: what presses must still settle
 constexpr double most_change_of_slip = 3;  // from one pass to the next
 constexpr double friction_share = 0.008;   // of mu times the normal impulse, by which friction may be off
@@ -188,18 +188,40 @@ void ContactSolver::set_rhs(std::span<const StepSystem> systems) {
     for (std::size_t c = 0; c < operators_.size(); ++c) terms_.add_impulse(c, push_[c], false, rhs_);
 }
 
-/// Sizes of the impulses in the step but for contacts. What stiff springs and dampers would do at the
+/// Takes the sizes of impulses in the step, but for contacts. What stiff springs and dampers would do at the
 /// velocities before the step is no measure: it can be many times what they do. v: the guess of the
 /// velocities after it.
-std::vector<double> ContactSolver::step_impulses(std::span<const StepSystem> systems,
-                                                 const Eigen::VectorXd& v) const {
+void ContactSolver::measure_step(std::span<const StepSystem> systems, const Eigen::VectorXd& v) {
     Eigen::VectorXd change = v - start_;
     for (std::size_t b = 0; b < systems.size(); ++b)
         for (int i = 0; i < systems[b].body().node_count(); ++i)
             change.segment<3>(first_unknown_[b] + 3 * i) *= systems[b].body().node_masses()[i];
-    std::vector<double> sizes = linear_.norms().of(change);
-    for (std::size_t b = 0; b < sizes.size(); ++b) sizes[b] = std::hypot(sizes[b], systems[b].impulse_norm());
-    return sizes;
+    step_impulses_ = yielding_impulses_ = linear_.norms().of(change);
+    for (std::size_t b = 0; b < systems.size(); ++b) {
+        step_impulses_[b] = std::hypot(step_impulses_[b], systems[b].impulse_norm());
+        yielding_impulses_[b] =
+            std::hypot(yielding_impulses_[b],
+                       contacts_.empty() ? systems[b].impulse_norm() : systems[b].yielding_norm());
+    }
+}
+
+/// Adds the impulses of contacts at v to the sizes.
+void ContactSolver::measure_contacts(std::span<const StepSystem> systems, const Eigen::VectorXd& v) {
+    Eigen::VectorXd pushes = impulses(v), stiffness = Eigen::VectorXd::Zero(v.size() / 3);
+    const std::vector<double> sizes = linear_.norms().of(pushes);
+    for (std::size_t c = 0; c < operators_.size(); ++c)
+        for (const CouplingTerm& t : terms_.of(c))
+            stiffness[t.unknown / 3] += t.weight * t.weight * operators_[c].A.trace() / 3;
+    for (std::size_t b = 0; b < systems.size(); ++b)
+        for (int i = 0; i < systems[b].body().node_count(); ++i) {
+            const int node = first_unknown_[b] / 3 + i;
+            pushes.segment<3>(3 * node) *= systems[b].softness(i, stiffness[node]);
+        }
+    const std::vector<double> yielding = linear_.norms().of(pushes);
+    for (std::size_t b = 0; b < sizes.size(); ++b) {
+        scales_[b] = std::hypot(step_impulses_[b], sizes[b]);
+        yielding_scales_[b] = std::hypot(yielding_impulses_[b], yielding[b]);
+    }
 }
 
 double ContactSolver::share_of_scales(const Eigen::VectorXd& r, const Eigen::VectorXd& rounding) const {
@@ -217,9 +239,10 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     linear_.begin_matrices(system);
     set_rhs(systems);
     product_.resize(v.size());
-    if (step_impulses_.empty()) step_impulses_ = step_impulses(systems, v);
+    if (step_impulses_.empty()) measure_step(systems, v);
     scales_ = step_impulses_;
-    std::vector<double> goals(scales_);
+    yielding_scales_ = yielding_impulses_;
+    std::vector<double> goals(yielding_scales_);
     for (double& goal : goals) goal *= contacts_.empty() ? tolerance_ : std::max(tolerance_, first_share);
     report.settled = contacts_.empty();
     bool is_measured = true;  // whether left_ is, rather than carried on from pass to pass
@@ -230,8 +253,7 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
         report.converged = report.converged && solved.converged;
         if (!solved.fallback.empty()) report.fallback = solved.fallback;
         if (contacts_.empty()) break;
-        const std::vector<double> pushes = linear_.norms().of(impulses(v));
-        for (std::size_t b = 0; b < pushes.size(); ++b) scales_[b] = std::hypot(step_impulses_[b], pushes[b]);
+        measure_contacts(systems, v);
         solved_by_ = operators_;
         solved_push_ = push_;
         change_ = -impulses(v, false);
@@ -262,9 +284,9 @@ bool ContactSolver::set_goals(std::vector<double>& goals) const {
     const std::vector<double> left = linear_.norms().of(left_);
     bool is_settled = true;
     for (std::size_t b = 0; b < left.size(); ++b) {
-        const double most = std::max(config_->tolerance * scales_[b], 2 * linear_.rounding()[b]);
+        const double most = std::max(config_->tolerance * yielding_scales_[b], 2 * linear_.rounding()[b]);
         is_settled = is_settled && left[b] <= most;
-        goals[b] = std::max(tolerance_ * scales_[b], pass_share * left[b]);
+        goals[b] = std::max(tolerance_ * yielding_scales_[b], pass_share * left[b]);
     }
     return is_settled;
 }

@@ -87,7 +87,8 @@ class ContactSolver {
     Eigen::VectorXd impulses(const Eigen::VectorXd& v, bool held) const;
     bool set_goals(std::vector<double>& goals) const;
     void set_rhs(std::span<const StepSystem> systems);
-    std::vector<double> step_impulses(std::span<const StepSystem> systems, const Eigen::VectorXd& v) const;
+    void measure_step(std::span<const StepSystem> systems, const Eigen::VectorXd& v);
+    void measure_contacts(std::span<const StepSystem> systems, const Eigen::VectorXd& v);
     bool presses(std::size_t contact) const { return !operators_[contact].A.isZero(0); }
 
     std::span<const Contact> contacts_;
@@ -108,10 +109,13 @@ class ContactSolver {
         double drag = 0, slip = 0;  // kg, m/s
     };
     std::vector<Drag> drags_, drags_before_;  // [contacts] of the last two solves; slip 0: not known
-    double tolerance_;                        // of the linear solves, relative to scales_
+    double tolerance_;                        // of the linear solves, relative to yielding_scales_
     Eigen::VectorXd start_;                   // velocities before the step
     std::vector<double> step_impulses_;       // [bodies] scales_ without contacts; empty: not measured yet
     std::vector<double> scales_;              // [bodies]
+    // [bodies] likewise, with impulses on each node times its StepSystem::softness(). By these, what a solve
+    // leaves does not grow from step to step where a body is stiff.
+    std::vector<double> yielding_impulses_, yielding_scales_;
     CoupledSolver linear_;
     Eigen::VectorXd rhs_, product_;
     Eigen::VectorXd left_, change_;  // the residual after a pass, and what the update of contacts did to it

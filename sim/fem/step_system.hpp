@@ -54,6 +54,12 @@ class StepSystem {
     /// Size of the impulses of loads and elasticity at the start of the step of the last assemble(): sqrt(sum
     /// |p_i|^2 / m_i), sqrt(J). It does not depend on how the body moves as a whole.
     double impulse_norm() const noexcept { return impulse_norm_; }
+    /// Likewise, with the elasticity's impulses on each node times its softness(): what stiff elements push
+    /// is many times what they move.
+    double yielding_norm() const noexcept { return yielding_norm_; }
+    /// An impulse moves a node whose neighbours stay by its mass over the diagonal of A, that of `contacts`
+    /// [kg] included, as much as without elasticity. This is a hundred times that share, at most 1.
+    double softness(int node, double contacts = 0) const noexcept;
 
     /// Elements at the pose x = x* + dt w of the last assemble().
     const ElementPose& elements() const noexcept { return elements_; }
@@ -77,7 +83,7 @@ class StepSystem {
  private:
     const ElasticBody& body_;
     ElementPose elements_;
-    double mass_scale_ = 0, stiffness_scale_ = 0, elastic_scale_ = 0, impulse_norm_ = 0;
+    double mass_scale_ = 0, stiffness_scale_ = 0, elastic_scale_ = 0, impulse_norm_ = 0, yielding_norm_ = 0;
     StepMatrix A_;
     Eigen::VectorXd b_;
     std::vector<char> prescribed_;     // [N]
