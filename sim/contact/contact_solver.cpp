@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <utility>
 
 namespace nbd {
 namespace {
@@ -100,7 +99,6 @@ void ContactSolver::linearise(const Eigen::VectorXd& v) {
     releases_.assign(contacts_.size(), 0);
     drags_.assign(contacts_.size(), {});
     drags_before_.assign(contacts_.size(), {});
-    normals_.assign(contacts_.size(), 0);
     linearise(v, false, true);
 }
 
@@ -152,10 +150,7 @@ void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep, bool renews) 
         drags_[c].slip = rub.slip;
         if (pressed && (!renews || !is_wrong(pair_of_[c]) || rub.off.norm() <= friction_share * rub.most))
             continue;
-        // Before the passes settle, normal impulses may be many times what they come to.
-        const double before = std::exchange(normals_[c], rub.impulse.normal),
-                     most = before > 0 ? std::min(rub.most, contacts_[c].friction * before) : rub.most;
-        const double drag = next_drag(c, most, rub.slip);
+        const double drag = next_drag(c, rub.most, rub.slip);
         drags_before_[c] = drags_[c];
         set_operator(c, rub.impulse, drag);
     }
