@@ -32,10 +32,10 @@ struct ContactSolveReport {
 /// J maps velocities to the relative velocity of a contact's points, so forces are equal and opposite. The
 /// linear solve (see CoupledSolver) is repeated from its last solution to settle which contacts press and
 /// slip, until the residual with the updated contacts is small enough. Each solve is only as accurate as
-/// needed. Friction is a drag, which is constant in a solve and then set anew where it does not fit the
-/// normal force to a hundredth. Residuals are judged body by body, see scales(): how fast a body moves as a
-/// whole, or how heavy and fast others are, does not matter. A contact that lets go in one pass and presses
-/// again in a later one does so without friction.
+/// needed. Friction is a drag, which is constant in a solve and then set anew, in eight passes at most, where
+/// the friction between two bodies does not fit their normal forces to a hundredth. Residuals are judged body
+/// by body, see scales(): how fast a body moves as a whole, or how heavy and fast others are, does not
+/// matter. A contact that lets go for the second time presses without friction from then on.
 class ContactSolver {
  public:
     explicit ContactSolver(const LinearSolveConfig& config,
