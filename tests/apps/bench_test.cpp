@@ -24,11 +24,20 @@ TEST_F(BenchSimulate, ShowsThatBothSolversAgree) {
     for (const auto& row : rows) {
         EXPECT_EQ(row.at("body"), "box");
         EXPECT_GT(row.at("step_ratio").get<double>(), 0);
-        // Friction is settled to a hundredth of the normal impulse, by either solver.
-        EXPECT_LT(row.at("relative_difference").get<double>(), row.at("scene") == "drop" ? 1e-2 : 1e-4)
+        // Without contact, the tolerance of the linear solves alone lets solvers differ; which contacts slip
+        // is settled by passes that may end elsewhere.
+        EXPECT_LT(row.at("relative_difference").get<double>(), row.at("scene") == "drop" ? 1e-3 : 1e-6)
             << row;
     }
     EXPECT_TRUE(test::listing(folder()).contains("table.csv"));
+
+    const test::Ran loose =
+        test::run_bench(folder(), {"simulate", "box.h5", "--steps", "4", "--tolerance", "0.1", "--json"});
+    ASSERT_EQ(loose.status, 0) << loose.err;
+    for (const auto& row : nlohmann::json::parse(loose.out)) {
+        if (row.at("scene") == "drop") continue;
+        EXPECT_GT(row.at("relative_difference").get<double>(), 1e-6) << row;  // solvers that differ are seen
+    }
 }
 
 TEST_F(BenchSimulate, RejectsInvalidInput) {
@@ -149,21 +158,26 @@ TEST_F(BenchLearned, ComparesEveryVariantAtEveryDepth) {
               row.at("fit").get<std::string>() + row.at("depth").dump()] = row.at("radius_error");
         missing += row.at("nodes_missing").get<double>();
         missing_bare += row.at("nodes_missing_bare").get<double>();
-        EXPECT_LT(row.at("radius_error").get<double>(), 0.1) << row;
+        const bool largest = row.at("fit").get<std::string>().ends_with("quantile");
+        EXPECT_LT(row.at("radius_error").get<double>(), largest ? 0.1 : 0.02) << row;
         EXPECT_GT(row.at("inflation").get<double>(), -0.01) << row;
         EXPECT_LE(row.at("nodes_missing").get<double>(), row.at("nodes_missing_bare").get<double>()) << row;
         const bool timed = row.at("fit") != "network 32" && row.at("fit") != "network relative";
         EXPECT_EQ(row.at("nanoseconds").get<double>() > 0, timed) << row;
     }
     EXPECT_LT(missing, missing_bare);
-    // Of sixteen samples by spread, the largest radius of the training is looser than the mean one; fits and
-    // samples differ.
-    for (const char* depth : {"0", "1", "2"}) {
-        const auto of = [&](const std::string& fit) { return error.at("spread" + fit + depth); };
-        EXPECT_GT(of("16quantile"), 2 * of("16mean")) << depth;
-        EXPECT_NE(of("16linear"), of("16mean")) << depth;
-    }
-    EXPECT_NE(error.at("spreadautomean0"), error.at("spread16mean0"));
+    // Of sixteen samples by spread, the largest radius of the training is looser than the mean one. Below the
+    // root, which six trajectories teach too little, fits are tighter than the mean, and so are more samples.
+    for (const char* depth : {"0", "1", "2"})
+        EXPECT_GT(error.at(std::string("spread16quantile") + depth),
+                  3 * error.at(std::string("spread16mean") + depth))
+            << depth;
+    const auto below_root = [&](const std::string& fit) {
+        return error.at("spread" + fit + "1") + error.at("spread" + fit + "2");
+    };
+    EXPECT_LT(below_root("16linear"), 0.5 * below_root("16mean"));
+    EXPECT_LT(below_root("16network"), 0.6 * below_root("16mean"));
+    EXPECT_LT(below_root("automean"), 0.9 * below_root("16mean"));
     EXPECT_TRUE(test::listing(folder()).contains("learned.csv"));
     const test::Ran few = test::run_bench(folder(), {"learned", "box.h5", "data.h5"});
     EXPECT_EQ(few.status, 1);
@@ -173,7 +187,7 @@ TEST_F(BenchLearned, ComparesEveryVariantAtEveryDepth) {
 using BenchNetworks = FineBox;
 
 TEST_F(BenchNetworks, AddsOurDeviationsToThePapersNetworks) {
-    make({"dataset", "fine.h5", "-o", "motion.h5", "--trajectories", "12", "--frames", "24",
+    make({"dataset", "fine.h5", "-o", "motion.h5", "--trajectories", "40", "--frames", "24",
           "--steps-per-frame", "1", "-q"});
     const test::Ran ran =
         test::run_bench(folder(), {"networks", "--body", "fine.h5", "motion.h5", "--depth", "2", "--epochs",
@@ -195,8 +209,12 @@ TEST_F(BenchNetworks, AddsOurDeviationsToThePapersNetworks) {
                                                   "with weight decay", "with byte weights", "default"}));
     EXPECT_EQ(rows.size(), networks.size() * 2 * 3);  // sets, depths
     // Every deviation changes the networks; the last one, their arithmetic, only where the CPU has another.
+    // After as few epochs, the linear centre and all deviations together are tighter: by 5 % and 12 % or more
+    // with any of the seeds 1 to 5.
     for (std::size_t i = 1; i + 1 < networks.size(); ++i)
         EXPECT_NE(errors.at(networks[i]), errors.at(networks[i - 1])) << networks[i];
+    EXPECT_LT(errors.at("with linear centre"), 0.98 * errors.at("with label frame"));
+    EXPECT_LT(errors.at("default"), 0.95 * errors.at("paper"));
     EXPECT_GT(bytes.at("with linear centre"), bytes.at("with label frame"));
     EXPECT_LT(bytes.at("with byte weights"), 0.6 * bytes.at("with weight decay"));
     // The shape is 8-32-32-4.
