@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <memory>
+#include <string>
 
 #include "sim/world/world.hpp"
 #include "tests/sim/support/momentum.hpp"
@@ -151,6 +152,27 @@ TEST(IntersectionFree, FailsWhereGripsForceAnIntersection) {
     EXPECT_NE(report.failure.find("of their way without an intersection"), std::string::npos)
         << report.failure;
     EXPECT_TRUE(world.intersecting(0, 1).empty());
+}
+
+/// Nothing that the detection along the way lets through is kept. It lets nothing through from a start
+/// without intersections, so that one is made behind the world's back, of faces whose corners and sides stay
+/// far apart.
+TEST(IntersectionFree, AnEndThatIntersectsIsRefused) {
+    const Model box({0.4, 0.4, 0.4}, {1, 1, 1});
+    World world(intersection_free());
+    world.add_body(box.at({0, 0, 0}));
+    world.add_body(box.at({1, 0.05, 0.07}, turned(0.3)));
+    ASSERT_TRUE(is_balanced(world.step(1e-3)));
+    const_cast<Nodes&>(world.state(1).x).col(0).array() -= 0.7;
+    const BodyState before = world.state(1);
+    const auto intersecting = world.intersecting_faces();
+    ASSERT_FALSE(intersecting.empty());
+    const WorldReport report = world.step(1e-3);
+    EXPECT_NE(report.failure.find("the step would end where " + std::to_string(intersecting.size()) +
+                                  " face pairs intersect: face "),
+              std::string::npos)
+        << report.failure;
+    EXPECT_TRUE(world.state(1).x == before.x);
 }
 
 TEST(IntersectionFree, StepsAreTheSameOnAnyNumberOfThreadsAndFromASnapshot) {

@@ -118,6 +118,24 @@ TEST(World, ABlockSlidesOnlyOnSlopesAboveTheFrictionAngle) {
     EXPECT_NEAR(travelled(friction), expected, 0.1 * expected);
 }
 
+/// A block that is lifted from the floor it rests on: its contacts press where the solution of the step
+/// begins, and would pull where it ends.
+TEST(World, ContactsLetGoOfABodyThatIsLifted) {
+    const Model box({0.4, 0.4, 0.2}, {2, 2, 1}, 1e6);
+    const double g = 9.81, dt = 5e-3;
+    World world(WorldConfig{});
+    world.add_obstacle(floor_at(0));
+    world.add_body(box.at({0, 0, 0.104}));
+    for (int i = 0; i < 100; ++i) ASSERT_EQ(world.step(dt).failure, "");
+    const Eigen::VectorXd& masses = world.elastic(0).node_masses();
+    const double weight = g * masses.sum();
+    ASSERT_NEAR(world.contact_forces(0).col(2).sum(), weight, 0.01 * weight);
+    world.forces(0).col(2) = 4 * g * masses;
+    ASSERT_EQ(world.step(dt).failure, "");
+    EXPECT_GT(world.contact_forces(0).col(2).minCoeff(), -1e-6 * weight);
+    EXPECT_GT(world.state(0).v.col(2).dot(masses) / masses.sum(), 0.98 * 3 * g * dt);
+}
+
 TEST(World, GripsMoveTheirNodesAndReleaseThem) {
     const Model box({1, 0.2, 0.2}, {6, 2, 2});
     WorldBody entry = box.at({0, 0, 0});
