@@ -2,8 +2,8 @@
 //
 //     build/release/apps/examples/08_step_without_collision
 //
-// FeatureQuery looks at all vertices and faces and all edges that may meet while the bodies move straight.
-// Each pair by itself shows here that the pose at the end of the free share is free.
+// FeatureQuery looks at all vertices and faces and all edges that may meet while the bodies move straight. A
+// ball falls through another here, from 2.5 m above it, and stops where 1 mm and a tenth of the gap are left.
 
 #include <cstdio>
 
@@ -19,7 +19,6 @@ int main() {
     bodies[0].move(above, above.rowwise() - Eigen::RowVector3d(0, 0, 5));
     const nbd::FreeStep step = nbd::FeatureQuery().collision_free_step(bodies, 1e-3);
     const nbd::Nodes stopped = bodies[0].at(step.share);
-    std::printf("%.4f of the step, then %.4f m above the obstacle's centre\n", step.share,
-                stopped.col(2).mean());
+    std::printf("%.4f of the step, up to a height of %.4f m\n", step.share, stopped.col(2).mean());
     return step.limit && step.share > 0.09 && step.share < 0.1 ? 0 : 1;
 }
