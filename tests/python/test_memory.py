@@ -85,7 +85,8 @@ def test_row_2_arrays_of_objects(beam, tree_file, assets):
     tree = tree_file.tree
     motions = nbd.RegionMotions([1, 2], [3, 4], np.arange(18).reshape(2, 3, 3))
     assert np.array_equal(motions.G, np.arange(18).reshape(2, 3, 3)) and list(motions.stretch) == [3, 4]
-    for owner, names in [(surface, "X F"), (tets, "X T"), (beam, "X T surface_X F"), (modes, "U frequencies"),
+    body = nbd.MovingBody(surface.X, surface.F)
+    for owner, names in [(surface, "X F"), (body, "F edges"), (tets, "X T"), (beam, "X T surface_X F"), (modes, "U frequencies"),
                          (tree_file, "X"), (tree, "faces tet_regions"), (motions, "deviation stretch G")]:
         for name in names.split():
             view = getattr(owner, name)
@@ -179,7 +180,10 @@ def test_row_6_answers_are_new_arrays(beam, tree_file, poses):
     a.begin_pose(x)
     b.begin_pose(x + np.float32([0.01, 0, 0]))
     meter = nbd.SolidMeter(beam.tets, tree)
+    body = nbd.MovingBody(x, beam.F)
     calls = {
+        "MovingBody.at": lambda: body.at(0.5),
+        "FeatureQuery.candidates": lambda: nbd.FeatureQuery().candidates([body], 0.1)["edge_edge"],
         "PairQuery.intersecting": lambda: query.intersecting(a, b),
         "PairQuery.within": lambda: query.within(a, b, 0.1),
         "PairQuery.boxes_within": lambda: query.boxes_within(a, b, 0.1),

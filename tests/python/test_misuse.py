@@ -33,7 +33,7 @@ def python(code, *arguments):
 
 
 def test_all_classes_are_known():
-    assert len(CLASSES) >= 27
+    assert len(CLASSES) >= 29
 
 
 @pytest.mark.parametrize("made", CLASSES, ids=lambda item: item.__name__)
@@ -69,6 +69,7 @@ def test_empty_objects_are_refused_as_arguments(beam, poses, tmp_path):
         lambda: nbd.World({"bodies": [{"body": beam, "tree": empty(nbd.CollisionTree)}]}),
         lambda: nbd.PosedTree(empty(nbd.CollisionTree)),
         lambda: nbd.ManyBodyQuery().intersecting([empty(nbd.PosedTree)]),
+        lambda: nbd.FeatureQuery().candidates([empty(nbd.MovingBody)], 1.0),
         lambda: nbd.SelfQuery(empty(nbd.FacePairSet)),
         lambda: nbd.evaluate(empty(nbd.TreeFile), poses),
         lambda: beam.with_modes(empty(nbd.Modes)),
@@ -104,7 +105,8 @@ def test_wrong_types_are_told_in_one_line(beam, call, text):
 
 def test_objects_of_memory_are_not_copied_or_pickled(beam, tree_file):
     world = nbd.World({"bodies": [{"body": beam}]})
-    for item in (beam, world, tree_file, tree_file.tree, nbd.PosedTree(tree_file.tree), nbd.PairQuery()):
+    for item in (beam, world, tree_file, tree_file.tree, nbd.PosedTree(tree_file.tree), nbd.PairQuery(),
+                 nbd.MovingBody(beam.surface_X, beam.F)):
         for action in (copy.copy, copy.deepcopy, pickle.dumps):
             with pytest.raises(TypeError) as error:
                 action(item)

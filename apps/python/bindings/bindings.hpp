@@ -13,6 +13,7 @@ void bind_trees(pybind11::module_& module);        // collision trees
 void bind_certified(pybind11::module_& module);    // how the regions of certified bounds move
 void bind_posed_trees(pybind11::module_& module);  // poses of trees
 void bind_queries(pybind11::module_& module);      // queries between posed trees
+void bind_features(pybind11::module_& module);     // features that may meet in a step
 void bind_worlds(pybind11::module_& module);       // worlds and what their steps report
 void bind_recordings(pybind11::module_& module);   // recordings, read and written
 void bind_datasets(pybind11::module_& module);     // make_dataset

@@ -47,6 +47,7 @@ PYBIND11_MODULE(_nbdtree, module) {
     bind_certified(module);
     bind_posed_trees(module);
     bind_queries(module);
+    bind_features(module);
     bind_worlds(module);
     bind_recordings(module);
     bind_datasets(module);
