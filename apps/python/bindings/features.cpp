@@ -2,7 +2,13 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 #include <deque>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
