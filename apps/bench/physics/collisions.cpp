@@ -51,7 +51,7 @@ Collision collide(const PhysicsCase& c) {
 }  // namespace
 
 std::vector<PhysicsCheck> collision_checks() {
-    const PhysicsRange range{.sizes = {0.01, 0.1, 10}};
+    const PhysicsRange range{.sizes = three_sizes};
     return {{.name = "collision_momentum",
              .section = 1,
              .truth = "The sum of the momenta of two cubes that collide stays.",

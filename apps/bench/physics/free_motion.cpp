@@ -225,7 +225,7 @@ std::vector<PhysicsCheck> free_motion_checks() {
                       .quantity = "way, m",
                       .allowed = 1e-5,  // a step of double precision is 1e-10 m there
                       .parameter = {},
-                      .cases = all_cases({.steps = {5e-3, 2e-2}, .far = far_in_some}, 7),
+                      .cases = all_cases({.steps = {5e-3, 2e-2}, .far = FarBody::some}, 7),
                       .run = [](const PhysicsCase& c) {
                           return fall(c, {8e5, 6e5, 1e3}, {0, 0, 0});
                       }});
@@ -260,10 +260,10 @@ std::vector<PhysicsCheck> free_motion_checks() {
                       .parameter = {},
                       .cases = pendulums,
                       .run = pendulum});
-    const PhysicsRange tumbles{.sizes = {0.01, 0.1, 10},
+    const PhysicsRange tumbles{.sizes = three_sizes,
                                .steps = {1e-4, 5e-3, 2e-2},
                                .moduli = {1e4, 1e9},
-                               .far = far_in_some,
+                               .far = FarBody::some,
                                .variants = laws()};
     PhysicsRange all = tumbles, damped = tumbles, second = tumbles;
     all.parameters = {0, 1e-3, 1e-2};

@@ -47,6 +47,7 @@ std::vector<PhysicsCheck> collision_checks();
 std::vector<PhysicsCheck> friction_checks();
 std::vector<PhysicsCheck> rest_checks();
 std::vector<PhysicsCheck> impact_checks();
+std::vector<PhysicsCheck> ringing_checks();
 std::vector<PhysicsCheck> stiffness_checks();
 std::vector<PhysicsCheck> told_checks();
 std::vector<PhysicsCheck> thread_checks();

@@ -16,7 +16,8 @@ std::vector<PhysicsCase> all_cases(const PhysicsRange& range, int thinning,
         c.quick = cases.size() % static_cast<std::size_t>(thinning) == 0;
         cases.push_back(std::move(c));
     };
-    const std::vector<bool> far = range.far.empty() ? std::vector<bool>{false} : range.far;
+    const std::vector<bool> far =
+        range.far == FarBody::each ? std::vector<bool>{false, true} : std::vector<bool>{false};
     for (const double size : range.sizes)
         for (const double dt : range.steps)
             for (const double young : range.moduli)
@@ -31,7 +32,7 @@ std::vector<PhysicsCase> all_cases(const PhysicsRange& range, int thinning,
                                      .far_body = is_far,
                                      .variant = variant,
                                      .parameter = parameter});
-    if (range.far.empty())
+    if (range.far == FarBody::some)
         for (std::size_t k = 0, alone = cases.size(); k < alone; k += 5) {
             PhysicsCase c = cases[k];
             c.far_body = true;

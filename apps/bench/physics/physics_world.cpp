@@ -1,10 +1,12 @@
 #include "apps/bench/physics/physics_world.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include "meshing/body/make_body.hpp"
+#include "sim/fem/momentum.hpp"
 #include "sim/world/body_tree.hpp"
 
 namespace nbd {
@@ -103,21 +105,16 @@ WorldReport advance(World& world, double dt) {
 }
 
 Eigen::Vector3d mass_centre(const World& world, int body) {
-    const ElasticBody& elastic = world.elastic(body);
-    return world.state(body).x.transpose() * elastic.node_masses() / elastic.mass();
+    return centre_of_mass(world.elastic(body), world.state(body).x);
 }
 
 Eigen::Vector3d momentum(const World& world, int body) {
-    return world.state(body).v.transpose() * world.elastic(body).node_masses();
+    return momentum_of(world.elastic(body), world.state(body)).linear;
 }
 
 Eigen::Vector3d angular_momentum(const World& world, int body) {
-    const BodyState& state = world.state(body);
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (Eigen::Index i = 0; i < state.x.rows(); ++i)
-        sum += world.elastic(body).node_masses()[i] *
-               Eigen::Vector3d(state.x.row(i)).cross(Eigen::Vector3d(state.v.row(i)));
-    return sum;
+    const Momentum own = momentum_of(world.elastic(body), world.state(body));
+    return own.angular + mass_centre(world, body).cross(own.linear);
 }
 
 Eigen::Vector3d contact_force(const World& world, int body) {

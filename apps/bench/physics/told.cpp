@@ -154,7 +154,7 @@ PhysicsOutcome large(const PhysicsCase& c) {
 std::vector<PhysicsCase> all_quick(PhysicsRange range) {
     range.steps = {5e-3};
     range.moduli = {1e5};
-    range.far = {false};
+    range.far = FarBody::none;
     return all_cases(range, 1);
 }
 
