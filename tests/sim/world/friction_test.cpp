@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "sim/fem/momentum.hpp"
+#include "tests/sim/support/momentum.hpp"
 #include "tests/sim/world/box_model.hpp"
 
 namespace nbd {
@@ -35,8 +35,7 @@ TEST(Friction, OfALandingIsNeverMoreThanItsShareOfTheNormalForce) {
                 const double tolerance = 1e-4 * 9.81 * world.elastic(0).mass();  // of the solver
                 EXPECT_LE(now.friction, 1.01 * mu * now.normal + tolerance)
                     << dt << ' ' << mu << " step " << s;
-                const Eigen::Vector3d v =
-                    momentum_of(world.elastic(0), world.state(0)).linear / world.elastic(0).mass();
+                const Eigen::Vector3d v = test::linear_momentum(world, 0) / world.elastic(0).mass();
                 if (v[0] < 0.5) break;
                 friction += now.friction;
                 normal += now.normal;
@@ -79,7 +78,7 @@ TEST(Start, ABodyThatStandsExactlyOnTheFloorStays) {
             double highest = 0;
             for (int s = 0; s < 200; ++s) {
                 ASSERT_EQ(world.step(dt).failure, "") << young << ' ' << dt;
-                highest = std::max(highest, centre_of_mass(world.elastic(0), world.state(0).x)[2]);
+                highest = std::max(highest, test::centre_of_mass(world, 0)[2]);
             }
             // The passes of a long step do not settle which of nine stiff contacts press: a hop of half a
             // millimetre remains.
@@ -99,8 +98,7 @@ TEST(Start, ABodyInTheFloorOrOnAnotherIsNotThrown) {
         ASSERT_EQ(report.failure, "");
         EXPECT_LT(report.kinetic_energy, 0.02) << s;  // J; thrown at 2.7 m/s, 3.6
     }
-    EXPECT_NEAR(centre_of_mass(world.elastic(1), world.state(1).x)[2], 0.145,
-                4e-3);  // it gives under its weight
+    EXPECT_NEAR(test::centre_of_mass(world, 1)[2], 0.145, 4e-3);  // it gives under its weight
 }
 
 TEST(Start, ContinuesFromASnapshotWithTheSameBits) {

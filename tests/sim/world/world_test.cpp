@@ -68,11 +68,8 @@ INSTANTIATE_TEST_SUITE_P(HeightsAndStiffness, DroppedBody,
 TEST(World, CollidingBodiesConserveMomentum) {
     World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
     test::add_colliding_boxes(world);
-    const auto momentum = [&](int body) {
-        return Eigen::Vector3d(linear_momentum(world.elastic(body), world.state(body).v));
-    };
-    const Eigen::Vector3d before = momentum(0) + momentum(1);
-    const double speed_before = momentum(0).x();
+    const Eigen::Vector3d before = linear_momentum(world);
+    const double speed_before = linear_momentum(world, 0).x();
     int touched = 0;
     for (int i = 0; i < 80; ++i) {
         const WorldReport report = world.step(5e-3);
@@ -80,8 +77,8 @@ TEST(World, CollidingBodiesConserveMomentum) {
         if (report.contacts > 0) ++touched;
     }
     ASSERT_GT(touched, 3);
-    EXPECT_LT(momentum(0).x(), 0.5 * speed_before);
-    EXPECT_LT((momentum(0) + momentum(1) - before).norm(), 1e-4 * speed_before);
+    EXPECT_LT(linear_momentum(world, 0).x(), 0.5 * speed_before);
+    EXPECT_LT((linear_momentum(world) - before).norm(), 1e-4 * speed_before);
 }
 
 TEST(World, SaysWhereTheTimeOfItsStepsWent) {
@@ -275,7 +272,7 @@ TEST(World, AMovingSpherePushesABodyAway) {
         ASSERT_EQ(report.failure, "");
         EXPECT_LT(report.deepest_penetration, 0.01);
     }
-    EXPECT_GT(linear_momentum(*box.elastic, world.state(0).v).x() / box.elastic->mass(), 0.5);
+    EXPECT_GT(linear_momentum(world, 0).x() / box.elastic->mass(), 0.5);
 }
 
 TEST(World, RejectsInvalidBodiesAndObstacles) {
