@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 
 #include "collision/continuous/impact.hpp"
@@ -20,6 +21,12 @@ struct FeaturePair {
     int a = 0, b = 0;  // vertex and face, or the edges
     auto operator<=>(const FeaturePair&) const = default;
 };
+
+/// Of the four corners of a pair, those of surface a come first: the vertex, or the ends of edge a. Their
+/// number; the other corners are of b.
+constexpr std::size_t corners_of_a(FeatureKind kind) noexcept {
+    return kind == FeatureKind::vertex_face ? 1 : 2;
+}
 
 /// x: the vertex and the corners of the face, or the ends of edge a and of edge b.
 ClosestPoints closest_points(FeatureKind kind, const std::array<Eigen::Vector3d, 4>& x) noexcept;

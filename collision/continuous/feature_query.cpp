@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "collision/base/message.hpp"
+#include "collision/continuous/pair_boxes.hpp"
 
 namespace nbd {
 namespace {
@@ -44,20 +45,6 @@ float query_distance(double distance, double rounding_a, double rounding_b) {
     return std::nextafter(static_cast<float>(most), std::numeric_limits<float>::infinity());
 }
 
-/// The box of the vertices at both ends of the step.
-struct FeatureBox {
-    Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
-
-    void add(const Eigen::Array3d& p) {
-        low = low.min(p);
-        high = high.max(p);
-    }
-};
-
-double squared_distance(const FeatureBox& s, const FeatureBox& t) {
-    return (s.low - t.high).max(t.low - s.high).max(0).square().sum();
-}
-
 }  // namespace
 
 /// The pairs that the query of the faces left out are those of `neighbours_`; both are narrowed here.
@@ -69,7 +56,7 @@ void FeatureQuery::find(std::span<MovingBody> bodies, int body, double distance)
     b.make_local(b.own_, frame.origin(), scale, true);
     b.own_tree_.begin_step(b.own_.begin_float, b.own_.end_float);
     const double most = distance * scale;
-    const NumberedSurface surface{body, b.F_, b.features_};
+    const NumberedSurface surface = b.numbered(body);
     const std::size_t before = pairs_.size();
     for (FeaturePair pair : b.neighbours_) {
         pair.surface_a = pair.surface_b = body;
@@ -84,7 +71,7 @@ void FeatureQuery::find(std::span<MovingBody> bodies, int body, double distance)
 
 void FeatureQuery::find(std::span<MovingBody> bodies, int a, int b, double distance) {
     MovingBody &s = bodies[static_cast<std::size_t>(a)], &t = bodies[static_cast<std::size_t>(b)];
-    const NumberedSurface of_s{a, s.F_, s.features_}, of_t{b, t.F_, t.features_};
+    const NumberedSurface of_s = s.numbered(a), of_t = t.numbered(b);
     const std::size_t before = pairs_.size();
     for (const FacePair& faces : pair_query_.boxes_within(
              s.tree_, t.tree_, query_distance(distance, s.local_.rounding, t.local_.rounding)))
@@ -102,15 +89,13 @@ void FeatureQuery::keep_near(std::size_t first, const MovingBody& s, const Movin
         const MovingBody &a = swapped ? t : s, &b = swapped ? s : t;
         const MovingBody::Local &in_a = swapped ? local_t : local_s, &in_b = swapped ? local_s : local_t;
         const auto at = feature_vertices(pair, a, b);
-        const std::size_t split = pair.kind == FeatureKind::vertex_face ? 1 : 2;
-        FeatureBox box_a, box_b;
+        PairBoxes over_step(pair.kind);
         for (std::size_t k = 0; k < 4; ++k) {
-            FeatureBox& box = k < split ? box_a : box_b;
-            const MovingBody::Local& in = k < split ? in_a : in_b;
-            box.add(in.begin.row(at[k]).transpose().array());
-            box.add(in.end.row(at[k]).transpose().array());
+            const MovingBody::Local& in = k < corners_of_a(pair.kind) ? in_a : in_b;
+            over_step.add(k, in.begin.row(at[k]).transpose().array());
+            over_step.add(k, in.end.row(at[k]).transpose().array());
         }
-        return squared_distance(box_a, box_b) > most * most;
+        return over_step.gaps().max(0).square().sum() > most * most;
     };
     pairs_.erase(std::remove_if(pairs_.begin() + static_cast<std::ptrdiff_t>(first), pairs_.end(), is_far),
                  pairs_.end());
@@ -152,11 +137,10 @@ FreeStep FeatureQuery::collision_free_step(std::span<MovingBody> bodies, double 
         const MovingBody &a = bodies[static_cast<std::size_t>(pair.surface_a)],
                          &b = bodies[static_cast<std::size_t>(pair.surface_b)];
         const auto at = feature_vertices(pair, a, b);
-        const std::size_t split = pair.kind == FeatureKind::vertex_face ? 1 : 2;
         std::array<MovingPoint, 4> x;
         std::array<Eigen::Vector3d, 4> begin;
         for (std::size_t k = 0; k < 4; ++k) {
-            const MovingBody& body = k < split ? a : b;
+            const MovingBody& body = k < corners_of_a(pair.kind) ? a : b;
             x[k] = {body.begin().row(at[k]), body.end().row(at[k])};
             begin[k] = x[k].begin;
         }

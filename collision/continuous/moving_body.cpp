@@ -61,12 +61,4 @@ void MovingBody::make_local(Local& local, const Eigen::RowVector3d& origin, doub
         0x1p-24 * std::max(local.begin.cwiseAbs().maxCoeff(), local.end.cwiseAbs().maxCoeff()) + 0x1p-149;
 }
 
-std::array<int, 4> feature_vertices(const FeaturePair& pair, const MovingBody& a,
-                                    const MovingBody& b) noexcept {
-    if (pair.kind == FeatureKind::vertex_face)
-        return {pair.a, b.F()(pair.b, 0), b.F()(pair.b, 1), b.F()(pair.b, 2)};
-    const auto &of_a = a.features().edges, &of_b = b.features().edges;
-    return {of_a(pair.a, 0), of_a(pair.a, 1), of_b(pair.b, 0), of_b(pair.b, 1)};
-}
-
 }  // namespace nbd

@@ -35,6 +35,7 @@ class MovingBody {
     bool is_obstacle() const noexcept { return role_ == BodyRole::obstacle; }
     const Faces& F() const noexcept { return F_; }
     const SurfaceFeatures& features() const noexcept { return features_; }
+    NumberedSurface numbered(int surface) const noexcept { return {surface, F_, features_}; }
     const Nodes& begin() const noexcept { return begin_; }
     const Nodes& end() const noexcept { return end_; }
 
@@ -59,8 +60,11 @@ class MovingBody {
     Local local_, own_;
 };
 
-/// The vertices of a feature pair: the vertex and the corners of the face, or the ends of both edges.
-std::array<int, 4> feature_vertices(const FeaturePair& pair, const MovingBody& a,
-                                    const MovingBody& b) noexcept;
+/// The corners of a pair: the vertex and the corners of the face, or the ends of edge a and of edge b. a, b:
+/// the bodies of the pair.
+inline std::array<int, 4> feature_vertices(const FeaturePair& pair, const MovingBody& a,
+                                           const MovingBody& b) noexcept {
+    return feature_vertices(pair, a.numbered(pair.surface_a), b.numbered(pair.surface_b));
+}
 
 }  // namespace nbd

@@ -1,5 +1,6 @@
 #include "collision/continuous/surface_features.hpp"
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 
@@ -101,6 +102,14 @@ std::vector<FeaturePair> neighbour_features(FacesRef F, const SurfaceFeatures& f
     const auto repeats = std::ranges::unique(pairs);
     pairs.erase(repeats.begin(), repeats.end());
     return pairs;
+}
+
+std::array<int, 4> feature_vertices(const FeaturePair& pair, const NumberedSurface& a,
+                                    const NumberedSurface& b) noexcept {
+    if (pair.kind == FeatureKind::vertex_face)
+        return {pair.a, b.F(pair.b, 0), b.F(pair.b, 1), b.F(pair.b, 2)};
+    const auto &of_a = a.features.edges, &of_b = b.features.edges;
+    return {of_a(pair.a, 0), of_a(pair.a, 1), of_b(pair.b, 0), of_b(pair.b, 1)};
 }
 
 }  // namespace nbd

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <algorithm>
+#include <array>
 #include <vector>
 
 #include "collision/continuous/feature_pair.hpp"
@@ -42,6 +42,10 @@ struct NumberedSurface {
     const Faces& F;
     const SurfaceFeatures& features;
 };
+
+/// The corners of a pair in the order of closest_points(). a, b: the surfaces of the pair.
+std::array<int, 4> feature_vertices(const FeaturePair& pair, const NumberedSurface& a,
+                                    const NumberedSurface& b) noexcept;
 
 /// Calls visit(pair) for the features that the two faces own, each with those of the other. Faces of one
 /// surface must have no vertex in common. Over all pairs of faces, every pair of features comes once, unless

@@ -10,7 +10,6 @@
 #include <variant>
 
 #include "collision/base/stopwatch.hpp"
-#include "collision/continuous/impact.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "sim/barrier/edge_mollifier.hpp"
 #include "sim/barrier/merged_contacts.hpp"
@@ -199,10 +198,8 @@ double Barrier::limit(const NearFeatures& near) const {
     const double distance = closest_points(near.pair.kind, x).distance;
     const double room = std::max(distance - floor, 0.0);
     const ImpactConfig config{.separation = floor + left_share * room, .tolerance = tolerance_share * room};
-    const auto impact =
-        near.pair.kind == FeatureKind::vertex_face
-            ? vertex_face_impact({x[0], y[0]}, {x[1], y[1]}, {x[2], y[2]}, {x[3], y[3]}, config)
-            : edge_edge_impact({x[0], y[0]}, {x[1], y[1]}, {x[2], y[2]}, {x[3], y[3]}, config);
+    const Impact impact =
+        feature_impact(near.pair.kind, {{{x[0], y[0]}, {x[1], y[1]}, {x[2], y[2]}, {x[3], y[3]}}}, config);
     return impact.hits ? impact.time : 1;
 }
 
@@ -313,9 +310,9 @@ Contact Barrier::contact(const NearFeatures& near, double share) const {
                         &b = surfaces_[static_cast<std::size_t>(near.pair.surface_b)];
     const auto at = corners(near.pair, surfaces_);
     const ClosestPoints closest = closest_points(near.pair.kind, positions(near.pair, share));
-    const int corners_of_a = near.pair.kind == FeatureKind::vertex_face ? 1 : 2;
-    Contact contact{.a = surface_point(a, 0, corners_of_a, at, closest.weights_a),
-                    .b = surface_point(b, corners_of_a, 4 - corners_of_a, at, closest.weights_b),
+    const auto of_a = static_cast<int>(corners_of_a(near.pair.kind));
+    Contact contact{.a = surface_point(a, 0, of_a, at, closest.weights_a),
+                    .b = surface_point(b, of_a, 4 - of_a, at, closest.weights_b),
                     .normal = closest.gap / closest.distance,
                     .gap = closest.distance,
                     .friction = config_.friction};

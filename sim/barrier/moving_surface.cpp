@@ -34,18 +34,14 @@ double MovingSurface::rounding() const noexcept {
 }
 
 std::array<FeatureCorner, 4> corners(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {
-    const MovingSurface& a = surfaces[static_cast<std::size_t>(pair.surface_a)];
-    const MovingSurface& b = surfaces[static_cast<std::size_t>(pair.surface_b)];
-    if (pair.kind == FeatureKind::vertex_face)
-        return {{{pair.surface_a, pair.a},
-                 {pair.surface_b, b.F()(pair.b, 0)},
-                 {pair.surface_b, b.F()(pair.b, 1)},
-                 {pair.surface_b, b.F()(pair.b, 2)}}};
-    const auto &of_a = a.topology().edges, &of_b = b.topology().edges;
-    return {{{pair.surface_a, of_a(pair.a, 0)},
-             {pair.surface_a, of_a(pair.a, 1)},
-             {pair.surface_b, of_b(pair.b, 0)},
-             {pair.surface_b, of_b(pair.b, 1)}}};
+    const auto numbered = [&](int surface) {
+        return surfaces[static_cast<std::size_t>(surface)].numbered(surface);
+    };
+    const auto vertices = feature_vertices(pair, numbered(pair.surface_a), numbered(pair.surface_b));
+    std::array<FeatureCorner, 4> result;
+    for (std::size_t k = 0; k < 4; ++k)
+        result[k] = {k < corners_of_a(pair.kind) ? pair.surface_a : pair.surface_b, vertices[k]};
+    return result;
 }
 
 }  // namespace nbd

@@ -26,6 +26,7 @@ class MovingSurface {
     bool is_obstacle() const noexcept { return body_ < 0; }
     const Faces& F() const noexcept { return F_; }
     const SurfaceTopology& topology() const noexcept { return topology_; }
+    NumberedSurface numbered(int surface) const noexcept { return {surface, F_, topology_}; }
     const Nodes& rest() const noexcept { return rest_; }
     const Eigen::VectorXd& rest_areas() const noexcept { return areas_; }  // [n] m2
     const Nodes& begin() const noexcept { return begin_; }

@@ -23,10 +23,7 @@ std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>
         const std::span<const FacePair> pairs = query();
         query_us_ += watch.microseconds();
         face_pairs_ += static_cast<long>(pairs.size());
-        const auto numbered = [&](int s) {
-            const MovingSurface& surface = surfaces[static_cast<std::size_t>(s)];
-            return NumberedSurface{s, surface.F(), surface.topology()};
-        };
+        const auto numbered = [&](int s) { return surfaces[static_cast<std::size_t>(s)].numbered(s); };
         for (const FacePair& faces : pairs)
             for_each_owned_pair(numbered(a), numbered(b), faces,
                                 [&](const FeaturePair& pair) { found_.push_back({pair}); });

@@ -89,7 +89,7 @@ double boxes_apart(const FeaturePair& pair, const std::vector<MovingBody>& bodie
     RowVector3d frame = RowVector3d::Zero();
     if (&a == &b) frame = a.end().colwise().mean() - a.begin().colwise().mean();
     const auto at = feature_vertices(pair, a, b);
-    const std::size_t split = pair.kind == FeatureKind::vertex_face ? 1 : 2;
+    const std::size_t split = corners_of_a(pair.kind);
     std::array<RowVector3d, 2> low, high;
     low.fill(RowVector3d::Constant(1e300));
     high.fill(RowVector3d::Constant(-1e300));
@@ -257,7 +257,7 @@ TEST(FeatureQuery, StopsWhereTheFirstFeaturesComeTooNear) {
         const auto distance = [&](double share) {
             std::array<Vector3d, 4> x;
             for (std::size_t k = 0; k < 4; ++k) {
-                const MovingBody& body = k < (pair.kind == FeatureKind::vertex_face ? 1u : 2u) ? a : b;
+                const MovingBody& body = k < corners_of_a(pair.kind) ? a : b;
                 x[k] = body.begin().row(at[k]) + share * (body.end().row(at[k]) - body.begin().row(at[k]));
             }
             return closest_points(pair.kind, x).distance;
@@ -306,7 +306,7 @@ struct SlidingBall {
                                          bodies[static_cast<std::size_t>(pair.surface_b)]);
         std::array<Vector3d, 4> y;
         for (std::size_t k = 0; k < 4; ++k) {
-            const bool of_a = k < (pair.kind == FeatureKind::vertex_face ? 1u : 2u);
+            const bool of_a = k < corners_of_a(pair.kind);
             const Nodes& of = of_a == ball_is_a ? x : bodies[1].begin();
             y[k] = of.row(at[k]);
         }
