@@ -29,9 +29,9 @@ struct Impact {
 /// are. No collision is missed: rounding errors are bounded, and a search that runs out of iterations ends
 /// with "hits" and says so. A number that is not finite hits at time 0. Allocates nothing.
 ///
-/// Features that pass each other may be reported, too, where they come very near. By the largest difference
-/// of two coordinates: within 3e-14 of it where the closest points lie inside of a face or of both edges, and
-/// within 2e-8, the rounding of a direction that is so short, where a vertex passes an edge or a vertex.
+/// Features that pass each other very closely may be reported, too. Relative to the largest difference of two
+/// coordinates: within 3e-14 where the closest points lie inside of a face or of both edges, and within 2e-8,
+/// the rounding of so short a direction, where a vertex passes an edge or a vertex.
 /// A search takes two to thirty iterations as a rule; features that slide past each other at 1e-4 of
 /// their size have taken up to 800.
 ///
