@@ -110,7 +110,8 @@ class GlbReader {
         if (!found->is_array()) refuse_glb(fmt::format("\"{}\" is not an array", key));
         for (const json& number : *found) {
             if (!number.is_number_unsigned()) refuse_glb(fmt::format("\"{}\" holds what is no number", key));
-            numbers.push_back(static_cast<std::int64_t>(number.get<std::uint32_t>()));
+            numbers.push_back(
+                static_cast<std::int64_t>(std::min(number.get<std::uint64_t>(), std::uint64_t{1} << 62)));
         }
         return numbers;
     }

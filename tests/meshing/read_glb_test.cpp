@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "meshing/formats/read_surface.hpp"
+#include "tests/meshing/shapes.hpp"
+#include "tests/meshing/surface_files.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -119,6 +121,12 @@ TEST_F(ReadGlb, TurnsTheFacesOfAMirroredNode) {
     EXPECT_EQ(turned.col(0), F.col(0));
 }
 
+TEST_F(ReadGlb, RefusesANodeBeyond32Bits) {
+    scene["scenes"][0]["nodes"] = {std::uint64_t{1} << 32};
+    EXPECT_NE(refusal().find("there is no 4294967296 of \"nodes\", which has 1"), std::string::npos)
+        << refusal();
+}
+
 TEST_F(ReadGlb, RefusesDataThatDoNotFit) {
     const json good = scene;
     const std::vector<std::pair<std::string, json>> cases = {
@@ -154,6 +162,33 @@ TEST_F(ReadGlb, ReadsBuffersInTheText) {
     EXPECT_EQ(read().F.rows(), 4);
     scene["buffers"][0]["uri"] = "data:application/octet-stream;base64,AAA";
     EXPECT_NE(refusal(), "");
+}
+
+/// A .glb file of which node 0 is the first of a chain of `length` more.
+std::string chain_of_nodes(int length) {
+    std::string nodes = "\"children\":[1]}";
+    for (int n = 1; n < length; ++n) nodes += ",{\"children\":[" + std::to_string(n + 1) + "]}";
+    return glb_file(tetrahedron(), nodes + ",{\"name\":\"last\"");
+}
+
+TEST(ReadSurface, RefusesNodesOrValuesThatAreNestedTooDeeply) {
+    const TemporaryFolder folder;
+    EXPECT_EQ(read_surface(folder.write("some.glb", chain_of_nodes(500))).F.rows(), 4);
+    EXPECT_NE(reading_error(folder.write("deep.glb", chain_of_nodes(200'000)))
+                  .find("nodes are nested more than 1000"),
+              std::string::npos);
+    const std::string values = "\"extras\":" + std::string(100'000, '[') + std::string(100'000, ']');
+    EXPECT_NE(
+        reading_error(folder.write("values.glb", glb_file(tetrahedron(), values))).find("values are nested"),
+        std::string::npos);
+    EXPECT_NE(reading_error(folder.write("cycle.glb", glb_file(tetrahedron(), "\"children\":[0]"))), "");
+}
+
+TEST(ReadSurface, RefusesAJsonTextThatIsLongerThanTheFile) {
+    const TemporaryFolder folder;
+    std::string file = glb_file(tetrahedron());
+    file[15] = 9;  // the highest byte of the text's length
+    EXPECT_NE(reading_error(folder.write("long.glb", file)).find("its JSON text has 15"), std::string::npos);
 }
 
 }  // namespace

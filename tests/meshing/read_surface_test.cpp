@@ -4,36 +4,21 @@
 #include <sys/stat.h>
 
 #include <Eigen/Geometry>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <initializer_list>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "meshing/formats/write_surface.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
-#include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace nbd {
 namespace {
 
 using namespace test;
-
-std::string reading_error(const std::filesystem::path& path) {
-    return error_of([&] { read_surface(path); });
-}
-
-/// Positions of all corners in face order, independent of the numbering of the vertices.
-Nodes corner_positions(const TriMesh& mesh) {
-    Nodes X(mesh.F.size(), 3);
-    for (int i = 0; i < mesh.F.size(); ++i) X.row(i) = mesh.X.row(mesh.F(i / 3, i % 3));
-    return X;
-}
 
 std::vector<std::pair<std::string, std::string>> all_kinds(const TriMesh& mesh) {
     return {{"a.obj", obj_file(mesh)},
@@ -168,67 +153,6 @@ TEST(ReadSurface, RejectsOtherFilesInOneLine) {
     }
 }
 
-TEST(ReadSurface, ReportsErrorsInPlyFiles) {
-    const TemporaryFolder folder;
-    const std::string good = ascii_ply_file(tetrahedron());
-    const auto with = [&](const std::string& from, const std::string& to) {
-        std::string text = good;
-        text.replace(text.find(from), from.size(), to);
-        return text;
-    };
-    const std::vector<std::pair<std::string, std::string>> cases = {
-        {with("ascii", "ebcdic"), "unknown format \"ebcdic\""},
-        {with("format ascii 1.0\n", ""), "no \"format\" line"},
-        {with("float x", "floot x"), "unknown type \"floot\""},
-        {with("property float z\n", ""), "no vertex property \"z\""},
-        {with("vertex_indices", "corners"), "no face property \"vertex_indices\""},
-        {with("end_header\n", ""), "unknown keyword"},
-        {with("element vertex 4\n", ""), "a property comes before the first element"},
-        {with("face 4", "face 5"), "the file ends early, in face 4 of 5"},
-        {with("face 4", "face 0"), "no faces in the file"},
-        {with("3 0", "3 9"), "face 0 refers to vertex 9, but the file has 4 vertices"},
-        {with("3 0", "3 -1"), "face 0 refers to vertex -1, but the file has 4 vertices"},
-        {with("3 0", "-3 0"), "face 0 has a list of -3 entries"},
-        {with("3 0", "3 0.5"), "face 0 refers to vertex 0.5"},
-        {with("1 0 0", "nan 0 0"), "vertex 1 is not finite: (nan, 0, 0)"},
-        {with("1 0 0", "1e99 0 0"), "vertex 1 is too far away: (1e+99, 0, 0); allowed: up to 3.4e+38 m"}};
-    for (const auto& [content, text] : cases) {
-        const std::string error = reading_error(folder.write("a.ply", content));
-        EXPECT_NE(error.find(text), std::string::npos) << "\"" << error << "\" without \"" << text << '"';
-    }
-}
-
-TEST(ReadSurface, ReportsErrorsInOffFiles) {
-    const TemporaryFolder folder;
-    const std::vector<std::pair<std::string, std::string>> cases = {
-        {"3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "does not start with \"OFF\""},
-        {"4OFF\n3 1 0\n", "\"4OFF\" is not three-dimensional"},
-        {"OFF\n# nothing else\n", "the file ends early, before the counts"},
-        {"OFF BINARY\n", "the header: \"BINARY\" is not a number"},
-        {"OFF\n3 999999999 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "ends early, before face 1 of 999999999"},
-        {"OFF\n4 1 0\n0 0 0\n1 0 0\n0 1 0\n", "ends early, before vertex 3 of 4"},
-        {"OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n", "vertex 1 of 3 ends early"},
-        {"OFF\n3 1 0\n0 0 0\n1x 0 0\n0 1 0\n3 0 1 2\n", "\"1x\" is not a number"},
-        {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9 0 1 2\n", "face 0 of 1 ends early"},
-        {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
-         "face 0 refers to vertex 7, but the file has 3 vertices"},
-        {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", "face 0 refers to vertex -1"},
-        {"OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n", "no faces in the file"}};
-    for (const auto& [content, text] : cases) {
-        const std::string error = reading_error(folder.write("a.off", content));
-        EXPECT_NE(error.find(text), std::string::npos) << "\"" << error << "\" without \"" << text << '"';
-    }
-}
-
-TEST(ReadSurface, ReadsOffFacesThatGoOnInTheNextLine) {
-    const TemporaryFolder folder;
-    const TriMesh read = read_surface(folder.write("a.off",
-                                                   "OFF\n5\n2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n"
-                                                   "4 0 1 # two more\n\n2\n3 255 0 0\n3\n0 1 4 7\n"));
-    EXPECT_EQ(read.F.rows(), 3);
-    EXPECT_EQ(read.F.row(2), Eigen::RowVector3i(0, 1, 4));
-}
-
 TEST(ReadSurface, ReadsEveryFormatInDoublePrecision) {
     const TemporaryFolder folder;
     TriMesh mesh = tetrahedron();
@@ -262,80 +186,6 @@ TEST(ReadSurface, ReadsEveryFormatInDoublePrecision) {
                   .cwiseAbs()
                   .maxCoeff(),
               1e-8);
-}
-
-TEST(ReadSurface, IgnoresColoursAndCommentsOfOffFiles) {
-    const TemporaryFolder folder;
-    const TriMesh read = read_surface(
-        folder.write("a.off",
-                     "COFF # kind\r\n\r\n# counts\r\n3 2 0\r\n0 0 0 255 0 0 255\r\n"
-                     "+1 0 0 0 0 0 0\r\n0 1 0 1 1 1 1 # last\r\n2 0 1\r\n3 0 1 2 0.5 0.5 0.5\r\n"));
-    EXPECT_EQ(read.F, (Faces(1, 3) << 0, 1, 2).finished());
-    EXPECT_EQ(read.X.rows(), 3);
-}
-
-/// A .ply file of five vertices and the given strips, one list a line.
-std::string ply_of_strips(const std::string& strips, int count) {
-    return "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
-           "element tristrips " +
-           std::to_string(count) +
-           "\nproperty list int int vertex_indices\nend_header\n"
-           "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 1\n" +
-           strips;
-}
-
-Faces faces(std::initializer_list<std::array<int, 3>> rows) {
-    Faces F(static_cast<Eigen::Index>(rows.size()), 3);
-    Eigen::Index f = 0;
-    for (const auto& [a, b, c] : rows) F.row(f++) << a, b, c;
-    return F;
-}
-
-TEST(ReadSurface, TurnsEverySecondTriangleOfAPlyStrip) {
-    const TemporaryFolder folder;
-    EXPECT_EQ(read_surface(folder.write("a.ply", ply_of_strips("5 0 1 2 3 4\n", 1))).F,
-              faces({{0, 1, 2}, {2, 1, 3}, {2, 3, 4}}));
-}
-
-TEST(ReadSurface, StartsAStripAnewAtMinusOneAndAtEachList) {
-    const TemporaryFolder folder;
-    const Faces expected = faces({{0, 1, 2}, {2, 1, 3}, {2, 3, 4}});
-    EXPECT_EQ(read_surface(folder.write("a.ply", ply_of_strips("9 0 1 2 3 -1 2 3 4 -1\n", 1))).F, expected);
-    EXPECT_EQ(read_surface(folder.write("b.ply", ply_of_strips("4 0 1 2 3\n3 2 3 4\n", 2))).F, expected);
-}
-
-TEST(ReadSurface, SkipsTheTrianglesThatJoinStrips) {
-    const TemporaryFolder folder;
-    // 0 1 2, then the joints 1 2 2, 2 2 3 and 2 3 3, then 3 3 4 and 3 4 1.
-    EXPECT_EQ(read_surface(folder.write("a.ply", ply_of_strips("8 0 1 2 2 3 3 4 1\n", 1))).F,
-              faces({{0, 1, 2}, {4, 3, 1}}));
-}
-
-TEST(ReadSurface, ReportsErrorsInPlyStrips) {
-    const TemporaryFolder folder;
-    const std::vector<std::pair<std::string, std::string>> cases = {
-        {"3 0 1 5\n", "face 0 refers to vertex 5, but the file has 5 vertices"},
-        {"3 0 1 -2\n", "face 0 refers to vertex -2, but the file has 5 vertices"},
-        {"3 0 1 1.5\n", "strip 0 refers to vertex 1.5"},
-        {"4 0 1 2\n", "the file ends early, in tristrips 0 of 1"},
-        {"2 0 1\n", "no faces in the file"}};
-    for (const auto& [strips, problem] : cases)
-        EXPECT_NE(reading_error(folder.write("a.ply", ply_of_strips(strips, 1))).find(problem),
-                  std::string::npos)
-            << reading_error(folder.write("a.ply", ply_of_strips(strips, 1)));
-}
-
-TEST(ReadSurface, IgnoresOtherElementsAndPropertiesOfPlyFiles) {
-    const TemporaryFolder folder;
-    const TriMesh read = read_surface(folder.write(
-        "a.ply",
-        "ply\r\nformat ascii 1.0\r\nobj_info x\r\nelement camera 2\r\nproperty float f\r\n"
-        "property list int float g\r\nelement vertex 3\r\nproperty uchar red\r\nproperty double x\r\n"
-        "property double y\r\nproperty double z\r\nelement face 1\r\nproperty uchar flags\r\n"
-        "property list uchar uint vertex_index\r\nproperty list uchar float texcoord\r\n"
-        "end_header\r\n1 2 5 6\r\n1 0\r\n255 0 0 0\r\n0 +1 0 0\r\n0 0 1 0\r\n7 3 0 1 2 2 .5 .5\r\n"));
-    EXPECT_EQ(read.F, (Faces(1, 3) << 0, 1, 2).finished());
-    EXPECT_EQ(read.X, (Nodes(3, 3) << 0, 0, 0, 1, 0, 0, 0, 1, 0).finished());
 }
 
 TEST(ReadSurface, NeverCrashesOnATruncatedFile) {
@@ -375,61 +225,6 @@ TEST(ReadSurface, NeverCrashesOnDamagedBytes) {
             EXPECT_EQ(error.find('\n'), std::string::npos) << error;
         }
     }
-}
-
-TEST(WriteSurface, RoundTripsEveryBitOfFloat) {
-    const TemporaryFolder folder;
-    for (const double scale : {1e-3, 1., 1e4}) {
-        const TriMesh mesh = as_from_file(moved(torus(1, 0.3, 20, 10), 0.1, 0.2, 0.3, scale));
-        for (const char* name : {"a.obj", "a.ply"}) {
-            SCOPED_TRACE(name);
-            write_surface(folder / name, mesh.X, mesh.F);
-            EXPECT_EQ(corner_positions(read_surface(folder / name)).cast<float>(),
-                      corner_positions(mesh).cast<float>());
-        }
-    }
-}
-
-TEST(WriteSurface, LeavesNoFileBehindOnFailure) {
-    const TemporaryFolder folder;
-    const TriMesh mesh = tetrahedron();
-    EXPECT_EQ(error_of([&] { write_surface(folder / "a.fbx", mesh.X, mesh.F); }),
-              (folder / "a.fbx").string() + ": unknown kind of surface file; allowed: .obj .ply");
-    EXPECT_EQ(
-        error_of([&] { write_surface(folder / "no/a.obj", mesh.X, mesh.F); }),
-        (folder / "no/a.obj").string() + ": cannot create a file in this folder: No such file or directory");
-    std::filesystem::create_directory(folder / "taken.obj");
-    EXPECT_NE(error_of([&] { write_surface(folder / "taken.obj", mesh.X, mesh.F); }), "");
-    int entries = 0;
-    for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder / "")) ++entries;
-    EXPECT_EQ(entries, 1);
-}
-
-/// A .glb file of which node 0 is the first of a chain of `length` more.
-std::string chain_of_nodes(int length) {
-    std::string nodes = "\"children\":[1]}";
-    for (int n = 1; n < length; ++n) nodes += ",{\"children\":[" + std::to_string(n + 1) + "]}";
-    return glb_file(tetrahedron(), nodes + ",{\"name\":\"last\"");
-}
-
-TEST(ReadSurface, RefusesNodesOrValuesThatAreNestedTooDeeply) {
-    const TemporaryFolder folder;
-    EXPECT_EQ(read_surface(folder.write("some.glb", chain_of_nodes(500))).F.rows(), 4);
-    EXPECT_NE(reading_error(folder.write("deep.glb", chain_of_nodes(200'000)))
-                  .find("nodes are nested more than 1000"),
-              std::string::npos);
-    const std::string values = "\"extras\":" + std::string(100'000, '[') + std::string(100'000, ']');
-    EXPECT_NE(
-        reading_error(folder.write("values.glb", glb_file(tetrahedron(), values))).find("values are nested"),
-        std::string::npos);
-    EXPECT_NE(reading_error(folder.write("cycle.glb", glb_file(tetrahedron(), "\"children\":[0]"))), "");
-}
-
-TEST(ReadSurface, RefusesAJsonTextThatIsLongerThanTheFile) {
-    const TemporaryFolder folder;
-    std::string file = glb_file(tetrahedron());
-    file[15] = 9;  // the highest byte of the text's length
-    EXPECT_NE(reading_error(folder.write("long.glb", file)).find("its JSON text has 15"), std::string::npos);
 }
 
 TEST(ReadSurface, OpensNoOtherFile) {

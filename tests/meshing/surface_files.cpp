@@ -4,6 +4,9 @@
 #include <cstring>
 #include <sstream>
 
+#include "meshing/formats/read_surface.hpp"
+#include "tests/support/error_of.hpp"
+
 namespace nbd::test {
 namespace {
 
@@ -118,6 +121,16 @@ std::string glb_file(const TriMesh& mesh, const std::string& node) {
     append_bytes(out, static_cast<std::uint32_t>(data.size()));
     out += std::string("BIN\0", 4) + data;
     return out;
+}
+
+std::string reading_error(const std::filesystem::path& path) {
+    return error_of([&] { read_surface(path); });
+}
+
+Nodes corner_positions(const TriMesh& mesh) {
+    Nodes X(mesh.F.size(), 3);
+    for (int i = 0; i < mesh.F.size(); ++i) X.row(i) = mesh.X.row(mesh.F(i / 3, i % 3));
+    return X;
 }
 
 }  // namespace nbd::test

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "meshing/surface/mesh.hpp"
@@ -21,5 +22,11 @@ std::string binary_stl_file(const TriMesh& mesh);
 
 /// `node`: further entries of the glTF node, such as "translation": [1, 2, 3].
 std::string glb_file(const TriMesh& mesh, const std::string& node = "");
+
+/// What read_surface() says of a file; empty if it reads it.
+std::string reading_error(const std::filesystem::path& path);
+
+/// Positions of all corners in face order, independent of the numbering of the vertices.
+Nodes corner_positions(const TriMesh& mesh);
 
 }  // namespace nbd::test
