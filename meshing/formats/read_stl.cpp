@@ -74,8 +74,8 @@ PolygonSoup read_text(const std::filesystem::path& path) {
     bool in_facet = false, in_loop = false;
     while (!in.at_end()) {
         const std::string word = lower(in.word());
-        if (!in_facet && (word.ends_with("solid") || word == "endsolid")) {
-            in.rest_of_line();  // a name
+        if (!in_facet && word.ends_with("solid")) {  // also "endsolid", and behind a byte order mark
+            in.rest_of_line();                       // a name
         } else if (!in_facet && word == "facet") {
             in_facet = true;
             if (lower(in.word()) != "normal") in.fail("expected normal after facet");

@@ -10,11 +10,11 @@ namespace nbd {
 /// scaling; units are metres. The y axis of a .glb file, which is up there, becomes z. Groups and objects are
 /// joined in file order, instances with their transforms. Faces keep the file's order; the triangles of a
 /// polygon or strip take its place; lines and points are skipped. Vertices with exactly equal positions are
-/// welded and numbered by first appearance in the file
-/// (.obj, .stl: in the faces). Coordinates are read in double precision. The surface may be open, degenerate
-/// and so on: see check_surface(). Throws a one-line std::runtime_error that starts with the path for a
-/// missing, empty or unreadable file, a directory, an unknown extension, a truncated file if the format
-/// allows to detect it, a face index out of range, a non-finite coordinate, or a file without faces.
+/// welded and numbered by first appearance in the file (.obj, .stl: in the faces). Coordinates are read in
+/// double precision. The surface may be open, degenerate and so on: see check_surface(). Throws a one-line
+/// std::runtime_error that starts with the path for a missing, empty or unreadable file, a directory, an
+/// unknown extension, a truncated file if the format allows to detect it, a face index out of range, a
+/// coordinate that no float32 can hold, or a file without faces.
 TriMesh read_surface(const std::filesystem::path& path);
 
 }  // namespace nbd

@@ -10,9 +10,9 @@ namespace nbd {
 
 /// Cells as VTK's formats have them: cell c has the corners from offsets[c] to offsets[c + 1] - 1.
 struct VtkCells {
-    std::vector<std::int64_t> offsets,
-        corners;                      // ascending; offsets begins with 0 and ends with their number
-    std::vector<std::int64_t> types;  // one per cell
+    std::vector<std::int64_t> offsets;  // ascending, from 0 to the number of corners
+    std::vector<std::int64_t> corners;  // nodes, counted from that of the piece
+    std::vector<std::int64_t> types;    // one per cell
 };
 
 /// Adds the tetrahedra of the cells, whose corners count from `first_node` on; other_cells counts points,

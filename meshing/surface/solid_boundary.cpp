@@ -55,8 +55,7 @@ void check_volumes(const std::vector<Component>& components) {
     }
 }
 
-/// Whether `point`, not on the component, lies inside it: the solid angles of the faces sum to +-4 pi inside,
-/// 0 outside.
+/// Whether the component encloses `point`, which does not lie on it.
 bool contains(const TriMesh& mesh, const Component& component, const Eigen::RowVector3d& point) {
     if (!component.box.contains(point.transpose())) return false;
     return std::abs(winding_number(mesh, component.faces, point)) > 0.5;

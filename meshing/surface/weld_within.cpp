@@ -23,7 +23,7 @@ BoxTree::Box box_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return box;
 }
 
-/// For each vertex the first one within `length` of it that merges with no other.
+/// For each vertex the one that it merges with: itself, or the first vertex within `length` of it that stays.
 std::vector<int> merge(const Nodes& X, double length) {
     std::vector<BoxTree::Box> boxes;
     for (int v = 0; v < X.rows(); ++v) boxes.emplace_back(Eigen::Vector3d(X.row(v).transpose()));
@@ -139,8 +139,8 @@ TriMesh weld_within(const TriMesh& mesh, double length, WeldReport& report) {
             welded.F.row(faces++) = corners;
     }
     welded.F.conservativeResize(faces, 3);
-    // Each round divides at most one edge of a face, so three rounds serve all faces of the file; their parts
-    // have no vertex on their new edges.
+    // Each round divides at most one edge of a face, so three rounds serve the faces of the file: the edges
+    // that are new are not open. More rounds are for parts that a tolerant `length` makes divisible again.
     constexpr int most_rounds = 8;
     for (int round = 0; round < most_rounds; ++round) {
         const int splits = split_once(welded, length);
