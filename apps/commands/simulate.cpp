@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -14,6 +13,7 @@
 #include "apps/simulate/finished_run.hpp"
 #include "apps/simulate/journal.hpp"
 #include "apps/simulate/run_paths.hpp"
+#include "apps/simulate/run_report.hpp"
 #include "apps/simulate/scene_files.hpp"
 #include "apps/simulate/simulation_outputs.hpp"
 #include "collision/base/stopwatch.hpp"
@@ -21,8 +21,6 @@
 #include "meshing/h5/version.hpp"
 #include "meshing/surface/counted.hpp"
 #include "sim/factor/blas.hpp"
-#include "sim/scene/body_warnings.hpp"
-#include "sim/world/start_check.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/split.hpp"
 
@@ -121,94 +119,6 @@ void end_live(LiveRun& live, bool stopped, const std::string& failure, bool keep
     live.keep_serving();
 }
 
-/// Where the time of a step went, in ms and as a share of the step. output_us: mean per frame, microseconds.
-std::string time_line(const StepTotals& total, double output_us) {
-    const auto part = [&](double us) {
-        return fmt::format("{:.2f} ({:.1f} %)", 1e-3 * us, 100 * us / std::max(total.step_us(), 1e-3));
-    };
-    return fmt::format(
-        "time per step: {:.2f} ms: search {}, detection {}, assembly {}, solve {}, rest {}; output {:.2f} ms "
-        "a "
-        "frame",
-        1e-3 * total.step_us(), part(total.search_us()), part(total.detect_us), part(total.assemble_us),
-        part(total.solve_us), part(total.rest_us), 1e-3 * output_us);
-}
-
-/// Warns of steps that went wrong. reason: of the first of this run that is not about inverted tetrahedra;
-/// empty if an earlier part of the run had it.
-void tell_trouble(const StepTotals& total, const std::string& reason, const Output& out) {
-    if (total.otherwise_troubled_steps > 0)
-        out.warning(fmt::format(
-            "{} of {} steps were kept although something went wrong; {}", total.otherwise_troubled_steps,
-            total.steps, reason.empty() ? "see the column `trouble` of --csv" : "the first: " + reason));
-    if (total.inverted_steps > 0)
-        out.warning(fmt::format(
-            "{} of {} steps end with tetrahedra inside out, up to {} at once, the first at {:.6g} "
-            "s; a shorter dt, more newton_iterations or the law stable_neo_hookean may help",
-            total.inverted_steps, total.steps, total.most_inverted, total.first_inverted));
-}
-
-/// Prints the results. size: length that penetration is compared with, metres. output_us: as in time_line().
-void tell(const SceneOutput& paths, int frames, const StepTotals& total, double size, double output_us,
-          Output& out) {
-    out.text(
-        fmt::format("{}: {}, {:.3f} s simulated; contacts in {}, deepest penetration {:.3g} m, "
-                    "{:.2g} % of the smallest body",
-                    paths.recording.string(), counted(frames, "frame"), total.time,
-                    counted(total.frames_in_contact, "frame"), total.deepest_penetration,
-                    100 * total.deepest_penetration / size));
-    for (const std::string& line : other_outputs(paths)) out.text(line);
-    if (std::isfinite(total.least_distance))
-        out.text(fmt::format("least distance between surfaces at the end of a step: {:.3g} m",
-                             total.least_distance));
-    out.text(fmt::format("broad phase per step: {:.1f} us update, {:.1f} us queries, {:.1f} nodes bounded",
-                         total.update_us, total.collision_us, total.nodes_bounded));
-    out.text(time_line(total, output_us));
-    if (total.audited_frames > 0)
-        out.text(
-            fmt::format("audit of {}: {} of {} touching face pairs missed, {} of {} within contact distance",
-                        counted(total.audited_frames, "frame"), total.audit.intersecting_missed,
-                        total.audit.intersecting, total.audit.near_missed, total.audit.near));
-    if (total.audited_frames > 0)
-        out.text(fmt::format(
-            "audit: {} tests, exact bounds need {}; {:.1f} us per frame, exact bounds take {:.1f}",
-            total.audit.tests, total.audit.exact_tests, total.audit.us / total.audited_frames,
-            total.audit.exact_us / total.audited_frames));
-    if (total.nodes_out_of_range > 0)
-        out.late_warning(fmt::format("{} nodes were out of their calibrated range and bounded exactly",
-                                     total.nodes_out_of_range));
-    out.result(
-        {{"frames", frames},
-         {"steps", total.steps},
-         {"troubled_steps", total.troubled_steps},
-         {"inverted_steps", total.inverted_steps},
-         {"most_inverted", total.most_inverted},
-         {"time", total.time},
-         {"frames_in_contact", total.frames_in_contact},
-         {"deepest_penetration", total.deepest_penetration},
-         {"least_distance", std::isfinite(total.least_distance) ? nlohmann::ordered_json(total.least_distance)
-                                                                : nlohmann::ordered_json()},
-         {"smallest_body", size},
-         {"update_us", total.update_us},
-         {"collision_us", total.collision_us},
-         {"detect_us", total.detect_us},
-         {"assemble_us", total.assemble_us},
-         {"solve_us", total.solve_us},
-         {"rest_us", total.rest_us},
-         {"output_us", output_us},
-         {"nodes_bounded", total.nodes_bounded},
-         {"nodes_out_of_range", total.nodes_out_of_range},
-         {"audited_frames", total.audited_frames},
-         {"intersecting_pairs", total.audit.intersecting},
-         {"intersecting_pairs_missed", total.audit.intersecting_missed},
-         {"near_pairs", total.audit.near},
-         {"near_pairs_missed", total.audit.near_missed},
-         {"audit_tests", total.audit.tests},
-         {"audit_exact_tests", total.audit.exact_tests},
-         {"audit_us", total.audit.us},
-         {"audit_exact_us", total.audit.exact_us}});
-}
-
 void run(const SimulateArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
@@ -251,18 +161,7 @@ void run(const SimulateArguments& arguments, Output& out) {
     // Shared with the page of a run, which another thread makes.
     const auto shared_world = std::make_shared<World>(build_world(spec, bodies, &moves));
     World& world = *shared_world;
-    for (const auto& [body, by] : moves)
-        out.announcement(
-            fmt::format("body {} '{}' intersects at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m",
-                        body, spec.bodies[static_cast<std::size_t>(body)].name, by.x(), by.y(), by.z()));
-    if (const std::string line = start_warning(start_faults(world, body_labels(spec)), spec.resolve_start);
-        !line.empty())
-        out.warning(fmt::format("{}: {}", arguments.scene, line));
-    std::vector<const LoadedBody*> loaded;
-    for (const LoadedBody& body : bodies) loaded.push_back(&body);
-    for (const std::string& line : scene_body_warnings(spec, loaded))
-        out.warning(fmt::format("{}: {}", arguments.scene, line));
-    out.end_if_strict();
+    tell_start(arguments.scene, spec, bodies, world, moves, out);
     world.check_start();
     std::optional<Audit> audit;
     if (arguments.audit > 0) audit.emplace(spec, bodies);
@@ -340,8 +239,8 @@ void run(const SimulateArguments& arguments, Output& out) {
     if (!stopped) journal.remove();
     // A strict run that met trouble ends with that as its error.
     if (!(out.strict && !failure.empty())) tell_trouble(outputs.table().totals(), trouble, out);
-    tell(paths, frame.number, outputs.table().totals(), world.smallest_diagonal(),
-         output_us / std::max(frames_made, 1), out);
+    tell_results(paths, frame.number, outputs.table().totals(), world.smallest_diagonal(),
+                 output_us / std::max(frames_made, 1), out);
     if (comparison)
         out.text(fmt::format("compared with all contacts; distances of nodes in % of the smallest body:\n{}",
                              comparison->table(world.smallest_diagonal())));
