@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -74,10 +75,10 @@ Eigen::Vector3d normal(const TriMesh& mesh, int face) {
     return (b - a).cross(c - a);
 }
 
-/// How two surfaces meet: `crossing` pairs of faces, of which none is left once b is moved slightly away.
+/// How two surfaces meet.
 struct Meeting {
-    std::size_t crossing = 0;
-    bool touches_only = false;
+    std::size_t crossing = 0;   // pairs of faces with a point in common
+    bool touches_only = false;  // no such pair is left once b is moved slightly away
 };
 
 template <class Surface>
@@ -124,13 +125,21 @@ std::vector<StartFault> StartCheck::between_bodies() {
 }
 
 std::vector<StartFault> StartCheck::with_obstacle(const std::string& label, const Obstacle& obstacle) {
+    std::unique_ptr<Surface> solid;  // one for all bodies: a large mesh may lie under many
+    if (const auto* shape = std::get_if<std::shared_ptr<const StaticSurface>>(&obstacle.shape)) {
+        TriMesh mesh = (*shape)->mesh();
+        mesh.X.rowwise() += displacement_at(obstacle, 0).transpose();
+        solid = std::make_unique<Surface>(label, std::move(mesh), origin_);
+    }
     std::vector<StartFault> faults;
     for (const auto& body : bodies_)
-        for (StartFault& fault : check(*body, label, obstacle)) faults.push_back(std::move(fault));
+        if (auto fault = check(*body, label, obstacle, solid.get())) faults.push_back(std::move(*fault));
     return faults;
 }
 
-std::vector<StartFault> StartCheck::check(Surface& body, const std::string& label, const Obstacle& obstacle) {
+/// solid: the obstacle at the start if it is a mesh, else null.
+std::optional<StartFault> StartCheck::check(Surface& body, const std::string& label, const Obstacle& obstacle,
+                                            Surface* solid) {
     const double size = body.diagonal();
     double least = size;  // distance of the body's vertices, and of its faces where they are looked at
     for (Eigen::Index i = 0; i < body.mesh.X.rows(); ++i)
@@ -144,24 +153,20 @@ std::vector<StartFault> StartCheck::check(Surface& body, const std::string& labe
                 least = std::min(least, *distance - ball->radius);
     }
     if (least < -slight * size)
-        return {{true, fmt::format("{}: is {:.3g} m deep in {} at the start", body.label, -least, label)}};
-    if (const auto* solid = std::get_if<std::shared_ptr<const StaticSurface>>(&obstacle.shape)) {
-        TriMesh mesh = (*solid)->mesh();
-        mesh.X.rowwise() += displacement_at(obstacle, 0).transpose();
-        Surface other(label, std::move(mesh), origin_);
-        if (other.box.intersects(body.box)) {
-            const Meeting found = meeting(query_, other, body);
-            if (found.crossing > 0 && !found.touches_only)
-                return {{true, fmt::format("{}: overlaps {} at the start: {} pairs of faces cross",
-                                           body.label, label, found.crossing)}};
-            if (found.crossing > 0) least = 0;
-            if (found.crossing == 0 && body.encloses(other))
-                return {{true, fmt::format("{}: encloses {} at the start", body.label, label)}};
-        }
+        return StartFault{true,
+                          fmt::format("{}: is {:.3g} m deep in {} at the start", body.label, -least, label)};
+    if (solid && solid->box.intersects(body.box)) {
+        const Meeting found = meeting(query_, *solid, body);
+        if (found.crossing > 0 && !found.touches_only)
+            return StartFault{true, fmt::format("{}: overlaps {} at the start: {} pairs of faces cross",
+                                                body.label, label, found.crossing)};
+        if (found.crossing > 0) least = 0;
+        if (found.crossing == 0 && body.encloses(*solid))
+            return StartFault{true, fmt::format("{}: encloses {} at the start", body.label, label)};
     }
     if (least <= rounding * size)
-        return {{false, fmt::format("{}: touches {} at the start", body.label, label)}};
-    return {};
+        return StartFault{false, fmt::format("{}: touches {} at the start", body.label, label)};
+    return std::nullopt;
 }
 
 std::vector<StartFault> start_faults(const World& world, const std::vector<std::string>& labels) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,8 @@ class StartCheck {
 
  private:
     class Surface;
-    std::vector<StartFault> check(Surface& body, const std::string& label, const Obstacle& obstacle);
+    std::optional<StartFault> check(Surface& body, const std::string& label, const Obstacle& obstacle,
+                                    Surface* solid);
 
     std::vector<std::unique_ptr<Surface>> bodies_;
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
