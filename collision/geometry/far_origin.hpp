@@ -16,9 +16,9 @@ double float_step(double x) noexcept;
 double mean_edge(NodesRef X, FacesRef F);
 
 /// The origin from which float32 positions in `box` are counted. Zero while a step of float32 at the farthest
-/// of them is below 1/4000 of `edge`, a length of the shape; else a point near the middle of the box, whole
-/// multiples of a power of two, so that what is subtracted from it and added again keeps its bits. box:
-/// finite; zero for an empty one.
+/// of them is below 1/4000 of `edge`, a length of the shape; else a point near the middle of the box. Its
+/// coordinates are whole multiples of a power of two, so that what it is subtracted from and added to again
+/// keeps its bits. box: finite; zero for an empty one.
 Eigen::Vector3d far_origin(const Eigen::AlignedBox3d& box, double edge);
 
 /// far_origin() of a surface, with its mean edge.

@@ -36,7 +36,7 @@ struct ElementReport {
     bool ok() const noexcept { return inverted == 0 && non_finite == 0; }
 };
 
-/// A symmetric matrix: its diagonal, and entries (0, 1), (0, 2), (1, 2). Fourths are zero.
+/// A symmetric matrix: its diagonal, and entries (0, 1), (0, 2), (1, 2). The fourth numbers are zero.
 struct SymmetricColumns {
     Eigen::Vector4f diagonal, off;
 };
@@ -51,12 +51,11 @@ struct ElementPose {
     std::vector<Eigen::Matrix4f> S;
     // Of other bodies, of several corotated materials too, and of full tangents; otherwise empty.
     std::vector<ElementTangent> tangents;  // [batches] times volume
-    std::vector<TetBlocks> blocks;         // [T] K + damping D; empty where S is not
-    // Of a step with damping: deformation gradients by which strain rates are measured, and the share of the
-    // damping matrix D; otherwise empty, and 0.
+    std::vector<TetBlocks> blocks;         // [T] K + damping D, see StepMotion; empty where S is not
+    // Of a step with damping: its deformation gradients F, see StepMotion; otherwise empty.
     std::vector<LaneMatrix3> F;  // [batches]
-    double damping = 0;
-    // Where S is not empty either, [T]: the columns that F has in place of R, and F F^T.
+    double damping = 0;          // see StepMotion; 0 without
+    // Of a step with damping where S is not empty, [T]: like S with F in place of R, and F F^T.
     std::vector<Eigen::Matrix4f> T;
     std::vector<SymmetricColumns> squares;
 };
@@ -70,7 +69,7 @@ struct StepMotion {
     NodesRef w;     // [N, 3] m/s
     double dt = 0;  // seconds
     double strain_rate_at = 1;
-    double damping = 0;  // D counts as much as so many K
+    double damping = 0;  // weight of D beside K: the matrix of the step is K + damping D
 };
 
 /// What is kept of the derivative of the corotated stress.
@@ -110,8 +109,8 @@ class ElasticBody {
     int element_count() const noexcept { return static_cast<int>(rest_.T.rows()); }
     int unknown_count() const noexcept { return 3 * node_count(); }
     const TetMesh& rest() const noexcept { return rest_; }
-    /// What this body and its copies alone have in common. Caches hold it weakly: unlike an address, it is
-    /// never that of another body.
+    /// Shared by this body and its copies, and by no other. A cache that holds it weakly cannot take a new
+    /// body for an old one, as it might by the address.
     struct Identity {};
     const std::shared_ptr<const Identity>& identity() const noexcept { return identity_; }
     const Material& material() const noexcept { return material_; }  // outside of regions

@@ -17,8 +17,8 @@ struct TimeStep {
     TimeStep(double length) noexcept : dt(length) {}
     TimeStep(double length, double factor) noexcept : dt(length), velocity_factor(factor) {}
 
-    /// Where in the step the strain is that its velocity changes, as a share of x* to the end: at these
-    /// positions, a rotation has no strain rate.
+    /// Where strain rates are measured, as a share of the way from x* to the end: where the velocities of a
+    /// body that only rotates strain nothing.
     double strain_rate_at() const noexcept { return velocity_factor > 1 ? 1 : 0.5; }
 };
 

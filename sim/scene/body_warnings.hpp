@@ -11,7 +11,7 @@ namespace nbd {
 /// Names of a scene's bodies in messages, as "bodies[1] (cube)".
 std::vector<std::string> body_labels(const SceneSpec& spec);
 
-/// What may make the motion of a scene's bodies wrong, see body_warnings(), with the scene's scales and
+/// What may make the motion of a scene's bodies wrong, see body_hints(), with the scene's scales and
 /// materials. One line for all bodies of which the same holds. bodies: one per spec.bodies; null entries are
 /// skipped.
 std::vector<std::string> scene_body_warnings(const SceneSpec& spec,

@@ -155,7 +155,7 @@ double World::add_missing_velocities(double dt, Eigen::VectorXd& v) const {
 
 /// How far a body is from balance at v, the iterate that was linearised: the residual relative to the
 /// impulses that act on its free nodes in the step, of loads and drag (damping by mass), elasticity and
-/// contacts, all in the norm of the inverse mass; at most 1 if rounding alone may leave it.
+/// contacts, all in the norm of the inverse mass; 0 if rounding alone may leave as much.
 double World::imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& contact_impulses,
                         const Eigen::VectorXd& rounding) const {
     const Body& body = at(b);

@@ -1,6 +1,5 @@
 // What the commands tell of motions that may be wrong: one line each, as warning, in --json, and as the error
-// of a
-// --strict run.
+// of a --strict run.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

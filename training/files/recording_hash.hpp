@@ -16,7 +16,7 @@ struct RecordingHash {
     std::vector<std::vector<std::uint64_t>> frames{};  // frame_hash() of each, [trajectories][frames]
 };
 
-/// Adds a number to a hash: of 64 bits, quick, the same on every machine; not against forgers.
+/// The hash of a sequence, after one more number. Quick, and the same on every machine; it stops no forger.
 inline std::uint64_t mixed(std::uint64_t hash, std::uint64_t number) noexcept {
     hash = (hash ^ number) * 0x9E3779B97F4A7C15u;
     return hash ^ hash >> 32;
