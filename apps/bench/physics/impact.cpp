@@ -132,10 +132,9 @@ PhysicsOutcome hertz(const PhysicsCase& c) {
                             .velocity = {0, 0, -side * (start - R + depth) / (steps * dt)},
                             .friction = 0,
                             .stop = steps * dt});
-    double force = 0;
     for (int s = 0; s < steps + more; ++s) advance(world, dt);
     // Of both plates: each pushes with half the sum of the sizes of the nodes' forces along z.
-    force = world.contact_forces(0).col(2).cwiseAbs().sum() / 2;
+    const double force = world.contact_forces(0).col(2).cwiseAbs().sum() / 2;
     const double modulus = c.young / (1 - material.poisson * material.poisson);
     return relative_outcome(force, 4.0 / 3 * modulus * std::sqrt(R) * std::pow(depth, 1.5));
 }

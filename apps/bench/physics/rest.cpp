@@ -48,7 +48,7 @@ double settling(const PhysicsCase& c) {
     return std::clamp(40 * c.size / sound, 0.5, 20.0);
 }
 
-/// Bodies of a column, lowest first, a five-thousandth of their size apart.
+/// Bodies of a column, lowest first, a five-hundredth of their size apart.
 World column(const PhysicsCase& c, int bodies, const Vector3d& origin = Vector3d::Zero()) {
     World world(config_of(c));
     Material material = plain_material(c);
@@ -187,12 +187,12 @@ PhysicsOutcome belt(const PhysicsCase& c) {
     moving.velocity = {speed, 0, 0};
     world.add_obstacle(moving);
     add_far_body(world, c);
-    const double mass = world.elastic(0).mass(), way_to_speed = speed / (mu * standard_gravity);
-    run_until(world, c, 0.6 * way_to_speed);
+    const double mass = world.elastic(0).mass(), time_to_speed = speed / (mu * standard_gravity);
+    run_until(world, c, 0.6 * time_to_speed);
     const Vector3d v = momentum(world, 0) / mass;
     // The belt has pressed with the weight, and with what changed the vertical momentum.
     PhysicsOutcome sliding = relative_outcome(v[0], mu * (standard_gravity * world.time() + v[2]));
-    run_until(world, c, 2 * way_to_speed + settling(c));
+    run_until(world, c, 2 * time_to_speed + settling(c));
     const PhysicsOutcome along = relative_outcome(momentum(world, 0)[0] / mass, speed);
     return along.error > sliding.error ? along : sliding;
 }
