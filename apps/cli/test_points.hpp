@@ -4,7 +4,7 @@
 
 namespace nbd {
 
-/// A state that tests can act at, by its name and how much is done in it. The environment variable
+/// A point of a run at which tests can act: work of this name, so much of it done. The environment variable
 /// NBDTREE_AT, which nobody but a test sets, lists what happens as soon as so much is done, separated by
 /// semicolons; each happens once:
 ///     NAME|DONE|interrupt   this process gets SIGINT, as by Ctrl-C

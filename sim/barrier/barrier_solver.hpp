@@ -47,16 +47,15 @@ class BarrierSolver {
     /// obstacles and prescribed nodes are at their end.
     const Eigen::VectorXd& residual() const noexcept { return residual_; }
 
-    /// By how much rounding of positions may change residual(), newton seconds for coordinates of one metre,
-    /// in proportion to these: stacked by nodes, [unknowns / 3].
+    /// By how much rounding of positions may change residual() at each node, newton seconds for a largest
+    /// coordinate of one metre; it grows with the coordinate. [unknowns / 3].
     Eigen::VectorXd rounding() const;
 
     /// Solves the linearised system. v: that of linearise() on entry, solution on return.
     LinearSolveReport solve(Eigen::VectorXd& v);
 
-    /// For each body the number of the first body that it holds together with by contacts, itself included;
-    /// -1: it meets an obstacle, or such a body does. The sum of all contact impulses on the others of one
-    /// number is zero.
+    /// Groups of bodies that contacts connect: for each body, the smallest number in its group; -1 for groups
+    /// that touch an obstacle. The contact impulses on each of the other groups sum to zero.
     std::vector<int> clusters() const;
 
     /// Potential of friction at velocities v, joules.

@@ -17,7 +17,7 @@ Eigen::Vector3d centre_of_mass(const ElasticBody& body, NodesRef x);
 
 Momentum momentum_of(const ElasticBody& body, const BodyState& state);
 
-/// Adds the rigid motion to the velocities with which the body has the given momentum.
+/// Adds to the velocities the rigid motion that gives the body this momentum.
 void set_momentum(const ElasticBody& body, const Momentum& momentum, BodyState& state);
 
 }  // namespace nbd

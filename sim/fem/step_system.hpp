@@ -54,11 +54,12 @@ class StepSystem {
     /// Size of the impulses of loads and elasticity at the start of the step of the last assemble(): sqrt(sum
     /// |p_i|^2 / m_i), sqrt(J). It does not depend on how the body moves as a whole.
     double impulse_norm() const noexcept { return impulse_norm_; }
-    /// Likewise, with the elasticity's impulses on each node times its softness(): what stiff elements push
-    /// is many times what they move.
+    /// Likewise, with the elasticity's impulses on each node times its softness(): stiff elements push many
+    /// times more than they move.
     double yielding_norm() const noexcept { return yielding_norm_; }
-    /// An impulse moves a node whose neighbours stay by its mass over the diagonal of A, that of `contacts`
-    /// [kg] included, as much as without elasticity. This is a hundred times that share, at most 1.
+    /// How freely a node moves, in (0, 1]. Where its neighbours stay in place, elasticity and contacts leave
+    /// a share of an impulse's change of velocity: mass / (diagonal of A + `contacts` [kg]). This is a
+    /// hundred times that share, at most 1.
     double softness(int node, double contacts = 0) const noexcept;
 
     /// Elements at the pose x = x* + dt w of the last assemble().

@@ -19,11 +19,12 @@ float level_at_rate(std::vector<float> scores, double rate);
 /// The highest confidence that K trajectories support: K / (K + 1).
 double max_confidence(std::size_t trajectories) noexcept;
 
-/// What one calibration set of K trajectories leaves to chance: with a probability of `chance` over such
-/// sets, a smaller share of all fresh trajectories than the one returned keeps the rate at the level of
-/// confident_level(). The share that keeps it is distributed as Beta(k, K + 1 - k), k = ceil((K + 1)
-/// confidence), or better where levels have ties or mean_level() is higher [Vovk05]; its mean is at least
-/// `confidence`. chance: in (0, 0.5). Throws std::invalid_argument as confident_level().
+/// A calibration set of K trajectories may be unlucky: then fewer fresh trajectories than asked for keep the
+/// rate at the level of confident_level(). This is the share of fresh trajectories that keep it for all sets
+/// but the unluckiest, which come with the probability `chance`, in (0, 0.5). The share varies from set to
+/// set as Beta(k, K + 1 - k) with k = ceil((K + 1) confidence), or is better where levels have ties or
+/// mean_level() is higher [Vovk05]; its mean is at least `confidence`. Throws std::invalid_argument as
+/// confident_level().
 double share_kept_but_for(double chance, std::size_t trajectories, double confidence);
 
 /// The smallest level at which at least ceil((K + 1) confidence) of the K trajectories have a miss rate of at
