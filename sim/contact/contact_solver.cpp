@@ -9,9 +9,11 @@ namespace {
 
 constexpr double first_share = 0.1;        // share of the step's impulses left by the first pass
 constexpr double pass_share = 0.01;        // share of the residual left by a pass before contacts are updated
-constexpr int friction_passes = 8;         // after so many, drags stay: what presses must still settle
+constexpr int friction_passes = 8;         // after so many accurate ones, drags stay
+constexpr int settling_passes = 4;         // in the last ones drags stay: what presses must still settle
 constexpr double most_change_of_slip = 3;  // from one pass to the next
-constexpr double friction_share = 0.008;   // of mu times the normal impulse, by which friction may be off
+constexpr double passed_by = 0.1;  // slope of the potential at the end of a pass, of that at its beginning
+constexpr double friction_share = 0.008;  // of mu times the normal impulse, by which friction may be off
 
 }  // namespace
 
@@ -52,7 +54,8 @@ void ContactSolver::number_pairs() {
     pairs_.clear();
     pair_of_.clear();
     for (const Contact& contact : contacts_) {
-        const auto [known, is_new] = numbers.try_emplace({contact.a.body, contact.b.body}, pairs_.size());
+        const auto [least, most] = std::minmax(contact.a.body, contact.b.body);
+        const auto [known, is_new] = numbers.try_emplace({most, least}, pairs_.size());
         if (is_new) pairs_.push_back(known->first);
         pair_of_.push_back(known->second);
     }
@@ -102,55 +105,86 @@ void ContactSolver::linearise(const Eigen::VectorXd& v) {
     linearise(v, false, true);
 }
 
-/// keep: contacts that already press keep their operator; those with a wrong drag get a new one if `renews`
-/// and the friction between their bodies is wrong by too large a share of that on one of them. One that lets
-/// go for the second time presses without friction from then on, because its drag may be what pulls it away:
-/// it would let go and press in turn.
-void ContactSolver::linearise(const Eigen::VectorXd& v, bool keep, bool renews) {
-    struct Rub {
-        ContactImpulse impulse;
-        double most = 0, slip = 0;                      // friction at most, N s; m/s
-        Eigen::Vector3d off = Eigen::Vector3d::Zero();  // by which friction is wrong, N s
-    };
+/// What the contacts do at v. A solve balances the normal impulses between two bodies, those that pull among
+/// them. Contacts that pull let go, and others begin to press in their place with impulses at v that nothing
+/// balances, so where contacts pressed in the last solve, the friction between the two bodies is at most mu
+/// times what was balanced, shared out like the impulses that push.
+std::vector<ContactSolver::Rub> ContactSolver::rubs_at(const Eigen::VectorXd& v, bool solved) const {
     std::vector<Rub> rubs(contacts_.size());
-    std::vector<double> most_of(first_unknown_.size(), 0.0);  // by body
-    std::vector<Eigen::Vector3d> off_of(pairs_.size(), Eigen::Vector3d::Zero());
-    std::vector<double> each_off_of(pairs_.size(), 0.0);
+    std::vector<double> pushing(pairs_.size(), 0.0), balanced(pairs_.size(), 0.0);  // N s
+    std::vector<bool> pressed(pairs_.size(), false);
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const Eigen::Vector3d& n = contacts_[c].normal;
         const Eigen::Vector3d u = relative_velocity(c, v);
         Rub& rub = rubs[c];
         rub.impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
-        if (!rub.impulse.active()) continue;
-        rub.most = releases_[c] > 1 ? 0 : contacts_[c].friction * rub.impulse.normal;
-        const Eigen::Vector3d slip = u - n.dot(u) * n;
-        rub.slip = slip.norm();
-        if (presses(c))
-            rub.off = (drags_[c].drag - rub.most / std::max(rub.slip, config_->slip_velocity)) * slip;
-        for (const int body : pairs_[pair_of_[c]])
-            if (body >= 0) most_of[static_cast<std::size_t>(body)] += rub.most;
-        off_of[pair_of_[c]] += rub.off;
-        each_off_of[pair_of_[c]] += rub.off.norm();
+        rub.slip = u - n.dot(u) * n;
+        pushing[pair_of_[c]] += rub.impulse.normal;
+        if (!solved || !presses(c)) continue;
+        pressed[pair_of_[c]] = true;
+        balanced[pair_of_[c]] += rub.impulse.spring - rub.impulse.slope * n.dot(u);
     }
-    const auto is_wrong = [&](std::size_t pair) {
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        Rub& rub = rubs[c];
+        if (!rub.impulse.active() || releases_[c] > 1) continue;
+        rub.most = contacts_[c].friction * rub.impulse.normal;
+        if (const std::size_t pair = pair_of_[c]; pressed[pair])
+            rub.most *= std::clamp(balanced[pair] / pushing[pair], 0.0, 1.0);
+    }
+    return rubs;
+}
+
+/// By which the friction of the contact's drag is wrong, N s.
+Eigen::Vector3d ContactSolver::friction_off(std::size_t contact, const Rub& rub) const {
+    if (!rub.impulse.active() || !presses(contact)) return Eigen::Vector3d::Zero();
+    return (drags_[contact].drag - rub.most / std::max(rub.slip.norm(), config_->slip_velocity)) * rub.slip;
+}
+
+/// Between which bodies friction is wrong by too large a share of that on one of them.
+std::vector<bool> ContactSolver::wrong_pairs(const std::vector<Rub>& rubs) const {
+    std::vector<double> most_of(first_unknown_.size(), 0.0);  // by body
+    std::vector<Eigen::Vector3d> off_of(pairs_.size(), Eigen::Vector3d::Zero());
+    std::vector<double> each_off_of(pairs_.size(), 0.0);
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        const std::size_t pair = pair_of_[c];
+        const Eigen::Vector3d off = friction_off(c, rubs[c]);
+        for (const int body : pairs_[pair])
+            if (body >= 0) most_of[static_cast<std::size_t>(body)] += rubs[c].most;
+        off_of[pair] += contacts_[c].a.body == pairs_[pair][0] ? off : Eigen::Vector3d(-off);
+        each_off_of[pair] += off.norm();
+    }
+    std::vector<bool> wrong(pairs_.size());
+    for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
         const double off = each_contact_ ? each_off_of[pair] : off_of[pair].norm();
-        return std::ranges::any_of(pairs_[pair], [&](int body) {
+        wrong[pair] = std::ranges::any_of(pairs_[pair], [&](int body) {
             return body >= 0 && off > friction_share * most_of[static_cast<std::size_t>(body)];
         });
-    };
+    }
+    return wrong;
+}
+
+/// solved: operators are of a solve that found v. Contacts that pressed in it keep theirs; those with a wrong
+/// drag get a new one if `renews` and the friction between their bodies is wrong. One that lets go for the
+/// second time presses without friction from then on, because its drag may be what pulls it away: it would
+/// let go and press in turn.
+void ContactSolver::linearise(const Eigen::VectorXd& v, bool solved, bool renews) {
+    const std::vector<Rub> rubs = rubs_at(v, solved);
+    const std::vector<bool> wrong = wrong_pairs(rubs);
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const Rub& rub = rubs[c];
-        const bool pressed = keep && presses(c);
+        const bool pressed = solved && presses(c);
         if (!rub.impulse.active()) {
             releases_[c] += pressed;
             operators_[c].A.setZero();
             push_[c].setZero();
             continue;
         }
-        drags_[c].slip = rub.slip;
-        if (pressed && (!renews || !is_wrong(pair_of_[c]) || rub.off.norm() <= friction_share * rub.most))
+        const double slip = rub.slip.norm();
+        drags_[c].slip = slip;
+        if (pressed &&
+            (!renews || !wrong[pair_of_[c]] || friction_off(c, rub).norm() <= friction_share * rub.most))
             continue;
-        const double drag = next_drag(c, rub.most, rub.slip);
+        const double drag = next_drag(c, rub.most, slip);
         drags_before_[c] = drags_[c];
         set_operator(c, rub.impulse, drag);
     }
@@ -246,18 +280,28 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     for (double& goal : goals) goal *= contacts_.empty() ? tolerance_ : std::max(tolerance_, first_share);
     report.settled = contacts_.empty();
     bool is_measured = true;  // whether left_ is, rather than carried on from pass to pass
+    int renewed = 0;          // accurate passes after which drags were set anew
+    Eigen::VectorXd begin;
     for (; report.passes < config_->iterations; ++report.passes) {
+        begin = v;
         const LinearSolveReport solved = is_measured ? linear_.solve(system, rhs_, goals, v)
                                                      : linear_.solve_roughly(system, rhs_, change_, goals, v);
         report.linear_iterations += solved.iterations;
         report.converged = report.converged && solved.converged;
         if (!solved.fallback.empty()) report.fallback = solved.fallback;
         if (contacts_.empty()) break;
+        const bool is_accurate =
+            worst_share(linear_.norms().of(linear_.residual()), yielding_scales_) <= pass_share;
+        change_.setZero(v.size());
+        if (report.passes > 0) go_back(begin, v);
         measure_contacts(systems, v);
         solved_by_ = operators_;
         solved_push_ = push_;
-        change_ = -impulses(v, false);
-        linearise(v, true, report.passes < friction_passes);
+        change_ -= impulses(v, false);
+        const bool renews =
+            renewed < friction_passes && report.passes < std::max(config_->iterations - settling_passes, 1);
+        renewed += renews && is_accurate;
+        linearise(v, true, renews);
         change_ += impulses(v, false);
         set_rhs(systems);
         left_ = linear_.residual() + change_;
@@ -277,6 +321,44 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     }
     for (std::size_t c = 0; c < contacts_.size(); ++c) report.active += presses(c);
     return report;
+}
+
+/// Moves v, which a pass found from `begin`, back to where the potential of the step is least between the
+/// two, and sets change_ to how that changes the residual. Contacts that a pass does not know and that press
+/// at its end shorten the way: without it, the passes of stiff bodies can let two sets of contacts press in
+/// turn. The friction of a pass counts as its drags say.
+void ContactSolver::go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v) {
+    /// Where a contact does not do what its operator says: it presses though it did not, or pulls.
+    struct Flip {
+        double at_begin, change;  // of the impulse that the operator lacks, N s
+        double closing;           // by which the points move towards each other, m/s
+    };
+    const Eigen::VectorXd way = v - begin;
+    std::vector<Flip> flips;
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        const Eigen::Vector3d& n = contacts_[c].normal;
+        const Eigen::Vector3d u = relative_velocity(c, begin);
+        const ContactImpulse impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
+        const double closing = -n.dot(terms_.velocity(c, way)), sign = presses(c) ? -1 : 1;
+        const Flip flip{sign * (impulse.spring - impulse.slope * n.dot(u)), sign * impulse.slope * closing,
+                        closing};
+        if (flip.at_begin + flip.change > 0) flips.push_back(flip);
+    }
+    const double first = left_.dot(way), last = linear_.residual().dot(way);
+    const auto descent = [&](double share) {
+        double sum = (1 - share) * first + share * last;
+        for (const Flip& flip : flips)
+            sum -= std::max(flip.at_begin + share * flip.change, 0.0) * flip.closing;
+        return sum;
+    };
+    if (first <= 0 || descent(1) >= -passed_by * first) return;
+    double least = 0, most = 1;
+    for (int i = 0; i < 30; ++i) {
+        const double middle = (least + most) / 2;
+        (descent(middle) > 0 ? least : most) = middle;
+    }
+    v = begin + most * way;
+    change_ = (1 - most) * (left_ - linear_.residual());
 }
 
 /// The goals of the next pass. Returns whether none is needed, by the residual left_.

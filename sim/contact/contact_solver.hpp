@@ -32,10 +32,11 @@ struct ContactSolveReport {
 /// J maps velocities to the relative velocity of a contact's points, so forces are equal and opposite. The
 /// linear solve (see CoupledSolver) is repeated from its last solution to settle which contacts press and
 /// slip, until the residual with the updated contacts is small enough. Each solve is only as accurate as
-/// needed. Friction is a drag, which is constant in a solve and then set anew, in eight passes at most, where
-/// the friction between two bodies does not fit their normal forces to a hundredth. Residuals are judged body
-/// by body, see scales(): how fast a body moves as a whole, or how heavy and fast others are, does not
-/// matter. A contact that lets go for the second time presses without friction from then on.
+/// needed, and taken as far only as it lowers the potential of what presses. Friction is a drag, which is
+/// constant in a solve and then set anew, after eight accurate passes at most, where the friction between two
+/// bodies does not fit their normal forces to a hundredth. Residuals are judged body by body, see scales():
+/// how fast a body moves as a whole, or how heavy and fast others are, does not matter. A contact that lets
+/// go for the second time presses without friction from then on.
 class ContactSolver {
  public:
     explicit ContactSolver(const LinearSolveConfig& config,
@@ -81,10 +82,20 @@ class ContactSolver {
  private:
     Eigen::Vector3d relative_velocity(std::size_t contact, const Eigen::VectorXd& v) const;
     void number_pairs();
-    void linearise(const Eigen::VectorXd& v, bool keep, bool renews);
+    /// A contact at some velocities.
+    struct Rub {
+        ContactImpulse impulse;
+        double most = 0;                                 // friction at most, N s
+        Eigen::Vector3d slip = Eigen::Vector3d::Zero();  // m/s
+    };
+    std::vector<Rub> rubs_at(const Eigen::VectorXd& v, bool solved) const;
+    Eigen::Vector3d friction_off(std::size_t contact, const Rub& rub) const;
+    std::vector<bool> wrong_pairs(const std::vector<Rub>& rubs) const;
+    void linearise(const Eigen::VectorXd& v, bool solved, bool renews);
     void set_operator(std::size_t contact, const ContactImpulse& impulse, double drag);
     double next_drag(std::size_t contact, double most, double slip) const;
     Eigen::VectorXd impulses(const Eigen::VectorXd& v, bool held) const;
+    void go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v);
     bool set_goals(std::vector<double>& goals) const;
     void set_rhs(std::span<const StepSystem> systems);
     void measure_step(std::span<const StepSystem> systems, const Eigen::VectorXd& v);
@@ -96,7 +107,7 @@ class ContactSolver {
     const ContactConfig* config_ = nullptr;
     double thickness_ = 0, dt_ = 0;
     bool each_contact_ = false;
-    std::vector<std::array<int, 2>> pairs_;  // bodies of contacts; -1: the obstacles
+    std::vector<std::array<int, 2>> pairs_;  // bodies of contacts, the larger first; -1: the obstacles
     std::vector<std::size_t> pair_of_;       // [contacts]
     ContactTerms terms_;
     std::vector<Coupling> operators_;    // [contacts] from the last linearise()
