@@ -131,6 +131,7 @@ void run(const DatasetArguments& arguments, Output& out) {
     if (shard.number >= plan.trajectories)
         throw std::invalid_argument(
             fmt::format("shard {} of {} trajectories is empty", arguments.shard, plan.trajectories));
+    check_trajectories(plan, body);
     check_hold_out(plan, body);
     begin_dataset(folder, plan_json(plan, body));
     say_on_interrupt(fmt::format("the trajectories done are kept in {}; the same command continues",

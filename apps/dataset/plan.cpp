@@ -61,6 +61,12 @@ std::string plan_json(const DatasetPlan& plan, const Body& body) {
     return json.dump(2) + "\n";
 }
 
+void check_trajectories(const DatasetPlan& plan, const Body& body) {
+    const LocalThickness thickness(body.tets);
+    check_excitation_config(plan.excitation);
+    check_duration(plan.excitation, natural_scales(body, thickness));
+}
+
 std::string plan_key(const std::string& plan) {
     h5::Sha256 hash;
     hash.add(std::as_bytes(std::span(plan)));

@@ -21,6 +21,10 @@ struct DatasetPlan {
 /// JSON text of the plan, including the body's hash and material and the program's version.
 std::string plan_json(const DatasetPlan& plan, const Body& body);
 
+/// Throws std::invalid_argument where the body's trajectories cannot be drawn, see RecipeBook: what can be
+/// said before anything is written.
+void check_trajectories(const DatasetPlan& plan, const Body& body);
+
 /// SHA-256 of the plan; identifies the files of one dataset.
 std::string plan_key(const std::string& plan);
 

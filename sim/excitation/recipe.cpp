@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "collision/base/counter_random.hpp"
+#include "collision/base/stop.hpp"
 
 namespace nbd {
 namespace {
@@ -117,6 +118,7 @@ class Draw {
         const int most =
             static_cast<int>(std::lround(share * std::max(2.0, duration_ / (2.5 * scales_.time))));
         for (int i = 0; i < most; ++i) {
+            stop_if_asked();
             const double start = random_.uniform(-0.5, 0.9) * duration_,
                          length = draw(random_, ranges_.force.duration) * scales_.time;
             PatchForce force = patch(std::max(0.0, start), length);
@@ -342,12 +344,26 @@ void check_excitation_config(const ExcitationConfig& config) {
     recipe_mix(config.ranges);
 }
 
+void check_duration(const ExcitationConfig& config, const NaturalScales& scales) {
+    const double longest = max_duration * scales.time;
+    const double interval = config.frame_interval > 0 ? config.frame_interval : scales.time / 5;
+    const double warm_up = config.ranges.warm_up.to * scales.time,
+                 duration = warm_up + config.frames * interval;
+    if (!(duration <= longest))
+        throw std::invalid_argument(fmt::format(
+            "excitation: {} frames of {:.3g} s after a warm-up of {:.3g} s last {:.3g} s; allowed: at most "
+            "{:.3g} s, {} times what sound needs to cross the body; a shorter frame_interval, or 0, which "
+            "fits the body",
+            config.frames, interval, warm_up, duration, longest, max_duration));
+}
+
 RecipeBook::RecipeBook(std::shared_ptr<const Body> body, const ExcitationConfig& config)
     : body_(std::move(body)),
       config_(config),
       thickness_(body_->tets),
       scales_(natural_scales(*body_, thickness_)) {
     check_excitation_config(config);
+    check_duration(config_, scales_);
 }
 
 double RecipeBook::frame_interval() const noexcept {

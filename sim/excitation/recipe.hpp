@@ -82,11 +82,12 @@ struct Recipe {
 /// Draws the recipes of a body's trajectories.
 class RecipeBook {
  public:
-    /// Throws std::invalid_argument naming the first number out of range.
+    /// Throws std::invalid_argument naming the first number out of range, or as check_duration().
     RecipeBook(std::shared_ptr<const Body> body, const ExcitationConfig& config);
 
     /// Recipe of trajectory `index`, >= 0: a pure function of body, config and index. Any run of trajectories
-    /// has its kinds in the proportions of the mix; all numbers are drawn.
+    /// has its kinds in the proportions of the mix; all numbers are drawn. Throws StopAsked as
+    /// stop_if_asked().
     Recipe draw(int index) const;
 
     const NaturalScales& scales() const noexcept { return scales_; }
@@ -104,5 +105,13 @@ std::string recipe_json(const Recipe& recipe);
 
 /// Throws std::invalid_argument naming the first number out of range.
 void check_excitation_config(const ExcitationConfig& config);
+
+/// Longest trajectory, in natural times of its body (NaturalScales::time): a million frames at the default
+/// interval, and 50,000 times more for the warm-up. The number of forces grows with the duration, and each
+/// takes memory and time before the first step.
+constexpr int max_duration = 250'000;
+
+/// Throws std::invalid_argument for trajectories that last longer than that.
+void check_duration(const ExcitationConfig& config, const NaturalScales& scales);
 
 }  // namespace nbd

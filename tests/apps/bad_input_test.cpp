@@ -216,6 +216,7 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
         {dataset("--frames", "many"), 2, "--frames: is 'many'; allowed: a whole number from 1 to 1000000"},
         {dataset("--shard", "3/2"), 2, "--shard: '3/2' is not i/N with 0 <= i < N"},
         {dataset("--shard", "50/60"), 1, "shard 50/60 of 40 trajectories is empty"},
+        {dataset("--frame-interval", "1e6"), 1, "excitation: 50 frames of 1e+06 s after a warm-up of ..."},
         {dataset("--strength", "0"), 2, "--strength: is '0'; allowed: a number > 0 and at most 1000"},
         {dataset("--seed", "-1"), 2, "--seed: is '-1'; allowed: a whole number from 0 to 2^64 - 1"},
         {train("--depth", "17"), 2, "--depth: is '17'; allowed: a whole number from 0 to 16"},

@@ -46,6 +46,7 @@ void produce(const Body& body, const DatasetPlan& plan, const path& file, const 
     const ShardFolder folder(file, plan.trajectories, plan.per_shard);
     const FileCall call;
     for (const std::string& hint : body_hints(body)) notice(fmt::format("the body: {}", hint));
+    check_trajectories(plan, body);
     check_hold_out(plan, body);
     begin_dataset(folder, plan_json(plan, body));
     const auto stop_if_asked = [&] {

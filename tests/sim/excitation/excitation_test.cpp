@@ -254,6 +254,11 @@ TEST(Excitation, RejectsNumbersOutOfRange) {
     EXPECT_EQ(message({.frame_interval = -1}), "excitation: frame_interval is -1, but must be >= 0");
     EXPECT_EQ(message({.steps_per_frame = 0}), "excitation: steps_per_frame is 0, but must be > 0");
     EXPECT_EQ(message({.ranges = {.strength = -2}}), "excitation: strength is -2, but must be > 0");
+    const std::string too_long = message({.frames = 5, .frame_interval = 1e6});
+    EXPECT_EQ(too_long.rfind("excitation: 5 frames of 1e+06 s after a warm-up of ", 0), 0u) << too_long;
+    EXPECT_NE(too_long.find(" s last 5e+06 s; allowed: at most "), std::string::npos) << too_long;
+    EXPECT_EQ(message({.frames = 1'000'000}), "");  // at the default interval
+    EXPECT_NE(message({.ranges = {.warm_up = {0, 1e6}}}), "");
 }
 
 }  // namespace
