@@ -6,8 +6,34 @@
 #include <utility>
 
 #include "apps/cli/output_paths.hpp"
+#include "meshing/h5/reader.hpp"
+#include "training/files/dataset_manifest.hpp"
+#include "training/files/recording_format.hpp"
 
 namespace nbd {
+namespace {
+
+/// Throws std::runtime_error if there is a file that is not the recording of a run: a run replaces nothing
+/// else. Whether a recording is whole does not matter.
+void check_replaced(const std::filesystem::path& path) {
+    if (!std::filesystem::exists(path)) return;
+    const auto refuse = [&](const std::string& what) {
+        throw std::runtime_error(fmt::format(
+            "{}: cannot be written: it {}; allowed: a recording of a scene, which is replaced, or "
+            "another name",
+            path.string(), what));
+    };
+    std::string format;
+    try {
+        format = h5::Reader(path).format().name;
+    } catch (const std::runtime_error&) {
+        refuse("holds what nbdtree did not write, or is damaged");
+    }
+    if (format != recording_format.name) refuse(fmt::format("is a file of format '{}'", format));
+    if (is_dataset_view(path)) refuse("is a dataset");
+}
+
+}  // namespace
 
 SceneOutput output_paths(const SceneOutput& typed, const SceneOutput& scene, const std::string& scene_file,
                          bool outside) {
@@ -58,6 +84,7 @@ void check_outputs(const SceneOutput& paths, const std::vector<std::filesystem::
     for (const auto& [path, extension] :
          {std::pair(paths.recording, ".h5"), std::pair(paths.csv, ".csv"), std::pair(paths.picture, ".png")})
         if (!path.empty()) check_output(path, inputs, extension);
+    check_replaced(paths.recording);
     for (const auto& folder : {paths.vtu, paths.obj})
         if (!folder.empty()) check_output_folder(folder);
 }

@@ -22,7 +22,7 @@ std::vector<std::string> other_outputs(const SceneOutput& paths);
 std::filesystem::path journal_path(const SceneOutput& paths);
 
 /// Throws std::runtime_error unless all outputs can be written, each to a file or folder of its own, and none
-/// is an input.
+/// is an input; and where the recording would replace a file that is not the recording of a scene.
 void check_outputs(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs);
 
 }  // namespace nbd

@@ -378,6 +378,7 @@ TEST_F(BadInputTest, RejectsInvalidScenes) {
     const auto simulate = [](const char* output, const char* option, const char* value) {
         return std::vector<std::string>{"simulate", "good.json", "-o", output, option, value};
     };
+    const std::string replaced = "; allowed: a recording of a scene, which is replaced, or another name";
     expect_refused({
         {simulate("x.h5", "--bounds", "foo"), 2, foo_bounds},
         {{"simulate", "good.json", "-o", "x.h5", "--bounds", "affine", "--margin", "0.1"},
@@ -393,6 +394,13 @@ TEST_F(BadInputTest, RejectsInvalidScenes) {
          "box.h5: cannot be written: " + here("box.h5") + " is not a folder"},
         {simulate("box.h5", "--frames", "1"), 1,
          "box.h5: cannot be written: the command also reads this file"},
+        {simulate("other.h5", "--frames", "1"), 1,
+         "other.h5: cannot be written: it is a file of format 'nbdtree body'" + replaced},
+        {simulate("tree.h5", "--frames", "1"), 1,
+         "tree.h5: cannot be written: it is a file of format 'nbdtree tree'" + replaced},
+        {simulate("data.h5", "--frames", "1"), 1, "data.h5: cannot be written: it is a dataset" + replaced},
+        {simulate("text.h5", "--frames", "1"), 1,
+         "text.h5: cannot be written: it holds what nbdtree did not write, or is damaged" + replaced},
     });
 }
 
