@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <stdexcept>
+#include <utility>
+#include <variant>
 
 #include "meshing/body/body_hints.hpp"
+#include "meshing/surface/vertex_gap.hpp"
 #include "sim/scene/scene_parts.hpp"
 
 namespace nbd {
@@ -16,6 +20,44 @@ std::vector<std::string> body_labels(const SceneSpec& spec) {
         labels.push_back(fmt::format("bodies[{}] ({})", b, spec.bodies[b].name));
     return labels;
 }
+
+namespace {
+
+/// One line about the first sphere that the vertices of a body may not meet, and how many there are; empty if
+/// there is none. Contact reaches out by the thickness, but pressed faces stretch, so it does not count.
+std::string small_ball_warning(const SceneSpec& spec, std::span<const LoadedBody* const> bodies) {
+    double gap = 0;
+    std::size_t coarsest = 0;
+    std::map<const Body*, double> gaps;  // bodies that share data are measured once
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        if (!bodies[b]) continue;
+        const Body& body = *bodies[b]->body;
+        const auto [known, is_new] = gaps.try_emplace(&body, 0);
+        if (is_new) known->second = vertex_gap(body.surface);
+        const double placed = spec.bodies[b].placement.scale * known->second;
+        if (placed > gap) coarsest = b;
+        gap = std::max(gap, placed);
+    }
+    std::size_t count = 0, first = 0;
+    double radius = 0;
+    for (std::size_t o = 0; o < spec.obstacles.size(); ++o) {
+        const BallShape* ball = std::get_if<BallShape>(&spec.obstacles[o].obstacle.shape);
+        if (!ball || ball->radius >= gap) continue;
+        if (count++ > 0) continue;
+        first = o;
+        radius = ball->radius;
+    }
+    if (count == 0) return "";
+    return fmt::format(
+        "obstacles[{}]{}: the sphere's radius is {:.3g} m, but the surface of {} has points {:.3g} m from "
+        "the "
+        "nearest vertex of their face; only vertices meet a sphere, so it may pass through faces; a mesh as "
+        "obstacle, or a surface of smaller faces, prevents that",
+        first, count > 1 ? fmt::format(" and {} more", count - 1) : "", radius, body_labels(spec)[coarsest],
+        gap);
+}
+
+}  // namespace
 
 std::vector<std::string> scene_body_warnings(const SceneSpec& spec,
                                              std::span<const LoadedBody* const> bodies) {
@@ -47,6 +89,7 @@ std::vector<std::string> scene_body_warnings(const SceneSpec& spec,
         if (all.size() > 1) who += fmt::format(" and {} more", all.size() - 1);
         lines.push_back(fmt::format("{}: {}", who, text));
     }
+    if (std::string line = small_ball_warning(spec, bodies); !line.empty()) lines.push_back(std::move(line));
     return lines;
 }
 

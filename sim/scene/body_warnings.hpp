@@ -12,8 +12,9 @@ namespace nbd {
 std::vector<std::string> body_labels(const SceneSpec& spec);
 
 /// What may make the motion of a scene's bodies wrong, see body_hints(), with the scene's scales and
-/// materials. One line for all bodies of which the same holds. bodies: one per spec.bodies; null entries are
-/// skipped.
+/// materials. One line for all bodies of which the same holds. And a line if spheres among the obstacles are
+/// so small that they may pass between the vertices of a body, see vertex_gap(), at rest. bodies: one per
+/// spec.bodies; null entries are skipped.
 std::vector<std::string> scene_body_warnings(const SceneSpec& spec,
                                              std::span<const LoadedBody* const> bodies);
 

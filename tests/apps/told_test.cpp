@@ -101,6 +101,26 @@ TEST_F(Told, StartsThatOverlapOrTouch) {
     EXPECT_THAT(moved.err, testing::Not(HasSubstr("warning")));
 }
 
+TEST_F(Told, SpheresThatMayPassBetweenVertices) {
+    const std::string small = R"({"sphere": {"centre": [0, 0, 5], "radius": 0.005}})",
+                      large = R"({"sphere": {"centre": [0, 0, -5], "radius": 2}})";
+    write_scene("sphere.json", {"[0, 0, 0.1]"}, fmt::format(R"("obstacles": [{}, {}])", large, small));
+    // The faces of the box are right-angled, with sides of a third of 0.4 m and 0.1 m.
+    const std::string gap =
+        "the sphere's radius is 0.005 m, but the surface of bodies[0] (b0) has points 0.0687 m from the "
+        "nearest "
+        "vertex of their face; only vertices meet a sphere, so it may pass through faces; a mesh as "
+        "obstacle, "
+        "or a surface of smaller faces, prevents that";
+    expect_told({"simulate", "sphere.json", "-o", "run.h5"}, "sphere.json: obstacles[1]: " + gap);
+    expect_told({"validate", "sphere.json"}, "sphere.json: obstacles[1]: " + gap);
+    write_scene("spheres.json", {"[0, 0, 0.1]", "[0, 1, 0.1]"},
+                fmt::format(R"("obstacles": [{}, {}, {}])", small, large, small));
+    expect_told({"validate", "spheres.json"}, "spheres.json: obstacles[0] and 1 more: " + gap);
+    write_scene("large.json", {"[0, 0, 0.1]"}, fmt::format(R"("obstacles": [{}])", large));
+    EXPECT_EQ(run({"validate", "large.json", "--strict"}).err, "");
+}
+
 TEST_F(Told, ManyOverlapsInOneLine) {
     write_scene("heap.json", {"[0, 0, 0.1]", "[0.02, 0, 0.1]", "[0.04, 0, 0.1]", "[0.06, 0, 0.1]"});
     const Ran heap = simulate("heap.json");
