@@ -73,7 +73,7 @@ struct WorldBody {
 /// wrong shows only at its end.
 enum class StepTrouble {
     none,
-    approach,        // bodies approach each other faster than contact detection allows
+    approach,        // bodies, or a body and a sphere, approach each other too fast to be kept apart
     linear_solver,   // a linear system was not solved to its tolerance
     newton,          // Newton's iteration did not reach balance
     overlap,         // contacts came to overlap too much
@@ -280,6 +280,11 @@ class World {
     Rejection try_part(const StepPart& part, WorldReport& report);
     std::string move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report);
     void measure(WorldReport& report) const;
+
+    // approach.cpp
+    Nodes foreseen_motion(const Body& body, double dt) const;
+    Rejection jump_into_body(double dt) const;
+    Rejection pass_of_ball(double dt) const;
 
     // time_integration.cpp
     void choose_steps(double dt);

@@ -117,10 +117,12 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
                      .trouble = StepTrouble::approach};
     if (rejection && !part.finest) return rejection;
     choose_steps(part.dt);
+    const bool apart = config_.contact.intersection_free;
+    if (!rejection) rejection = apart ? pass_of_ball(part.dt) : jump_into_body(part.dt);
+    if (rejection && !part.finest) return rejection;
     try {
         Eigen::VectorXd v;
         bool is_solved = true;  // impulses that do not balance the motion tell nothing of its momentum
-        const bool apart = config_.contact.intersection_free;
         if (Rejection unsolved = apart ? solve_apart(part, v, report) : solve(part.dt, v, report)) {
             rejection = unsolved;
             is_solved = false;

@@ -121,6 +121,18 @@ TEST_F(Told, SpheresThatMayPassBetweenVertices) {
     EXPECT_EQ(run({"validate", "large.json", "--strict"}).err, "");
 }
 
+TEST_F(Told, JumpsThroughABody) {
+    write("jump.json", R"({"bodies": [{"body": "box.h5", "transform": {"translate": [0, 0, 0.5]},
+        "grips": [{"region": {"box": {"min": [-1, -1, -1], "max": [1, 1, 1]}}, "translate": [0, 0, -1]}]},
+        {"body": "box.h5"}], "gravity": [0, 0, 0], "time": {"frames": 2, "steps_per_frame": 1}})");
+    const Ran told = simulate("jump.json");
+    EXPECT_EQ(told.status, 0) << told.err;
+    EXPECT_THAT(told.err, HasSubstr("nbdtree: warning: 1 of 2 steps were kept although something went wrong; "
+                                    "the first: at "));
+    EXPECT_THAT(told.err, HasSubstr("bodies may approach each other by 1 m in a step, allowed: "));
+    EXPECT_EQ(simulate("jump.json", {"--strict"}).status, 1);
+}
+
 TEST_F(Told, ManyOverlapsInOneLine) {
     write_scene("heap.json", {"[0, 0, 0.1]", "[0.02, 0, 0.1]", "[0.04, 0, 0.1]", "[0.06, 0, 0.1]"});
     const Ran heap = simulate("heap.json");

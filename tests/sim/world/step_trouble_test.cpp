@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "sim/world/world.hpp"
 #include "tests/sim/world/box_model.hpp"
@@ -61,6 +63,66 @@ TEST(StepTrouble, AnApproachTooFastForTheShortestPartIsTold) {
     const WorldReport report = world.step(5e-3);
     EXPECT_EQ(report.trouble, StepTrouble::approach);
     EXPECT_NE(report.trouble_reason.find("may approach each other"), std::string::npos);
+}
+
+/// The report of a step in which a grip moves the whole box by `way` at once, beside another box at `there`,
+/// which jumps as well if `together`.
+WorldReport jump(const Eigen::Vector3d& way, const Eigen::Vector3d& there, bool together = false) {
+    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
+    World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
+    Grip grip{.translation = way};
+    for (int i = 0; i < box.elastic->node_count(); ++i) grip.nodes.push_back(i);
+    WorldBody body = box.at({0, 0, 1}), other = box.at(there);
+    body.grips = {grip};
+    if (together) other.grips = {grip};
+    world.add_body(std::move(body));
+    world.add_body(std::move(other));
+    const WorldReport report = world.step(5e-3);
+    EXPECT_EQ(report.failure, "");
+    return report;
+}
+
+TEST(StepTrouble, AGripThatJumpsThroughABodyIsTold) {
+    const WorldReport through = jump({0, 0, -2}, {0, 0, 0});
+    EXPECT_EQ(through.trouble, StepTrouble::approach);
+    EXPECT_NE(through.trouble_reason.find("bodies may approach each other by 2 m in a step, allowed: 0.0"),
+              std::string::npos)
+        << through.trouble_reason;
+    EXPECT_EQ(jump({0, 0, -2}, {1, 0, 0}).trouble, StepTrouble::none) << "jumps beside it";
+    EXPECT_EQ(jump({0, 0, 2}, {0, 0, 0}).trouble, StepTrouble::none) << "jumps away";
+    EXPECT_EQ(jump({0, 0, -2}, {0, 0, 0}, true).trouble, StepTrouble::none) << "both jump";
+}
+
+/// Reports of a sphere that flies at a box, in steps without intersections that are cut into at most
+/// `most` parts.
+std::vector<WorldReport> shoot_sphere(int most, const Eigen::Vector3d& from, double speed) {
+    const Model box({0.4, 0.4, 0.4}, {4, 4, 4});
+    WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
+    config.contact.intersection_free = true;
+    config.step.max_substeps = most;
+    World world(config);
+    world.add_obstacle({.shape = BallShape{from, 0.1}, .velocity = {speed, 0, 0}});
+    world.add_body(box.at({0, 0, 0}));
+    std::vector<WorldReport> reports;
+    while (world.time() < 0.8 / speed && (reports.empty() || reports.back().failure.empty()))
+        reports.push_back(world.step(5e-3));
+    return reports;
+}
+
+TEST(StepTrouble, ASphereThatMayPassVerticesInAStepIsTold) {
+    const auto told = [](const std::vector<WorldReport>& reports) {
+        return std::ranges::count(reports, StepTrouble::approach, &WorldReport::trouble);
+    };
+    const std::vector<WorldReport> fast = shoot_sphere(1, {-0.6, 0, 0}, 50);
+    ASSERT_GT(told(fast), 0);
+    const auto first = std::ranges::find(fast, StepTrouble::approach, &WorldReport::trouble);
+    EXPECT_NE(first->trouble_reason.find("body 0 and the sphere obstacles[0] may approach each other by "
+                                         "0.25 m in a step, allowed: its radius, 0.1"),
+              std::string::npos)
+        << first->trouble_reason;
+    EXPECT_EQ(told(shoot_sphere(8, {-0.6, 0, 0}, 50)), 0) << "parts are short enough";
+    EXPECT_EQ(told(shoot_sphere(1, {-0.6, 0, 0}, 15)), 0) << "steps are short enough";
+    EXPECT_EQ(told(shoot_sphere(1, {-0.6, 0.5, 0}, 50)), 0) << "passes beside the box";
 }
 
 TEST(StepTrouble, PassesThatDoNotSettleContactsAreTold) {

@@ -1,0 +1,102 @@
+// Approaches that are too fast for a step and that contact detection or the barrier does not see.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+#include <variant>
+
+#include "sim/world/world.hpp"
+
+namespace nbd {
+namespace {
+
+Eigen::AlignedBox3d box_of_points(const Nodes& x) {
+    return {x.colwise().minCoeff().transpose(), x.colwise().maxCoeff().transpose()};
+}
+
+double longest_row(const Nodes& rows) { return rows.rowwise().norm().maxCoeff(); }
+
+/// How near a point at p comes to the origin on its way to p + way; infinite if it only goes away.
+double least_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& way) {
+    const double nearer = -p.dot(way);
+    if (!(nearer > 0)) return std::numeric_limits<double>::infinity();
+    return (p + std::min(nearer / way.squaredNorm(), 1.0) * way).norm();
+}
+
+}  // namespace
+
+/// How far the nodes go in dt, [N, 3] metres: as fast as they are, and those that are held as they are told.
+Nodes World::foreseen_motion(const Body& body, double dt) const {
+    Nodes way = dt * body.state.v;
+    const PrescribedNodes given = prescribed(body, dt);
+    for (std::size_t k = 0; k < given.nodes.size(); ++k) {
+        const int node = given.nodes[k];
+        way.row(node) = start_of(body).x.row(node) + dt * given.v.row(static_cast<Eigen::Index>(k)) -
+                        body.state.x.row(node);
+    }
+    return way;
+}
+
+/// Contact detection looks ahead by the velocities at the start of the step, so it does not see a grip that
+/// jumps, or nodes that are driven far at once. Not empty where such nodes sweep over the box of another
+/// body. Both move relative to the other body's mean motion, so bodies that jump together are not meant.
+World::Rejection World::jump_into_body(double dt) const {
+    const double allowed = 4 * thickness();
+    for (const Body& body : bodies_) {
+        const PrescribedNodes given = prescribed(body, dt);
+        if (!body.tree || given.nodes.empty()) continue;
+        const Nodes x = body.state.x(given.nodes, Eigen::all);
+        const Nodes way = foreseen_motion(body, dt)(given.nodes, Eigen::all);
+        if (longest_row(way - dt * body.state.v(given.nodes, Eigen::all)) <= allowed) continue;
+        for (const Body& other : bodies_) {
+            if (&other == &body || !other.tree) continue;
+            const Nodes other_way = foreseen_motion(other, dt);
+            const Eigen::RowVector3d mean = other_way.colwise().mean();
+            const Nodes relative = way.rowwise() - mean;
+            const double approach = longest_row(relative);
+            const double reach = thickness() + longest_row(other_way.rowwise() - mean);
+            const Eigen::AlignedBox3d swept = box_of_points(x).merged(box_of_points(x + relative));
+            const Eigen::AlignedBox3d there = box_of_points(embedded(other.surface.W(), other.state.x));
+            if (approach <= allowed || swept.squaredExteriorDistance(there) > reach * reach) continue;
+            return {.reason = fmt::format("bodies may approach each other by {:.2g} m in a step, allowed: "
+                                          "{:.2g}",
+                                          approach, allowed),
+                    .trouble = StepTrouble::approach};
+        }
+    }
+    return {};
+}
+
+/// Only vertices meet a sphere, and the iterates of a step are no motion: a vertex may come to lie behind a
+/// sphere whose centre goes beyond it in one step. Before the step, a vertex in the way of the centre is at
+/// least a radius ahead of it. So it is still ahead if the two approach by at most a radius, and no more is
+/// allowed.
+World::Rejection World::pass_of_ball(double dt) const {
+    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
+        const BallShape* ball = std::get_if<BallShape>(&obstacles_[o].shape);
+        if (!ball) continue;
+        const Eigen::Vector3d centre = ball->centre + displacement_at(obstacles_[o], time_);
+        const Eigen::RowVector3d moves = dt * mean_velocity(obstacles_[o], time_, dt).transpose();
+        for (int b = 0; b < body_count(); ++b) {
+            const Body& body = at(b);
+            const Nodes nodes = foreseen_motion(body, dt).rowwise() - moves;
+            if (longest_row(nodes) <= ball->radius) continue;
+            const Nodes x = embedded(body.surface.W(), body.state.x), way = embedded(body.surface.W(), nodes);
+            double approach = 0;
+            for (Eigen::Index v = 0; v < x.rows(); ++v)
+                if (least_distance(x.row(v).transpose() - centre, way.row(v).transpose()) <
+                    ball->radius + thickness())
+                    approach = std::max(approach, way.row(v).norm());
+            if (approach > ball->radius)
+                return {
+                    .reason = fmt::format("body {} and the sphere obstacles[{}] may approach each other by "
+                                          "{:.2g} m in a step, allowed: its radius, {:.2g}",
+                                          b, o, approach, ball->radius),
+                    .trouble = StepTrouble::approach};
+        }
+    }
+    return {};
+}
+
+}  // namespace nbd
