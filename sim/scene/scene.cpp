@@ -86,6 +86,7 @@ SceneGrip read_grip(JsonObject& from) {
     grip.motion.start = from.number("start", 0, finite);
     grip.motion.duration = from.number("duration", 0, not_negative);
     grip.motion.release = from.number("release", grip.motion.release, not_negative);
+    if (grip.motion.release < grip.motion.start) from.problem("release", "must not be before \"start\"");
     from.finish();
     return grip;
 }

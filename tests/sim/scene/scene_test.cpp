@@ -200,6 +200,8 @@ const Broken broken_scenes[] = {
     {with(R"("grips": [{}])"), "bodies[0].grips[0].region: is missing"},
     {with(R"("grips": [{"region": {"sphere": {"radius": 1}}, "rotate": {"axis": [0, 0, 0]}}])"),
      "bodies[0].grips[0].rotate.axis: must not be zero"},
+    {with(R"("grips": [{"region": {"sphere": {"radius": 1}}, "start": 5, "release": 1}])"),
+     "bodies[0].grips[0].release: must not be before \"start\""},
 };
 
 INSTANTIATE_TEST_SUITE_P(All, BrokenScene, ::testing::ValuesIn(broken_scenes));
