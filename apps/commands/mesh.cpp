@@ -10,6 +10,7 @@
 #include "apps/cli/region_option.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/body/body_hints.hpp"
+#include "meshing/body/constant_range.hpp"
 #include "meshing/cage/cage.hpp"
 #include "meshing/tets/tet_quality.hpp"
 
@@ -126,19 +127,19 @@ void add_mesh(CLI::App& app, Output& out) {
             ->check(one_of(names_of_laws())),
         command->add_option("--young", material.young, "Young's modulus, Pa")
             ->capture_default_str()
-            ->check(positive()),
+            ->check(between(least_constant, max_constant)),
         command->add_option("--poisson", material.poisson, "Poisson's ratio")
             ->capture_default_str()
             ->check(between(least_poisson, max_poisson)),
         command->add_option("--density", material.density, "Density, kg/m3")
             ->capture_default_str()
-            ->check(positive()),
+            ->check(between(least_constant, max_constant)),
         command->add_option("--rayleigh-mass", material.rayleigh_mass, "Damping of slow motion, 1/s")
             ->capture_default_str()
-            ->check(not_negative()),
+            ->check(between(0, max_constant)),
         command->add_option("--rayleigh-stiffness", material.rayleigh_stiffness, "Damping of fast motion, s")
             ->capture_default_str()
-            ->check(not_negative()),
+            ->check(between(0, max_constant)),
         command
             ->add_option("--region", arguments->regions,
                          "Another material for a group of tetrahedra in the file, such as "
@@ -157,13 +158,13 @@ void add_mesh(CLI::App& app, Output& out) {
         ->add_option("--scale", arguments->config.scale,
                      "Factor of all coordinates: 0.001 for a file in millimetres, as bodies are in metres")
         ->capture_default_str()
-        ->check(positive());
+        ->check(between(least_constant, max_constant));
     CLI::Option* weld =
         command
             ->add_option("--weld", arguments->config.weld,
                          "Close cracks of a surface: what lies at most this far apart becomes one, "
                          "metres (after --scale)")
-            ->check(positive());
+            ->check(between(least_constant, max_constant));
     CLI::Option* cage =
         command
             ->add_option("--cage", arguments->config.cage,

@@ -7,6 +7,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "meshing/body/constant_range.hpp"
+
 namespace nbd {
 
 std::string_view name(MaterialLaw law) noexcept {
@@ -41,12 +43,15 @@ void check_material(const Material& m) {
         if (!ok || !std::isfinite(value))
             throw std::invalid_argument(fmt::format("{} is {}; allowed: {}", what, value, allowed));
     };
-    require(m.young > 0, "Young's modulus", m.young, "more than 0 Pa");
+    const auto is_positive = [](double value) { return value >= least_constant && value <= max_constant; };
+    const auto is_damping = [](double value) { return value >= 0 && value <= max_constant; };
+    require(is_positive(m.young), "Young's modulus", m.young, "between 1e-30 and 1e30 Pa");
     require(m.poisson >= least_poisson && m.poisson <= max_poisson, "Poisson's ratio", m.poisson,
             "between -0.999 and 0.499");
-    require(m.density > 0, "density", m.density, "more than 0 kg/m3");
-    require(m.rayleigh_mass >= 0, "Rayleigh mass damping", m.rayleigh_mass, "at least 0 1/s");
-    require(m.rayleigh_stiffness >= 0, "Rayleigh stiffness damping", m.rayleigh_stiffness, "at least 0 s");
+    require(is_positive(m.density), "density", m.density, "between 1e-30 and 1e30 kg/m3");
+    require(is_damping(m.rayleigh_mass), "Rayleigh mass damping", m.rayleigh_mass, "between 0 and 1e30 1/s");
+    require(is_damping(m.rayleigh_stiffness), "Rayleigh stiffness damping", m.rayleigh_stiffness,
+            "between 0 and 1e30 s");
 }
 
 std::vector<const Material*> materials_of_tets(const Material& material,

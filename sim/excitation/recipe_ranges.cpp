@@ -13,8 +13,8 @@ namespace nbd {
 namespace {
 
 constexpr double largest = 1e6;
-constexpr NumberRange positive{1e-6, largest, "> 0"};
-constexpr NumberRange not_negative{0, largest, ">= 0"};
+constexpr NumberRange positive{1e-6, largest, "from 1e-6 to 1e6"};
+constexpr NumberRange not_negative{0, largest, "from 0 to 1e6"};
 constexpr NumberRange any_number{-largest, largest, "from -1e6 to 1e6"};
 constexpr NumberRange share{0, 1, "from 0 to 1"};
 

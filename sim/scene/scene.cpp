@@ -9,14 +9,14 @@
 
 #include "collision/base/file_name.hpp"
 #include "collision/base/file_text.hpp"
+#include "meshing/body/constant_range.hpp"
 
 namespace nbd {
 namespace {
 
-constexpr double largest = 1e30;
-constexpr NumberRange positive{1e-30, largest, "> 0"};
-constexpr NumberRange not_negative{0, largest, ">= 0"};
-constexpr NumberRange finite{-largest, largest, "finite"};
+constexpr NumberRange positive{least_constant, max_constant, "between 1e-30 and 1e30"};
+constexpr NumberRange not_negative{0, max_constant, "between 0 and 1e30"};
+constexpr NumberRange finite{-max_constant, max_constant, "between -1e30 and 1e30"};
 
 Eigen::Vector3d direction(JsonObject& from, const std::string& key, const Eigen::Vector3d& fallback) {
     const Eigen::Vector3d value = from.vector(key, fallback);

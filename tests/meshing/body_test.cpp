@@ -192,7 +192,7 @@ const BrokenBody broken_bodies[] = {
      [](EditFile& f) { f.set("embedding/cols", 2, 0); }},
     {"the SHA-256 of the content is",
      [](EditFile& f) { f.set("tets/nodes", 14, 0.34), f.set("surface/vertices", 14, 0.34); }},
-    {"Young's modulus is 0; allowed: more than 0 Pa",
+    {"Young's modulus is 0; allowed: between 1e-30 and 1e30 Pa",
      [](EditFile& f) { f.set_attribute("material", "young", 0.); }},
     {"density is nan", [](EditFile& f) { f.set_attribute("material", "density", nan); }},
     {"has no attribute 'poisson' of 'material'",

@@ -97,7 +97,7 @@ TEST(RecipeRanges, ErrorsNameThePathAndTheAllowedRange) {
     EXPECT_EQ(error(R"({"kinds": {"drop": {"weight": "often"}}})"),
               R"(recipe.kinds.drop.weight: must be a number, not "often")");
     EXPECT_EQ(error(R"({"kinds": {"drop": {"weight": -1}}})"),
-              "recipe.kinds.drop.weight: is -1, but must be >= 0");
+              "recipe.kinds.drop.weight: is -1, but must be from 0 to 1e6");
     EXPECT_EQ(error(R"({"hands": {"twist": {"from": 2}}})"),
               "recipe.hands.twist: goes from 2 to 0.9, but must not decrease");
     EXPECT_EQ(error(R"({"contact_share": 1.5})"), "recipe.contact_share: is 1.5, but must be from 0 to 1");
