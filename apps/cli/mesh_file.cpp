@@ -96,6 +96,23 @@ TetrahedralizeResult filling_of(const TriMesh& surface, const TetrahedralizeConf
     }
 }
 
+/// What scaling and welding made of a surface, for the message about what is wrong with it: the size if that
+/// is out of all proportion, and the faces that welding dropped. scaled, faces: before welding.
+std::string changes_of(const Nodes& scaled, double scale, const WeldReport& weld, Eigen::Index faces) {
+    constexpr double least = 1e-9, most = 1e9;  // metres
+    std::string text;
+    const double length =
+        scaled.rows() > 0 ? (scaled.colwise().maxCoeff() - scaled.colwise().minCoeff()).maxCoeff() : 1;
+    if (scale != 1 && !(length >= least && length <= most))
+        text += fmt::format("; the scale {:.3g} makes it {:.3g} m long: choose another", scale, length);
+    if (weld.dropped_faces > 0)
+        text += fmt::format(
+            "; welding within {:.3g} m merged {} of {} vertices and dropped {} of {} faces: choose a shorter "
+            "length",
+            weld.length, weld.merged_vertices, scaled.rows(), weld.dropped_faces, faces);
+    return text;
+}
+
 }  // namespace
 
 bool holds_tets(const std::filesystem::path& path) {
@@ -150,11 +167,13 @@ MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConf
     out.work("reading the surface");
     TriMesh surface = read_surface(path);
     surface.X *= config.scale;
+    const Nodes scaled = surface.X;
+    const Eigen::Index faces = surface.F.rows();
+    WeldReport weld;
     try {
         if (config.weld > 0) {
-            WeldReport report;
-            surface = weld_within(surface, config.weld, report);
-            out.text(describe(report));
+            surface = weld_within(surface, config.weld, weld);
+            out.text(describe(weld));
         }
         if (config.cage > 0) {
             out.work("wrapping and filling a cage");
@@ -190,7 +209,8 @@ MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConf
         result.body.origin += origin;
         return result;
     } catch (const std::invalid_argument& error) {
-        throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
+        throw std::invalid_argument(fmt::format("{}: {}{}", path.string(), error.what(),
+                                                changes_of(scaled, config.scale, weld, faces)));
     }
 }
 

@@ -40,6 +40,16 @@ std::string joined(const std::vector<std::string>& words, std::string_view befor
     return result;
 }
 
+/// Names the first key of the object, not one of `known`, that may stand for one of `missing`; empty if there
+/// is none.
+std::string mistyped_hint(const nlohmann::json& object, const std::vector<std::string>& known,
+                          const std::vector<std::string>& missing) {
+    for (const auto& [key, value] : object.items())
+        if (std::ranges::find(known, key) == known.end() && !nearest_name(key, missing).empty())
+            return fmt::format("; the nearest key there is {}", shown(nlohmann::json(key)));
+    return {};
+}
+
 }  // namespace
 
 JsonObject::JsonObject(const nlohmann::json& value, std::string path, JsonReading* reading)
@@ -91,7 +101,7 @@ bool JsonObject::has(const std::string& key) { return find(key) != nullptr; }
 
 bool JsonObject::need(const std::string& key) {
     if (has(key)) return true;
-    problem(key, "is missing");
+    problem(key, "is missing" + mistyped_hint(*value_, known_, {key}));
     return false;
 }
 
@@ -102,7 +112,8 @@ std::string JsonObject::need_one(const std::vector<std::string>& keys) {
         quoted.push_back('"' + key + '"');
     }
     if (there.size() == 1) return there.front();
-    problem("", fmt::format("needs exactly one of {}", joined(quoted, " and ")));
+    problem("", fmt::format("needs exactly one of {}{}", joined(quoted, " and "),
+                            there.empty() ? mistyped_hint(*value_, known_, keys) : ""));
     return {};
 }
 

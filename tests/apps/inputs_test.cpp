@@ -129,6 +129,19 @@ TEST_F(Inputs, MeshWeldsWhereItIsToldAndSaysSoWhereASurfaceIsOpen) {
     EXPECT_EQ(load_body(folder() / "cracked.h5").surface.X.rows(), whole.X.rows());
 }
 
+TEST_F(Inputs, MeshSaysWhatWeldingAndScalingDid) {
+    write_obj("cube.obj", box(1, 1, 1, 2));
+    EXPECT_THAT(
+        error({"mesh", "cube.obj", "-o", "cube.h5", "--weld", "1e9"}),
+        HasSubstr("; welding within 1e+09 m merged 25 of 26 vertices and dropped 48 of 48 faces: choose a "
+                  "shorter length"));
+    TriMesh large = box(1, 1, 1, 2);
+    large.X *= 1e20;
+    write_obj("large.obj", large);
+    EXPECT_THAT(error({"mesh", "large.obj", "-o", "cube.h5", "--scale", "1e30"}),
+                HasSubstr("; the scale 1e+30 makes it 1e+50 m long: choose another"));
+}
+
 TEST_F(Inputs, MeshNamesAWayOutWhereTheSurfaceIsTooCoarseForTheNodes) {
     write_obj("coarse.obj", box(1, 1, 1, 1));
     EXPECT_THAT(error({"mesh", "coarse.obj", "-o", "coarse.h5", "--nodes", "1000"}),

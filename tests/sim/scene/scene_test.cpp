@@ -138,6 +138,9 @@ const std::string one_source = R"(bodies[0]: needs exactly one of "body", "surfa
 const Broken broken_scenes[] = {
     {"[]", "the scene must be an object, not []"},
     {"{}", "bodies: is missing"},
+    {R"({"Bodies": []})", "bodies: is missing; the nearest key there is \"Bodies\""},
+    {R"({"bodies": [{"Body": "a"}]})", one_source + "; the nearest key there is \"Body\""},
+    {R"({"gravity": [0, 0, 0]})", "bodies: is missing"},
     {R"({"bodies": []})", "bodies: must hold at least one body"},
     {R"({"bodies": {}})", "bodies: must be an array, not {}"},
     {R"({"bodies": [3]})", "bodies[0]: must be an object, not 3"},
