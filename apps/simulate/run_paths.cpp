@@ -7,6 +7,7 @@
 
 #include "apps/cli/output_paths.hpp"
 #include "meshing/h5/reader.hpp"
+#include "meshing/h5/types.hpp"
 #include "training/files/dataset_manifest.hpp"
 #include "training/files/recording_format.hpp"
 
@@ -26,6 +27,8 @@ void check_replaced(const std::filesystem::path& path) {
     std::string format;
     try {
         format = h5::Reader(path).format().name;
+    } catch (const h5::ReadError&) {  // not the file's fault
+        throw;
     } catch (const std::runtime_error&) {
         refuse("holds what nbdtree did not write, or is damaged");
     }

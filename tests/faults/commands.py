@@ -12,6 +12,7 @@ from pathlib import Path
 ASSETS = Path(__file__).resolve().parents[2] / "assets"
 TIMEOUT = 1800  # seconds after which a run counts as hanging
 OLD = b"an older file under this name\n"
+FAILED_RUN = "failed_run.h5"  # of the inputs: all that a run with --resume replaces, besides what it continues
 
 
 class Command:
@@ -21,7 +22,9 @@ class Command:
         self.name, self.arguments, self.result = name, arguments, result
         self.keeps = keeps  # names, a folder with a slash at the end
         self.again = list(again)  # what is added to the arguments of the next run
-        self.old = old  # what stands under the result's name before; None: what the inputs have there, if anything
+        # What stands under the result's name before: bytes, or the name of an input; None: what the inputs have there, if
+        # anything.
+        self.old = old
 
 
 COMMANDS = [
@@ -32,7 +35,7 @@ COMMANDS = [
     Command("train", ["train", "body.h5", "poses.h5", "-o", "made.h5", "--depth", "3", "--bounds",
                       "nbd,learned_spheres", "--epochs", "2"], "made.h5", ["made.h5.checkpoint"]),
     Command("simulate", ["simulate", "scene.json", "-o", "made.h5", "--frames", "3"], "made.h5", ["made.h5.journal"],
-            ["--resume"]),
+            ["--resume"], old=FAILED_RUN),
     Command("export", ["export", "tree.h5", "--flat", "-o", "made.nbd"], "made.nbd"),
     Command("view", ["view", "poses.h5:0", "--body", "body.h5", "-o", "made.html"], "made.html"),
 ]
@@ -43,7 +46,7 @@ DATASET = Command("dataset", ["dataset", "body.h5", "-o", "made.h5", "--trajecto
 TRAIN = Command("train", ["train", "body.h5", "poses.h5", "-o", "made.h5", "--depth", "4", "--bounds",
                           "nbd,learned_spheres", "--epochs", "60"], "made.h5", ["made.h5.networks/"])
 SIMULATE = Command("simulate", ["simulate", "scene.json", "-o", "made.h5", "--frames", "40"], "made.h5",
-                   ["made.h5.journal"], ["--resume"])
+                   ["made.h5.journal"], ["--resume"], old=FAILED_RUN)
 # Every command, with all tables that it can write.
 EVERY = [Command(line.split()[0], [*line.replace("assets/", f"{ASSETS}/").split(), "--json"], None) for line in [
     "mesh assets/ring.obj -o made.h5", "modes body.h5 -m 12 --csv made.csv",
@@ -99,7 +102,8 @@ def fresh(inputs):
 def add_old(folder, command):
     """Puts an older file under the name of the command's result."""
     if command.old is not None:
-        (folder / command.result).write_bytes(command.old)
+        old = command.old if isinstance(command.old, bytes) else (folder / command.old).read_bytes()
+        (folder / command.result).write_bytes(old)
 
 
 def make_inputs(folder, program):
@@ -117,6 +121,10 @@ def make_inputs(folder, program):
         '{"bodies": [{"body": "body.h5", "transform": {"translate": [0, 0, 0.3]}},'
         ' {"body": "body.h5", "transform": {"translate": [0, 0.02, 0.55]}}],'
         ' "obstacles": [{"plane": {"normal": [0, 0, 1]}}]}')
+    (folder / "failing.json").write_text('{"bodies": [{"body": "body.h5", "angular_velocity": [0, 0, 1e6]}]}')
+    failed = run([Path(program).resolve(), "simulate", "failing.json", "-o", FAILED_RUN, "--quiet"], folder)
+    if failed.returncode != 1 or not (folder / FAILED_RUN).exists():
+        raise SystemExit(f"a body that spins far too fast does not end a run: {failed.stderr}")
 
 
 def make_all_inputs(folder, program):
