@@ -26,13 +26,14 @@ std::optional<MaterialLaw> material_law(std::string_view name) noexcept;
 constexpr std::array<MaterialLaw, 3> material_laws{MaterialLaw::corotated, MaterialLaw::stable_neo_hookean,
                                                    MaterialLaw::st_venant_kirchhoff};
 
-/// Isotropic elastic material. Young's modulus and Poisson's ratio are those at small strains.
+/// Isotropic elastic material. Young's modulus and Poisson's ratio are those at small strains. Ranges:
+/// constant_range.hpp.
 struct Material {
-    double young = 1e5;                // Pa, > 0
+    double young = 1e5;                // Pa, least_constant to max_constant
     double poisson = 0.40;             // least_poisson to max_poisson
-    double density = 1000;             // kg/m3, > 0
-    double rayleigh_mass = 0.1;        // 1/s, >= 0
-    double rayleigh_stiffness = 1e-3;  // s, >= 0
+    double density = 1000;             // kg/m3, likewise
+    double rayleigh_mass = 0.1;        // 1/s, 0 to max_constant
+    double rayleigh_stiffness = 1e-3;  // s, likewise
     MaterialLaw law = MaterialLaw::corotated;
     bool operator==(const Material&) const = default;
 };
