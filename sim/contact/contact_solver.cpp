@@ -10,7 +10,7 @@ namespace {
 constexpr double first_share = 0.1;        // share of the step's impulses left by the first pass
 constexpr double pass_share = 0.01;        // share of the residual left by a pass before contacts are updated
 constexpr int friction_passes = 8;         // after so many accurate ones, drags stay
-constexpr int settling_passes = 4;         // in the last ones drags stay: what presses must still settle
+constexpr int settling_passes = 4;         // drags stay in the last ones, a quarter of all at most
 constexpr double most_change_of_slip = 3;  // from one pass to the next
 constexpr double passed_by = 0.1;  // slope of the potential at the end of a pass, of that at its beginning
 constexpr double friction_share = 0.008;  // of mu times the normal impulse, by which friction may be off
@@ -163,10 +163,10 @@ std::vector<bool> ContactSolver::wrong_pairs(const std::vector<Rub>& rubs) const
     return wrong;
 }
 
-/// solved: operators are of a solve that found v. Contacts that pressed in it keep theirs; those with a wrong
-/// drag get a new one if `renews` and the friction between their bodies is wrong. One that lets go for the
-/// second time presses without friction from then on, because its drag may be what pulls it away: it would
-/// let go and press in turn.
+/// solved: operators are of a solve that found v or led to it. Contacts that pressed in it keep theirs; those
+/// with a wrong drag get a new one if `renews` and the friction between their bodies is wrong. One that lets
+/// go for the second time presses without friction from then on, because its drag may be what pulls it away:
+/// it would let go and press in turn.
 void ContactSolver::linearise(const Eigen::VectorXd& v, bool solved, bool renews) {
     const std::vector<Rub> rubs = rubs_at(v, solved);
     const std::vector<bool> wrong = wrong_pairs(rubs);
@@ -281,6 +281,7 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     report.settled = contacts_.empty();
     bool is_measured = true;  // whether left_ is, rather than carried on from pass to pass
     int renewed = 0;          // accurate passes after which drags were set anew
+    bool went_back = false;   // whether v is not where the last pass led
     Eigen::VectorXd begin;
     for (; report.passes < config_->iterations; ++report.passes) {
         begin = v;
@@ -293,14 +294,16 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
         const bool is_accurate =
             worst_share(linear_.norms().of(linear_.residual()), yielding_scales_) <= pass_share;
         change_.setZero(v.size());
-        if (report.passes > 0) go_back(begin, v);
+        // After the last pass nothing would balance what lies between.
+        went_back = report.passes > 0 && report.passes + 1 < config_->iterations && go_back(begin, v);
         measure_contacts(systems, v);
         solved_by_ = operators_;
         solved_push_ = push_;
         change_ -= impulses(v, false);
         const bool renews =
-            renewed < friction_passes && report.passes < std::max(config_->iterations - settling_passes, 1);
-        renewed += renews && is_accurate;
+            renewed < friction_passes &&
+            report.passes < config_->iterations - std::min(settling_passes, config_->iterations / 4);
+        renewed += renews && is_accurate && !went_back;
         linearise(v, true, renews);
         change_ += impulses(v, false);
         set_rhs(systems);
@@ -314,8 +317,9 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
         report.settled = set_goals(goals);
         if (report.settled) break;
     }
-    // The impulses that were solved for balance the motion; those of the update need not.
-    if (!contacts_.empty()) {
+    // The impulses that were solved for balance the motion; those of the update need not, unless the last
+    // pass went back to where they do.
+    if (!contacts_.empty() && !(report.settled && went_back)) {
         operators_ = solved_by_;
         push_ = solved_push_;
     }
@@ -324,10 +328,10 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
 }
 
 /// Moves v, which a pass found from `begin`, back to where the potential of the step is least between the
-/// two, and sets change_ to how that changes the residual. Contacts that a pass does not know and that press
-/// at its end shorten the way: without it, the passes of stiff bodies can let two sets of contacts press in
-/// turn. The friction of a pass counts as its drags say.
-void ContactSolver::go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v) {
+/// two, and sets change_ to how that changes the residual. Returns whether v moved. Contacts that a pass does
+/// not know and that press at its end shorten the way: without it, the passes of stiff bodies can let two
+/// sets of contacts press in turn. The friction of a pass counts as its drags say.
+bool ContactSolver::go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v) {
     /// Where a contact does not do what its operator says: it presses though it did not, or pulls.
     struct Flip {
         double at_begin, change;  // of the impulse that the operator lacks, N s
@@ -351,7 +355,7 @@ void ContactSolver::go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v) {
             sum -= std::max(flip.at_begin + share * flip.change, 0.0) * flip.closing;
         return sum;
     };
-    if (first <= 0 || descent(1) >= -passed_by * first) return;
+    if (first <= 0 || descent(1) >= -passed_by * first) return false;
     double least = 0, most = 1;
     for (int i = 0; i < 30; ++i) {
         const double middle = (least + most) / 2;
@@ -359,6 +363,7 @@ void ContactSolver::go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v) {
     }
     v = begin + most * way;
     change_ = (1 - most) * (left_ - linear_.residual());
+    return true;
 }
 
 /// The goals of the next pass. Returns whether none is needed, by the residual left_.

@@ -95,7 +95,7 @@ class ContactSolver {
     void set_operator(std::size_t contact, const ContactImpulse& impulse, double drag);
     double next_drag(std::size_t contact, double most, double slip) const;
     Eigen::VectorXd impulses(const Eigen::VectorXd& v, bool held) const;
-    void go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v);
+    bool go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v);
     bool set_goals(std::vector<double>& goals) const;
     void set_rhs(std::span<const StepSystem> systems);
     void measure_step(std::span<const StepSystem> systems, const Eigen::VectorXd& v);
