@@ -25,8 +25,11 @@ void check_replaced(const std::filesystem::path& path) {
             path.string(), what));
     };
     std::string format;
+    bool has_key = false;
     try {
-        format = h5::Reader(path).format().name;
+        const h5::Reader reader(path);
+        format = reader.format().name;
+        has_key = reader.has_attribute("/", dataset_label);
     } catch (const h5::ReadError&) {  // not the file's fault
         throw;
     } catch (const std::runtime_error&) {
@@ -34,6 +37,7 @@ void check_replaced(const std::filesystem::path& path) {
     }
     if (format != recording_format.name) refuse(fmt::format("is a file of format '{}'", format));
     if (is_dataset_view(path)) refuse("is a dataset");
+    if (has_key) refuse("is a part of a dataset");
 }
 
 }  // namespace

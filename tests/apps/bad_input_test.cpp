@@ -384,6 +384,11 @@ TEST_F(BadInputTest, RejectsInvalidScenes) {
         return std::vector<std::string>{"simulate", "good.json", "-o", output, option, value};
     };
     const std::string replaced = "; allowed: a recording of a scene, which is replaced, or another name";
+    const std::filesystem::directory_iterator shards(folder() / "data.shards");
+    const auto first = std::find_if(begin(shards), end(shards),
+                                    [](const auto& entry) { return entry.path().extension() == ".h5"; });
+    ASSERT_NE(first, end(shards));
+    const std::string shard = "data.shards/" + first->path().filename().string();
     expect_refused({
         {simulate("x.h5", "--bounds", "foo"), 2, foo_bounds},
         {{"simulate", "good.json", "-o", "x.h5", "--bounds", "affine", "--margin", "0.1"},
@@ -404,6 +409,8 @@ TEST_F(BadInputTest, RejectsInvalidScenes) {
         {simulate("tree.h5", "--frames", "1"), 1,
          "tree.h5: cannot be written: it is a file of format 'nbdtree tree'" + replaced},
         {simulate("data.h5", "--frames", "1"), 1, "data.h5: cannot be written: it is a dataset" + replaced},
+        {simulate(shard.c_str(), "--frames", "1"), 1,
+         shard + ": cannot be written: it is a part of a dataset" + replaced},
         {simulate("text.h5", "--frames", "1"), 1,
          "text.h5: cannot be written: it holds what nbdtree did not write, or is damaged" + replaced},
     });
