@@ -73,7 +73,10 @@ class InARow {
         std::ranges::sort(sorted);
         if (std::ranges::adjacent_find(sorted) != sorted.end())
             throw std::invalid_argument("bodies: one MovingBody is there twice");
-        for (MovingBodyObject* object : objects) uses_.emplace_back(object->lock, "MovingBody");
+        for (MovingBodyObject* object : objects) {
+            held_.push_back(py::cast(object, py::return_value_policy::reference));
+            uses_.emplace_back(object->lock, "MovingBody");
+        }
         bodies_.reserve(objects.size());
         for (MovingBodyObject* object : objects) bodies_.push_back(std::move(object->body));
     }
@@ -87,6 +90,7 @@ class InARow {
 
  private:
     std::vector<MovingBodyObject*> objects_;
+    std::vector<py::object> held_;  // another thread may empty the list
     std::deque<Use> uses_;
     std::vector<MovingBody> bodies_;
 };

@@ -201,8 +201,12 @@ py::list touching(ManyBodyObject& self, const std::vector<Posed*>& bodies, const
         throw std::invalid_argument("bodies: one PosedTree is there twice");
     const Use use(self.lock, "query");
     const UsePoses poses(bodies);
+    std::vector<py::object> held;  // another thread may empty the list
     std::vector<PosedTree*> trees;
-    for (Posed* body : bodies) trees.push_back(&body->tree);
+    for (Posed* body : bodies) {
+        held.push_back(py::cast(body, py::return_value_policy::reference));
+        trees.push_back(&body->tree);
+    }
     std::span<const TouchingBodies> found;
     {
         const LongCall call;
