@@ -18,7 +18,8 @@ double gap_of_face(std::array<double, 3> squared) {
         return std::max(at_shorter, at_longer);
     }
     const double sixteen_areas = 2 * (a * b + b * c + c * a) - (a * a + b * b + c * c);  // squared
-    return std::sqrt(a * b * c / sixteen_areas);
+    const double most = c / 3;  // of acute faces; what rounding leaves of a sliver's area may be anything
+    return std::sqrt(sixteen_areas > 0 ? std::min(a * b * c / sixteen_areas, most) : most);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <variant>
 
 #include "sim/world/world.hpp"
@@ -73,14 +74,16 @@ World::Rejection World::jump_into_body(double dt) const {
 /// least a radius ahead of it. So it is still ahead if the two approach by at most a radius, and no more is
 /// allowed.
 World::Rejection World::pass_of_ball(double dt) const {
-    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        const BallShape* ball = std::get_if<BallShape>(&obstacles_[o].shape);
-        if (!ball) continue;
-        const Eigen::Vector3d centre = ball->centre + displacement_at(obstacles_[o], time_);
-        const Eigen::RowVector3d moves = dt * mean_velocity(obstacles_[o], time_, dt).transpose();
-        for (int b = 0; b < body_count(); ++b) {
-            const Body& body = at(b);
-            const Nodes nodes = foreseen_motion(body, dt).rowwise() - moves;
+    for (int b = 0; b < body_count(); ++b) {
+        const Body& body = at(b);
+        std::optional<Nodes> foreseen;  // once for all spheres
+        for (std::size_t o = 0; o < obstacles_.size(); ++o) {
+            const BallShape* ball = std::get_if<BallShape>(&obstacles_[o].shape);
+            if (!ball) continue;
+            if (!foreseen) foreseen = foreseen_motion(body, dt);
+            const Eigen::Vector3d centre = ball->centre + displacement_at(obstacles_[o], time_);
+            const Eigen::RowVector3d moves = dt * mean_velocity(obstacles_[o], time_, dt).transpose();
+            const Nodes nodes = foreseen->rowwise() - moves;
             if (longest_row(nodes) <= ball->radius) continue;
             const Nodes x = embedded(body.surface.W(), body.state.x), way = embedded(body.surface.W(), nodes);
             double approach = 0;
