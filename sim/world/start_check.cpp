@@ -13,8 +13,8 @@
 namespace nbd {
 namespace {
 
-constexpr double slight = 1e-3;    // share of a body's diagonal: what rests may overlap by as much
-constexpr double rounding = 1e-6;  // likewise: what is nearer touches
+constexpr double slight = 1e-3;  // share of a body's diagonal: what rests may overlap by as much
+constexpr double nearly = 1e-6;  // likewise: what is nearer touches
 
 }  // namespace
 
@@ -143,11 +143,11 @@ std::optional<StartFault> StartCheck::check(Surface& body, const std::string& la
     const double size = body.diagonal();
     double least = size;  // distance of the body's vertices, and of its faces where they are looked at
     for (Eigen::Index i = 0; i < body.mesh.X.rows(); ++i)
-        if (const auto found = signed_distance(obstacle, body.mesh.X.row(i).transpose(), 0, rounding * size))
+        if (const auto found = signed_distance(obstacle, body.mesh.X.row(i).transpose(), 0, nearly * size))
             least = std::min(least, found->distance);
     if (const BallShape* ball = std::get_if<BallShape>(&obstacle.shape)) {
         const Eigen::Vector3d centre = ball->centre + displacement_at(obstacle, 0);
-        const double reach = ball->radius + rounding * size;
+        const double reach = ball->radius + nearly * size;
         if (body.box.exteriorDistance(centre) <= reach)
             if (const auto distance = body.distance(centre, reach))
                 least = std::min(least, *distance - ball->radius);
@@ -164,7 +164,7 @@ std::optional<StartFault> StartCheck::check(Surface& body, const std::string& la
         if (found.crossing == 0 && body.encloses(*solid))
             return StartFault{true, fmt::format("{}: encloses {} at the start", body.label, label)};
     }
-    if (least <= rounding * size)
+    if (least <= nearly * size)
         return StartFault{false, fmt::format("{}: touches {} at the start", body.label, label)};
     return std::nullopt;
 }
