@@ -49,10 +49,9 @@ std::string small_ball_warning(const SceneSpec& spec, std::span<const LoadedBody
     }
     if (count == 0) return "";
     return fmt::format(
-        "obstacles[{}]{}: the sphere's radius is {:.3g} m, but the surface of {} has points {:.3g} m from "
-        "the "
-        "nearest vertex of their face; only vertices meet a sphere, so it may pass through faces; a mesh as "
-        "obstacle, or a surface of smaller faces, prevents that",
+        "obstacles[{}]{}: the sphere's radius is {:.3g} m, but the surface of {} has points {:.3g} m "
+        "from the nearest vertex of their face; only vertices meet a sphere, so it may pass through faces; "
+        "a mesh as obstacle, or a surface of smaller faces, prevents that",
         first, count > 1 ? fmt::format(" and {} more", count - 1) : "", radius, body_labels(spec)[coarsest],
         gap);
 }
