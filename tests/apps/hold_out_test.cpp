@@ -117,7 +117,7 @@ TEST(HoldOut, LeaksNothing) {
             const auto value = recipe_parameter(drawn[id], rule.parameter);
             if (!value) continue;
             if (const auto* name = std::get_if<std::string>(&*value)) {
-                for (const auto& held : limits["names"]) EXPECT_NE(*name, held) << text;
+                for (const auto& held : limits["names"]) EXPECT_NE(*name, held.get<std::string>()) << text;
             } else {
                 const double x = std::get<double>(*value);
                 EXPECT_TRUE((!limits["from"].is_null() && x < limits["from"]) ||

@@ -32,10 +32,11 @@ struct Couplings {
     CoupledSystem system() const { return {{}, first_unknown, terms, couplings}; }
 
     Eigen::MatrixXd dense() const {
+        const CoupledSystem whole = system();
         Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(360, 360);
         for (const Coupling& coupling : couplings) {
             Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, 360);
-            for (const CouplingTerm& t : system().terms_of(coupling))
+            for (const CouplingTerm& t : whole.terms_of(coupling))
                 if (!t.held) J.middleCols<3>(t.unknown) += t.weight * Eigen::Matrix3d::Identity();
             sum += J.transpose() * coupling.A * J;
         }

@@ -49,7 +49,7 @@ class Evaluate : public testing::Test {
     static std::vector<EvaluationRow> rows_of(const char* file, const EvaluateConfig& config = {}) {
         return evaluate(*tree, RecordingReader(folder / file), config);
     }
-    static const EvaluationRow& find(const std::vector<EvaluationRow>& rows, const std::string& frames,
+    static const EvaluationRow& find(const std::vector<EvaluationRow>& rows, std::string_view frames,
                                      BoundKind bound, int depth, double margin) {
         const auto row = std::ranges::find_if(rows, [&](const EvaluationRow& r) {
             return r.frames == frames && r.bound == bound && r.depth == depth && r.margin == margin;
