@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -75,6 +76,13 @@ class ContactSolver {
     /// What these impulses give to the momentum of each body. at: positions at the start of the step.
     std::vector<Momentum> momenta(const Eigen::VectorXd& v, const BodyPositions& at) const;
 
+    /// The rigid motions that impulses on the bodies as a whole give them at the end of the step, while the
+    /// contacts of the last solve() resist as in it. impulses: [bodies]. inertia: [bodies], rigid_inertia();
+    /// a body that something holds has none and gets no motion. at: positions at the start of the step.
+    std::vector<RigidVector> responses(std::span<const RigidVector> impulses,
+                                       std::span<const std::optional<RigidMatrix>> inertia,
+                                       const BodyPositions& at) const;
+
     /// Potential of all contacts at velocities v, joules, with the friction strength of `friction_at`; see
     /// contact_potential().
     double potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const;
@@ -92,6 +100,7 @@ class ContactSolver {
     Eigen::Vector3d friction_off(std::size_t contact, const Rub& rub) const;
     std::vector<bool> wrong_pairs(const std::vector<Rub>& rubs) const;
     void linearise(const Eigen::VectorXd& v, bool solved, bool renews);
+    Eigen::Matrix3d resistance(std::size_t contact) const;
     void set_operator(std::size_t contact, const ContactImpulse& impulse, double drag);
     double next_drag(std::size_t contact, double most, double slip) const;
     Eigen::VectorXd impulses(const Eigen::VectorXd& v, bool held) const;

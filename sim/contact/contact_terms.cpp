@@ -54,22 +54,27 @@ void ContactTerms::add_impulse(std::size_t contact, const Eigen::Vector3d& p, bo
         if (held || !t.held) out.segment<3>(t.unknown) += t.weight * p;
 }
 
-void ContactTerms::add_momentum(const Contact& contact, std::size_t index, const Eigen::Vector3d& p,
-                                const BodyPositions& at, std::vector<Momentum>& momenta) const {
-    if (contact.a.body == contact.b.body) return;
+Eigen::Vector3d ContactTerms::acts_at(const Contact& contact, std::size_t index,
+                                      const BodyPositions& at) const {
     Eigen::Vector3d a = Eigen::Vector3d::Zero(), b = Eigen::Vector3d::Zero();
     for (const CouplingTerm& t : of(index)) {
         const Eigen::Vector3d x = at.x[static_cast<std::size_t>(t.body)].row(t.node);
         (t.body == contact.a.body ? a : b) += (t.body == contact.a.body ? t.weight : -t.weight) * x;
     }
-    const auto act = [&](int body, const Eigen::Vector3d& point, const Eigen::Vector3d& impulse) {
+    return contact.b.body < 0 ? a : (a + b) / 2;
+}
+
+void ContactTerms::add_momentum(const Contact& contact, std::size_t index, const Eigen::Vector3d& p,
+                                const BodyPositions& at, std::vector<Momentum>& momenta) const {
+    if (contact.a.body == contact.b.body) return;
+    const Eigen::Vector3d point = acts_at(contact, index, at);
+    const auto act = [&](int body, const Eigen::Vector3d& impulse) {
         Momentum& momentum = momenta[static_cast<std::size_t>(body)];
         momentum.linear += impulse;
         momentum.angular += (point - at.centres[static_cast<std::size_t>(body)]).cross(impulse);
     };
-    if (contact.b.body < 0) return act(contact.a.body, a, p);
-    act(contact.a.body, (a + b) / 2, p);
-    act(contact.b.body, (a + b) / 2, -p);
+    act(contact.a.body, p);
+    if (contact.b.body >= 0) act(contact.b.body, -p);
 }
 
 }  // namespace nbd

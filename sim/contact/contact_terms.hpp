@@ -45,8 +45,11 @@ class ContactTerms {
     /// out += J^T p. held: whether nodes with prescribed velocities take part.
     void add_impulse(std::size_t contact, const Eigen::Vector3d& p, bool held, Eigen::VectorXd& out) const;
 
-    /// Adds what the impulse p on the contact's point a, and -p on b, gives to the momenta of the bodies. It
-    /// acts halfway between the two points, so that the pair does not turn by itself.
+    /// Where the contact's impulse acts: halfway between its two points, so that the pair does not turn by
+    /// itself; at point a where b is an obstacle's.
+    Eigen::Vector3d acts_at(const Contact& contact, std::size_t index, const BodyPositions& at) const;
+
+    /// Adds what the impulse p on the contact's point a, and -p on b, gives to the momenta of the bodies.
     void add_momentum(const Contact& contact, std::size_t index, const Eigen::Vector3d& p,
                       const BodyPositions& at, std::vector<Momentum>& momenta) const;
 

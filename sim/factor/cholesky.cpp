@@ -120,6 +120,14 @@ void Cholesky::analyze(const SparseMatrix& A, Ordering ordering) {
 }
 
 void Cholesky::factorize(const SparseMatrix& A) {
+    if (try_factorize(A)) return;
+    const cholmod_factor& factor = *state_->factor;
+    const int unknown = static_cast<const int*>(factor.Perm)[factor.minor];
+    throw std::runtime_error(
+        fmt::format("factorize: the matrix is not positive definite (pivot of node {})", unknown / 3));
+}
+
+bool Cholesky::try_factorize(const SparseMatrix& A) {
     State& s = *state_;
     s.factorized = false;
     if (!s.factor || A.cols() != s.size || A.nonZeros() != s.entries)
@@ -131,12 +139,8 @@ void Cholesky::factorize(const SparseMatrix& A) {
     const SerialOpenMP serial;
     const int ok = cholmod_factorize(&view, s.factor, &s.common);
     s.require(ok, "factorisation");
-    if (s.factor->minor < s.factor->n) {
-        const int unknown = static_cast<const int*>(s.factor->Perm)[s.factor->minor];
-        throw std::runtime_error(
-            fmt::format("factorize: the matrix is not positive definite (pivot of node {})", unknown / 3));
-    }
-    s.factorized = true;
+    s.factorized = s.factor->minor == s.factor->n;
+    return s.factorized;
 }
 
 bool Cholesky::factorized() const noexcept { return state_->factorized; }

@@ -33,6 +33,8 @@ class Cholesky {
     /// for another size or entry count, std::runtime_error if A is not finite or not positive definite
     /// (naming the node of the failed pivot). After a throw there is no factor.
     void factorize(const SparseMatrix& A);
+    /// The same, but returns false if A is not positive definite.
+    bool try_factorize(const SparseMatrix& A);
 
     bool factorized() const noexcept;
 

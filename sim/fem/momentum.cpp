@@ -1,7 +1,5 @@
 #include "sim/fem/momentum.hpp"
 
-#include <Eigen/Cholesky>
-
 namespace nbd {
 namespace {
 
@@ -36,12 +34,17 @@ Momentum momentum_of(const ElasticBody& body, const BodyState& state) {
     return {linear(body, state.v), angular(body, from_centre(body, state.x), state.v)};
 }
 
-void set_momentum(const ElasticBody& body, const Momentum& momentum, BodyState& state) {
-    const Nodes r = from_centre(body, state.x);
+RigidMatrix rigid_inertia(const ElasticBody& body, NodesRef x) {
+    const Nodes r = from_centre(body, x);
     const Eigen::Matrix3d S = moments(body, r, r);
-    const Eigen::Matrix3d inertia = S.trace() * Eigen::Matrix3d::Identity() - (S + S.transpose()) / 2;
-    const Eigen::RowVector3d turn = inertia.ldlt().solve(momentum.angular - angular(body, r, state.v)),
-                             shift = (momentum.linear - linear(body, state.v)) / body.mass();
+    RigidMatrix inertia = body.mass() * RigidMatrix::Identity();
+    inertia.bottomRightCorner<3, 3>() = S.trace() * Eigen::Matrix3d::Identity() - (S + S.transpose()) / 2;
+    return inertia;
+}
+
+void add_motion(const ElasticBody& body, const RigidVector& motion, BodyState& state) {
+    const Nodes r = from_centre(body, state.x);
+    const Eigen::RowVector3d shift = motion.head<3>(), turn = motion.tail<3>();
     for (Eigen::Index i = 0; i < r.rows(); ++i)
         state.v.row(i) += shift + Eigen::RowVector3d(turn[1] * r(i, 2) - turn[2] * r(i, 1),
                                                      turn[2] * r(i, 0) - turn[0] * r(i, 2),

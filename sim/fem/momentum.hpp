@@ -17,7 +17,15 @@ Eigen::Vector3d centre_of_mass(const ElasticBody& body, NodesRef x);
 
 Momentum momentum_of(const ElasticBody& body, const BodyState& state);
 
-/// Adds to the velocities the rigid motion that gives the body this momentum.
-void set_momentum(const ElasticBody& body, const Momentum& momentum, BodyState& state);
+/// Of a body as a whole: a linear part, and one about its centre of mass.
+using RigidVector = Eigen::Vector<double, 6>;
+using RigidMatrix = Eigen::Matrix<double, 6, 6>;
+
+/// Mass, kg, and moments of inertia about the centre of mass, kg m2: maps velocity and rotation, rad/s, to
+/// momentum.
+RigidMatrix rigid_inertia(const ElasticBody& body, NodesRef x);
+
+/// Adds a rigid motion to the velocities. motion: m/s, and rad/s about the centre of mass.
+void add_motion(const ElasticBody& body, const RigidVector& motion, BodyState& state);
 
 }  // namespace nbd

@@ -123,7 +123,13 @@ void PatchFactor::factorize(const CoupledSystem& system, const CouplingSum& coup
     coupled_by_ = couplings.pattern();
     if (nodes_.empty()) return;
     fill(system, couplings);
-    cholesky_.factorize(A_);
+    // Where elasticity outweighs the mass by millions, its rounding to single precision can leave turns of a
+    // body a negative energy. With a little more on the diagonal the factor serves those who measure what it
+    // leaves.
+    constexpr double least = 1e-7, most = 1e-3;  // of the diagonal
+    for (double more = least; more <= most && !cholesky_.try_factorize(A_); more *= 10)
+        A_.diagonal() *= 1 + more;
+    if (!cholesky_.factorized()) cholesky_.factorize(A_);
 }
 
 void PatchFactor::take_residual(const CoupledSystem& system, const CouplingSum& couplings,

@@ -73,21 +73,33 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     const std::vector<Momentum> of_contacts =
         apart ? barrier_solver_.momenta(v, starts) : solver_.momenta(v, starts);
     const std::vector<Eigen::Vector3d> common = apart ? cluster_centres(starts.centres) : starts.centres;
+    std::vector<RigidVector> missing;  // momenta
+    std::vector<std::optional<RigidMatrix>> inertia;
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
         const auto index = static_cast<std::size_t>(b);
         Momentum momentum = end_momentum(body, ends[index], of_contacts[index]);
         advance(body, body_part(b, v));
+        const Momentum solved = momentum_of(*body.elastic, body.state);
         if (apart) {
             // The barrier's iteration balances the bodies that meet as a whole. By what it leaves of the
             // impulses between them, these act on each other in a common point.
-            const Eigen::Vector3d linear = momentum_of(*body.elastic, body.state).linear;
-            momentum.angular += (common[index] - starts.centres[index]).cross(linear - momentum.linear);
-            momentum.linear = linear;
+            momentum.angular +=
+                (common[index] - starts.centres[index]).cross(solved.linear - momentum.linear);
+            momentum.linear = solved.linear;
         }
-        if (is_solved && !is_held(body)) set_momentum(*body.elastic, momentum, body.state);
+        missing.emplace_back() << momentum.linear - solved.linear, momentum.angular - solved.angular;
+        inertia.push_back(is_held(body) ? std::nullopt
+                                        : std::optional(rigid_inertia(*body.elastic, body.state.x)));
         body.measured = true;
         body.contact_forces += part.share / part.dt * body_part(b, impulses);
+    }
+    if (is_solved) {
+        // Contacts resist what is added as they did in the solve: where the step is long for them, momentum
+        // that is given without them would grow from step to step.
+        const std::vector<RigidVector> motions = solver_.responses(missing, inertia, starts);
+        for (int b = 0; b < body_count(); ++b)
+            add_motion(*at(b).elastic, motions[static_cast<std::size_t>(b)], at(b).state);
     }
     report.inverted_elements = inverted;
     return {};

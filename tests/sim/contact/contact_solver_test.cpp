@@ -1,0 +1,135 @@
+#include "sim/contact/contact_solver.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "tests/support/box_body.hpp"
+
+namespace nbd {
+namespace {
+
+/// Cubes of 1 m, one above the other, that press on each other with the corners that face each other, and the
+/// lower one, if it is asked for, on a floor.
+class Cubes : public testing::Test {
+ protected:
+    Cubes() : body_(test::box_body({1, 1, 1}, {1, 1, 1})), elastic_(body_.tets, body_.material) {
+        const auto shape = std::make_shared<const ContactShape>(body_.W, body_.surface.F, body_.tets.X);
+        for (int b = 0; b < 2; ++b) {
+            at_.x.push_back(body_.tets.X.rowwise() + Eigen::RowVector3d(0.1 * b, 0, 1.005 * b));
+            at_.centres.push_back(centre_of_mass(elastic_, at_.x.back()));
+            surfaces_.emplace_back(shape, at_.x.back());
+            inertia_.emplace_back(rigid_inertia(elastic_, at_.x.back()));
+        }
+    }
+
+    /// The rigid motions of the two after impulses, with contacts that press and have the stiffness, N/m;
+    /// slip: velocity of the upper cube along x, m/s.
+    std::vector<RigidVector> responses(const std::vector<RigidVector>& impulses, double stiffness, bool floor,
+                                       double slip = 0) {
+        contacts_.clear();
+        const auto point = [](int body, int v) {
+            return SurfacePoint{.body = body, .count = 1, .vertices = {v}, .weights = {1}};
+        };
+        for (int v = 0; v < body_.W.rows(); ++v) {
+            Contact contact{.normal = Eigen::Vector3d::UnitZ(),
+                            .gap = 0.5 * thickness,
+                            .stiffness = stiffness,
+                            .friction = 0.5};
+            const Eigen::Vector3d corner = surfaces_[0].x(v);
+            const bool above = corner.z() > at_.centres[0].z();
+            contact.a = point(0, v);
+            if (above) {
+                for (int w = 0; w < body_.W.rows(); ++w)  // the corner below this one
+                    if ((corner - surfaces_[0].x(w)).isApprox(Eigen::Vector3d::UnitZ()))
+                        contact.a = point(1, w);
+                contact.b = point(0, v);
+            }
+            if (above || floor) contacts_.push_back(contact);
+        }
+        const std::vector<const ContactSurface*> surfaces{&surfaces_[0], &surfaces_[1]};
+        const int unknowns = static_cast<int>(body_.tets.X.size());
+        first_unknown_ = {0, unknowns, 2 * unknowns};
+        Eigen::VectorXd v = Eigen::VectorXd::Zero(2 * unknowns);
+        for (int i = unknowns; i < 2 * unknowns; i += 3) v[i] = slip;
+        ContactSolver solver({});
+        solver.begin(contacts_, surfaces, first_unknown_, config_, thickness, dt, v, false);
+        return solver.responses(impulses, inertia_, at_);
+    }
+
+    /// The velocity of a point of the body at rest from its motion.
+    Eigen::Vector3d velocity(const RigidVector& motion, std::size_t body,
+                             const Eigen::Vector3d& point) const {
+        const Eigen::Vector3d shift = motion.head<3>(), turn = motion.tail<3>();
+        return shift + turn.cross(point - at_.centres[body]);
+    }
+
+    static constexpr double thickness = 0.01, dt = 0.01, rigid = 1e15;
+    const std::vector<RigidVector> impulses_{RigidVector{1, -2, 3, 0.5, 0.4, -0.2},
+                                             RigidVector{-3, 1, -2, 0.1, -0.6, 0.7}};
+    Body body_;
+    ElasticBody elastic_;
+    ContactConfig config_{};
+    BodyPositions at_;
+    std::vector<ContactSurface> surfaces_;
+    std::vector<std::optional<RigidMatrix>> inertia_;
+    std::vector<Contact> contacts_;
+    std::vector<int> first_unknown_;
+};
+
+TEST_F(Cubes, WithoutContactsMoveByTheirInertiaAlone) {
+    const std::vector<RigidVector> motions = responses(impulses_, 0, true);
+    for (std::size_t b = 0; b < 2; ++b)
+        EXPECT_TRUE((*inertia_[b] * motions[b]).isApprox(impulses_[b], 1e-12)) << b;
+}
+
+TEST_F(Cubes, KeepTheSumsOfTheirMomentaWhateverTheContacts) {
+    for (const double stiffness : {1e-3, 1e3, 1e9}) {
+        const std::vector<RigidVector> motions = responses(impulses_, stiffness, false);
+        Momentum given, got;
+        for (std::size_t b = 0; b < 2; ++b) {
+            const RigidVector own = *inertia_[b] * motions[b];
+            for (auto [sum, part] : {std::pair(&given, impulses_[b]), std::pair(&got, own)}) {
+                const Eigen::Vector3d linear = part.head<3>(), angular = part.tail<3>();
+                sum->linear += linear;
+                sum->angular += angular + at_.centres[b].cross(linear);
+            }
+        }
+        EXPECT_TRUE(got.linear.isApprox(given.linear, 1e-9)) << stiffness;
+        EXPECT_TRUE(got.angular.isApprox(given.angular, 1e-9)) << stiffness;
+    }
+}
+
+TEST_F(Cubes, MoveAsOneWhereTheirContactsAreStiff) {
+    const std::vector<RigidVector> motions = responses(impulses_, rigid, false);
+    for (const double x : {-0.4, 0.5})
+        for (const double y : {-0.5, 0.5}) {
+            const Eigen::Vector3d corner = at_.centres[0] + Eigen::Vector3d(x, y, 0.5);
+            const Eigen::Vector3d apart = velocity(motions[1], 1, corner) - velocity(motions[0], 0, corner);
+            EXPECT_LT(std::abs(apart.z()), 1e-6 * motions[1].norm());
+        }
+}
+
+TEST_F(Cubes, OnAFloorSlideOnlyWhereTheirFrictionSlips) {
+    const RigidVector push{1, 0, -1, 0, 0, 0};
+    for (const double slip : {0.0, 1.0}) {
+        const std::vector<RigidVector> motions = responses({RigidVector::Zero(), push}, rigid, true, slip);
+        const double mass = elastic_.mass();
+        EXPECT_LT(std::abs(motions[1][2]), 1e-6 / mass) << slip;
+        if (slip > 0)
+            EXPECT_NEAR(motions[1][0], 1 / mass, 1e-6 / mass);
+        else
+            EXPECT_LT(motions[1][0], 1e-3 / mass);
+    }
+}
+
+TEST_F(Cubes, ThatAreHeldGetNoMotionAndHoldOthers) {
+    inertia_[0].reset();
+    const std::vector<RigidVector> motions = responses({impulses_[0], {0, 0, -1, 0, 0, 0}}, rigid, false);
+    EXPECT_TRUE(motions[0].isZero(0));
+    EXPECT_LT(motions[1].norm(), 1e-6 / elastic_.mass());
+}
+
+}  // namespace
+}  // namespace nbd
