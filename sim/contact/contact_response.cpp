@@ -1,4 +1,5 @@
-// What rigid motion impulses on whole bodies give them against contacts.
+// Rigid motions that impulses on whole bodies cause while contacts resist.
+#include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 
@@ -7,66 +8,138 @@
 namespace nbd {
 namespace {
 
-/// The velocity of the point at an arm from a body's centre, from the body's rigid motion.
-Eigen::Matrix<double, 3, 6> motion_at(const Eigen::Vector3d& arm) {
-    Eigen::Matrix<double, 3, 6> G;
+/// Maps a rigid motion to the velocity of a point.
+using PointMotion = Eigen::Matrix<double, 3, 6>;
+
+/// arm: of the point from the centre.
+PointMotion motion_at(const Eigen::Vector3d& arm) {
+    PointMotion G;
     G.leftCols<3>().setIdentity();
     G.rightCols<3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
     return G;
 }
 
+std::size_t number(int body) { return static_cast<std::size_t>(body); }
+
 }  // namespace
 
-/// Impulse of the contact over a change of its relative velocity. Friction that slips does not change with
-/// it.
-Eigen::Matrix3d ContactSolver::resistance(std::size_t contact) const {
-    const Eigen::Matrix3d& A = operators_[contact].A;
-    if (drags_[contact].slip <= config_->slip_velocity) return A;
-    const Eigen::Vector3d& n = contacts_[contact].normal;
-    return n.dot(A * n) * n * n.transpose();
+/// A contact between two bodies of which at least one moves. Impulses act on the first body of its pair, and
+/// the opposite ones on the second.
+struct ContactSolver::Touch {
+    std::size_t contact;
+    std::array<PointMotion, 2> motion;  // from the motions of the pair; zero where a body does not move
+    Eigen::Matrix3d R;                  // what it resists with, impulse over velocity, kg
+    Eigen::Vector3d along;              // direction of the slip; zero where friction sticks
+    Eigen::Vector3d resists{0, 0, 0}, friction{0, 0, 0};  // impulses, N s
+};
+
+std::vector<ContactSolver::Touch> ContactSolver::touches(const Eigen::VectorXd& v,
+                                                         std::span<const std::optional<RigidMatrix>> inertia,
+                                                         const BodyPositions& at) const {
+    std::vector<Touch> touches;
+    for (std::size_t c = 0; c < operators_.size(); ++c) {
+        const std::array<int, 2>& pair = pairs_[pair_of_[c]];
+        const auto moves = [&](int body) { return body >= 0 && inertia[number(body)]; };
+        if (!presses(c) || pair[0] == pair[1] || !(moves(pair[0]) || moves(pair[1]))) continue;
+        Touch touch{.contact = c, .motion = {}, .R = operators_[c].A, .along = Eigen::Vector3d::Zero()};
+        // The arms are those of momenta(), so that what a pair gets still sums to nothing.
+        const Eigen::Vector3d point = terms_.acts_at(contacts_[c], c, at);
+        for (const std::size_t k : {0u, 1u})
+            touch.motion[k] = moves(pair[k]) ? motion_at(point - at.centres[number(pair[k])])
+                                             : PointMotion(PointMotion::Zero());
+        const Eigen::Vector3d& n = contacts_[c].normal;
+        const Eigen::Vector3d u = relative_velocity(c, v), slip = u - n.dot(u) * n;
+        if (const double speed = slip.norm(); speed > config_->slip_velocity) {
+            touch.along = slip / speed;  // along which friction does not change
+            touch.R -= touch.along.dot(touch.R * touch.along) * touch.along * touch.along.transpose();
+        }
+        touches.push_back(touch);
+    }
+    return touches;
 }
 
-std::vector<RigidVector> ContactSolver::responses(std::span<const RigidVector> impulses,
-                                                  std::span<const std::optional<RigidMatrix>> inertia,
-                                                  const BodyPositions& at) const {
-    std::vector<RigidMatrix> own(inertia.size());  // resistance of each body to itself
-    std::vector<RigidMatrix> mutual(pairs_.size(),
-                                    RigidMatrix::Zero());  // of the pair's first body to its second
-    for (std::size_t b = 0; b < own.size(); ++b) own[b] = inertia[b].value_or(RigidMatrix::Identity());
-    for (std::size_t c = 0; c < operators_.size(); ++c) {
-        const auto [a, b] = std::pair(contacts_[c].a.body, contacts_[c].b.body);
-        if (!presses(c) || a == b) continue;
-        const Eigen::Vector3d point = terms_.acts_at(contacts_[c], c, at);
-        const auto map = [&](int body) {
-            return motion_at(point - at.centres[static_cast<std::size_t>(body)]);
-        };
-        const auto moves = [&](int body) { return body >= 0 && inertia[static_cast<std::size_t>(body)]; };
-        const Eigen::Matrix3d A = resistance(c);
-        for (const int body : {a, b})
-            if (moves(body)) own[static_cast<std::size_t>(body)] += map(body).transpose() * A * map(body);
-        if (const auto& [first, second] = pairs_[pair_of_[c]]; moves(first) && moves(second))
-            mutual[pair_of_[c]] -= map(first).transpose() * A * map(second);
+ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
+                                                     std::span<const RigidVector> impulses,
+                                                     std::span<const std::optional<RigidMatrix>> inertia,
+                                                     const BodyPositions& at) const {
+    RigidResponse response{.motions = std::vector<RigidVector>(inertia.size(), RigidVector::Zero()),
+                           .impulses = Eigen::VectorXd::Zero(v.size())};
+    std::vector<Touch> all = touches(v, inertia, at);
+    std::vector<Eigen::Index> place(inertia.size(), -1);  // of the bodies that touch
+    Eigen::Index count = 0;
+    for (const Touch& touch : all)
+        for (const int body : pairs_[pair_of_[touch.contact]])
+            if (body >= 0 && inertia[number(body)] && place[number(body)] < 0) place[number(body)] = count++;
+    for (std::size_t b = 0; b < inertia.size(); ++b)
+        if (inertia[b] && place[b] < 0) response.motions[b] = inertia[b]->ldlt().solve(impulses[b]);
+    if (count == 0) return response;
+
+    // The lower half of the sum of inertia and resistance, by bodies and pairs of bodies.
+    std::vector<RigidMatrix> own(number(static_cast<int>(count))), mutual(pairs_.size(), RigidMatrix::Zero());
+    Eigen::VectorXd given(6 * count);
+    for (std::size_t b = 0; b < inertia.size(); ++b) {
+        if (place[b] < 0) continue;
+        own[static_cast<std::size_t>(place[b])] = *inertia[b];
+        given.segment<6>(6 * place[b]) = impulses[b];
+    }
+    const auto place_of = [&](const Touch& touch, std::size_t k) {
+        const int body = pairs_[pair_of_[touch.contact]][k];
+        return body < 0 ? Eigen::Index{-1} : place[number(body)];
+    };
+    for (const Touch& touch : all) {
+        for (const std::size_t k : {0u, 1u})
+            if (const Eigen::Index i = place_of(touch, k); i >= 0)
+                own[static_cast<std::size_t>(i)] += touch.motion[k].transpose() * touch.R * touch.motion[k];
+        mutual[pair_of_[touch.contact]] -= touch.motion[0].transpose() * touch.R * touch.motion[1];
     }
     std::vector<Eigen::Triplet<double>> entries;
-    const auto add_block = [&](int row, int column, const RigidMatrix& block) {
+    const auto add = [&](Eigen::Index row, Eigen::Index column, const RigidMatrix& block) {
         for (int i = 0; i < 6; ++i)
             for (int j = 0; j < 6; ++j) entries.emplace_back(6 * row + i, 6 * column + j, block(i, j));
     };
-    for (std::size_t b = 0; b < own.size(); ++b) add_block(static_cast<int>(b), static_cast<int>(b), own[b]);
-    // The first body of a pair is the larger one: the lower half of the matrix.
-    for (std::size_t pair = 0; pair < pairs_.size(); ++pair)
-        if (!mutual[pair].isZero(0)) add_block(pairs_[pair][0], pairs_[pair][1], mutual[pair]);
-    const auto size = static_cast<Eigen::Index>(6 * own.size());
-    Eigen::SparseMatrix<double> matrix(size, size);
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    Eigen::VectorXd rhs = Eigen::VectorXd::Zero(size);
-    for (std::size_t b = 0; b < own.size(); ++b)
-        if (inertia[b]) rhs.segment<6>(static_cast<Eigen::Index>(6 * b)) = impulses[b];
-    const Eigen::VectorXd solved = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(rhs);
-    std::vector<RigidVector> motions;
-    for (std::size_t b = 0; b < own.size(); ++b)
-        motions.push_back(solved.segment<6>(static_cast<Eigen::Index>(6 * b)));
-    return motions;
+    for (Eigen::Index i = 0; i < count; ++i) add(i, i, own[static_cast<std::size_t>(i)]);
+    for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
+        if (mutual[pair].isZero(0)) continue;
+        const Eigen::Index i = place[number(pairs_[pair][0])], j = place[number(pairs_[pair][1])];
+        if (i > j)
+            add(i, j, mutual[pair]);
+        else
+            add(j, i, mutual[pair].transpose());
+    }
+    Eigen::SparseMatrix<double> A(given.size(), given.size());
+    A.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(A);
+    // Beside very stiff contacts, rounding may leave nothing of the inertia. They let nothing happen.
+    if (factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > 0)) return response;
+
+    Eigen::VectorXd motions;
+    constexpr int rounds = 4;  // for friction to follow what resists
+    for (int round = 0; round < rounds; ++round) {
+        Eigen::VectorXd b = given;
+        for (Touch& touch : all) {
+            const Contact& contact = contacts_[touch.contact];
+            touch.friction = -contact.friction * contact.normal.dot(touch.resists) * touch.along;
+            for (const std::size_t k : {0u, 1u})
+                if (const Eigen::Index i = place_of(touch, k); i >= 0)
+                    b.segment<6>(6 * i) += (k == 0 ? 1 : -1) * touch.motion[k].transpose() * touch.friction;
+        }
+        motions = factor.solve(b);
+        for (Touch& touch : all) {
+            touch.resists.setZero();
+            for (const std::size_t k : {0u, 1u})
+                if (const Eigen::Index i = place_of(touch, k); i >= 0)
+                    touch.resists -=
+                        (k == 0 ? 1 : -1) * touch.R * touch.motion[k] * motions.segment<6>(6 * i);
+        }
+    }
+    for (std::size_t b = 0; b < inertia.size(); ++b)
+        if (place[b] >= 0) response.motions[b] = motions.segment<6>(6 * place[b]);
+    for (const Touch& touch : all) {
+        const bool is_first = contacts_[touch.contact].a.body == pairs_[pair_of_[touch.contact]][0];
+        terms_.add_impulse(touch.contact, (is_first ? 1 : -1) * (touch.resists + touch.friction), true,
+                           response.impulses);
+    }
+    return response;
 }
 
 }  // namespace nbd

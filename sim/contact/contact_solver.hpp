@@ -76,12 +76,17 @@ class ContactSolver {
     /// What these impulses give to the momentum of each body. at: positions at the start of the step.
     std::vector<Momentum> momenta(const Eigen::VectorXd& v, const BodyPositions& at) const;
 
-    /// The rigid motions that impulses on the bodies as a whole give them at the end of the step, while the
-    /// contacts of the last solve() resist as in it. impulses: [bodies]. inertia: [bodies], rigid_inertia();
-    /// a body that something holds has none and gets no motion. at: positions at the start of the step.
-    std::vector<RigidVector> responses(std::span<const RigidVector> impulses,
-                                       std::span<const std::optional<RigidMatrix>> inertia,
-                                       const BodyPositions& at) const;
+    /// What impulses on bodies as a whole do at the end of a step while its contacts resist.
+    struct RigidResponse {
+        std::vector<RigidVector> motions;  // [bodies] zero where something holds the body
+        Eigen::VectorXd impulses;          // of the contacts on the nodes, N s, stacked like v
+    };
+    /// v: the solution of the step. impulses: [bodies]. inertia: [bodies], with what of the damping resists;
+    /// none of a body that something holds. at: positions at the start of the step. Contacts resist as they
+    /// were last linearised, also where they would let go or begin to slip.
+    RigidResponse response(const Eigen::VectorXd& v, std::span<const RigidVector> impulses,
+                           std::span<const std::optional<RigidMatrix>> inertia,
+                           const BodyPositions& at) const;
 
     /// Potential of all contacts at velocities v, joules, with the friction strength of `friction_at`; see
     /// contact_potential().
@@ -100,7 +105,9 @@ class ContactSolver {
     Eigen::Vector3d friction_off(std::size_t contact, const Rub& rub) const;
     std::vector<bool> wrong_pairs(const std::vector<Rub>& rubs) const;
     void linearise(const Eigen::VectorXd& v, bool solved, bool renews);
-    Eigen::Matrix3d resistance(std::size_t contact) const;
+    struct Touch;
+    std::vector<Touch> touches(const Eigen::VectorXd& v, std::span<const std::optional<RigidMatrix>> inertia,
+                               const BodyPositions& at) const;
     void set_operator(std::size_t contact, const ContactImpulse& impulse, double drag);
     double next_drag(std::size_t contact, double most, double slip) const;
     Eigen::VectorXd impulses(const Eigen::VectorXd& v, bool held) const;

@@ -45,8 +45,8 @@ class ContactTerms {
     /// out += J^T p. held: whether nodes with prescribed velocities take part.
     void add_impulse(std::size_t contact, const Eigen::Vector3d& p, bool held, Eigen::VectorXd& out) const;
 
-    /// Where the contact's impulse acts: halfway between its two points, so that the pair does not turn by
-    /// itself; at point a where b is an obstacle's.
+    /// Where the impulse of a contact of two bodies acts: halfway between its two points, so that the pair
+    /// does not turn by itself; at point a where b is an obstacle's.
     Eigen::Vector3d acts_at(const Contact& contact, std::size_t index, const BodyPositions& at) const;
 
     /// Adds what the impulse p on the contact's point a, and -p on b, gives to the momenta of the bodies.

@@ -129,8 +129,12 @@ double CoupledSolver::refine_directly(const CoupledSystem& system, const Eigen::
     constexpr double gain = 0.01;
     for (double before = std::numeric_limits<double>::infinity(); left > 1 && left <= gain * before;) {
         before = left;
+        const Eigen::VectorXd best = v;
         factor_.add_solution(r_, v);
         left = take_residual(system, b, v);
+        if (left <= before) continue;
+        v = best;
+        return take_residual(system, b, v);
     }
     return left;
 }
@@ -156,25 +160,24 @@ bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b
     return report.converged;
 }
 
-/// Factorises the patch of nodes in contact.
-void CoupledSolver::factorize_contacts(const CoupledSystem& system) {
+/// Factorises the patch of nodes in contact. Returns whether it has a factor.
+bool CoupledSolver::factorize_contacts(const CoupledSystem& system) {
     std::vector<char> inside(static_cast<std::size_t>(system.node_count()), 0);
     for (const Coupling& coupling : system.couplings)
         if (coupling.end - coupling.begin > 1 && !coupling.A.isZero(0))
             for (const CouplingTerm& t : system.terms_of(coupling))
                 inside[static_cast<std::size_t>(t.unknown / 3)] = 1;
-    patch_.factorize(system, couplings_, inside);
+    return patch_.factorize(system, couplings_, inside);
 }
 
-/// Takes over the couplings as they are.
+/// Takes over the couplings as they are. Without a factor of the nodes in contact, the solver becomes direct.
 void CoupledSolver::begin_solve(const CoupledSystem& system, const std::vector<double>& goals) {
     for (Eigen::VectorXd* scratch : {&r_, &z_, &Az_, &p_, &Ap_}) scratch->resize(system.size());
     for (Eigen::VectorXf* scratch : {&cycle_in_, &cycle_out_}) scratch->resize(system.size());
     couplings_.update(system);
     wanted_ = goals;
-    if (direct_) return;
-    factorize_contacts(system);
-    cycle_.set_couplings(couplings_);
+    direct_ = direct_ || !factorize_contacts(system);
+    if (!direct_) cycle_.set_couplings(couplings_);
 }
 
 LinearSolveReport CoupledSolver::solve_roughly(const CoupledSystem& system, const Eigen::VectorXd& b,
@@ -183,6 +186,7 @@ LinearSolveReport CoupledSolver::solve_roughly(const CoupledSystem& system, cons
     if (direct_) return solve(system, b, goals, v);
     r_ += change;
     begin_solve(system, goals);
+    if (direct_) return solve(system, b, goals, v);
     set_goals(system, b, v);
     LinearSolveReport report;
     patch_.clear(system, r_, v);
@@ -203,7 +207,10 @@ LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen:
         for (int i = 0; i < system.systems[k].body().node_count(); ++i)
             if (system.systems[k].is_prescribed(i))
                 v.segment<3>(system.first_unknown[k] + 3 * i) = b.segment<3>(system.first_unknown[k] + 3 * i);
+    const bool was_direct = direct_;
     begin_solve(system, goals);
+    if (direct_ && !was_direct)
+        report.fallback = "the matrix of the nodes in contact is not positive definite";
     if (!direct_) {
         if (refine(system, b, most_iterations(config_, system), v, report)) return report;
         report.fallback = fmt::format("{} iterations left {:.2g} times the residual that is allowed",
@@ -213,8 +220,8 @@ LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen:
     // The factor of an earlier solve with other couplings is worth a few iterations.
     const int most = report.iterations + stale_iterations;
     if (factorized_ && refine(system, b, most, v, report)) return report;
-    factor_.factorize(system, couplings_,
-                      std::vector<char>(static_cast<std::size_t>(system.node_count()), 1));
+    factor_.factorize_nearly(system, couplings_,
+                             std::vector<char>(static_cast<std::size_t>(system.node_count()), 1));
     factorized_ = true;
     refine(system, b, most + stale_iterations, v, report);
     return report;

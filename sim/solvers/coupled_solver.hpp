@@ -40,9 +40,9 @@ class CoupledSolver {
     LinearSolveReport solve(const CoupledSystem& system, const Eigen::VectorXd& b,
                             const std::vector<double>& goals, Eigen::VectorXd& v);
 
-    /// Likewise, after b and the matrices of the couplings have changed since the last solve: change is by
-    /// how much b - A v is another, zero on prescribed nodes. The residual is carried on rather than
-    /// measured, which saves products in double precision and lets rounding in single precision add up:
+    /// Likewise, after b and the matrices of the couplings have changed since the last solve. change: what
+    /// that has added to the residual b - A v, zero on prescribed nodes. The residual is carried on rather
+    /// than measured, which saves products in double precision and lets rounding in single precision add up:
     /// solve() must follow before the result counts.
     LinearSolveReport solve_roughly(const CoupledSystem& system, const Eigen::VectorXd& b,
                                     const Eigen::VectorXd& change, const std::vector<double>& goals,
@@ -61,7 +61,7 @@ class CoupledSolver {
     double take_residual(const CoupledSystem& system, const Eigen::VectorXd& b, const Eigen::VectorXd& v);
     void precondition(const CoupledSystem& system, double norm);
     void begin_solve(const CoupledSystem& system, const std::vector<double>& goals);
-    void factorize_contacts(const CoupledSystem& system);
+    bool factorize_contacts(const CoupledSystem& system);
     void iterate(const CoupledSystem& system, int most, Eigen::VectorXd& v, LinearSolveReport& report);
     double refine_directly(const CoupledSystem& system, const Eigen::VectorXd& b, double left,
                            Eigen::VectorXd& v);

@@ -116,20 +116,24 @@ void PatchFactor::find_border(const CoupledSystem& system) {
             border_.push_back(i);
 }
 
-void PatchFactor::factorize(const CoupledSystem& system, const CouplingSum& couplings,
+bool PatchFactor::factorize(const CoupledSystem& system, const CouplingSum& couplings,
                             const std::vector<char>& inside) {
     if (!is_covered(couplings, inside)) analyze(system, couplings, inside);
     is_new_ = false;
     coupled_by_ = couplings.pattern();
-    if (nodes_.empty()) return;
+    if (nodes_.empty()) return true;
     fill(system, couplings);
-    // Where elasticity outweighs the mass by millions, its rounding to single precision can leave turns of a
-    // body a negative energy. With a little more on the diagonal the factor serves those who measure what it
-    // leaves.
-    constexpr double least = 1e-7, most = 1e-3;  // of the diagonal
-    for (double more = least; more <= most && !cholesky_.try_factorize(A_); more *= 10)
+    return cholesky_.try_factorize(A_);
+}
+
+void PatchFactor::factorize_nearly(const CoupledSystem& system, const CouplingSum& couplings,
+                                   const std::vector<char>& inside) {
+    if (factorize(system, couplings, inside)) return;
+    for (const double more : {1e-7, 1e-5, 1e-3}) {
         A_.diagonal() *= 1 + more;
-    if (!cholesky_.factorized()) cholesky_.factorize(A_);
+        if (cholesky_.try_factorize(A_)) return;
+    }
+    cholesky_.factorize(A_);
 }
 
 void PatchFactor::take_residual(const CoupledSystem& system, const CouplingSum& couplings,

@@ -22,10 +22,18 @@ class PatchFactor {
 
     /// couplings: those of the system. inside: [nodes of the system], non-zero for nodes that the patch must
     /// have: for clear(), all nodes of every coupling that acts on two or more. It keeps those that it has
-    /// had since begin(), because analysing a smaller pattern costs more than it saves. Throws
-    /// std::runtime_error if the matrix of the patch is not positive definite or not finite.
-    void factorize(const CoupledSystem& system, const CouplingSum& couplings,
+    /// had since begin(), because analysing a smaller pattern costs more than it saves. Returns whether the
+    /// matrix of the patch is positive definite; if not, there is no factor. Throws std::runtime_error if it
+    /// is not finite.
+    bool factorize(const CoupledSystem& system, const CouplingSum& couplings,
                    const std::vector<char>& inside);
+
+    /// Likewise, but factorises a matrix with up to a thousandth more on the diagonal if that of the patch is
+    /// not positive definite: where elasticity outweighs the mass by millions, its rounding to single
+    /// precision can leave turns of a body a negative energy. For add_solution() alone, by callers who
+    /// measure what it leaves. Throws std::runtime_error if that is not enough.
+    void factorize_nearly(const CoupledSystem& system, const CouplingSum& couplings,
+                          const std::vector<char>& inside);
 
     int node_count() const noexcept { return static_cast<int>(nodes_.size()); }
     bool empty() const noexcept { return nodes_.empty(); }

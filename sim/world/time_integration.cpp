@@ -71,9 +71,9 @@ std::vector<Nodes> World::nodes_after(double dt, const Eigen::VectorXd& v) const
     return nodes;
 }
 
-/// The momentum with which a body ends the step at the positions x, [N, 3]. The solver leaves some of the
-/// linear momentum, by its tolerance, and takes or adds angular momentum: it turns a body along straight
-/// lines, and neglects how forces turn. contacts: what they give.
+/// The momentum that a body should have at the end of the step, at the positions x, [N, 3]. The solver leaves
+/// some of the linear momentum, by its tolerance, and takes or adds angular momentum: it turns a body along
+/// straight lines, and neglects how forces turn. contacts: what they give.
 Momentum World::end_momentum(const Body& body, NodesRef x, const Momentum& contacts) const {
     const ElasticBody& elastic = *body.elastic;
     const auto [dt, factor] = body.start.step;

@@ -51,8 +51,9 @@ void World::detect(double dt) {
 }
 
 /// Moves the bodies by the solution v of the step and, if the step was solved to its tolerance, gives those
-/// that nothing holds the momentum that loads and contacts leave them. Returns an empty text, or why the
-/// simulation has failed; the bodies then stay where they are.
+/// that nothing holds the momentum that loads and contacts leave them and the solve has lost, as far as
+/// contacts let them have it. Returns an empty text, or why the simulation has failed; the bodies then stay
+/// where they are.
 std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report) {
     int inverted = 0;
     const std::vector<Nodes> ends = nodes_after(part.dt, v);
@@ -69,11 +70,11 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         body.energy = elements.energy;
     }
     const bool apart = config_.contact.intersection_free;
-    const Eigen::VectorXd impulses = apart ? barrier_solver_.impulses(v) : solver_.impulses(v);
+    Eigen::VectorXd impulses = apart ? barrier_solver_.impulses(v) : solver_.impulses(v);
     const std::vector<Momentum> of_contacts =
         apart ? barrier_solver_.momenta(v, starts) : solver_.momenta(v, starts);
     const std::vector<Eigen::Vector3d> common = apart ? cluster_centres(starts.centres) : starts.centres;
-    std::vector<RigidVector> missing;  // momenta
+    std::vector<RigidVector> missing;  // impulses
     std::vector<std::optional<RigidMatrix>> inertia;
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
@@ -88,19 +89,25 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
                 (common[index] - starts.centres[index]).cross(solved.linear - momentum.linear);
             momentum.linear = solved.linear;
         }
+        // Damping by mass takes its share of an impulse, too.
+        const auto [dt, factor] = body.start.step;
+        const double lasting = factor + dt * body.elastic->material().rayleigh_mass;
         missing.emplace_back() << momentum.linear - solved.linear, momentum.angular - solved.angular;
-        inertia.push_back(is_held(body) ? std::nullopt
-                                        : std::optional(rigid_inertia(*body.elastic, body.state.x)));
+        missing.back() *= lasting;
+        inertia.emplace_back();
+        if (!is_held(body)) inertia.back() = lasting * rigid_inertia(*body.elastic, body.state.x);
         body.measured = true;
-        body.contact_forces += part.share / part.dt * body_part(b, impulses);
     }
     if (is_solved) {
-        // Contacts resist what is added as they did in the solve: where the step is long for them, momentum
-        // that is given without them would grow from step to step.
-        const std::vector<RigidVector> motions = solver_.responses(missing, inertia, starts);
+        // Where a step is long for contacts, momentum that is given without them would grow from step to
+        // step. Without intersections solver_ has none, and bodies move as free ones.
+        const ContactSolver::RigidResponse response = solver_.response(v, missing, inertia, starts);
+        impulses += response.impulses;
         for (int b = 0; b < body_count(); ++b)
-            add_motion(*at(b).elastic, motions[static_cast<std::size_t>(b)], at(b).state);
+            add_motion(*at(b).elastic, response.motions[static_cast<std::size_t>(b)], at(b).state);
     }
+    for (int b = 0; b < body_count(); ++b)
+        at(b).contact_forces += part.share / part.dt * body_part(b, impulses);
     report.inverted_elements = inverted;
     return {};
 }
