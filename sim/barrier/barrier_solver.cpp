@@ -148,8 +148,9 @@ Eigen::VectorXd BarrierSolver::rounding() const {
             if (!systems_[b].is_prescribed(static_cast<int>(i)))
                 sum[first_unknown_[b] / 3 + static_cast<Eigen::Index>(i)] = moved * diagonal[i].trace();
     }
+    const CoupledSystem whole = system();
     for (const Coupling& coupling : couplings_)
-        for (const CouplingTerm& t : system().terms_of(coupling))
+        for (const CouplingTerm& t : whole.terms_of(coupling))
             if (!t.held) sum[t.unknown / 3] += moved * std::abs(t.weight) * coupling.A.trace();
     return sum;
 }

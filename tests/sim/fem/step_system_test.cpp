@@ -50,7 +50,9 @@ TEST_F(StepSystemOfABar, EliminationSolvesTheReducedSystem) {
         if (!system.is_prescribed(r / 3)) free_rows.push_back(r);
     ASSERT_EQ(free_rows.size() + 9, static_cast<std::size_t>(body.unknown_count()));
     const Eigen::VectorXd expected =
-        Eigen::MatrixXd(A(free_rows, free_rows)).llt().solve(b(free_rows) - A(free_rows, fixed_rows) * given);
+        Eigen::MatrixXd(A(free_rows, free_rows))
+            .llt()
+            .solve(b(free_rows) - Eigen::MatrixXd(A(free_rows, fixed_rows)) * given);
     EXPECT_LT((v(free_rows) - expected).norm(), 1e-6 * expected.norm());  // single precision
     EXPECT_EQ(Eigen::VectorXd(v(fixed_rows)), given);
     Eigen::VectorXd Av(v.size());
