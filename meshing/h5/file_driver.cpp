@@ -113,6 +113,10 @@ herr_t truncate(H5FD_t* base, hid_t, hbool_t) {
 hid_t driver() {
     static const H5FD_class_t description = [] {
         H5FD_class_t c{};
+#ifdef H5FD_CLASS_VERSION  // since HDF5 1.14
+        c.version = H5FD_CLASS_VERSION;
+        c.value = static_cast<H5FD_class_value_t>(300);  // of those that are not given to anyone
+#endif
         c.name = "nbd";
         c.maxaddr = static_cast<haddr_t>(INT64_MAX);
         c.fc_degree = H5F_CLOSE_STRONG;
@@ -139,7 +143,7 @@ hid_t driver() {
 void set_file_driver(hid_t access, DrivenFile& file) {
     DrivenFile* pointer = &file;
     if (H5Pset_driver(access, driver(), &pointer) < 0)
-        throw std::runtime_error("HDF5 refuses the file driver; needed: HDF5 1.10");
+        throw std::runtime_error("HDF5 refuses the file driver; needed: HDF5 1.10 or 1.14");
 }
 
 }  // namespace nbd::h5

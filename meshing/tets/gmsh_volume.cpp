@@ -144,15 +144,19 @@ void check_filled(const TriMesh& surface, const TetMesh& tets) {
 
 TetMesh fill_with_gmsh(const TriMesh& surface, const SizeField& size) {
     TetMesh tets;
+    std::string reason = "it gives no reason";
     try {
         tets = run_gmsh(surface, size, unit_scale(surface.X));
-    } catch (const std::string& reason) {  // gmsh throws strings
-        throw std::runtime_error(fmt::format("gmsh cannot fill the surface: {}", reason));
-    } catch (const std::exception&) {
+        reason.clear();
+    } catch (const std::string& error) {  // of gmsh up to 4.8
+        reason = error;
+    } catch (const std::runtime_error& error) {  // of later ones
+        reason = error.what();
+    } catch (const std::exception&) {  // memory, or the user stops
         throw;
     } catch (...) {
-        throw std::runtime_error("gmsh cannot fill the surface and gives no reason");
     }
+    if (!reason.empty()) throw std::runtime_error("gmsh cannot fill the surface: " + reason);
     check_filled(surface, tets);
     return tets;
 }
