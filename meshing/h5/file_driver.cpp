@@ -143,7 +143,7 @@ hid_t driver() {
 void set_file_driver(hid_t access, DrivenFile& file) {
     DrivenFile* pointer = &file;
     if (H5Pset_driver(access, driver(), &pointer) < 0)
-        throw std::runtime_error("HDF5 refuses the file driver; needed: HDF5 1.10 or 1.14");
+        throw std::runtime_error("HDF5 refuses the file driver; needed: HDF5 1.10 to 1.14");
 }
 
 }  // namespace nbd::h5
