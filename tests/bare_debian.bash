@@ -13,6 +13,7 @@ make_bare() {
 enter_bare() {
     bare=$1
     mount -t proc proc "$bare/proc"
+    mount -t sysfs -o ro sysfs "$bare/sys"
     mount --rbind /dev "$bare/dev"
     mount --make-rslave "$bare/dev"
     cp /etc/resolv.conf "$bare/etc/"
@@ -30,7 +31,7 @@ inside() {
 # leave_bare: undoes enter_bare.
 leave_bare() {
     local place
-    for place in proc dev; do
+    for place in proc sys dev; do
         if mountpoint -q "$bare/$place"; then umount -lR "$bare/$place"; fi
     done
 }

@@ -76,8 +76,10 @@ SolidBoundary solid_boundary_of(TriMesh surface) {
     } catch (const std::invalid_argument& error) {
         const std::string_view what = error.what();
         if (!what.starts_with("the surface is open") && !what.starts_with("edge ")) throw;
-        throw std::invalid_argument(fmt::format(
-            "{}; --weld LENGTH closes cracks up to a length, --cage takes any surface as it is", what));
+        throw std::invalid_argument(
+            fmt::format("{}; --weld LENGTH, in scenes meshing.weld, closes cracks up to a length, --cage "
+                        "takes any surface as it is",
+                        what));
     }
 }
 

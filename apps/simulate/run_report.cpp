@@ -40,6 +40,8 @@ void tell_start(const std::string& scene, const SceneSpec& spec, std::span<const
     for (const LoadedBody& body : bodies) loaded.push_back(&body);
     for (const std::string& line : scene_body_warnings(spec, loaded))
         out.warning(fmt::format("{}: {}", scene, line));
+    for (const std::string& line : narrow_gap_warnings(spec, world))
+        out.warning(fmt::format("{}: {}", scene, line));
     out.end_if_strict();
 }
 

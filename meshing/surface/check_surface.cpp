@@ -26,8 +26,12 @@ std::string place(const TriMesh& mesh, int v) {
 
 void check_numbers(const TriMesh& mesh) {
     if (mesh.F.rows() == 0) fail("the surface has no faces");
-    for (int v = 0; v < mesh.X.rows(); ++v)
+    constexpr double most = 1e30;  // metres, which single precision knows
+    for (int v = 0; v < mesh.X.rows(); ++v) {
         if (!mesh.X.row(v).allFinite()) fail("vertex {} is not finite: {}", v, place(mesh, v));
+        if (mesh.X.row(v).cwiseAbs().maxCoeff() > most)
+            fail("vertex {} is farther away than {:g} m: {}", v, most, place(mesh, v));
+    }
     for (int f = 0; f < mesh.F.rows(); ++f)
         for (int c = 0; c < 3; ++c)
             if (mesh.F(f, c) < 0 || mesh.F(f, c) >= mesh.X.rows())

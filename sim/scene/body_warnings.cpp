@@ -9,7 +9,10 @@
 #include <variant>
 
 #include "meshing/body/body_hints.hpp"
+#include "meshing/surface/counted.hpp"
 #include "meshing/surface/vertex_gap.hpp"
+#include "sim/contact/rest_gaps.hpp"
+#include "sim/contact/self_contact.hpp"
 #include "sim/scene/scene_parts.hpp"
 
 namespace nbd {
@@ -89,6 +92,31 @@ std::vector<std::string> scene_body_warnings(const SceneSpec& spec,
         lines.push_back(fmt::format("{}: {}", who, text));
     }
     if (std::string line = small_ball_warning(spec, bodies); !line.empty()) lines.push_back(std::move(line));
+    return lines;
+}
+
+std::vector<std::string> narrow_gap_warnings(const SceneSpec& spec, const World& world) {
+    std::vector<std::string> lines;
+    if (!spec.contact.self_contact || spec.contact.intersection_free) return lines;
+    std::map<const ContactShape*, RestGaps> known;  // bodies that share data are measured once
+    const std::vector<std::string> labels = body_labels(spec);
+    for (int b = 0; b < world.body_count(); ++b) {
+        const ContactShape& shape = *world.surface(b).shape();
+        const auto [entry, is_new] = known.try_emplace(&shape);
+        if (!is_new) continue;
+        const double distance = 2 * self_thickness(shape, world.thickness());
+        entry->second = rest_gaps({embedded(shape.W, world.elastic(b).rest().X), shape.F}, distance);
+        if (entry->second.pairs > 0)
+            lines.push_back(
+                fmt::format("{}: {} face each other at rest nearer than {:.2g} m, twice the contact "
+                            "distance, the nearest {:.2g} m "
+                            "apart; by default they make no contact and may pass each other; "
+                            "\"intersection_free\": true prevents "
+                            "that",
+                            labels[static_cast<std::size_t>(b)],
+                            counted(entry->second.pairs, "pair of its faces", "pairs of its faces"), distance,
+                            entry->second.least));
+    }
     return lines;
 }
 

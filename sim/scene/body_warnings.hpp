@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/scene/scene.hpp"
+#include "sim/world/world.hpp"
 
 namespace nbd {
 
@@ -17,5 +18,9 @@ std::vector<std::string> body_labels(const SceneSpec& spec);
 /// spec.bodies; null entries are skipped.
 std::vector<std::string> scene_body_warnings(const SceneSpec& spec,
                                              std::span<const LoadedBody* const> bodies);
+
+/// Lines about bodies whose walls face each other at rest across so little that contact of a body with itself
+/// leaves them out, see SelfContactRest and rest_gaps(). world: of the scene, not moved yet.
+std::vector<std::string> narrow_gap_warnings(const SceneSpec& spec, const World& world);
 
 }  // namespace nbd

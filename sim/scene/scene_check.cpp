@@ -73,7 +73,7 @@ class SceneCheck {
 
     void add(const std::vector<StartFault>& faults) {
         for (const StartFault& fault : faults)
-            (fault.overlaps ? findings_.problems : findings_.warnings).push_back(fault.text);
+            (fault.overlaps ? findings_.problems : findings_.warnings).push_back(fault.text + way_to_part);
     }
 
     void check_obstacle(std::size_t number) {

@@ -192,8 +192,7 @@ std::string start_warning(const std::vector<StartFault>& faults, bool resolved) 
     for (std::size_t f = 0; f < std::min(faults.size(), most); ++f)
         line += (f > 0 ? "; " : "") + faults[f].text;
     if (faults.size() > most) line += fmt::format("; and {} more", faults.size() - most);
-    return line + (resolved ? ", although \"resolve_start\" is set; place the bodies apart"
-                            : "; \"resolve_start\": true moves bodies apart before the first step");
+    return line + (resolved ? ", although \"resolve_start\" is set; place the bodies apart" : way_to_part);
 }
 
 }  // namespace nbd

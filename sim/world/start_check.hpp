@@ -44,6 +44,10 @@ class StartCheck {
 /// What overlaps or touches in the world as it is. labels: of its bodies.
 std::vector<StartFault> start_faults(const World& world, const std::vector<std::string>& labels);
 
+/// What to do about them, as the end of a line.
+inline constexpr const char* way_to_part =
+    "; \"resolve_start\": true moves bodies apart before the first step";
+
 /// One line about the first faults and the number of others, and what to do; empty if there are none.
 /// resolved: whether bodies were already moved apart.
 std::string start_warning(const std::vector<StartFault>& faults, bool resolved);

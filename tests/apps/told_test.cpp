@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -63,7 +64,7 @@ TEST_F(Told, StartsThatOverlapOrTouch) {
     write_scene("floor.json", {"[0, 0, -0.03]"});  // the box has a corner at the origin
     const std::string deep = "is 0.03 m deep in obstacles[0] at the start";
     expect_told({"simulate", "floor.json", "-o", "run.h5"}, "floor.json: bodies[0] (b0): " + deep + way_out);
-    EXPECT_THAT(run({"validate", "floor.json"}).out, HasSubstr("floor.json: bodies[0]: " + deep));
+    EXPECT_THAT(run({"validate", "floor.json"}).out, HasSubstr("floor.json: bodies[0]: " + deep + way_out));
 
     write_scene("two.json", {"[0, 0, 1]", "[0.1, 0.02, 1.03]"});
     const Ran two = simulate("two.json");
@@ -87,7 +88,7 @@ TEST_F(Told, StartsThatOverlapOrTouch) {
     const std::string touches = "touches obstacles[0] at the start";
     expect_told({"simulate", "touch.json", "-o", "run.h5"},
                 "touch.json: bodies[0] (b0): " + touches + way_out);
-    expect_told({"validate", "touch.json"}, "touch.json: bodies[0]: " + touches);
+    expect_told({"validate", "touch.json"}, "touch.json: bodies[0]: " + touches + way_out);
 
     // Nothing is said of what is apart, or was moved apart.
     write_scene("apart.json", {"[0, 0, 0.01]", "[0, 0, 0.12]"});
@@ -99,6 +100,15 @@ TEST_F(Told, StartsThatOverlapOrTouch) {
     EXPECT_EQ(moved.status, 0);
     EXPECT_THAT(moved.err, HasSubstr("intersects at the start and was moved by"));
     EXPECT_THAT(moved.err, testing::Not(HasSubstr("warning")));
+}
+
+TEST_F(Told, WallsTooNearForContactOfABodyWithItself) {
+    const std::string scene = NBD_SHARED_CASES "/slit/squeeze_self.json";
+    if (!std::filesystem::exists(scene)) GTEST_SKIP() << scene << " is absent";
+    EXPECT_THAT(
+        simulate(scene, {"--frames", "1"}).err,
+        HasSubstr("face each other at rest nearer than 0.0035 m, twice the contact distance, the nearest "
+                  "0.0002 m apart"));
 }
 
 TEST_F(Told, SpheresThatMayPassBetweenVertices) {

@@ -275,12 +275,19 @@ TEST(CageBody, HoldsAGeckoWithHoles) {
 }
 
 TEST(Cage, SplitsEdgesWhereTetrahedraAreFlatOnTheBoundary) {
-    const TriMesh gear = read_surface(std::filesystem::path(NBD_ASSETS) / "gear.obj");
-    const CageBody made = checked_body(gear, 300);
-    ASSERT_GT(made.report.optimization.poor_before, 0);
-    EXPECT_GT(made.report.optimization.nodes_added, 0);
-    EXPECT_EQ(made.report.optimization.poor_after, 0);
-    EXPECT_GE(tet_quality(made.body.tets).radius_ratio_min, poor_radius_ratio);
+    int split = 0;  // bodies that needed it; which ones do depends on the version of gmsh
+    for (const char* name : {"gear.obj", "gecko.obj"})
+        for (const int nodes : {300, 500, 800}) {
+            const TriMesh surface = read_surface(std::filesystem::path(NBD_ASSETS) / name);
+            const CageBody made = checked_body(surface, nodes);
+            if (made.report.optimization.poor_before == 0) continue;
+            ++split;
+            EXPECT_GT(made.report.optimization.nodes_added, 0) << name << ' ' << nodes;
+            EXPECT_EQ(made.report.optimization.poor_after, 0) << name << ' ' << nodes;
+            EXPECT_GE(tet_quality(made.body.tets).radius_ratio_min, poor_radius_ratio)
+                << name << ' ' << nodes;
+        }
+    EXPECT_GT(split, 0);
 }
 
 }  // namespace

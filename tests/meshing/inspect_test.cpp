@@ -53,9 +53,7 @@ TEST_F(InspectTest, DetectsADamagedChunkThatNothingElseReads) {
     test::write_bytes(path, bytes);
     const std::string error = error_of([&] { inspect(path); });
     test::expect_clear(error, path);
-    EXPECT_NE(error.find("dataset 'a/b/cells' is damaged: data error detected by Fletcher32 checksum"),
-              std::string::npos)
-        << error;
+    EXPECT_NE(error.find("dataset 'a/b/cells' is damaged: "), std::string::npos) << error;
 }
 
 TEST_F(InspectTest, RejectsABodyWithAWrongHash) {

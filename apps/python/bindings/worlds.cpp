@@ -48,6 +48,7 @@ void tell(const WorldObject& object) {
     std::vector<const LoadedBody*> bodies;
     for (const LoadedBody& body : object.bodies) bodies.push_back(&body);
     for (const std::string& line : scene_body_warnings(scene, bodies)) notice(line);
+    for (const std::string& line : narrow_gap_warnings(scene, object.world)) notice(line);
 }
 
 std::unique_ptr<WorldObject> make_world(py::handle scene, const py::object& folder) {

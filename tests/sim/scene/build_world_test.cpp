@@ -286,9 +286,12 @@ TEST(CheckScene, ReportsEveryProblemOfBodiesAndObstacles) {
               (std::vector<std::string>{
                   "bodies[0].pins[0]: the region holds no node of the body",
                   "bodies[0].grips[0]: contains nodes that pins[1] also holds",
-                  "bodies[1]: overlaps bodies[0] at the start: 28 pairs of faces cross",
-                  "bodies[2]: lies inside bodies[0] or encloses it at the start",
-                  "bodies[0]: is 0.05 m deep in obstacles[0] at the start",
+                  "bodies[1]: overlaps bodies[0] at the start: 28 pairs of faces cross; \"resolve_start\": "
+                  "true moves bodies apart before the first step",
+                  "bodies[2]: lies inside bodies[0] or encloses it at the start; \"resolve_start\": true "
+                  "moves bodies apart before the first step",
+                  "bodies[0]: is 0.05 m deep in obstacles[0] at the start; \"resolve_start\": true moves "
+                  "bodies apart before the first step",
                   "obstacles[1]: /nowhere.obj: no such file",
               }));
 }

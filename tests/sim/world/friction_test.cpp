@@ -45,6 +45,31 @@ TEST(Friction, OfALandingIsNeverMoreThanItsShareOfTheNormalForce) {
         }
 }
 
+TEST(Friction, OnTheFloorStaysWhereAWallLetsGo) {
+    for (const double young : {1e5, 1e7, 1e9})
+        for (const double dt : {1e-3, 5e-3, 2e-2}) {
+            const Model box({0.2, 0.2, 0.2}, {2, 2, 2}, young);
+            const double mu = 0.3;
+            World world({});
+            world.add_obstacle(test::floor_at(0, mu));
+            // Presses the block against another wall, and leaves.
+            world.add_obstacle(
+                {.shape = PlaneShape{.point = {0, 0.0995, 0}, .normal = {0, -1, 0}}, .friction = 0});
+            world.add_obstacle({.shape = PlaneShape{.point = {0, -0.103, 0}, .normal = {0, 1, 0}},
+                                .velocity = {0, -0.2, 0},
+                                .friction = 0,
+                                .start = 0.1,
+                                .stop = 1});
+            world.add_body(box.at({0, 0, 0.1}, Eigen::Matrix3d::Identity(), {3, 0, 0}));
+            for (int s = 0; s * dt < 0.3; ++s) {
+                ASSERT_EQ(world.step(dt).failure, "");
+                if (s * dt < 0.05) continue;  // settles on the floor
+                const Eigen::Vector3d force = world.contact_forces(0).colwise().sum();
+                EXPECT_NEAR(-force[0], mu * force[2], 0.01 * mu * force[2]) << s << ' ' << young << ' ' << dt;
+            }
+        }
+}
+
 TEST(Friction, OfTwoBodiesThatHitObliquelyIsNeverMoreThanItsShareOfTheNormalForce) {
     const Model box({0.2, 0.2, 0.2}, {2, 2, 2});
     const double mu = 0.1;

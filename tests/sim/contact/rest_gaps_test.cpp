@@ -1,0 +1,46 @@
+#include "sim/contact/rest_gaps.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/box_body.hpp"
+#include "tests/support/solid_bodies.hpp"
+
+namespace nbd {
+namespace {
+
+/// A bar of 3 m with a slot from one end, 2 m deep, between walls 1/3 m apart, stretched along z.
+TriMesh fork(double stretch) {
+    const test::SolidBody body = test::solid_fork();
+    TriMesh mesh{body.X.cast<double>(), body.F};
+    mesh.X.col(2) *= stretch;
+    return mesh;
+}
+
+TEST(RestGaps, AreFoundWhereWallsOfASlotAreNear) {
+    const RestGaps wide = rest_gaps(fork(1), 0.35);
+    EXPECT_GT(wide.pairs, 0);
+    EXPECT_NEAR(wide.least, 1.0 / 3, 1e-6);
+    EXPECT_EQ(rest_gaps(fork(1), 0.3).pairs, 0);
+    const RestGaps narrow = rest_gaps(fork(0.01), 0.35);
+    EXPECT_NEAR(narrow.least, 0.01 / 3, 1e-6);
+    EXPECT_GE(narrow.pairs, wide.pairs);
+}
+
+/// At the bottom of the slot its walls are joined by an edge or two.
+TEST(RestGaps, AreNotThoseNearAlongTheSurface) { EXPECT_EQ(rest_gaps(fork(1), 2.1).pairs, 0); }
+
+TEST(RestGaps, AreNotBetweenTheSidesOfAThinPart) {
+    const TriMesh plate = test::box_body({1, 1, 0.01}, {4, 4, 1}).surface;
+    EXPECT_EQ(rest_gaps(plate, 0.05).pairs, 0);
+}
+
+TEST(RestGaps, DoNotDependOnThePlace) {
+    TriMesh far = fork(0.01);
+    far.X.rowwise() += Eigen::RowVector3d(5e5, 5e6, 0);
+    const RestGaps here = rest_gaps(fork(0.01), 0.35), there = rest_gaps(far, 0.35);
+    EXPECT_EQ(there.pairs, here.pairs);
+    EXPECT_NEAR(there.least, here.least, 1e-6);
+}
+
+}  // namespace
+}  // namespace nbd
