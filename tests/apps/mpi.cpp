@@ -16,20 +16,25 @@ Ran run_mpi(const std::filesystem::path& folder, int ranks, std::vector<std::str
     std::string command = "'" NBD_COMMAND "'";
     arguments.insert(arguments.end(), {"--threads", "1"});
     for (const std::string& argument : arguments) command += " '" + argument + "'";
-    std::ofstream(folder / "last_rank.sh") << "NBDTREE_AT='" << at << "' " << command
-                                           << "\nstatus=$?\necho $status >last_rank.status\nexit $status\n";
     std::string line =
         "cd '" + folder.string() +
         "' && OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 ASAN_OPTIONS=detect_leaks=0 "
         "mpirun --oversubscribe " +
-        options;
-    const bool as_asked = at.empty();
-    if (as_asked) {
-        line += fmt::format(" -n {} {}", ranks, command);
-    } else {  // the others leave work for the last one, however fast they are
+        options + fmt::format(" -n {} ", ranks);
+    if (at.empty()) {
+        line += command;
+    } else {
+        // The others leave work for the last one, however fast they are. Open MPI 5.0.7 crashes if ranks have
+        // commands of their own.
+        std::ofstream(folder / "rank.sh") << fmt::format(
+            "if [ \"$OMPI_COMM_WORLD_RANK\" != {} ]; then\n"
+            "    NBDTREE_AT='{}|wait|last_rank.status' exec {}\n"
+            "fi\n"
+            "NBDTREE_AT='{}' {}\n"
+            "status=$?\necho $status >last_rank.status\nexit $status\n",
+            ranks - 1, at.substr(0, at.rfind('|')), command, at, command);
         std::filesystem::remove(folder / "last_rank.status");
-        line += fmt::format(" -n {} env NBDTREE_AT='{}|wait|last_rank.status' {} : -n 1 sh last_rank.sh",
-                            ranks - 1, at.substr(0, at.rfind('|')), command);
+        line += "sh rank.sh";
     }
     line += " >mpi.out 2>mpi.err";
     const int status = std::system(line.c_str());
