@@ -52,8 +52,12 @@ class DatasetTest : public BoxFolder {
         return result;
     }
 
-    static void expect_like_whole(const std::string& name) {
-        const auto expected = files("whole"), found = files(name);
+    /// is_killed: whether a process was killed, which leaves the file that it is writing under its temporary
+    /// name. Open MPI 5 may kill ranks beside one that was.
+    static void expect_like_whole(const std::string& name, bool is_killed = false) {
+        const auto expected = files("whole");
+        auto found = files(name);
+        if (is_killed) std::erase_if(found, [](const auto& file) { return file.first.ends_with(".tmp"); });
         ASSERT_EQ(expected.size(), 6u);  // view, plan, card, three shards
         for (const auto& [file, bytes] : expected)
             EXPECT_TRUE(found.contains(file) && found.at(file) == bytes) << file;
@@ -268,7 +272,7 @@ TEST_F(MpiTest, AnyNumberOfRanksGivesTheSameFiles) {
 TEST_F(MpiTest, OtherRanksTakeOverTheWorkOfAKilledRank) {
     const Ran ran = mpirun(3, "dying", true, "--enable-recovery");
     ASSERT_TRUE(fs::exists(folder() / "dying/data.h5")) << ran.err;
-    expect_like_whole("dying");
+    expect_like_whole("dying", true);
 }
 
 TEST_F(MpiTest, AKilledRankCostsOnlyTheWorkInFlight) {
