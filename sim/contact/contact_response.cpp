@@ -75,7 +75,7 @@ ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
     if (count == 0) return response;
 
     // The lower half of the sum of inertia and resistance, by bodies and pairs of bodies.
-    std::vector<RigidMatrix> own(number(static_cast<int>(count))), mutual(pairs_.size(), RigidMatrix::Zero());
+    std::vector<RigidMatrix> own(static_cast<std::size_t>(count)), mutual(pairs_.size(), RigidMatrix::Zero());
     Eigen::VectorXd given(6 * count);
     for (std::size_t b = 0; b < inertia.size(); ++b) {
         if (place[b] < 0) continue;

@@ -1,13 +1,12 @@
 #include "sim/contact/rest_gaps.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
-#include <optional>
 
 #include "collision/geometry/closest_points.hpp"
 #include "collision/neighbours/edge_paths.hpp"
 #include "collision/query/self_query.hpp"
+#include "sim/patches/surface_normals.hpp"
 
 namespace nbd {
 namespace {
@@ -27,12 +26,6 @@ bool is_in_front(const TriMesh& surface, int a, const Eigen::Vector3d& n, int b)
     return least + most > 0;
 }
 
-Eigen::Vector3d unit_normal(const TriMesh& surface, int face) {
-    const Eigen::Vector3d a = surface.X.row(surface.F(face, 0)), b = surface.X.row(surface.F(face, 1)),
-                          c = surface.X.row(surface.F(face, 2));
-    return (b - a).cross(c - a).stableNormalized();
-}
-
 }  // namespace
 
 RestGaps rest_gaps(const TriMesh& surface, double distance) {
@@ -50,7 +43,8 @@ RestGaps rest_gaps(const TriMesh& surface, double distance) {
     std::vector<int> around;
     const auto corner = [&](int face, int k) { return Eigen::Vector3f(x.row(surface.F(face, k))); };
     for (const auto& [a, b] : query.within(tree, static_cast<float>(distance))) {
-        const Eigen::Vector3d of_a = unit_normal(surface, a), of_b = unit_normal(surface, b);
+        const Eigen::Vector3d of_a = face_normal(surface.F, surface.X, a),
+                              of_b = face_normal(surface.F, surface.X, b);
         if (of_a.dot(of_b) > opposed || !is_in_front(surface, a, of_a, b) ||
             !is_in_front(surface, b, of_b, a))
             continue;

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <memory>
-#include <vector>
-
 #include "meshing/surface/mesh.hpp"
 
 namespace nbd {

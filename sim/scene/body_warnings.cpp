@@ -109,10 +109,8 @@ std::vector<std::string> narrow_gap_warnings(const SceneSpec& spec, const World&
         if (entry->second.pairs > 0)
             lines.push_back(
                 fmt::format("{}: {} face each other at rest nearer than {:.2g} m, twice the contact "
-                            "distance, the nearest {:.2g} m "
-                            "apart; by default they make no contact and may pass each other; "
-                            "\"intersection_free\": true prevents "
-                            "that",
+                            "distance, the nearest {:.2g} m apart; by default they make no contact and may "
+                            "pass each other; \"intersection_free\": true prevents that",
                             labels[static_cast<std::size_t>(b)],
                             counted(entry->second.pairs, "pair of its faces", "pairs of its faces"), distance,
                             entry->second.least));
