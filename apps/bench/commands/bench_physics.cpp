@@ -79,7 +79,7 @@ void add_bench_physics(CLI::App& app, Output& out) {
         "physics", "Compares motions with what is true of them, over sizes, steps, stiffnesses and modes");
     command->add_option("CHECKS", arguments->checks, "Checks to run; default: all")->check(one_of(names()));
     command->add_flag("--list", arguments->list, "Lists the checks and runs none");
-    command->add_flag("--quick", arguments->quick, "Runs a part of each range, two minutes in all");
+    command->add_flag("--quick", arguments->quick, "Runs a part of each range, some minutes in all");
     command->add_option("-o,--output", arguments->csv, "Table of all cases to write, CSV");
     command->add_option("--picture", arguments->picture,
                         "Picture of the errors over the range: writes NAME.svg and NAME.png");
