@@ -20,6 +20,7 @@
 #include "meshing/formats/face_count.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"
+#include "meshing/surface/check_surface.hpp"
 #include "meshing/surface/solid_boundary.hpp"
 #include "meshing/surface/weld_within.hpp"
 #include "meshing/tets/order_by_place.hpp"
@@ -73,13 +74,11 @@ void tell_origin(const Eigen::Vector3d& origin, const Output& out) {
 SolidBoundary solid_boundary_of(TriMesh surface) {
     try {
         return make_solid_boundary(std::move(surface));
-    } catch (const std::invalid_argument& error) {
-        const std::string_view what = error.what();
-        if (!what.starts_with("the surface is open") && !what.starts_with("edge ")) throw;
+    } catch (const SurfaceNotClosed& error) {
         throw std::invalid_argument(
             fmt::format("{}; --weld LENGTH, in scenes meshing.weld, closes cracks up to a length, --cage "
                         "takes any surface as it is",
-                        what));
+                        error.what()));
     }
 }
 
@@ -91,8 +90,7 @@ TetrahedralizeResult filling_of(const TriMesh& surface, const TetrahedralizeConf
         throw std::invalid_argument(
             fmt::format("{}; the tetrahedra take the surface's own vertices, so {}", error.what(),
                         error.wants_more ? "for more nodes give a surface of more faces: divide its faces in "
-                                           "another program, or --cage N, "
-                                           "whose nodes do not depend on it"
+                                           "another program, or --cage N, whose nodes do not depend on it"
                                          : "for fewer nodes give a surface of fewer faces, or --cage N, "
                                            "whose nodes do not depend on it"));
     }

@@ -15,9 +15,9 @@
 namespace nbd {
 namespace {
 
-template <class... Args>
+template <class Error = std::invalid_argument, class... Args>
 [[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) {
-    throw std::invalid_argument(fmt::format(text, std::forward<Args>(args)...));
+    throw Error(fmt::format(text, std::forward<Args>(args)...));
 }
 
 std::string place(const TriMesh& mesh, int v) {
@@ -94,15 +94,16 @@ void check_edges(const TriMesh& mesh, const EdgeTable& table) {
     if (!crowded.empty()) {
         const EdgeTable::Edge& edge = *crowded[0];
         const auto halfedges = table.at(edge);
-        fail("edge {}-{} at {} belongs to {} faces ({}, {}, {}{}), but an edge of a solid has 2; {}", edge.a,
-             edge.b, place(mesh, edge.a), halfedges.size(), halfedges[0] / 3, halfedges[1] / 3,
-             halfedges[2] / 3, halfedges.size() > 3 ? ", ..." : "",
-             counted(crowded.size(), "such edge", "such edges"));
+        fail<SurfaceNotClosed>(
+            "edge {}-{} at {} belongs to {} faces ({}, {}, {}{}), but an edge of a solid has 2; {}", edge.a,
+            edge.b, place(mesh, edge.a), halfedges.size(), halfedges[0] / 3, halfedges[1] / 3,
+            halfedges[2] / 3, halfedges.size() > 3 ? ", ..." : "",
+            counted(crowded.size(), "such edge", "such edges"));
     }
     if (!open.empty())
-        fail("the surface is open: edge {}-{} at {} belongs only to face {}; {}", open[0]->a, open[0]->b,
-             place(mesh, open[0]->a), table.at(*open[0])[0] / 3,
-             counted(open.size(), "open edge", "open edges"));
+        fail<SurfaceNotClosed>("the surface is open: edge {}-{} at {} belongs only to face {}; {}",
+                               open[0]->a, open[0]->b, place(mesh, open[0]->a), table.at(*open[0])[0] / 3,
+                               counted(open.size(), "open edge", "open edges"));
 }
 
 /// Walks around each vertex from face to face across shared edges. One walk must visit all faces of the
