@@ -125,7 +125,9 @@ void ElasticBody::list_incidences() {
             corner_[next_corner[T(t, a)]++] = 4 * t + a;
             for (int b = 0; b < 4; ++b)
                 if (T(t, b) > T(t, a))
-                    pair_[next_pair[pattern_.find(T(t, a), T(t, b))]++] = 16 * t + 4 * a + b;
+                    pair_[next_pair[pattern_.find(T(t, a), T(t, b))]++] = {
+                        16 * t + 4 * a + b,
+                        static_cast<float>(volume_[t] * shape_gradient(t, a).dot(shape_gradient(t, b)))};
         }
     mirror_.resize(pattern_.block_count());
     for (int i = 0; i < node_count(); ++i) {
@@ -133,6 +135,12 @@ void ElasticBody::list_incidences() {
         for (int k = 0; k < static_cast<int>(row.size()); ++k)
             mirror_[pattern_.first_block(i) + k] = pattern_.find(row[k], i) - pattern_.first_block(row[k]);
     }
+}
+
+/// The rest gradient of a corner's shape function, 1/m.
+Eigen::Vector3d ElasticBody::shape_gradient(int tet, int corner) const {
+    const Eigen::Matrix3d gradient = gradient_[static_cast<std::size_t>(tet / lanes)].lane(tet % lanes);
+    return corner > 0 ? Eigen::Vector3d(gradient.col(corner - 1)) : -gradient.rowwise().sum();
 }
 
 void ElasticBody::share_corner_weights() {
@@ -220,8 +228,8 @@ void ElasticBody::fill(double mass_scale, StepMatrix& A, const Block& block_of) 
             for (int k = 0; k < static_cast<int>(row.size()); ++k) {
                 const int j = row[k], block = pattern_.first_block(i) + k;
                 if (j <= i) continue;
-                const std::span<const int> pairs(pair_.data() + pair_offset_[block],
-                                                 pair_.data() + pair_offset_[block + 1]);
+                const std::span<const CornerPair> pairs(pair_.data() + pair_offset_[block],
+                                                        pair_.data() + pair_offset_[block + 1]);
                 const Eigen::Matrix3f value =
                     block_of(pairs, static_cast<float>(mass_scale * block_mass(block)));
                 A.set(i, k, value);
@@ -260,11 +268,11 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
                           StepMatrix& A) const {
     if (!pose.blocks.empty()) {
         const auto scale = static_cast<float>(stiffness_scale);
-        return fill(mass_scale, A, [&](std::span<const int> pairs, float mass) {
+        return fill(mass_scale, A, [&](std::span<const CornerPair> pairs, float mass) {
             Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
-            for (const int pair : pairs) {
-                const TetBlocks& blocks = pose.blocks[static_cast<std::size_t>(pair / 16)];
-                const int a = pair / 4 % 4, b = pair % 4;
+            for (const CornerPair& pair : pairs) {
+                const TetBlocks& blocks = pose.blocks[static_cast<std::size_t>(pair.at / 16)];
+                const int a = pair.at / 4 % 4, b = pair.at % 4;
                 if (a < b)
                     sum += blocks[static_cast<std::size_t>(pair_of_corners(a, b))];
                 else
@@ -277,34 +285,35 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
     }
     const auto lambda = static_cast<float>(stiffness_scale * moduli_[0].lambda),
                mu = static_cast<float>(stiffness_scale * moduli_[0].mu);
-    if (pose.T.empty())
-        return fill(mass_scale, A, [&](std::span<const int> pairs, float mass) {
+    if (pose.rates.empty())
+        return fill(mass_scale, A, [&](std::span<const CornerPair> pairs, float mass) {
             OuterSum sum;
-            for (const int pair : pairs)
-                sum.add(pose.S[static_cast<std::size_t>(pair / 16)], pair / 4 % 4, pair % 4);
+            for (const CornerPair& pair : pairs)
+                sum.add(pose.S[static_cast<std::size_t>(pair.at / 16)], pair.at / 4 % 4, pair.at % 4);
             Eigen::Matrix3f value = sum.block(lambda, mu);
             value.diagonal().array() += mu * sum.trace() + mass;
             return value;
         });
-    const auto share = static_cast<float>(pose.damping);
-    fill(mass_scale, A, [&](std::span<const int> pairs, float mass) {
-        OuterSum sum, rates;
+    fill(mass_scale, A, [&](std::span<const CornerPair> pairs, float mass) {
+        OuterSum sum;
+        float along = 0;
         Eigen::Vector4f diagonal = Eigen::Vector4f::Zero(), off = Eigen::Vector4f::Zero();
-        for (const int pair : pairs) {
-            const auto tet = static_cast<std::size_t>(pair / 16);
-            const int a = pair / 4 % 4, b = pair % 4;
+        for (const CornerPair& pair : pairs) {
+            const auto tet = static_cast<std::size_t>(pair.at / 16);
+            const int a = pair.at / 4 % 4, b = pair.at % 4;
+            const RateColumns& rates = pose.rates[tet];
             sum.add(pose.S[tet], a, b);
-            rates.add(pose.T[tet], a, b);
-            const float along = pose.S[tet].col(a).dot(pose.S[tet].col(b));
-            diagonal += along * pose.squares[tet].diagonal;
-            off += along * pose.squares[tet].off;
+            sum.add(rates.T, a, b);
+            along += pair.along;
+            diagonal += pair.along * rates.diagonal;
+            off += pair.along * rates.off;
         }
-        Eigen::Matrix3f value = sum.block(lambda, mu) + rates.block(share * lambda, share * mu);
-        value.diagonal() += share * mu * diagonal.head<3>();
-        value.diagonal().array() += mu * sum.trace() + mass;
+        Eigen::Matrix3f value = sum.block(lambda, mu);
+        value.diagonal() += mu * diagonal.head<3>();
+        value.diagonal().array() += mu * along + mass;
         for (const auto& [r, c, entry] : {std::tuple(0, 1, off[0]), {0, 2, off[1]}, {1, 2, off[2]}}) {
-            value(r, c) += share * mu * entry;
-            value(c, r) += share * mu * entry;
+            value(r, c) += mu * entry;
+            value(c, r) += mu * entry;
         }
         return value;
     });

@@ -36,8 +36,10 @@ struct ElementReport {
     bool ok() const noexcept { return inverted == 0 && non_finite == 0; }
 };
 
-/// A symmetric matrix: its diagonal, and entries (0, 1), (0, 2), (1, 2). The fourth numbers are zero.
-struct SymmetricColumns {
+/// Of the damping of a tetrahedron: like ElementPose::S with F in place of R, and the diagonal and the
+/// entries (0, 1), (0, 2), (1, 2) of F F^T. The fourth numbers are zero.
+struct RateColumns {
+    Eigen::Matrix4f T;
     Eigen::Vector4f diagonal, off;
 };
 
@@ -53,11 +55,9 @@ struct ElementPose {
     std::vector<ElementTangent> tangents;  // [batches] times volume
     std::vector<TetBlocks> blocks;         // [T] K + damping D, see StepMotion; empty where S is not
     // Of a step with damping: its deformation gradients F, see StepMotion; otherwise empty.
-    std::vector<LaneMatrix3> F;  // [batches]
-    double damping = 0;          // see StepMotion; 0 without
-    // Of a step with damping where S is not empty, [T]: like S with F in place of R, and F F^T.
-    std::vector<Eigen::Matrix4f> T;
-    std::vector<SymmetricColumns> squares;
+    std::vector<LaneMatrix3> F;      // [batches]
+    double damping = 0;              // see StepMotion; 0 without
+    std::vector<RateColumns> rates;  // [T] of a step with damping where S is not empty; otherwise empty
 };
 
 /// A step of the length dt that ends in a pose x with velocities w, so that its forces are linear in them.
@@ -190,8 +190,11 @@ class ElasticBody {
                     LaneMatrix3& P) const;
     void corotated_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,
                          ElementForces& forces) const;
-    void store_columns(int batch, const LaneMatrix3& F, std::vector<Eigen::Matrix4f>& columns) const;
-    void store_squares(int batch, const LaneMatrix3& F, std::vector<SymmetricColumns>& squares) const;
+    Eigen::Vector3d shape_gradient(int tet, int corner) const;
+    template <class ColumnsOf>
+    void store_columns(int batch, const LaneMatrix3& F, const Lanes& weight,
+                       const ColumnsOf& columns_of) const;
+    void store_rates(int batch, ElementPose& pose) const;
     void add_damping(int batch, const ElementPose& pose, LaneBlocks& blocks) const;
     void principal_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,
                          ElementForces& forces, Tangent tangent) const;
@@ -230,10 +233,16 @@ class ElasticBody {
     // Corners 4 t + a of each node, ascending. This is the fixed order of all sums.
     std::vector<int> corner_offset_;  // [N + 1]
     std::vector<int> corner_;         // [4 T]
-    // Pairs 16 t + 4 a + b of each block (i, j) with j > i, by block number. The other triangle is mirrored
-    // when written, and the diagonal follows from the sums of rows.
+    // Corners a, b of a tetrahedron t, and its volume times the product of the gradients of their shape
+    // functions.
+    struct CornerPair {
+        int at;  // 16 t + 4 a + b
+        float along;
+    };
+    // Those of each block (i, j) with j > i, by block number. The other triangle is mirrored when written,
+    // and the diagonal follows from the sums of rows.
     std::vector<int> pair_offset_;  // [blocks + 1]
-    std::vector<int> pair_;
+    std::vector<CornerPair> pair_;
     std::vector<int> mirror_;  // [blocks] for block (i, j), the position of i among the neighbours of j
 };
 

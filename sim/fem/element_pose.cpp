@@ -124,8 +124,7 @@ void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tan
     pose.blocks.resize(corotated ? 0 : tets);
     pose.F.resize(is_damped ? gradient_.size() : 0);
     pose.damping = is_damped ? motion->damping : 0;
-    pose.T.resize(corotated && is_damped ? tets : 0);
-    pose.squares.resize(pose.T.size());
+    pose.rates.resize(corotated && is_damped ? tets : 0);
     forces.resize(tets);
     parallel_for(
         static_cast<int>(gradient_.size()),
@@ -179,10 +178,8 @@ void ElasticBody::corotated_batch(NodesRef x, int batch, const StepMotion* motio
         P.entries[k] = -volume * (2 * mu * (F.entries[k] - R.entries[k]) + lambda * trace * R.entries[k]);
     if (motion) add_motion(batch, F, *motion, pose, P);
     store_forces(batch, P, forces);
-    store_columns(batch, R, pose.S);
-    if (pose.T.empty()) return;
-    store_columns(batch, pose.F[static_cast<std::size_t>(batch)], pose.T);
-    store_squares(batch, pose.F[static_cast<std::size_t>(batch)], pose.squares);
+    store_columns(batch, R, volume, [&](std::size_t tet) -> Eigen::Matrix4f& { return pose.S[tet]; });
+    if (!pose.rates.empty()) store_rates(batch, pose);
 }
 
 /// Adds its share of the damping to the blocks of the elasticity.
@@ -193,11 +190,12 @@ void ElasticBody::add_damping(int batch, const ElementPose& pose, LaneBlocks& bl
     form.add_blocks(gradient_[static_cast<std::size_t>(batch)], blocks);
 }
 
-/// The columns F grad N_a of a batch, times the root of the volume.
-void ElasticBody::store_columns(int batch, const LaneMatrix3& F,
-                                std::vector<Eigen::Matrix4f>& columns) const {
+/// The columns F grad N_a of a batch, times the root of `weight`. columns_of(tet): where to.
+template <class ColumnsOf>
+void ElasticBody::store_columns(int batch, const LaneMatrix3& F, const Lanes& weight,
+                                const ColumnsOf& columns_of) const {
     const LaneMatrix3& g = gradient_[static_cast<std::size_t>(batch)];
-    const Lanes root = volumes(batch).sqrt();
+    const Lanes root = weight.sqrt();
     for (int i = 0; i < 3; ++i) {
         Lanes S[4];
         S[0] = Lanes::Zero();
@@ -205,26 +203,29 @@ void ElasticBody::store_columns(int batch, const LaneMatrix3& F,
             S[a + 1] = root * (F(i, 0) * g(0, a) + F(i, 1) * g(1, a) + F(i, 2) * g(2, a));
             S[0] -= S[a + 1];
         }
-        for (int l = 0; l < tets_of(batch); ++l)
-            for (int a = 0; a < 4; ++a)
-                columns[static_cast<std::size_t>(first_tet(batch) + l)](i, a) = static_cast<float>(S[a][l]);
+        for (int l = 0; l < tets_of(batch); ++l) {
+            Eigen::Matrix4f& columns = columns_of(static_cast<std::size_t>(first_tet(batch) + l));
+            for (int a = 0; a < 4; ++a) columns(i, a) = static_cast<float>(S[a][l]);
+        }
     }
     for (int l = 0; l < tets_of(batch); ++l)
-        columns[static_cast<std::size_t>(first_tet(batch) + l)].row(3).setZero();
+        columns_of(static_cast<std::size_t>(first_tet(batch) + l)).row(3).setZero();
 }
 
-/// F F^T of a batch.
-void ElasticBody::store_squares(int batch, const LaneMatrix3& F,
-                                std::vector<SymmetricColumns>& squares) const {
-    const auto row_product = [&](int i, int j) -> Lanes {
-        return F(i, 0) * F(j, 0) + F(i, 1) * F(j, 1) + F(i, 2) * F(j, 2);
+void ElasticBody::store_rates(int batch, ElementPose& pose) const {
+    const LaneMatrix3& F = pose.F[static_cast<std::size_t>(batch)];
+    store_columns(batch, F, pose.damping * volumes(batch),
+                  [&](std::size_t tet) -> Eigen::Matrix4f& { return pose.rates[tet].T; });
+    const auto entry = [&](int i, int j) -> Lanes {  // of F F^T
+        return pose.damping * (F(i, 0) * F(j, 0) + F(i, 1) * F(j, 1) + F(i, 2) * F(j, 2));
     };
-    const Lanes xx = row_product(0, 0), yy = row_product(1, 1), zz = row_product(2, 2),
-                xy = row_product(0, 1), xz = row_product(0, 2), yz = row_product(1, 2);
-    for (int l = 0; l < tets_of(batch); ++l)
-        squares[static_cast<std::size_t>(first_tet(batch) + l)] = {
-            Eigen::Vector4d(xx[l], yy[l], zz[l], 0).cast<float>(),
-            Eigen::Vector4d(xy[l], xz[l], yz[l], 0).cast<float>()};
+    const Lanes xx = entry(0, 0), yy = entry(1, 1), zz = entry(2, 2), xy = entry(0, 1), xz = entry(0, 2),
+                yz = entry(1, 2);
+    for (int l = 0; l < tets_of(batch); ++l) {
+        RateColumns& of_tet = pose.rates[static_cast<std::size_t>(first_tet(batch) + l)];
+        of_tet.diagonal = Eigen::Vector4d(xx[l], yy[l], zz[l], 0).cast<float>();
+        of_tet.off = Eigen::Vector4d(xy[l], xz[l], yz[l], 0).cast<float>();
+    }
 }
 
 /// The forces on nodes 1 to 3 of a batch whose stress [Pa] times volume is -P.

@@ -88,15 +88,22 @@ void stiffness_blocks(const ElementTangent& tangent, const LaneMatrix3& gradient
 }
 
 LaneMatrix3 StrainForm::multiply(const LaneMatrix3& H) const noexcept {
-    const LaneMatrix3 E = product(transposed(F), H);
-    const Lanes pressure = lambda * (E(0, 0) + E(1, 1) + E(2, 2));
-    LaneMatrix3 stress;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-            stress(i, j) = mu * (E(i, j) + E(j, i));
-            if (i == j) stress(i, j) += pressure;
-        }
-    return product(F, stress);
+    const auto strain = [&](int i, int j) -> Lanes {  // entry of F^T H
+        return F(0, i) * H(0, j) + F(1, i) * H(1, j) + F(2, i) * H(2, j);
+    };
+    const Lanes xx = strain(0, 0), yy = strain(1, 1), zz = strain(2, 2);
+    const Lanes pressure = lambda * (xx + yy + zz);
+    // The stress: symmetric.
+    const Lanes sxx = 2 * mu * xx + pressure, syy = 2 * mu * yy + pressure, szz = 2 * mu * zz + pressure,
+                sxy = mu * (strain(0, 1) + strain(1, 0)), sxz = mu * (strain(0, 2) + strain(2, 0)),
+                syz = mu * (strain(1, 2) + strain(2, 1));
+    LaneMatrix3 P;
+    for (int i = 0; i < 3; ++i) {
+        P(i, 0) = F(i, 0) * sxx + F(i, 1) * sxy + F(i, 2) * sxz;
+        P(i, 1) = F(i, 0) * sxy + F(i, 1) * syy + F(i, 2) * syz;
+        P(i, 2) = F(i, 0) * sxz + F(i, 1) * syz + F(i, 2) * szz;
+    }
+    return P;
 }
 
 // With t_a = F grad N_a, block (a, b) is lambda t_a t_b^T + mu t_b t_a^T + mu grad N_a.grad N_b F F^T.
