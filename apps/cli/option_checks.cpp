@@ -48,8 +48,9 @@ CLI::Validator bounds_name(std::span<const BoundKind> kinds) {
     const CLI::Validator is_name = one_of(names);
     return CLI::Validator(
         [is_name](std::string& text) {
-            std::string now(current_bound_name(text));
-            return is_name(now);
+            if (const std::string_view instead = instead_of_bound(text); !instead.empty())
+                return fmt::format("'{}' is gone; write {}", text, instead);
+            return is_name(text);
         },
         is_name.get_description());
 }

@@ -93,7 +93,7 @@ inline CLI::Validator sample_count() {
 /// One of these names; the message of another one names the nearest, if one is near.
 CLI::Validator one_of(std::vector<std::string> names);
 
-/// Names of these bounds; also accepts their names of release 0.1.
+/// Names of these bounds.
 CLI::Validator bounds_name(std::span<const BoundKind> kinds = bound_kinds);
 
 }  // namespace nbd

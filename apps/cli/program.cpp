@@ -12,6 +12,7 @@
 #include <new>
 #include <optional>
 #include <set>
+#include <span>
 #include <thread>
 
 #include "apps/cli/interrupt.hpp"
@@ -123,28 +124,20 @@ void choose_kernels(const std::string& instructions) {
                        nearest_hint(instructions, names, "; the nearest is {}")));
 }
 
-/// The arguments after the program's name, in reverse order as CLI11 expects them, with old command names
-/// replaced.
-std::vector<std::string> arguments_of(const Program& program, const CLI::App& app, int argc, char** argv) {
-    std::vector<std::string> arguments(argv + 1, argv + argc);
-    const auto is_command = [&](const std::string& argument) {
-        return std::ranges::any_of(app.get_subcommands(nullptr),
-                                   [&](const CLI::App* command) { return command->get_name() == argument; });
-    };
-    bool has_command = false;
-    for (std::string& argument : arguments) {
+/// Says what to do instead of the first command or option that is gone; empty if there is none.
+std::string gone_name(const Program& program, const CLI::App& app, std::span<char*> arguments) {
+    const std::vector<std::string> commands = command_names(app);
+    std::string command;
+    for (const std::string argument : arguments) {
         const bool is_option = argument.starts_with("--");
-        if (!is_option && has_command) continue;
-        has_command = has_command || is_command(argument);
-        const auto old = program.old_names.find(argument);
-        if (old == program.old_names.end()) continue;
-        notice(fmt::format("`{0} {1}` is now called `{0} {2}`; release 0.3 will not accept the old name",
-                           program.name, old->first, old->second));
-        argument = old->second;
-        has_command = has_command || !is_option;
+        if (!is_option && !command.empty()) continue;
+        const std::string name =
+            is_option ? command + ' ' + argument.substr(0, argument.find('=')) : argument;
+        if (const auto found = program.gone.find(name); found != program.gone.end())
+            return fmt::format("`{} {}` is gone: {}", program.name, name, found->second);
+        if (std::ranges::find(commands, argument) != commands.end()) command = argument;
     }
-    std::ranges::reverse(arguments);
-    return arguments;
+    return {};
 }
 
 /// Flushes standard output. Fails if it could not be written, for instance to a full disk.
@@ -213,8 +206,12 @@ int run(const Program& program, Output& out, int argc, char** argv) {
         fmt::print(stderr, "{}", program.first_steps);
         return 2;
     }
+    const std::span<char*> arguments(argv + 1, argv + argc);
+    if (const std::string gone = gone_name(program, app, arguments); !gone.empty())
+        return fail(program.name, 2, gone);
     try {
-        app.parse(arguments_of(program, app, argc, argv));
+        app.parse(
+            std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 wants them in reverse
     } catch (const CLI::Success& request) {
         return app.exit(request);
     } catch (const CLI::RequiredError& error) {

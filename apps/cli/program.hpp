@@ -13,8 +13,9 @@ namespace nbd {
 struct Program {
     std::string name, description;
     std::function<void(CLI::App& app, Output& out)> add_commands;
-    /// Commands and --options of the previous release, with their current names.
-    std::map<std::string, std::string> old_names{};
+    /// Names that earlier releases knew, "COMMAND" or "COMMAND --option", with what to do instead. Each is an
+    /// error.
+    std::map<std::string, std::string> gone{};
     std::string first_steps{};  // what the program prints if no command is named; empty: an error
     std::map<std::string, std::string> examples{};  // ends the --help of each command, one command a line
 };

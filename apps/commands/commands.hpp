@@ -27,11 +27,6 @@ void add_collide(CLI::App& app, Output& out);
 void add_inspect(CLI::App& app, Output& out);
 void add_view(CLI::App& app, Output& out);
 
-/// `nbdtree bench ARGUMENTS` of release 0.1: runs `nbdtree-bench ARGUMENTS` in place of this process, with a
-/// warning. argv: begins with "bench" and ends with a null pointer. Returns the exit status if the program
-/// cannot be run.
-int run_bench_program(char** argv);
-
 /// What `nbdtree` prints if no command is named.
 std::string first_steps();
 

@@ -26,7 +26,7 @@ namespace nbd {
 namespace {
 
 struct DatasetArguments {
-    std::string body, output, recipe, csv, shard, licence, solver = "iterative";
+    std::string body, output, recipe, csv, shard, licence;
     std::optional<double> strength;
     DatasetPlan plan;
 };
@@ -116,8 +116,6 @@ void run(const DatasetArguments& arguments, Output& out) {
     if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body, arguments.recipe}, ".csv");
     DatasetPlan plan = arguments.plan;
     plan.excitation.ranges = load_ranges(arguments);
-    plan.excitation.linear.solver =
-        arguments.solver == "direct" ? LinearSolver::direct : LinearSolver::iterative;
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     out.work("reading the body");
@@ -205,12 +203,6 @@ void add_dataset(CLI::App& app, Output& out) {
     command->add_flag("--self-contact", excitation.self_contact, "Let the body meet itself");
     command->add_flag("--intersection-free", excitation.intersection_free,
                       "Keep all surfaces apart, the body's own too, so that no pose intersects; costs more");
-    command
-        ->add_option(
-            "--solver", arguments->solver,
-            "Solver of the steps' linear systems; direct: one factorisation per step, many times slower")
-        ->capture_default_str()
-        ->check(one_of({"iterative", "direct"}));
     command
         ->add_option("--attempts", plan.attempts,
                      "Maximum attempts per trajectory; each one after a failure halves the time step")

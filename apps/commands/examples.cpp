@@ -48,7 +48,6 @@ std::map<std::string, std::string> command_examples() {
          "  nbdtree transfer tree.h5 fine_beam.h5 -o fine_tree.h5 --quiet"},
         {"export",
          "  nbdtree export --flat tree.h5 -o tree.nbd         # for programs that embed the library\n"
-         "  nbdtree export tree.h5 --torch networks.h5\n"
          "  nbdtree export run.h5 --gltf clip.glb --frames 60 # a short clip, as morph targets\n"
          "  nbdtree export run.h5 --mdd clip.mdd              # a point cache, and clip_rest.obj that it "
          "moves"},

@@ -14,7 +14,6 @@
 #include "meshing/h5/atomic_file.hpp"
 #include "meshing/surface/counted.hpp"
 #include "training/files/tree_file.hpp"
-#include "training/learn/torch_file.hpp"
 
 namespace nbd {
 namespace {
@@ -23,17 +22,9 @@ namespace fs = std::filesystem;
 
 struct ExportArguments {
     SourceArgument source;  // of a clip; else its first member is the tree
-    std::string torch, flat, gltf, mdd, pc2;
+    std::string flat, gltf, mdd, pc2;
     bool is_flat = false;
 };
-
-void write_torch(const std::string& path, const TreeFile& file, Output& out) {
-    save_torch(path, file);
-    const auto nodes = file.tree.spheres.nodes.size();
-    out.text(fmt::format("{}: the networks of {} nodes; training/torch/nbd_tree.py runs them in PyTorch",
-                         path, nodes));
-    out.result({{"nodes", nodes}});
-}
 
 void write_flat(const std::string& path, const CollisionTree& tree, Output& out) {
     save_flat_tree(path, tree);
@@ -45,14 +36,9 @@ void write_flat(const std::string& path, const CollisionTree& tree, Output& out)
 }
 
 void export_tree(const ExportArguments& arguments, Output& out) {
-    const std::string& output = arguments.is_flat ? arguments.flat : arguments.torch;
-    check_output(output, {arguments.source.source}, arguments.is_flat ? ".nbd" : ".h5");
+    check_output(arguments.flat, {arguments.source.source}, ".nbd");
     out.work("exporting");
-    const TreeFile file = load_tree(arguments.source.source);
-    if (arguments.is_flat)
-        write_flat(output, file.tree, out);
-    else
-        write_torch(output, file, out);
+    write_flat(arguments.flat, load_tree(arguments.source.source).tree, out);
 }
 
 /// The surfaces of a recording in its frames. shown: must outlive the clip.
@@ -142,7 +128,7 @@ void export_clip(const ExportArguments& arguments, Output& out) {
 }
 
 void run(const ExportArguments& arguments, Output& out) {
-    if (arguments.is_flat || !arguments.torch.empty())
+    if (arguments.is_flat)
         export_tree(arguments, out);
     else
         export_clip(arguments, out);
@@ -161,8 +147,6 @@ void add_export(CLI::App& app, Output& out) {
                      "Tree file; or a recording, or a trajectory of one, as `view` takes it")
         ->required();
     CLI::Option_group* form = command->add_option_group("form");
-    CLI::Option* torch = form->add_option("--torch", arguments->torch,
-                                          "File of plain arrays to write, for PyTorch (see training/torch)");
     CLI::Option* flat = form->add_flag("--flat", arguments->is_flat,
                                        "Write the whole tree as one file of plain arrays, for programs "
                                        "that embed nbd::collision (see collision/flat)");
@@ -184,8 +168,7 @@ void add_export(CLI::App& app, Output& out) {
         command->add_option("--body", source.body, "Body file of RECORDING.h5:trajectory"),
         command->add_option("--scene", source.scene,
                             "Scene file, or its folder, of a recording that was moved away from it")};
-    for (CLI::Option* option : of_clips)
-        for (CLI::Option* of_tree : {torch, flat}) option->excludes(of_tree);
+    for (CLI::Option* option : of_clips) option->excludes(flat);
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 

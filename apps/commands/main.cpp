@@ -1,6 +1,4 @@
 // The program `nbdtree`.
-#include <string_view>
-
 #include "apps/cli/program.hpp"
 #include "apps/commands/commands.hpp"
 
@@ -29,17 +27,18 @@ nbd::Program describe() {
     return {.name = "nbdtree",
             .description = "Deformable solids with learned collision culling.",
             .add_commands = add_commands,
-            .old_names = {{"trust", "coverage"},
-                          {"carry", "remap"},
-                          {"--local-samples", "--samples"},
-                          {"--local-network", "--radius-network"}},
+            .gone = {{"bench", "run the program `nbdtree-bench`"},
+                     {"carry", "use `nbdtree remap`"},
+                     {"dataset --solver", "leave it out; steps are always solved by iteration"},
+                     {"export --torch",
+                      "tree files hold the networks as plain arrays, in nbd/ (apps/docs/formats.md)"},
+                     {"train --local-network", "use --radius-network"},
+                     {"train --local-samples", "use --samples"},
+                     {"trust", "use `nbdtree coverage`"}},
             .first_steps = nbd::first_steps(),
             .examples = nbd::command_examples()};
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-    if (argc > 1 && std::string_view(argv[1]) == "bench") return nbd::run_bench_program(argv + 1);
-    return nbd::run_program(describe, argc, argv);
-}
+int main(int argc, char** argv) { return nbd::run_program(describe, argc, argv); }

@@ -13,8 +13,8 @@ void add_memory_option(CLI::App& command, std::optional<std::size_t>& memory) {
         ->check(whole_number(0, std::int64_t{1} << 30));
 }
 
-std::size_t frame_memory(const std::optional<std::size_t>& memory, int processes) {
-    return memory ? *memory << 20 : default_frame_memory() / static_cast<std::size_t>(processes);
+std::size_t frame_memory(const std::optional<std::size_t>& memory) {
+    return memory ? *memory << 20 : default_frame_memory();
 }
 
 }  // namespace nbd

@@ -14,7 +14,6 @@
 #include "apps/commands/commands.hpp"
 #include "apps/commands/memory_option.hpp"
 #include "apps/sharing/rank.hpp"
-#include "apps/train/shared_training.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "meshing/surface/counted.hpp"
 #include "sim/fem/modes.hpp"
@@ -61,26 +60,19 @@ std::string fewer_modes(const std::string& path, const Body& body, int wanted) {
 }
 
 void run(const TrainArguments& arguments, Output& out) {
-    const Rank rank = this_rank();
-    if (rank.number > 0) {  // only rank 0 prints
-        out.quiet = true;
-        out.json = false;
+    if (const Rank rank = this_rank(); rank.count > 1) {
+        if (rank.number > 0) return;  // only rank 0 prints
+        throw std::runtime_error(fmt::format(
+            "train: was started as {} processes; allowed: one, without mpirun or srun, which uses all cores",
+            rank.count));
     }
     check_output(arguments.output, {arguments.body, arguments.recording}, ".h5");
     TrainConfig config = train_config(arguments);
     const bool nbd = std::ranges::find(config.bounds, BoundKind::nbd) != config.bounds.end();
-    if (rank.number > 0) {  // learned bounds train quickly, so only rank 0 trains them
-        std::erase(config.bounds, BoundKind::learned_spheres);
-        std::erase(config.bounds, BoundKind::learned_affine);
-        if (config.bounds.empty()) return;
-    }
 
     TrainRun settings;
     settings.checkpoint = arguments.output + ".checkpoint";
-    const std::filesystem::path shared_folder = arguments.output + ".networks";
-    const SharedTraining shared(shared_folder, rank);
-    const bool together = rank.count > 1 || std::filesystem::is_directory(shared_folder);
-    const std::filesystem::path kept = together ? shared_folder : settings.checkpoint;
+    const std::filesystem::path& kept = settings.checkpoint;
     const auto enter = [&](std::string_view stage) {
         out.text(stage);
         out.work(stage);
@@ -95,11 +87,6 @@ void run(const TrainArguments& arguments, Output& out) {
         out.progress("networks", done.nodes_done, done.nodes,
                      fmt::format("mean loss {:.2e}", done.mean_loss));
     };
-    if (together)
-        settings.networks = [&](const auto& inputs, const auto& targets, const MlpConfig& mlp,
-                                const TrainingHooks& hooks, std::vector<TrainedMlp>& networks) {
-            shared.train(inputs, targets, mlp, hooks, networks);
-        };
 
     const Body body = load_body(arguments.body);
     if (nbd && body.modes.count() == 0)
@@ -111,10 +98,10 @@ void run(const TrainArguments& arguments, Output& out) {
     const int modes = std::min(config.modes, body.modes.count());
     const std::string fewer = nbd ? fewer_modes(arguments.body, body, config.modes) : "";
     // Who asked for so many hears of it before the work; else it stands among the results.
-    if (arguments.modes && !fewer.empty() && rank.number == 0) out.warning(fewer);
+    if (arguments.modes && !fewer.empty()) out.warning(fewer);
     SurfaceBody surface = surface_body(body);
     config.tree.depth = arguments.depth.value_or(default_depth(config.bounds, surface.F.rows()));
-    FrameSource source(surface.W, recording, frame_memory(arguments.memory, rank.count));
+    FrameSource source(surface.W, recording, frame_memory(arguments.memory));
     TreeFile file;
     try {
         file = train_tree(std::move(surface), source, config, settings);
@@ -124,16 +111,13 @@ void run(const TrainArguments& arguments, Output& out) {
                               ? "the same command continues from " + kept.string()
                               : "nothing was written; the same command starts anew");
     }
-    if (rank.number == 0) {
-        if (file.facts.split.calibration_trajectories.empty()) {
-            out.warning("no trajectories were kept for calibration, so the bounds have no stated miss rate");
-        } else {
-            calibrate(file, source, arguments.calibrate);
-        }
-        save_tree(arguments.output, file);
-        std::filesystem::remove(settings.checkpoint);
+    if (file.facts.split.calibration_trajectories.empty()) {
+        out.warning("no trajectories were kept for calibration, so the bounds have no stated miss rate");
+    } else {
+        calibrate(file, source, arguments.calibrate);
     }
-    if (together && nbd) shared.leave();
+    save_tree(arguments.output, file);
+    std::filesystem::remove(settings.checkpoint);
     const double seconds = watch.seconds();
 
     const TrainingFacts& facts = file.facts;

@@ -1,11 +1,9 @@
 #include "apps/sharing/rank.hpp"
 
-#include <cctype>
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <optional>
-#include <string>
 
 namespace nbd {
 namespace {
@@ -20,21 +18,14 @@ std::optional<int> from_environment(const char* name) {
     return value;
 }
 
-std::string job_from_environment(const char* name) {
-    const char* text = std::getenv(name);
-    std::string job = text ? text : "";
-    std::erase_if(job, [](unsigned char c) { return std::isalnum(c) == 0; });
-    return job;
-}
-
 struct Launcher {
-    const char *number, *count, *on_this_machine, *job;
+    const char *number, *count, *on_this_machine;
 };
 
 constexpr Launcher launchers[] = {
-    {"OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_LOCAL_SIZE", "PMIX_NAMESPACE"},
-    {"PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS", "PMI_JOBID"},
-    {"SLURM_PROCID", "SLURM_STEP_NUM_TASKS", "SLURM_NTASKS_PER_NODE", "SLURM_JOB_ID"},
+    {"OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_LOCAL_SIZE"},
+    {"PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS"},
+    {"SLURM_PROCID", "SLURM_STEP_NUM_TASKS", "SLURM_NTASKS_PER_NODE"},
 };
 
 }  // namespace
@@ -44,7 +35,7 @@ Rank this_rank() {
         const auto number = from_environment(launcher.number), count = from_environment(launcher.count);
         if (!number || !count || *number >= *count) continue;
         const int here = from_environment(launcher.on_this_machine).value_or(1);
-        return {*number, *count, here > 0 ? here : 1, job_from_environment(launcher.job)};
+        return {*number, *count, here > 0 ? here : 1};
     }
     return {};
 }

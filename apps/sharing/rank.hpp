@@ -1,15 +1,11 @@
 #pragma once
 
-#include <string>
-
 namespace nbd {
 
 /// Rank of this process among processes that were started together.
 struct Rank {
     int number = 0, count = 1;
     int on_this_machine = 1;  // number of them that share this machine's cores
-    std::string job{};  // what these processes have in common and no other run has; letters and digits, or
-                        // empty where the launcher does not say
 };
 
 /// The rank that the launcher sets in the environment: mpirun (Open MPI, MPICH, Intel) or srun; a single

@@ -112,9 +112,6 @@ class FlatFieldReader {
     /// file: must outlive this object.
     explicit FlatFieldReader(std::span<const std::byte> file) : file_(file) {}
 
-    int version() const noexcept { return file_.version(); }
-    void rename(std::string_view stored, std::string_view name) { file_.rename(stored, name); }
-
     template <class T>
     requires std::is_arithmetic_v<T>
     void field(std::string_view name, T& value) {

@@ -43,7 +43,9 @@ FlatHeader checked_header(std::span<const std::byte> file) {
         fail("has its numbers in another byte order; allowed: little-endian");
     if (header.version < FlatHeader::oldest_version || header.version > FlatHeader::known_version)
         fail("is a flat tree of version ", header.version, "; allowed: ", FlatHeader::oldest_version, " to ",
-             FlatHeader::known_version);
+             FlatHeader::known_version,
+             header.version < FlatHeader::oldest_version ? "; write it again with `nbdtree export --flat`"
+                                                         : "");
     if (header.bytes != file.size())
         fail("has ", file.size(), " bytes; allowed: ", header.bytes, ", according to its header");
     if (const std::uint64_t is = checksum(file); is != header.checksum)
@@ -107,7 +109,6 @@ bool is_flat_file(std::span<const std::byte> beginning) noexcept {
 
 FlatReader::FlatReader(std::span<const std::byte> file) {
     const FlatHeader header = checked_header(file);
-    version_ = static_cast<int>(header.version);
     for (std::size_t i = 0; i < header.arrays; ++i) {
         FlatEntry entry;
         std::memcpy(&entry, file.data() + sizeof header + i * sizeof entry, sizeof entry);
@@ -118,11 +119,6 @@ FlatReader::FlatReader(std::span<const std::byte> file) {
     std::ranges::sort(names);
     if (const auto twice = std::ranges::adjacent_find(names); twice != names.end())
         fail("lists ", *twice, " twice");
-}
-
-void FlatReader::rename(std::string_view stored, std::string_view name) {
-    for (FlatArray& array : arrays_)
-        if (array.name.starts_with(stored)) array.name.replace(0, stored.size(), name);
 }
 
 bool FlatReader::has(std::string_view prefix) const noexcept {

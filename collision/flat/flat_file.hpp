@@ -23,7 +23,7 @@ static_assert(std::endian::native == std::endian::little,
 
 struct FlatHeader {
     static constexpr std::string_view known_magic{"nbdflat\n"};
-    static constexpr std::uint32_t known_byte_order = 0x01020304, oldest_version = 2, known_version = 4;
+    static constexpr std::uint32_t known_byte_order = 0x01020304, oldest_version = 3, known_version = 4;
 
     char magic[8]{};
     std::uint32_t byte_order = known_byte_order;
@@ -96,12 +96,6 @@ class FlatReader {
 
     const std::vector<FlatArray>& arrays() const noexcept { return arrays_; }
 
-    /// Version of the file's format, at most FlatHeader::known_version.
-    int version() const noexcept { return version_; }
-
-    /// Replaces the prefix `stored` of array names, from an older version, by `name`.
-    void rename(std::string_view stored, std::string_view name);
-
     /// Whether the name of any array begins with `prefix`.
     bool has(std::string_view prefix) const noexcept;
 
@@ -113,7 +107,6 @@ class FlatReader {
 
  private:
     std::vector<FlatArray> arrays_;
-    int version_ = 0;
 };
 
 }  // namespace nbd

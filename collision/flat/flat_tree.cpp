@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "collision/base/message.hpp"
-#include "collision/base/notice.hpp"
 #include "collision/base/temporary_files.hpp"
 #include "collision/flat/flat_fields.hpp"
 #include "collision/geometry/embedding_rows.hpp"
@@ -181,21 +180,6 @@ constexpr auto tree_fields = [](auto& file, auto& tree, auto& fit) {
     }
 };
 
-/// Translates the names of version 2, which release 0.1 wrote. Release 0.3 will no longer read it.
-void use_names_of_version_2(FlatFieldReader& file) {
-    file.rename("modal/code_mean", "nbd/z_mean");
-    file.rename("modal/code_whitening", "nbd/z_whitening");
-    file.rename("modal/", "nbd/");
-    file.rename("bd/code_to_q", "bd/z_to_q");
-    file.rename("local/", "learned/");
-    file.rename("calibration/modal/", "calibration/nbd/");
-    file.rename("calibration/local/", "calibration/learned_spheres/");
-    file.rename("calibration/local_boxes/", "calibration/learned_boxes/");
-    notice(
-        "this flat tree is from release 0.1 and release 0.3 will refuse it; write it again with `nbdtree "
-        "export --flat`");
-}
-
 [[noreturn]] void fail(const std::filesystem::path& path, const auto&... parts) {
     throw std::runtime_error(message(path.string(), ": ", parts...));
 }
@@ -227,7 +211,6 @@ CollisionTree read_flat_tree(std::span<const std::byte> file) {
     FlatFieldReader reader(file);
     CollisionTree tree;
     try {
-        if (reader.version() < 3) use_names_of_version_2(reader);
         std::optional<LearnedAffineFit> fit;
         tree_fields(reader, tree, fit);
         reader.finish();

@@ -4,12 +4,11 @@
 #include <utility>
 
 #include "collision/base/message.hpp"
-#include "collision/base/notice.hpp"
 
 namespace nbd {
 namespace {
 
-constexpr std::pair<std::string_view, std::string_view> old_names[] = {
+constexpr std::pair<std::string_view, std::string_view> gone[] = {
     {"modal", "nbd"}, {"local", "learned_spheres"}, {"local_boxes", "learned_boxes"}};
 
 }  // namespace
@@ -40,20 +39,17 @@ std::string_view name(BoundKind kind) noexcept {
     return "unknown";
 }
 
-std::string_view current_bound_name(std::string_view name) {
-    for (const auto& [old, now] : old_names)
-        if (name == old) {
-            notice(message("bounds \"", old, "\" are now called \"", now,
-                           "\"; release 0.3 will refuse the old name"));
-            return now;
-        }
-    return name;
+std::string_view instead_of_bound(std::string_view name) noexcept {
+    for (const auto& [old, instead] : gone)
+        if (name == old) return instead;
+    return {};
 }
 
-BoundKind bound_kind(std::string_view text) {
-    const std::string_view name = current_bound_name(text);
+BoundKind bound_kind(std::string_view name) {
     for (const BoundKind kind : bound_kinds)
         if (name == nbd::name(kind)) return kind;
+    if (const std::string_view instead = instead_of_bound(name); !instead.empty())
+        throw std::invalid_argument(message("bounds \"", name, "\" are gone; write \"", instead, '"'));
     throw std::invalid_argument(message(
         "unknown bounds \"", name,
         "\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, learned_affine, certified, "

@@ -53,12 +53,11 @@ constexpr bool is_box(BoundKind kind) noexcept {
            kind == BoundKind::learned_affine || kind == BoundKind::affine || kind == BoundKind::automatic;
 }
 
-/// The kind with this name, or with a name from release 0.1. Throws std::invalid_argument, listing the known
-/// kinds.
+/// The kind with this name. Throws std::invalid_argument, which lists the known kinds or says what to write
+/// instead of a name that is gone.
 BoundKind bound_kind(std::string_view name);
 
-/// Current name of a kind that release 0.1 called "modal", "local" or "local_boxes", with a notice; returns
-/// any other text unchanged.
-std::string_view current_bound_name(std::string_view name);
+/// What to write instead of a name of bounds that is gone; empty for any other text.
+std::string_view instead_of_bound(std::string_view name) noexcept;
 
 }  // namespace nbd

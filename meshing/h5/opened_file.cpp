@@ -5,11 +5,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <functional>
 #include <stdexcept>
 #include <utility>
 
@@ -124,21 +122,8 @@ void OpenedFile::refuse_damaged(const std::string& item) const {
     refuse(fmt::format("{} is damaged: {}", item, last_error()), whole);
 }
 
-void OpenedFile::rename(std::string name, std::string stored) {
-    stored_names_.emplace_back(std::move(name), std::move(stored));
-    std::ranges::sort(stored_names_, std::greater(), [](const auto& names) { return names.first.size(); });
-}
-
-std::string OpenedFile::stored_name(const std::string& name) const {
-    for (const auto& [now, stored] : stored_names_)
-        if (name.starts_with(now) && (name.size() == now.size() || name[now.size()] == '/'))
-            return stored + name.substr(now.size());
-    return name;
-}
-
-bool OpenedFile::has(const std::string& item) const {
-    if (item == "/") return true;
-    const std::string name = stored_name(item);
+bool OpenedFile::has(const std::string& name) const {
+    if (name == "/") return true;
     for (std::size_t end = 0; end != std::string::npos;) {  // check each parent group, then the name itself
         end = name.find('/', end + 1);
         const std::string prefix = name.substr(0, end);
@@ -155,7 +140,7 @@ bool OpenedFile::has(const std::string& item) const {
 
 Handle OpenedFile::open_object(const std::string& name) const {
     if (!has(name)) refuse(fmt::format("has no '{}'", name), "a file with this item");
-    Handle object(H5Oopen(file_.get(), stored_name(name).c_str(), H5P_DEFAULT));
+    Handle object(H5Oopen(file_.get(), name.c_str(), H5P_DEFAULT));
     if (!object) refuse_damaged(fmt::format("'{}'", name));
     return object;
 }

@@ -32,12 +32,6 @@ class OpenedFile {
     /// Like refuse(), with the reason of the HDF5 call that has just failed; or check_reads().
     [[noreturn]] void refuse_damaged(const std::string& item) const;
 
-    /// Maps item names that begin with `name` to names that begin with `stored`. The longest matching name
-    /// wins.
-    void rename(std::string name, std::string stored);
-    /// The name under which this file stores the item.
-    std::string stored_name(const std::string& name) const;
-
     /// Whether a group, dataset or link has this name.
     bool has(const std::string& name) const;
 
@@ -57,7 +51,6 @@ class OpenedFile {
     DrivenFile driven_;
     Handle file_;
     Format format_;
-    std::vector<std::pair<std::string, std::string>> stored_names_;
 };
 
 }  // namespace nbd::h5

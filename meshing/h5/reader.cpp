@@ -85,10 +85,6 @@ Reader::~Reader() = default;
 Reader::Reader(Reader&&) noexcept = default;
 
 const std::filesystem::path& Reader::path() const noexcept { return impl_->file.path(); }
-void Reader::rename(std::string name, std::string stored) {
-    impl_->file.rename(std::move(name), std::move(stored));
-}
-
 const Format& Reader::format() const noexcept { return impl_->file.format(); }
 void Reader::refuse(const std::string& what, const std::string& allowed) const {
     impl_->file.refuse(what, allowed);
@@ -258,8 +254,7 @@ std::uint64_t Reader::uint_attribute(const std::string& object, const std::strin
 
 bool Reader::has_attribute(const std::string& object, const std::string& name) const {
     const LibraryLock lock;
-    const htri_t there = H5Aexists_by_name(impl_->file.id(), impl_->file.stored_name(object).c_str(),
-                                           name.c_str(), H5P_DEFAULT);
+    const htri_t there = H5Aexists_by_name(impl_->file.id(), object.c_str(), name.c_str(), H5P_DEFAULT);
     if (there < 0) impl_->file.refuse_damaged(fmt::format("'{}'", object));
     return there > 0;
 }

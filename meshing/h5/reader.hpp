@@ -28,9 +28,6 @@ class Reader {
     Reader(Reader&&) noexcept;
 
     const std::filesystem::path& path() const noexcept;
-    /// Maps item names that begin with `name` to names that begin with `stored`, for files of an older
-    /// release.
-    void rename(std::string name, std::string stored);
     const Format& format() const noexcept;
 
     /// Whether a group, dataset or link has this name.

@@ -7,7 +7,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "collision/base/notice.hpp"
 #include "collision/base/shortened.hpp"
 #include "sim/json/nearest_name.hpp"
 
@@ -76,17 +75,10 @@ void JsonObject::problem(const std::string& key, const std::string& what) const 
 const nlohmann::json* JsonObject::find(const std::string& key) {
     if (std::ranges::find(known_, key) == known_.end()) known_.push_back(key);
     const auto entry = value_->find(key);
-    if (entry != value_->end()) return &*entry;
-    for (const auto& [now, old] : renamed_)
-        if (now == key && value_->contains(old)) {
-            notice(fmt::format("{}: is now called \"{}\"; release 0.3 will refuse the old name", path(old),
-                               now));
-            return find(old);
-        }
-    return nullptr;
+    return entry != value_->end() ? &*entry : nullptr;
 }
 
-void JsonObject::renamed(const std::string& old, const std::string& now) { renamed_.emplace_back(now, old); }
+void JsonObject::gone(const std::string& key, const std::string& instead) { gone_[key] = instead; }
 
 const nlohmann::json* JsonObject::find(JsonField field) {
     const nlohmann::json* entry = find(field.key);
@@ -168,14 +160,17 @@ std::string JsonObject::text(const std::string& key, const std::string& fallback
 
 std::string JsonObject::choice(const std::string& key, const std::string& fallback,
                                const std::vector<std::string>& choices,
-                               std::string_view (*current)(std::string_view)) {
+                               std::string_view (*instead_of)(std::string_view) noexcept) {
     const nlohmann::json* entry =
         find({.object = {}, .key = key, .type = "string", .fallback = fallback, .choices = choices});
     if (!entry) return fallback;
     if (entry->is_string()) {
         const auto& text = entry->get_ref<const std::string&>();
-        const std::string chosen(current ? current(text) : text);
-        if (std::ranges::find(choices, chosen) != choices.end()) return chosen;
+        if (std::ranges::find(choices, text) != choices.end()) return text;
+        if (const std::string_view instead = instead_of ? instead_of(text) : ""; !instead.empty()) {
+            problem(key, fmt::format("is {}, which is gone; write \"{}\"", shown(*entry), instead));
+            return fallback;
+        }
     }
     problem(key, fmt::format("is {}, but must be {}{}", shown(*entry), joined(choices, " or "),
                              entry->is_string()
@@ -225,6 +220,10 @@ std::vector<JsonObject> JsonObject::objects(const std::string& key) {
 void JsonObject::finish() {
     for (const auto& [key, value] : value_->items()) {
         if (std::ranges::find(known_, key) != known_.end()) continue;
+        if (const auto found = gone_.find(key); found != gone_.end()) {
+            problem(key, fmt::format("is gone; write \"{}\"", found->second));
+            continue;
+        }
         note(fmt::format("{}unknown key {}{}", path_.empty() ? "" : path_ + ": ", shown(nlohmann::json(key)),
                          nearest_hint(key, known_, "; the nearest known one is \"{}\"")));
     }

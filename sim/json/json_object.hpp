@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -45,8 +46,8 @@ class JsonObject {
     /// path: empty at the top level. value and reading must outlive this object.
     JsonObject(const nlohmann::json& value, std::string path, JsonReading* reading = nullptr);
 
-    /// Declares the name that an older release used for key `now`. It is still read, with a notice.
-    void renamed(const std::string& old, const std::string& now);
+    /// Declares a key that is gone, and the key to write instead, which finish() names.
+    void gone(const std::string& key, const std::string& instead);
 
     bool has(const std::string& key);
     /// Like has(), but a missing key is a problem.
@@ -62,10 +63,10 @@ class JsonObject {
     long long integer(const std::string& key, long long fallback, const NumberRange& range);
     bool flag(const std::string& key, bool fallback);
     std::string text(const std::string& key, const std::string& fallback);
-    /// One text out of `choices`. current: maps an old name to its current one.
+    /// One text out of `choices`. instead_of: what to write instead of a text that is gone, else empty.
     std::string choice(const std::string& key, const std::string& fallback,
                        const std::vector<std::string>& choices,
-                       std::string_view (*current)(std::string_view) = nullptr);
+                       std::string_view (*instead_of)(std::string_view) noexcept = nullptr);
     /// Three finite numbers.
     Eigen::Vector3d vector(const std::string& key, const Eigen::Vector3d& fallback);
     /// The object at a key; an object without keys if the key is missing.
@@ -87,7 +88,7 @@ class JsonObject {
     std::string path_;
     JsonReading* reading_;
     std::vector<std::string> known_;
-    std::vector<std::pair<std::string, std::string>> renamed_;  // current name, old name
+    std::map<std::string, std::string> gone_;  // key to write instead
 };
 
 }  // namespace nbd

@@ -168,7 +168,7 @@ void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody&
     body.bounds = bound_kind(from.choice("bounds", "auto",
                                          {"exact", "boxes", "bd", "nbd", "learned_spheres", "learned_boxes",
                                           "learned_affine", "certified", "affine", "auto"},
-                                         current_bound_name));
+                                         instead_of_bound));
     body.margin = from.optional_number("margin", {0, 10, "between 0 and 10"});
     if (is_exact(body.bounds) || body.bounds == BoundKind::affine || body.bounds == BoundKind::automatic)
         return;
@@ -230,7 +230,7 @@ SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base)
 
 StepConfig read_solver(JsonObject from) {
     StepConfig step;
-    from.renamed("most_substeps", "max_substeps");
+    from.gone("most_substeps", "max_substeps");
     if (from.choice("integrator", "backward_euler", {"backward_euler", "bdf2"}) == "bdf2")
         step.integrator = TimeIntegrator::bdf2;
     if (from.choice("tangent", "rotated", {"rotated", "full"}) == "full") step.tangent = Tangent::full;

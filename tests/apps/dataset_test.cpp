@@ -159,7 +159,6 @@ TEST_F(DatasetTest, RejectsOtherOptionsForAnExistingDataset) {
     };
     refused({"--seed", "7"}, "seed 1, not 7");
     refused({"--strength", "0.5"}, "recipe.strength 1.0, not 0.5");
-    refused({"--solver", "direct"}, "solver \"iterative\", not \"direct\"");
     refused({"--steps-per-frame", "3"}, "steps_per_frame 2, not 3");
     write("other.h5", "hello\n");
     const Ran ran = run(folder(), {"dataset", "box.h5", "-o", "other.h5"});

@@ -103,7 +103,6 @@ TEST_F(MessagesTest, OutputsRefuseOtherExtensions) {
         {{"evaluate", "tree.h5", "data.h5", "--csv", "x.tsv"}, 1, ends("x.tsv", ".tsv", ".csv")},
         {{"evaluate", "tree.h5", "data.h5", "--html", "x.csv"}, 1, ends("x.csv", ".csv", ".html")},
         {{"coverage", "tree.h5", "data.h5", "--csv", "x.h5"}, 1, ends("x.h5", ".h5", ".csv")},
-        {{"export", "tree.h5", "--torch", "x.pt"}, 1, ends("x.pt", ".pt", ".h5")},
         {{"export", "tree.h5", "--flat", "-o", "x.h5"}, 1, ends("x.h5", ".h5", ".nbd")},
         {{"export", "data.h5:0", "--body", "box.h5", "--gltf", "x.gltf"}, 1, ends("x.gltf", ".gltf", ".glb")},
         {{"export", "data.h5:0", "--body", "box.h5", "--mdd", "x.pc2"}, 1, ends("x.pc2", ".pc2", ".mdd")},
@@ -133,6 +132,25 @@ TEST_F(MessagesTest, SimulateNamesAllThatItWrote) {
                                    "short.png: picture of up to six frames\n"));
     const Ran bare = run(folder(), {"simulate", "short.json", "-o", "short.h5"});
     EXPECT_THAT(bare.out, Not(HasSubstr("table")));
+}
+
+TEST_F(MessagesTest, TrainRefusesToRunAsSeveralProcesses) {
+    const std::vector<std::string> command{"train", "box.h5", "data.h5", "-o", "ranks.h5"};
+    setenv("OMPI_COMM_WORLD_SIZE", "3", 1);
+    setenv("OMPI_COMM_WORLD_RANK", "0", 1);
+    const Ran first = run(folder(), command);
+    setenv("OMPI_COMM_WORLD_RANK", "2", 1);
+    const Ran other = run(folder(), command);
+    unsetenv("OMPI_COMM_WORLD_SIZE");
+    unsetenv("OMPI_COMM_WORLD_RANK");
+    EXPECT_EQ(first.status, 1);
+    EXPECT_EQ(
+        first.err,
+        "nbdtree: error: train: was started as 3 processes; allowed: one, without mpirun or srun, which uses "
+        "all cores\n");
+    EXPECT_EQ(other.status, 0);
+    EXPECT_EQ(first.out + other.out + other.err, "");
+    EXPECT_FALSE(std::filesystem::exists(folder() / "ranks.h5"));
 }
 
 TEST_F(MessagesTest, TheReportOfATreeIsTitledByItsName) {

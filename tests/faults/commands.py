@@ -44,7 +44,7 @@ COMMANDS = [
 DATASET = Command("dataset", ["dataset", "body.h5", "-o", "made.h5", "--trajectories", "6", "--frames", "12",
                               "--per-shard", "2"], "made.h5", ["made.shards/"], old=None)
 TRAIN = Command("train", ["train", "body.h5", "poses.h5", "-o", "made.h5", "--depth", "4", "--bounds",
-                          "nbd,learned_spheres", "--epochs", "60"], "made.h5", ["made.h5.networks/"])
+                          "nbd,learned_spheres", "--epochs", "60"], "made.h5", ["made.h5.checkpoint"])
 SIMULATE = Command("simulate", ["simulate", "scene.json", "-o", "made.h5", "--frames", "40"], "made.h5",
                    ["made.h5.journal"], ["--resume"], old=FAILED_RUN)
 # Every command, with all tables that it can write.

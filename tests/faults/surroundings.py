@@ -3,7 +3,7 @@
 
     surroundings.py NBDTREE [--only ranks two disk readonly clock locale] [--kills 50] [--seed 1] [--csv FILE]
 
-  ranks     `dataset` and `train` run under mpirun with three ranks. One of them, drawn at random, is killed at a random
+  ranks     `dataset` runs under mpirun with three ranks. One of them, drawn at random, is killed at a random
             time; every second time mpirun lets the others go on. Then the same command runs again, in turns under mpirun
             and alone, and makes the files of an undisturbed run.
   two       Two runs of one command write one output at the same time. Each ends with status 0, or 1 and one line; at
@@ -115,7 +115,7 @@ class Surroundings(Checks):
             shutil.rmtree(folder)
 
     def attack_ranks(self):
-        for command in [DATASET, TRAIN]:
+        for command in [DATASET]:
             reference = self.undisturbed(command, self.inputs)
             with self.folder() as folder:
                 seconds, _ = self.kill_rank(MPIRUN, command, folder, None)

@@ -259,9 +259,3 @@ def test_the_comparison_finds_what_differs(files, tmp_path):
     refused(lambda t: t.pop("certified"), "without certified/", **tree)
     refused(lambda t: t.pop("calibration/nbd/margins"),
             "lacks calibration/nbd/margins, which goes with calibration/nbd/", **tree)
-
-
-def test_files_of_the_first_release_still_load(assets):
-    with pytest.warns(UserWarning, match="from release 0.1"):
-        tree = nbd.load_tree(assets / "release_0.1" / "tree.h5")
-    assert len(tree.X) > 0

@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "collision/base/notice.hpp"
 #include "meshing/h5/sparse.hpp"
 #include "training/files/certified_file.hpp"
 #include "training/files/learned_file.hpp"
@@ -238,7 +237,7 @@ TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
     if (poses < 0 || poses > INT32_MAX)
         file.refuse(fmt::format("{} training poses", poses), fmt::format("0 to {}", INT32_MAX));
     facts.poses = static_cast<int>(poses);
-    facts.z_error = file.number_attribute("facts", file.format().version < 2 ? "code_error" : "z_error");
+    facts.z_error = file.number_attribute("facts", "z_error");
     facts.split.frame_seed = file.uint_attribute("facts", "frame_seed");
     facts.split.random_frame_share = static_cast<float>(file.number_attribute("facts", "random_frame_share"));
     if (!(facts.split.random_frame_share >= 0 && facts.split.random_frame_share <= 1))
@@ -259,22 +258,6 @@ TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
     facts.trained_on = read_seen(file, "facts/trained_on");
     facts.calibrated_on = read_seen(file, "facts/calibrated_on");
     return facts;
-}
-
-/// Maps the names of version 1, written by release 0.1. Release 0.3 will no longer read it.
-void use_names_of_version_1(h5::Reader& file) {
-    file.rename("nbd", "modal");
-    file.rename("nbd/z_mean", "modal/code_mean");
-    file.rename("nbd/z_whitening", "modal/code_whitening");
-    file.rename("bd/z_to_q", "bd/code_to_q");
-    file.rename("learned", "local");
-    file.rename("calibration/nbd", "calibration/modal");
-    file.rename("calibration/learned_spheres", "calibration/local");
-    file.rename("calibration/learned_boxes", "calibration/local_boxes");
-    notice(
-        fmt::format("{}: this tree file is from release 0.1 and release 0.3 will refuse it; `nbdtree "
-                    "calibrate` rewrites it",
-                    file.path().string()));
 }
 
 /// Throws std::invalid_argument unless the solid fits the tree's `certified` bounds.
@@ -351,7 +334,10 @@ void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
 
 TreeFile load_tree(const std::filesystem::path& path) {
     h5::Reader file(path, tree_format);
-    if (file.format().version < 2) use_names_of_version_1(file);
+    if (file.format().version < tree_format.version)
+        file.refuse(
+            fmt::format("is a tree of version {}", file.format().version),
+            fmt::format("version {}; train the tree again with `nbdtree train`", tree_format.version));
     TreeFile result;
     CollisionTree& tree = result.tree;
     read_surface(file, result);

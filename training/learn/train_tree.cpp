@@ -43,10 +43,6 @@ void check_config(const TrainConfig& config, const SurfaceBody& body) {
 std::vector<TrainedMlp> train_networks(const PoseRows& inputs, const PoseRows& targets,
                                        const MlpConfig& config, const TrainRun& run) {
     std::vector<TrainedMlp> networks(static_cast<std::size_t>(targets.cols() / MlpShape::outputs));
-    if (run.networks) {
-        run.networks(inputs, targets, config, run.hooks, networks);
-        return networks;
-    }
     if (run.checkpoint.empty()) {
         train_mlps(inputs, targets, config, run.hooks, {}, networks);
         return networks;

@@ -68,11 +68,6 @@ struct TrainRun {
     /// File for finished networks; empty: none. The caller removes it once the tree is saved.
     std::filesystem::path checkpoint{};
     double checkpoint_seconds = 10;  // minimum time between two checkpoints
-    /// Replacement for train_mlps() with the same result, for training in several processes. Empty: this
-    /// process trains alone.
-    std::function<void(const PoseRows& inputs, const PoseRows& targets, const MlpConfig& config,
-                       const TrainingHooks& hooks, std::vector<TrainedMlp>& networks)>
-        networks{};
 
     void enter(std::string_view name) const {
         if (stage) stage(name);

@@ -27,7 +27,7 @@ nbd::Program describe() {
     return {.name = "nbdtree-bench",
             .description = "Measures nbdtree beside other methods and libraries.",
             .add_commands = add_commands,
-            .old_names = {{"local", "learned"}},
+            .gone = {{"local", "use `nbdtree-bench learned`"}},
             .first_steps = {},
             .examples = nbd::bench_examples()};
 }

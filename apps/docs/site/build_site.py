@@ -47,7 +47,7 @@ NAVIGATION = {
                   "Python": "reference/python.md", "C++": "reference/cpp.md"},
     "Figures": {"The paper's and ours": DOCS + "paper.md", "Accuracy": DOCS + "accuracy.md", "Coverage": DOCS + "coverage.md",
                 "Speed of queries": DOCS + "speed.md", "Speed of steps": DOCS + "steps.md", "Physics": DOCS + "physics.md",
-                "What is tested": DOCS + "checks.md",
+                "What is tested": DOCS + "checks.md", "What did not pay": DOCS + "what_did_not_pay.md",
                 "Sources": DOCS + "sources.md", "Results": "apps/results/README.md"},
     "Project": {"Contributing": "CONTRIBUTING.md", "Change log": "CHANGELOG.md", "Collision": "collision/README.md",
                 "Meshing": "meshing/README.md", "Simulator": "sim/README.md", "Training": "training/README.md",

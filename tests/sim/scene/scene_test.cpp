@@ -151,6 +151,8 @@ const Broken broken_scenes[] = {
     {with(R"("trasform": {})"),
      "bodies[0]: unknown key \"trasform\"; the nearest known one is \"transform\""},
     {with("", R"("gravty": 1)"), "unknown key \"gravty\"; the nearest known one is \"gravity\""},
+    {with("", R"("solver": {"most_substeps": 4})"), "solver.most_substeps: is gone; write \"max_substeps\""},
+    {with(R"("bounds": "modal")", ""), "bodies[0].bounds: is \"modal\", which is gone; write \"nbd\""},
     {with("", R"("time": {"Dt": 1})"), "time: unknown key \"Dt\"; the nearest known one is \"dt\""},
     {with("", R"("time": {"dt": 0})"), "time.dt: is 0, but must be between 1e-7 and 1"},
     {with("", R"("time": {"frames": 2.5})"), "time.frames: must be a whole number, not 2.5"},

@@ -300,7 +300,10 @@ TEST_F(FlatTree, RejectsForeignFiles) {
     };
     Bytes version = small_file(), order = version, other = version;
     put(version, offsetof(FlatHeader, version), std::uint32_t{1});
-    EXPECT_EQ(refused(version), "is a flat tree of version 1; allowed: 2 to 4");
+    EXPECT_EQ(refused(version),
+              "is a flat tree of version 1; allowed: 3 to 4; write it again with `nbdtree export --flat`");
+    put(version, offsetof(FlatHeader, version), std::uint32_t{5});
+    EXPECT_EQ(refused(version), "is a flat tree of version 5; allowed: 3 to 4");
     put(order, offsetof(FlatHeader, byte_order), std::uint32_t{0x04030201});
     EXPECT_EQ(refused(order), "has its numbers in another byte order; allowed: little-endian");
     put(other, 0, 'N');
