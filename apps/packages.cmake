@@ -13,6 +13,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME nbdtree)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libopenblas0-pthread")  # which factorisations are slow without
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-matplotlib")  # for charts
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "The program nbdtree: scenes, datasets, training and collision queries.")
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libnbdtree-dev)

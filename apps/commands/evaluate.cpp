@@ -9,6 +9,7 @@
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
+#include "apps/drawing/chart.hpp"
 #include "apps/figures/html_report.hpp"
 #include "meshing/h5/atomic_file.hpp"
 #include "training/files/recording.hpp"
@@ -54,6 +55,7 @@ void run(const EvaluateArguments& arguments, Output& out) {
     for (const auto& [output, extension] :
          {std::pair(arguments.csv, ".csv"), std::pair(arguments.html, ".html")})
         if (!output.empty()) check_output(output, {arguments.tree, arguments.recording}, extension);
+    if (!arguments.html.empty()) check_charts();  // fail early
     EvaluateConfig config = arguments.config;
     config.bounds.clear();
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));

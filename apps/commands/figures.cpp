@@ -11,8 +11,8 @@
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
+#include "apps/drawing/chart.hpp"
 #include "apps/figures/body_figures.hpp"
-#include "meshing/h5/atomic_file.hpp"
 #include "meshing/surface/counted.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
@@ -25,12 +25,6 @@ struct FiguresArguments {
     std::string folder;
     int max_frames = 0;
 };
-
-void write_text(const std::filesystem::path& path, const std::string& text) {
-    h5::AtomicFile file(path);
-    file.out() << text;
-    file.commit();
-}
 
 /// Checks the names, which become parts of file names and cells of tables.
 void check_names(const FiguresArguments& arguments) {
@@ -51,7 +45,8 @@ void run(const FiguresArguments& arguments, Output& out) {
     check_names(arguments);
     const std::filesystem::path folder = arguments.folder;
     check_output_folder(folder);
-    for (const auto& [name, tree, recording] : arguments.bodies) {  // fail early
+    check_charts();  // fail early
+    for (const auto& [name, tree, recording] : arguments.bodies) {
         load_tree(tree);
         RecordingReader{recording};
     }
@@ -62,18 +57,13 @@ void run(const FiguresArguments& arguments, Output& out) {
             fmt::format("figures of {}, body {} of {}", name, bodies.size() + 1, arguments.bodies.size()));
         BodyFigures figures =
             make_body_figures(name, load_tree(tree), RecordingReader(recording), arguments.max_frames);
-        write_text(folder / ("figure10_" + name + ".csv"), to_csv(figures.spheres));
-        write_page(folder / ("figure10_" + name), figures.spheres_page);
-        write_page(folder / ("figure8_" + name), to_page(outside_by_margin(figures.rows)));
+        write_sphere_figure(folder, figures);
         bodies.push_back(std::move(figures.rows));
-        say_on_interrupt(
-            fmt::format("{} holds figures 8 and 10 of {} of {} bodies; the same command makes all anew",
-                        folder.string(), bodies.size(), arguments.bodies.size()));
+        say_on_interrupt(fmt::format("{} holds figure 10 of {} of {} bodies; the same command makes all anew",
+                                     folder.string(), bodies.size(), arguments.bodies.size()));
     }
     out.work("drawing");
-    write_text(folder / "bounds.csv", to_csv(bodies));
-    write_page(folder / "figure6", to_page(outside_by_depth(bodies)));
-    write_page(folder / "figure7", to_page(radius_error_by_depth(bodies)));
+    write_table_and_charts(folder, bodies);
     out.text(fmt::format("{}: figures 6, 7, 8 and 10 of {}", folder.string(),
                          counted(bodies.size(), "body", "bodies")));
     out.result({{"folder", folder.string()}, {"bodies", bodies.size()}});

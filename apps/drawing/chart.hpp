@@ -1,44 +1,18 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "apps/drawing/canvas.hpp"
-
 namespace nbd {
 
-/// One line of a panel. Lines with the same label should look alike; they share one legend entry.
-struct Series {
-    std::string label;
-    Colour colour;
-    Dash dash = Dash::solid;
-    std::vector<PagePoint> points;  // in the units of the axes, ascending x
-};
+/// Throws std::runtime_error, which says what to install, unless charts can be drawn on this machine.
+void check_charts();
 
-struct Panel {
-    std::string title;
-    std::vector<Series> series;
-};
-
-/// Panels of lines over one pair of axes: x linear or logarithmic, y logarithmic. Zeros are drawn on a
-/// separate line below the lowest decade.
-struct Chart {
-    std::string title, x_label, y_label;
-    std::vector<double> x_ticks;  // the first and the last are the axis limits; at least two
-    std::vector<Panel> panels;
-    int columns = 2;     // panels per row
-    bool log_x = false;  // ticks must then be > 0 and are written as 16k or 1M
-};
-
-Page to_page(const Chart& chart);
-
-/// Colour of the i-th category; distinguishable for colour-blind people.
-Colour category_colour(int i);
-
-/// Dash of the i-th category; changes each time the colours repeat.
-Dash category_dash(int i);
-
-/// Colour for a position in [0, 1] of an ordered range, dark to light.
-Colour ramp_colour(double share);
+/// Draws a chart of a table by draw.py, which lies beside the program or in ../share/nbdtree.
+/// chart: one that the script lists. picture: .png or .svg, written under a temporary name and renamed. more:
+/// further options of the script. Throws std::runtime_error with what the script says.
+void draw_chart(const std::string& chart, const std::filesystem::path& table,
+                const std::filesystem::path& picture, const std::vector<std::string>& more = {});
 
 }  // namespace nbd

@@ -3,6 +3,11 @@
 #include <fmt/core.h>
 
 #include <set>
+#include <sstream>
+
+#include "apps/drawing/chart.hpp"
+#include "apps/figures/scratch_folder.hpp"
+#include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {
 namespace {
@@ -19,7 +24,39 @@ int trajectories_of(const std::vector<FrameId>& frames) {
     return static_cast<int>(seen.size());
 }
 
+std::vector<double> chart_margins() {
+    std::vector<double> margins;
+    for (int percent = 0; percent <= 25; ++percent) margins.push_back(percent / 100.0);
+    return margins;
+}
+
+/// A text as a cell of CSV.
+std::string cell(const std::string& text) {
+    if (text.find_first_of(",\"\n") == text.npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + '"';
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+    h5::AtomicFile file(path);
+    file.out() << text;
+    file.commit();
+}
+
 }  // namespace
+
+std::string to_csv(const std::vector<BodyRows>& bodies) {
+    std::string text;
+    for (const BodyRows& body : bodies) {
+        std::istringstream lines(to_csv(body.rows));
+        std::string line;
+        std::getline(lines, line);
+        if (text.empty()) text = "body," + line + '\n';
+        while (std::getline(lines, line)) text += cell(body.body) + ',' + line + '\n';
+    }
+    return text;
+}
 
 BodyFigures make_body_figures(const std::string& body, const TreeFile& file, const RecordingReader& recording,
                               int max_frames) {
@@ -41,10 +78,10 @@ BodyFigures make_body_figures(const std::string& body, const TreeFile& file, con
     figures.spheres = spheres_in_pose(
         tree, figures.pose.x,
         bounds_of(*tree, {BoundKind::nbd, BoundKind::exact, BoundKind::learned_spheres, BoundKind::bd}));
-    figures.spheres_page =
-        sphere_page(fmt::format("{}: spheres of a test pose ({}: trajectory {}, frame {})", body,
-                                sets.back().name, figures.pose.trajectory, figures.pose.frame),
-                    *tree, figures.pose.x, figures.spheres);
+    figures.pictures =
+        draw_spheres(fmt::format("{}: spheres of a test pose ({}: trajectory {}, frame {})", body,
+                                 sets.back().name, figures.pose.trajectory, figures.pose.frame),
+                     *tree, figures.pose.x, figures.spheres);
     return figures;
 }
 
@@ -59,6 +96,27 @@ std::vector<CoverageRow> measure_coverages(const TreeFile& file, const Recording
         coverage.insert(coverage.end(), rows.begin(), rows.end());
     }
     return coverage;
+}
+
+void write_table_and_charts(const std::filesystem::path& folder, const std::vector<BodyRows>& bodies) {
+    const std::filesystem::path table = folder / "bounds.csv";
+    write_text(table, to_csv(bodies));
+    draw_chart("outside", table, folder / "figure6.png");
+    draw_chart("radii", table, folder / "figure7.png");
+    for (const BodyRows& body : bodies)
+        draw_chart("margins", table, folder / fmt::format("figure8_{}.png", body.body),
+                   {"--body=" + body.body});
+}
+
+void write_sphere_figure(const std::filesystem::path& folder, const BodyFigures& figures) {
+    const std::string stem = "figure10_" + figures.rows.body;
+    const ScratchFolder scratch;
+    const std::filesystem::path table = folder / (stem + ".csv"), tiles = scratch.path() / "tiles.png";
+    write_text(table, to_csv(figures.spheres));
+    write_png(tiles, figures.pictures.tiles);
+    std::vector<std::string> options{"--title=" + figures.pictures.title, "--tiles=" + tiles.string()};
+    for (const std::string& label : figures.pictures.labels) options.push_back("--row=" + label);
+    draw_chart("spheres", table, folder / (stem + ".png"), options);
 }
 
 }  // namespace nbd

@@ -1,14 +1,24 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "apps/figures/accuracy_charts.hpp"
 #include "apps/figures/sphere_pictures.hpp"
 #include "apps/figures/test_pose.hpp"
 #include "training/evaluate/coverage.hpp"
+#include "training/evaluate/evaluate.hpp"
 
 namespace nbd {
+
+/// Evaluation of one body's tree.
+struct BodyRows {
+    std::string body;
+    std::vector<EvaluationRow> rows;
+};
+
+/// CSV of all bodies' rows, with the body as the first column.
+std::string to_csv(const std::vector<BodyRows>& bodies);
 
 /// A set of frames that a tree was tested on.
 struct TestSet {
@@ -18,15 +28,16 @@ struct TestSet {
 
 /// Content of the figures and reports on one trained tree.
 struct BodyFigures {
-    BodyRows rows;                    // all bounds of the tree, at chart_margins()
+    BodyRows
+        rows;  // all bounds of the tree, at margins of 0 to 25 % in steps of 1 %, as in the paper's figure 8
     std::vector<TestSet> sets;        // the one farthest from training comes last
     TestPose pose;                    // a typical pose of the last set
     std::vector<NodeSphere> spheres;  // in that pose
-    Page spheres_page;
+    SpherePictures pictures;          // of them
 };
 
-/// Evaluates a tree and draws its figures. body: its name in pictures. max_frames: per set; 0: all. Throws
-/// what test_frames() and evaluate_frames() throw.
+/// Evaluates a tree and draws the spheres of a pose. body: its name in pictures. max_frames: per set; 0: all.
+/// Throws what test_frames() and evaluate_frames() throw.
 BodyFigures make_body_figures(const std::string& body, const TreeFile& tree, const RecordingReader& recording,
                               int max_frames);
 
@@ -34,5 +45,11 @@ BodyFigures make_body_figures(const std::string& body, const TreeFile& tree, con
 /// them; 0: all.
 std::vector<CoverageRow> measure_coverages(const TreeFile& tree, const RecordingReader& recording,
                                            int max_frames);
+
+/// The charts of one or several bodies that need one table, and the spheres of each body, as files in a
+/// folder: bounds.csv, figure6.png, figure7.png; figure8_BODY.png; figure10_BODY.csv and .png. Throws what
+/// draw_chart() throws.
+void write_table_and_charts(const std::filesystem::path& folder, const std::vector<BodyRows>& bodies);
+void write_sphere_figure(const std::filesystem::path& folder, const BodyFigures& figures);
 
 }  // namespace nbd

@@ -6,7 +6,9 @@
 #include <array>
 #include <string_view>
 
+#include "apps/figures/scratch_folder.hpp"
 #include "apps/figures/verdict.hpp"
+#include "collision/base/file_text.hpp"
 #include "training/calibrate/conformal.hpp"
 
 namespace nbd {
@@ -52,13 +54,11 @@ std::string base64(std::string_view bytes) {
     return text;
 }
 
-/// Embeds a picture. alt: description for readers who cannot see it.
-std::string picture(std::string_view type, const std::string& bytes, std::string_view alt) {
-    return fmt::format("<img alt=\"{}\" src=\"data:image/{};base64,{}\">\n", escaped(alt), type,
-                       base64(bytes));
+/// Embeds a PNG file. alt: description for readers who cannot see it.
+std::string embedded(const std::filesystem::path& path, std::string_view alt) {
+    return fmt::format("<img alt=\"{}\" src=\"data:image/png;base64,{}\">\n", escaped(alt),
+                       base64(file_text(path)));
 }
-
-std::string chart(const Chart& chart) { return picture("svg+xml", to_svg(to_page(chart)), chart.title); }
 
 std::string facts(const TreeFile& file, const BodyFigures& figures) {
     const TrainingFacts& facts = file.facts;
@@ -154,7 +154,10 @@ std::string tables(const std::vector<EvaluationRow>& rows) {
 
 std::string html_report(const TreeFile& file, const BodyFigures& figures,
                         const std::vector<CoverageRow>& coverage, const std::string& command) {
-    const std::vector<BodyRows> bodies{figures.rows};
+    const ScratchFolder scratch;
+    const std::filesystem::path& charts = scratch.path();
+    write_table_and_charts(charts, {figures.rows});
+    write_sphere_figure(charts, figures);
     std::string html = fmt::format(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title>\n"
         "<style>{1}</style></head><body>\n<h1>{0}: bounds of a collision tree</h1>\n<div class=\"trust\">\n",
@@ -165,13 +168,15 @@ std::string html_report(const TreeFile& file, const BodyFigures& figures,
         "<p>Nothing has been measured on poses unlike these: another material, stronger deformation, other "
         "kinds of motion.</p>\n</div>\n<h2>What was tested</h2>\n";
     html += facts(file, figures);
-    html += "<h2>By depth</h2>\n" + chart(outside_by_depth(bodies)) + chart(radius_error_by_depth(bodies));
-    html += "<h2>By margin</h2>\n" + chart(outside_by_margin(figures.rows));
+    html += "<h2>By depth</h2>\n" + embedded(charts / "figure6.png", "vertices outside by depth") +
+            embedded(charts / "figure7.png", "radius error by depth");
+    html += "<h2>By margin</h2>\n" +
+            embedded(charts / fmt::format("figure8_{}.png", figures.rows.body), "vertices outside by margin");
     html += fmt::format(
         "<h2>A test pose</h2>\n<p>Faces with a vertex outside their sphere are red. On average, the "
         "vertices are {:.1f} % of the body's size away from the rest pose.</p>\n",
         100 * figures.pose.deformation);
-    html += picture("png", to_png(figures.spheres_page), "spheres of a test pose");
+    html += embedded(charts / fmt::format("figure10_{}.png", figures.rows.body), "spheres of a test pose");
     html += as_calibrated(coverage);
     html +=
         "<h2>Tables</h2>\n<p>Means over the nodes of a depth; errors relative to the exact radius.</p>\n" +

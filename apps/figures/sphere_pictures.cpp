@@ -15,8 +15,7 @@
 namespace nbd {
 namespace {
 
-constexpr int side = 440;              // pixels per side of a picture
-constexpr double cell = 220, gap = 8;  // units on the page
+constexpr int side = 440;  // pixels per side of a tile
 const Eigen::Vector3f body_colour{0.62f, 0.66f, 0.72f}, outside_colour{0.90f, 0.10f, 0.10f};
 
 Eigen::Vector3f sphere_colour(BoundKind kind) {
@@ -130,63 +129,47 @@ std::vector<NodeSphere> spheres_in_pose(const std::shared_ptr<const CollisionTre
     return spheres;
 }
 
-Page sphere_page(const std::string& title, const CollisionTree& tree, VerticesRef x,
-                 const std::vector<NodeSphere>& spheres) {
-    struct Cell {
-        int row = 0, column = 0;
-        std::vector<NodeSphere> spheres;
-        Image image;
-    };
+SpherePictures draw_spheres(const std::string& title, const CollisionTree& tree, VerticesRef x,
+                            const std::vector<NodeSphere>& spheres) {
     std::vector<BoundKind> bounds;
     std::vector<int> depths;
-    std::vector<Cell> cells;
     for (const NodeSphere& s : spheres) {
         if (std::ranges::find(bounds, s.bound) == bounds.end()) bounds.push_back(s.bound);
         if (std::ranges::find(depths, s.depth) == depths.end()) depths.push_back(s.depth);
-        const auto row = static_cast<int>(std::ranges::find(bounds, s.bound) - bounds.begin()),
-                   column = static_cast<int>(std::ranges::find(depths, s.depth) - depths.begin());
-        if (cells.empty() || cells.back().row != row || cells.back().column != column)
-            cells.push_back({row, column, {}, {}});
-        cells.back().spheres.push_back(s);
     }
+    const auto of = [&](BoundKind kind, int depth) {
+        std::vector<NodeSphere> own;
+        std::ranges::copy_if(spheres, std::back_inserter(own), [&](const NodeSphere& s) {
+            return s.bound == kind && (depth < 0 || s.depth == depth);
+        });
+        return own;
+    };
 
     const Vertices pose = x;
     Eigen::AlignedBox3f box;
     for (Eigen::Index i = 0; i < pose.rows(); ++i) box.extend(Eigen::Vector3f(pose.row(i)));
+    SpherePictures pictures{.title = title, .labels = {}, .tiles = {}};
     std::vector<Camera> cameras;  // [rows]
     for (const BoundKind kind : bounds) {
-        std::vector<NodeSphere> own;
-        std::ranges::copy_if(spheres, std::back_inserter(own),
-                             [&](const NodeSphere& s) { return s.bound == kind; });
         cameras.push_back(camera_around(box));
-        cameras.back().extent = 2.06f * reach(cameras.back(), own);
+        cameras.back().extent = 2.06f * reach(cameras.back(), of(kind, -1));
+        const float zoom = cameras.back().extent / cameras.front().extent;
+        pictures.labels.push_back(label_of(kind));
+        if (zoom > 1.1f) pictures.labels.back() += fmt::format(", drawn {:.1f} times smaller", zoom);
     }
+    const int columns = static_cast<int>(depths.size());
+    std::vector<Image> tiles(bounds.size() * depths.size());
     parallel_for(
-        static_cast<int>(cells.size()),
+        static_cast<int>(tiles.size()),
         [&](int i) {
-            Cell& c = cells[static_cast<std::size_t>(i)];
-            c.image = picture(tree, pose, c.spheres, cameras[static_cast<std::size_t>(c.row)]);
+            const auto row = static_cast<std::size_t>(i / columns),
+                       column = static_cast<std::size_t>(i % columns);
+            tiles[static_cast<std::size_t>(i)] =
+                picture(tree, pose, of(bounds[row], depths[column]), cameras[row]);
         },
         1);
-
-    const double left = 34, top = 52;
-    const double width = left + static_cast<double>(depths.size()) * (cell + gap);
-    const double height = top + static_cast<double>(bounds.size()) * (cell + gap);
-    return {width, height, [=](Canvas& canvas) {
-                canvas.text({left, 20}, title, {.size = 13, .bold = true});
-                for (std::size_t d = 0; d < depths.size(); ++d)
-                    canvas.text({left + (static_cast<double>(d) + 0.5) * (cell + gap) - gap / 2, top - 8},
-                                fmt::format("depth {}", depths[d]), {.align = Align::centre});
-                for (std::size_t b = 0; b < bounds.size(); ++b) {
-                    const float zoom = cameras[b].extent / cameras[0].extent;
-                    std::string label = label_of(bounds[b]);
-                    if (zoom > 1.1f) label += fmt::format(", drawn {:.1f} times smaller", zoom);
-                    canvas.text({20, top + (static_cast<double>(b) + 0.5) * (cell + gap) - gap / 2}, label,
-                                {.align = Align::centre, .bold = true, .upwards = true});
-                }
-                for (const Cell& c : cells)
-                    canvas.image({left + c.column * (cell + gap), top + c.row * (cell + gap)}, cell, c.image);
-            }};
+    pictures.tiles = contact_sheet(tiles, columns);
+    return pictures;
 }
 
 std::string to_csv(const std::vector<NodeSphere>& spheres) {

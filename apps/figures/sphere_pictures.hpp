@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/drawing/canvas.hpp"
+#include "apps/drawing/image.hpp"
 #include "collision/tree/collision_tree.hpp"
 
 namespace nbd {
@@ -22,10 +22,17 @@ struct NodeSphere {
 std::vector<NodeSphere> spheres_in_pose(const std::shared_ptr<const CollisionTree>& tree, VerticesRef x,
                                         const std::vector<BoundKind>& bounds);
 
-/// The paper's figures 9 to 11: one row of pictures per bound, one column per depth. The body shows through
-/// its spheres; faces with a vertex outside are red. spheres: from spheres_in_pose().
-Page sphere_page(const std::string& title, const CollisionTree& tree, VerticesRef x,
-                 const std::vector<NodeSphere>& spheres);
+/// The paper's figures 9 to 11: a row of square tiles for each kind of bounds, a column for each depth.
+struct SpherePictures {
+    std::string title;
+    std::vector<std::string> labels;  // of the rows
+    Image tiles;
+};
+
+/// Draws the spheres of spheres_in_pose(). The body shows through its spheres; faces with a vertex outside
+/// are red.
+SpherePictures draw_spheres(const std::string& title, const CollisionTree& tree, VerticesRef x,
+                            const std::vector<NodeSphere>& spheres);
 
 /// CSV: column names, then one line per sphere; metres.
 std::string to_csv(const std::vector<NodeSphere>& spheres);

@@ -80,7 +80,7 @@ TEST_F(InterruptTest, SaysHowManyBodiesHaveFigures) {
     const Ran ran = run_and_interrupt(folder(), arguments, "figures of B3, body 4 of 50|0");
     EXPECT_EQ(ran.status, 130);
     EXPECT_EQ(ran.err,
-              "nbdtree: error: interrupted: drawn holds figures 8 and 10 of 3 of 50 bodies; the same command "
+              "nbdtree: error: interrupted: drawn holds figure 10 of 3 of 50 bodies; the same command "
               "makes all anew\n");
     for (const std::string& name : listing(folder() / "drawn"))
         EXPECT_TRUE(name.starts_with("figure")) << name;

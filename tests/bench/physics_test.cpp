@@ -4,7 +4,6 @@
 #include <fstream>
 #include <limits>
 
-#include "apps/bench/physics/physics_chart.hpp"
 #include "apps/bench/physics/physics_table.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -81,13 +80,6 @@ TEST(Physics, TheListIsReadAsItWasWritten) {
     }
     EXPECT_THAT(test::error_of([&] { read_known_faults(folder / "none.csv"); }),
                 HasSubstr("none.csv: cannot be read"));
-}
-
-TEST(Physics, ThePictureHasACellForEachSizeAndStep) {
-    const std::string one = to_svg(physics_page({result("fall", 0, 0)})),
-                      other = to_svg(physics_page({result("fall", 0, 1)}));
-    EXPECT_NE(one, other);
-    EXPECT_THAT(one, HasSubstr("<svg"));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "apps/bench/pairs/race_table.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
+#include "apps/drawing/chart.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {
@@ -32,6 +33,7 @@ std::vector<PairMethodEntry> methods_for(const std::vector<std::string>& bounds,
 
 void run(const Figure5Arguments& arguments, Output& out) {
     check_output_folder(arguments.folder);
+    check_charts();
     const RecordingReader recording(arguments.recording);
     const std::vector<BenchBody> bodies = load_bench_bodies(arguments.bodies);
     const double radius = static_cast<double>(bodies.front().tree->spheres.rest[0].r);
@@ -54,7 +56,7 @@ void run(const Figure5Arguments& arguments, Output& out) {
     h5::AtomicFile csv(folder / "figure5.csv");
     csv.out() << to_csv(std::span(&table, 1));
     csv.commit();
-    write_page(folder / "figure5", figure5(table.rows));
+    draw_chart("figure5", folder / "figure5.csv", folder / "figure5.png");
     nlohmann::ordered_json result = nlohmann::ordered_json::array();
     for (const RaceRow& row : table.rows)
         result.push_back({{"faces", row.faces},
@@ -79,7 +81,7 @@ void add_bench_fig5(CLI::App& bench, Output& out) {
         "touch are asked for on each body's surface.");
     command->add_option("SCENE", arguments->recording, "Recording of a scene of two bodies")->required();
     add_bodies(*command, arguments->bodies);
-    command->add_option("-o,--output", arguments->folder, "Folder to write figure5.csv and pictures to")
+    command->add_option("-o,--output", arguments->folder, "Folder to write figure5.csv and figure5.png to")
         ->required();
     command->add_option("--bounds", arguments->bounds, "Bounds to compare")
         ->delimiter(',')

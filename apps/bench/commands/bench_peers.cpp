@@ -13,6 +13,7 @@
 #include "apps/bench/peers/peers.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
+#include "apps/drawing/chart.hpp"
 #include "meshing/h5/atomic_file.hpp"
 #include "training/files/frame_stream.hpp"
 
@@ -81,6 +82,7 @@ RaceTable race_all(const PeersArguments& arguments, const std::vector<BenchBody>
 
 void run(const PeersArguments& arguments, Output& out) {
     check_output_folder(arguments.folder);
+    check_charts();
     const RecordingReader recording(arguments.recording);
     const std::vector<BenchBody> bodies = load_bench_bodies(arguments.bodies);
     check_recording(bodies.front().surface, recording);
@@ -109,7 +111,7 @@ void run(const PeersArguments& arguments, Output& out) {
     h5::AtomicFile csv(folder / "peers.csv");
     csv.out() << to_csv(tables);
     csv.commit();
-    write_page(folder / "peers", to_page(tables));
+    draw_chart("peers", folder / "peers.csv", folder / "peers.png");
     out.result(result);
 }
 
@@ -125,7 +127,7 @@ void add_bench_peers(CLI::App& bench, Output& out) {
         "enough faces of the first body's surface intersect. Surfaces of all bodies hang on the same nodes.");
     command->add_option("DATA", arguments->recording, "Recording of the first body")->required();
     add_bodies(*command, arguments->bodies);
-    command->add_option("-o,--output", arguments->folder, "Folder to write peers.csv and pictures to")
+    command->add_option("-o,--output", arguments->folder, "Folder to write peers.csv and peers.png to")
         ->required();
     command->add_option("--contact", arguments->contacts, "How much the bodies overlap")
         ->delimiter(',')

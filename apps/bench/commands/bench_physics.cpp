@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "apps/bench/commands/bench_commands.hpp"
-#include "apps/bench/physics/physics_chart.hpp"
 #include "apps/bench/physics/physics_run.hpp"
 #include "apps/bench/physics/physics_table.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
+#include "apps/drawing/chart.hpp"
 
 namespace nbd {
 namespace {
@@ -36,16 +36,18 @@ void run(const PhysicsArguments& arguments, Output& out) {
         });
     if (arguments.list) return list(checks, out);
     if (!arguments.csv.empty()) check_output(arguments.csv, {}, ".csv");
-    for (const char* extension : {".svg", ".png"})
-        if (!arguments.picture.empty()) check_output(arguments.picture + extension, {});
+    if (!arguments.picture.empty()) {
+        check_output(arguments.picture, {}, ".png");
+        check_charts();
+    }
     if (!arguments.write_known.empty()) check_output(arguments.write_known, {}, ".csv");
     std::vector<KnownFault> known;
     if (!arguments.known.empty()) known = read_known_faults(arguments.known);
 
     const std::vector<PhysicsResult> results = run_physics(checks, arguments.quick, out);
     out.text(physics_table(results));
-    if (!arguments.picture.empty()) write_page(arguments.picture, physics_page(results));
     if (!arguments.csv.empty()) write_physics_cases(arguments.csv, results);
+    if (!arguments.picture.empty()) draw_chart("physics", arguments.csv, arguments.picture);
     if (!arguments.write_known.empty()) write_known_faults(arguments.write_known, results);
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (const PhysicsResult& result : results)
@@ -80,9 +82,11 @@ void add_bench_physics(CLI::App& app, Output& out) {
     command->add_option("CHECKS", arguments->checks, "Checks to run; default: all")->check(one_of(names()));
     command->add_flag("--list", arguments->list, "Lists the checks and runs none");
     command->add_flag("--quick", arguments->quick, "Runs a part of each range, some minutes in all");
-    command->add_option("-o,--output", arguments->csv, "Table of all cases to write, CSV");
-    command->add_option("--picture", arguments->picture,
-                        "Picture of the errors over the range: writes NAME.svg and NAME.png");
+    CLI::Option* csv = command->add_option("-o,--output", arguments->csv, "Table of all cases to write, CSV");
+    command
+        ->add_option("--picture", arguments->picture,
+                     "Chart of that table to write, PNG: errors over the range")
+        ->needs(csv);
     command->add_option("--known", arguments->known,
                         "List of checks that do not hold, CSV: fails where one became worse or holds, and "
                         "where another fails");

@@ -52,9 +52,6 @@ void run(const ScalingArguments& arguments, Output& out) {
     const std::filesystem::path folder = arguments.folder;
     write(folder / "scaling_depth.csv", to_csv(depths));
     write(folder / "scaling_bodies.csv", to_csv(crowds));
-    write_page(folder / "scaling_depth", by_depth(depths));
-    write_page(folder / "scaling_pairs", by_pairs(depths));
-    write_page(folder / "scaling_bodies", by_bodies(crowds));
     nlohmann::ordered_json by_depth = nlohmann::ordered_json::array(), by_bodies = by_depth;
     for (const DepthRow& row : depths)
         by_depth.push_back({{"depth", row.depth},
@@ -86,8 +83,7 @@ void add_bench_scaling(CLI::App& bench, Output& out) {
         "peers.");
     command->add_option("DATA", arguments->recording, "Recording of the first body")->required();
     add_bodies(*command, arguments->bodies);
-    command->add_option("-o,--output", arguments->folder, "Folder to write tables and pictures to")
-        ->required();
+    command->add_option("-o,--output", arguments->folder, "Folder to write tables to")->required();
     command->add_option("--depths", config.depths, "How far one body moves on after first contact, in radii")
         ->delimiter(',')
         ->check(between(0, 2))

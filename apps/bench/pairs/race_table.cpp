@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "apps/bench/measure/machine.hpp"
-#include "apps/drawing/chart.hpp"
 
 namespace nbd {
 namespace {
@@ -19,15 +18,6 @@ double best_exact(std::span<const RaceRow> rows, const RaceRow& like) {
             row.failure.empty())
             best = std::min(best, row.total_us);
     return best;
-}
-
-/// Index of a value in the list; appends the value if it is new.
-template <class T>
-std::size_t add_once(std::vector<T>& list, const T& value) {
-    const auto found = std::ranges::find(list, value);
-    const auto at = static_cast<std::size_t>(found - list.begin());
-    if (found == list.end()) list.push_back(value);
-    return at;
 }
 
 std::string share_found(const RaceRow& row) {
@@ -80,65 +70,6 @@ std::string to_text(const RaceTable& table) {
             share_found(r), r.invented);
     }
     return text;
-}
-
-Page to_page(std::span<const RaceTable> tables) {
-    Chart chart{.title = "Intersecting faces of two deforming bodies, one thread",
-                .x_label = "faces of each body",
-                .y_label = "update and query of both bodies, us",
-                .x_ticks = {},
-                .panels = {},
-                .log_x = true};
-    std::vector<std::string> names;
-    for (const RaceTable& table : tables) {
-        Panel panel{fmt::format("{} contact, {} order", table.contact, table.order), {}};
-        for (const RaceRow& r : table.rows) {
-            add_once(chart.x_ticks, static_cast<double>(r.faces));
-            if (!r.failure.empty()) continue;
-            const std::size_t i = add_once(names, r.method);
-            auto series = std::ranges::find(panel.series, r.method, &Series::label);
-            if (series == panel.series.end()) {
-                const int category = static_cast<int>(i);
-                panel.series.push_back({r.method, category_colour(category), category_dash(category), {}});
-                series = panel.series.end() - 1;
-            }
-            series->points.push_back({static_cast<double>(r.faces), r.total_us});
-        }
-        chart.panels.push_back(std::move(panel));
-    }
-    std::ranges::sort(chart.x_ticks);
-    return to_page(chart);
-}
-
-Page figure5(std::span<const RaceRow> rows) {
-    Chart chart{.title = "Figure 5: time per frame, two bodies, one thread",
-                .x_label = "faces of each body",
-                .y_label = "us",
-                .x_ticks = {},
-                .panels = {},
-                .columns = 3,
-                .log_x = true};
-    std::vector<std::string> names;
-    for (const RaceRow& r : rows) {
-        add_once(names, r.method);
-        add_once(chart.x_ticks, static_cast<double>(r.faces));
-    }
-    std::ranges::sort(chart.x_ticks);
-    const std::pair<const char*, double RaceRow::*> parts[] = {
-        {"total", &RaceRow::total_us}, {"update", &RaceRow::update_us}, {"collision", &RaceRow::query_us}};
-    for (const auto& [part, time] : parts) {
-        Panel panel{part, {}};
-        for (int i = 0; const std::string& name : names) {
-            Series series{name, category_colour(i), category_dash(i), {}};
-            for (const RaceRow& r : rows)
-                if (r.method == name && r.failure.empty())
-                    series.points.push_back({static_cast<double>(r.faces), r.*time});
-            panel.series.push_back(std::move(series));
-            ++i;
-        }
-        chart.panels.push_back(std::move(panel));
-    }
-    return to_page(chart);
 }
 
 }  // namespace nbd

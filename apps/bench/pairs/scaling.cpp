@@ -14,7 +14,6 @@
 #include "apps/bench/measure/median.hpp"
 #include "apps/bench/pairs/crowd.hpp"
 #include "apps/bench/pairs/own_methods.hpp"
-#include "apps/drawing/chart.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 
@@ -62,38 +61,6 @@ CrowdRow time_crowd(const std::string& method, int threads, Crowd& crowd, std::s
     row.query_us = median(query);
     row.total_us = median(total);
     return row;
-}
-
-/// Chart with one line per method, from the points of the rows.
-template <class Row, class Name, class Place>
-Chart lines(std::span<const Row> rows, const Name& name, const Place& place) {
-    Chart chart{.title = {},
-                .x_label = {},
-                .y_label = "update and query, us",
-                .x_ticks = {},
-                .panels = {{"", {}}},
-                .columns = 1,
-                .log_x = true};
-    std::vector<Series>& all = chart.panels.front().series;
-    for (const Row& row : rows) {
-        auto series = std::ranges::find(all, name(row), &Series::label);
-        if (series == all.end()) {
-            const int category = static_cast<int>(all.size());
-            all.push_back({name(row), category_colour(category), category_dash(category), {}});
-            series = all.end() - 1;
-        }
-        series->points.push_back(place(row));
-    }
-    for (Series& series : all) std::ranges::sort(series.points, {}, &PagePoint::x);
-    return chart;
-}
-
-Chart depth_lines(std::span<const DepthRow> rows, double (*x)(const DepthRow&)) {
-    return lines(
-        rows, [](const DepthRow& r) { return r.race.method; },
-        [x](const DepthRow& r) {
-            return PagePoint{x(r), r.race.total_us};
-        });
 }
 
 }  // namespace
@@ -175,46 +142,6 @@ std::string to_csv(std::span<const CrowdRow> rows) {
         text += fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{}\n", r.bodies, r.threads, r.method, r.update_us,
                             r.query_us, r.total_us, r.pairs);
     return text;
-}
-
-Page by_depth(std::span<const DepthRow> rows) {
-    Chart chart = depth_lines(rows, [](const DepthRow& r) { return 100 * r.depth; });
-    chart.title = "Depth of penetration";
-    chart.x_label = "distance that one body moves on after first contact, % of the radius";
-    chart.log_x = false;
-    for (const DepthRow& row : rows)
-        if (std::ranges::find(chart.x_ticks, 100 * row.depth) == chart.x_ticks.end())
-            chart.x_ticks.push_back(100 * row.depth);
-    std::ranges::sort(chart.x_ticks);
-    return to_page(chart);
-}
-
-Page by_pairs(std::span<const DepthRow> rows) {
-    Chart chart = depth_lines(rows, [](const DepthRow& r) { return std::max(1.0, r.race.pairs); });
-    chart.title = "Faces that touch";
-    chart.x_label = "intersecting face pairs";
-    double most = 10;
-    for (const DepthRow& row : rows) most = std::max(most, row.race.pairs);
-    for (double tick = 1; tick < 10 * most; tick *= 10) chart.x_ticks.push_back(tick);
-    return to_page(chart);
-}
-
-Page by_bodies(std::span<const CrowdRow> rows) {
-    Chart chart = lines(
-        rows,
-        [](const CrowdRow& r) {
-            return r.threads == 1 ? r.method : fmt::format("{}, {} threads", r.method, r.threads);
-        },
-        [](const CrowdRow& r) {
-            return PagePoint{static_cast<double>(r.bodies), r.total_us};
-        });
-    chart.title = "Many bodies";
-    chart.x_label = "bodies";
-    for (const CrowdRow& row : rows)
-        if (std::ranges::find(chart.x_ticks, row.bodies) == chart.x_ticks.end())
-            chart.x_ticks.push_back(row.bodies);
-    std::ranges::sort(chart.x_ticks);
-    return to_page(chart);
 }
 
 }  // namespace nbd

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "apps/bench/pairs/race.hpp"
-#include "apps/drawing/canvas.hpp"
 
 namespace nbd {
 
@@ -54,10 +53,5 @@ double crossover(std::span<const DepthRow> rows);
 
 std::string to_csv(std::span<const DepthRow> rows);
 std::string to_csv(std::span<const CrowdRow> rows);
-
-/// Charts of time by depth, by intersecting faces, and by number of bodies.
-Page by_depth(std::span<const DepthRow> rows);
-Page by_pairs(std::span<const DepthRow> rows);
-Page by_bodies(std::span<const CrowdRow> rows);
 
 }  // namespace nbd
