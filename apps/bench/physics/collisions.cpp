@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "apps/bench/physics/physics_range.hpp"
+#include "apps/bench/physics/physics_check.hpp"
 #include "apps/bench/physics/physics_world.hpp"
 
 namespace nbd {

@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "apps/bench/physics/physics_check.hpp"
-#include "apps/bench/physics/physics_range.hpp"
 #include "meshing/body/body.hpp"
 
 namespace nbd {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "apps/bench/physics/physics_bar.hpp"
-#include "apps/bench/physics/physics_range.hpp"
+#include "apps/bench/physics/physics_check.hpp"
 #include "apps/bench/physics/physics_world.hpp"
 #include "sim/fem/modes.hpp"
 

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <stdexcept>
 
-#include "apps/bench/physics/physics_range.hpp"
+#include "apps/bench/physics/physics_check.hpp"
 #include "apps/bench/physics/physics_world.hpp"
 
 namespace nbd {

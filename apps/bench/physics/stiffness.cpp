@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "apps/bench/physics/physics_bar.hpp"
-#include "apps/bench/physics/physics_range.hpp"
+#include "apps/bench/physics/physics_check.hpp"
 #include "apps/bench/physics/physics_shapes.hpp"
 #include "apps/bench/physics/physics_world.hpp"
 

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "apps/bench/physics/physics_range.hpp"
+#include "apps/bench/physics/physics_check.hpp"
 #include "apps/bench/physics/physics_shapes.hpp"
 #include "meshing/formats/write_surface.hpp"
 

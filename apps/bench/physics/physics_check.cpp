@@ -1,6 +1,7 @@
-#include "apps/bench/physics/physics_range.hpp"
+#include "apps/bench/physics/physics_check.hpp"
 
 #include <cmath>
+#include <iterator>
 
 namespace nbd {
 
@@ -44,6 +45,16 @@ std::vector<PhysicsCase> all_cases(const PhysicsRange& range, int thinning,
 bool carries_itself(const PhysicsCase& c, double share) {
     constexpr double g = 9.81, density = 1000;
     return density * g * c.size / c.young <= share;
+}
+
+std::vector<PhysicsCheck> physics_checks() {
+    std::vector<PhysicsCheck> all;
+    for (const auto group : {free_motion_checks, collision_checks, friction_checks, rest_checks,
+                             impact_checks, ringing_checks, stiffness_checks, told_checks, thread_checks}) {
+        std::vector<PhysicsCheck> checks = group();
+        all.insert(all.end(), std::make_move_iterator(checks.begin()), std::make_move_iterator(checks.end()));
+    }
+    return all;
 }
 
 }  // namespace nbd
