@@ -100,10 +100,6 @@ TEST_F(ContactCommands, BenchmarksRun) {
     const Ran impacts = test::run_bench(folder(), {"impacts", "--random", "2000", "--json"});
     ASSERT_EQ(impacts.status, 0) << impacts.err;
     EXPECT_EQ(nlohmann::json::parse(impacts.out)["random_missed"], 0);
-    const Ran self =
-        test::run_bench(folder(), {"self", "box.h5", "--scenes", "6", "-o", "self.csv", "--json"});
-    ASSERT_EQ(self.status, 0) << self.err;
-    EXPECT_EQ(nlohmann::json::parse(self.out)["queries"], 24);
     write_drop("drop.json", "");
     const Ran contact = test::run_bench(
         folder(), {"contact", "drop.json", "--seeds", "2", "-o", "contact.csv", "--pictures", "pictures"});

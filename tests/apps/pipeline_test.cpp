@@ -176,9 +176,13 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
         EXPECT_EQ(pairs(beam, "moved.obj", {"--instructions", instructions}), exact) << instructions;
     }
 
-    const Ran times = run_bench(folder / "", {"kernels", "tree.h5", "data.h5", "--nodes", "4", "--poses", "1",
-                                              "--instructions", "plain"});
+    const Ran times =
+        run_bench(folder / "", {"peers", "data.h5",        "--body", "beam.h5",   "tree.h5", "--scenes",
+                                "1",     "--rounds",       "1",      "--contact", "light",   "--light",
+                                "4",     "--order",        "file",   "--methods", "boxes",   "-o",
+                                "peers", "--instructions", "plain"});
     EXPECT_NE(times.out.find("plain kernels"), std::string::npos) << times.out << times.err;
+    std::filesystem::remove_all(folder / "peers");
 
     const auto exported = json_of({"export", "--flat", "tree.h5", "-o", "tree.nbd"});
     EXPECT_EQ(exported["bytes"], bytes("tree.nbd").size());

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "apps/bench/continuous/impact_checks.hpp"
+#include "apps/bench/exactness/impact_checks.hpp"
 
 namespace nbd {
 namespace {

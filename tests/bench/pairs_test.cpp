@@ -5,16 +5,13 @@
 #include <set>
 #include <vector>
 
-#include "apps/bench/pairs/crowd.hpp"
+#include "apps/bench/pairs/embree_pairs.hpp"
 #include "apps/bench/pairs/lazy_boxes.hpp"
 #include "apps/bench/pairs/own_methods.hpp"
 #include "apps/bench/pairs/race_table.hpp"
-#include "apps/bench/pairs/scaling.hpp"
 #include "apps/bench/pairs/touching_scenes.hpp"
-#include "apps/bench/peers/peers.hpp"
 #include "tests/support/brute_force.hpp"
 #include "tests/support/error_of.hpp"
-#include "tests/support/on_threads.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/training/bar.hpp"
 
@@ -119,12 +116,11 @@ TEST_F(BenchPairs, ExactBoundsAgreeWithBruteForceForAnyVertexOrder) {
             EXPECT_EQ(answers(body, method), method.answers ? expected : no_answers) << method.name;
 }
 
-TEST_F(BenchPairs, EveryPeerAgreesWithBruteForce) {
-    for (const std::string& missing : missing_peers()) std::puts(missing.c_str());
+TEST_F(BenchPairs, EmbreeAgreesWithBruteForce) {
+    if (embree_methods().empty()) GTEST_SKIP() << "embree was not found when this program was built";
     const auto expected = truth(*fine_);
-    for (const PairMethodEntry& peer : peer_methods())
-        EXPECT_EQ(answers(*fine_, peer), expected) << peer.name;
-    if (peer_methods().empty()) GTEST_SKIP() << "this build found no other collision library";
+    for (const PairMethodEntry& method : embree_methods())
+        EXPECT_EQ(answers(*fine_, method), expected) << method.name;
 }
 
 TEST_F(BenchPairs, ARaceCountsMissedPairs) {
@@ -173,59 +169,6 @@ TEST_F(BenchPairs, ARaceCountsMissedPairs) {
     const RaceTable table{"light", "file", rows};
     EXPECT_NE(to_csv(std::span(&table, 1)).find("light,file,"), std::string::npos);
     EXPECT_NE(to_text(table).find("does not start"), std::string::npos);
-}
-
-TEST_F(BenchPairs, CrowdMethodsAgreeWithBruteForce) {
-    const auto frames = complete_frames(recording());
-    const auto poses = crowd_poses(*coarse_, recording(), frames, 12, 0.7, 1);
-    long expected = 0;
-    for (std::size_t i = 0; i < poses.size(); ++i)
-        for (std::size_t j = i + 1; j < poses.size(); ++j)
-            expected += static_cast<long>(
-                brute_force_intersecting(poses[i], coarse_->surface.F, poses[j], coarse_->surface.F).size());
-    ASSERT_GT(expected, 20);
-    for (const auto& crowd :
-         {make_tree_crowd(*coarse_, BoundKind::exact, 12), make_tree_crowd(*coarse_, BoundKind::boxes, 12),
-          make_lazy_boxes_crowd(*coarse_, 64, 12)}) {
-        crowd->update(poses);
-        EXPECT_EQ(crowd->pairs(), expected);
-    }
-    ScalingConfig config;
-    config.bodies = {12};
-    config.spacing = 0.7;
-    config.threads = {1, 2};
-    config.race.rounds = 1;
-    std::vector<CrowdRow> rows;
-    test::on_threads(
-        2, [&] { rows = race_crowds(*coarse_, recording(), frames, config, [](const std::string&) {}); });
-    EXPECT_EQ(2 * std::ranges::count(rows, 2, &CrowdRow::threads) + 1, static_cast<long>(rows.size()));
-    for (const CrowdRow& row : rows) EXPECT_EQ(row.pairs, expected) << row.method;
-}
-
-TEST_F(BenchPairs, DeeperScenesIntersectMoreAndShowTheCrossover) {
-    const auto frames = complete_frames(recording());
-    const auto pairs = [&](double depth) {
-        long sum = 0;
-        for (const TouchingScene& s : make_scenes_of_depth(*coarse_, recording(), frames, 5, depth, 1))
-            sum += s.pairs;
-        return sum;
-    };
-    EXPECT_GT(pairs(0), 0);
-    EXPECT_GT(pairs(0.2), 2 * pairs(0));
-    EXPECT_NE(error_of([&] { make_scenes_of_depth(*coarse_, recording(), frames, 5, 3, 1); }), "");
-
-    const auto row = [](double depth, bool exact, double us) {
-        DepthRow r;
-        r.depth = depth;
-        r.race.exact = exact;
-        r.race.total_us = us;
-        return r;
-    };
-    const std::vector<DepthRow> rows{row(0, true, 9),     row(0, false, 2),  row(0.1, true, 9),
-                                     row(0.1, false, 10), row(0.2, true, 9), row(0.2, true, 30),
-                                     row(0.2, false, 20)};
-    EXPECT_EQ(crossover(rows), 0.1);
-    EXPECT_EQ(crossover(std::span(rows).first(2)), INFINITY);
 }
 
 TEST_F(BenchPairs, RejectsImpossibleScenes) {

@@ -109,7 +109,7 @@ class SiteTest(unittest.TestCase):
         self.assertIn("<code>--gltf</code>", pages["export"])  # of a group
 
     def test_every_benchmark_has_a_page_with_its_options(self):
-        self.check_pages("nbdtree-bench", "benchmarks", 10)
+        self.check_pages("nbdtree-bench", "benchmarks", 8)
 
     def test_search_index_has_the_pages(self):
         script = (SITE / "search" / "offline.js").read_text()

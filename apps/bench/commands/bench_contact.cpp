@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "apps/bench/commands/bench_commands.hpp"
-#include "apps/bench/contact/contact_runs.hpp"
+#include "apps/bench/steps/contact_runs.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "sim/factor/blas.hpp"

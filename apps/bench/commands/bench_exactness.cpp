@@ -4,7 +4,6 @@
 
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/exactness/exactness.hpp"
-#include "apps/bench/pairs/load_bench_bodies.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"

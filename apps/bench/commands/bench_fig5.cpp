@@ -3,7 +3,6 @@
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/commands/bench_options.hpp"
 #include "apps/bench/measure/machine.hpp"
-#include "apps/bench/pairs/load_bench_bodies.hpp"
 #include "apps/bench/pairs/own_methods.hpp"
 #include "apps/bench/pairs/race_table.hpp"
 #include "apps/cli/option_checks.hpp"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "apps/bench/commands/bench_commands.hpp"
-#include "apps/bench/continuous/impact_checks.hpp"
+#include "apps/bench/exactness/impact_checks.hpp"
 #include "apps/bench/measure/machine.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"

@@ -7,10 +7,9 @@
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/commands/bench_options.hpp"
 #include "apps/bench/measure/machine.hpp"
-#include "apps/bench/pairs/load_bench_bodies.hpp"
+#include "apps/bench/pairs/embree_pairs.hpp"
 #include "apps/bench/pairs/own_methods.hpp"
 #include "apps/bench/pairs/race_table.hpp"
-#include "apps/bench/peers/peers.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/drawing/chart.hpp"
@@ -41,9 +40,20 @@ bool wanted(const PeersArguments& arguments, const std::string& method) {
            std::ranges::any_of(arguments.only, [&](const std::string& p) { return matches(method, p); });
 }
 
+/// Throws std::runtime_error for a method that is gone.
+void check_methods(const PeersArguments& arguments) {
+    for (const std::string& pattern : arguments.only)
+        for (const std::string_view method : {"bullet", "fcl", "cgal", "rebuilt boxes"})
+            if (pattern.starts_with(method))
+                throw std::runtime_error(
+                    fmt::format("--methods: {} is gone; apps/docs/what_did_not_pay.md has its last times, "
+                                "`embree` and `lazy boxes*` are the rivals that stay",
+                                method));
+}
+
 std::vector<PairMethodEntry> methods_for(const PeersArguments& arguments, const BenchBody& body) {
     std::vector<PairMethodEntry> all{reading_alone()};
-    for (auto& some : {tree_methods(body), box_methods(body, arguments.clusters), peer_methods()})
+    for (auto& some : {tree_methods(body), box_methods(body, arguments.clusters), embree_methods()})
         all.insert(all.end(), some.begin(), some.end());
     std::vector<std::string> names;
     for (const PairMethodEntry& method : all) names.push_back(method.name);
@@ -81,6 +91,7 @@ RaceTable race_all(const PeersArguments& arguments, const std::vector<BenchBody>
 }
 
 void run(const PeersArguments& arguments, Output& out) {
+    check_methods(arguments);
     check_output_folder(arguments.folder);
     check_charts();
     const RecordingReader recording(arguments.recording);
@@ -88,7 +99,8 @@ void run(const PeersArguments& arguments, Output& out) {
     check_recording(bodies.front().surface, recording);
     const std::vector<FrameId> frames = unseen_frames(bodies, recording);
     out.text(this_machine());
-    for (const std::string& missing : missing_peers()) out.text(missing);
+    if (embree_methods().empty())
+        out.text("embree: not found when this program was built (Debian: libembree-dev)");
     for (const BenchBody& body : bodies)
         out.text(fmt::format("{} faces, a tree of {} nodes: {:.1f} MB", body.faces(),
                              body.tree->spheres.nodes.size(),
@@ -120,8 +132,7 @@ void run(const PeersArguments& arguments, Output& out) {
 void add_bench_peers(CLI::App& bench, Output& out) {
     auto arguments = std::make_shared<PeersArguments>();
     CLI::App* command = bench.add_subcommand(
-        "peers",
-        "Times the intersecting faces of two deforming bodies: all bounds, exact boxes, other libraries");
+        "peers", "Times the intersecting faces of two deforming bodies: all bounds, exact boxes, Embree");
     command->footer(
         "Two copies of a body in poses that no tree was trained on; the second is turned and moved in until\n"
         "enough faces of the first body's surface intersect. Surfaces of all bodies hang on the same nodes.");

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "apps/bench/elements/clamped_body.hpp"
+#include "apps/bench/measure/machine.hpp"
 #include "apps/bench/measure/median.hpp"
-#include "apps/bench/measure/processor_time.hpp"
 #include "sim/factor/cholesky.hpp"
 
 namespace nbd {

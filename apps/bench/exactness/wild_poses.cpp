@@ -39,14 +39,6 @@ void scatter(Points& x, CounterRandom& random) {
     for (auto p : x.rowwise()) p += by * random.unit() * random.direction().transpose();
 }
 
-void bend(Points& x, CounterRandom& random) {
-    const double curvature = random.uniform(0.1, 0.8);
-    for (auto p : x.rowwise()) {
-        const double radius = 1 / curvature + p[0], angle = curvature * p[2];
-        p = Eigen::RowVector3d(radius * std::cos(angle), p[1], radius * std::sin(angle));
-    }
-}
-
 void deform(Points& x, WildPose pose, CounterRandom& random) {
     x *= random.orientation().toRotationMatrix();
     switch (pose) {
@@ -58,8 +50,6 @@ void deform(Points& x, WildPose pose, CounterRandom& random) {
             return fold(x, random);
         case WildPose::scattered:
             return scatter(x, random);
-        case WildPose::bent:
-            return bend(x, random);
         case WildPose::far:
             return;
     }
@@ -68,7 +58,7 @@ void deform(Points& x, WildPose pose, CounterRandom& random) {
 }  // namespace
 
 const char* name(WildPose pose) noexcept {
-    constexpr const char* names[] = {"twisted", "crushed", "inverted", "scattered", "far", "bent"};
+    constexpr const char* names[] = {"twisted", "crushed", "inverted", "scattered", "far"};
     return names[static_cast<int>(pose)];
 }
 

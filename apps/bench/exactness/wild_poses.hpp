@@ -6,9 +6,8 @@
 namespace nbd {
 
 /// Poses that every exact bound must survive.
-enum class WildPose { twisted, crushed, inverted, scattered, far, bent };
+enum class WildPose { twisted, crushed, inverted, scattered, far };
 
-/// Those that no simulator would give: all but `bent`.
 inline constexpr WildPose wild_poses[] = {WildPose::twisted, WildPose::crushed, WildPose::inverted,
                                           WildPose::scattered, WildPose::far};
 
@@ -22,8 +21,7 @@ struct WildScene {
 /// Draws two bodies in such poses, each with axis, amplitude and orientation of its own: twisted by up to
 /// three turns; crushed to between a tenth and a hundred-thousandth along an axis; folded over a plane
 /// through the body, so that what lies behind it is inside out; every node moved by up to a tenth of the
-/// radius; turned, with both bodies 1,000 to 100,000 radii away from the origin; or bent by up to a quarter
-/// turn, as bodies are in a simulation. overlap, in (0, 1): the
+/// radius; or turned, with both bodies 1,000 to 100,000 radii away from the origin. overlap, in (0, 1): the
 /// second body is placed so that the bodies' boxes overlap by this share of their extents on at least one
 /// axis. nodes: at rest, not all in one place.
 WildScene draw_wild_scene(const Vertices& nodes, WildPose pose, double overlap, CounterRandom random);

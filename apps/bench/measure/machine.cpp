@@ -1,7 +1,9 @@
 #include "apps/bench/measure/machine.hpp"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
+#include <ctime>
 #include <fstream>
 #include <thread>
 
@@ -43,5 +45,16 @@ std::string this_machine() {
 #endif
     return text;
 }
+
+std::size_t heap_bytes() {
+#if defined(__GLIBC__) && (__GLIBC__ > 2 || __GLIBC_MINOR__ >= 33)
+    const struct mallinfo2 info = mallinfo2();
+    return info.uordblks + info.hblkhd;
+#else
+    return 0;
+#endif
+}
+
+double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 }  // namespace nbd

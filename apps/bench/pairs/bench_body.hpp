@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "collision/tree/collision_tree.hpp"
 #include "training/files/surface_body.hpp"
@@ -25,5 +27,10 @@ BenchBody make_bench_body(SurfaceBody surface, TreeFile tree);
 /// The same body with its vertices in the order of the tree's leaves, so that vertices close in space are
 /// close in memory. Leaves out `certified` bounds.
 BenchBody in_tree_order(const BenchBody& body);
+
+/// Loads bodies that share their tetrahedra, in the given order (coarsest surface first). files: for each
+/// body, a body file and optionally a tree file trained on it. Throws std::runtime_error that names the file
+/// if it cannot be read, a tree belongs to another body, or the tetrahedra differ from the first body's.
+std::vector<BenchBody> load_bench_bodies(const std::vector<std::vector<std::string>>& files);
 
 }  // namespace nbd

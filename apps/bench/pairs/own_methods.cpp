@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "apps/bench/pairs/lazy_boxes.hpp"
-#include "apps/bench/pairs/linear_bvh.hpp"
 #include "collision/geometry/embedded_positions.hpp"
 #include "collision/query/pair_query.hpp"
 
@@ -103,37 +102,6 @@ class LazyBoxesMethod final : public PairMethod {
     std::vector<FacePair> pairs_;
 };
 
-/// Which faces a hierarchy that is built in every pose holds.
-enum class Rebuilt { all_faces, faces_in_overlap };
-
-class LinearBvhMethod final : public PairMethod {
- public:
-    LinearBvhMethod(const BenchBody& body, Rebuilt rebuilt) : a_(body.surface.F), b_(a_), rebuilt_(rebuilt) {}
-
-    void update(const BenchPose& a, const BenchPose& b) override {
-        a_.begin_pose(VertexView::as_long_as(a.x));
-        b_.begin_pose(VertexView::as_long_as(b.x));
-        if (rebuilt_ != Rebuilt::all_faces) return;
-        a_.build(a_.whole());
-        b_.build(b_.whole());
-    }
-    std::span<const FacePair> query() override {
-        if (rebuilt_ == Rebuilt::faces_in_overlap) {
-            const Box &s = a_.whole(), &t = b_.whole();
-            const Box region{s.lo.max(t.lo), s.hi.min(t.hi)};
-            a_.build(region);
-            b_.build(region);
-        }
-        intersecting_faces(a_, b_, pairs_);
-        return pairs_;
-    }
-
- private:
-    LinearBvh a_, b_;
-    Rebuilt rebuilt_;
-    std::vector<FacePair> pairs_;
-};
-
 /// Affine boxes, which read the nodes alone.
 class AffineMethod final : public TreeMethod {
  public:
@@ -167,8 +135,8 @@ class ReadingAlone final : public PairMethod {
     volatile float sum_ = 0;  // keeps the compiler from dropping the work
 };
 
-}  // namespace
-
+/// The bounds of a tree that are timed from positions. Not `certified`, because recordings lack the stretch
+/// they need.
 std::vector<BoundKind> raced_bounds(const CollisionTree& tree) {
     std::vector<BoundKind> kinds;
     for (const BoundKind kind : bound_kinds)
@@ -176,6 +144,8 @@ std::vector<BoundKind> raced_bounds(const CollisionTree& tree) {
             kinds.push_back(kind);
     return kinds;
 }
+
+}  // namespace
 
 PairMethodEntry tree_method(BoundKind kind) {
     if (kind == BoundKind::affine)
@@ -219,11 +189,6 @@ PairMethodEntry lazy_boxes_method(int cluster_faces) {
 
 std::vector<PairMethodEntry> box_methods(const BenchBody& body, const std::vector<int>& clusters) {
     std::vector<PairMethodEntry> methods;
-    for (const auto& [name, rebuilt] : {std::pair{"rebuilt boxes", Rebuilt::all_faces},
-                                        {"rebuilt boxes in the overlap", Rebuilt::faces_in_overlap}})
-        methods.push_back({name, true, false, [rebuilt](const BenchBody& b) {
-                               return std::make_unique<LinearBvhMethod>(b, rebuilt);
-                           }});
     for (const int faces : clusters) methods.push_back(lazy_boxes_method(faces));
     const auto over_nodes = [&](const char* name, Reads reads) {
         for (const int faces : clusters)

@@ -9,19 +9,16 @@ namespace nbd {
 /// Method with bounds of the body's tree, through PosedTree and PairQuery.
 PairMethodEntry tree_method(BoundKind kind);
 
-/// The bounds of a tree that are timed. Not `certified`, because recordings lack the stretch they need.
-std::vector<BoundKind> raced_bounds(const CollisionTree& tree);
-
-/// One method for each of raced_bounds(), and two more for learned ones over the sphere tree: from nodes,
-/// with positions computed on demand, and the broad phase alone, down to pairs of leaves.
+/// One method for each kind of bounds that the tree has, and two more for learned ones over the sphere tree:
+/// from nodes, with positions computed on demand, and the broad phase alone, down to pairs of leaves.
 std::vector<PairMethodEntry> tree_methods(const BenchBody& body);
 
 /// LazyBoxes over the surface.
 PairMethodEntry lazy_boxes_method(int cluster_faces);
 
-/// Exact bounds that need no training: hierarchies that are built in every pose; LazyBoxes; LazyBoxes
-/// including the computation of all positions from nodes; and, if no weight of the embedding is negative,
-/// LazyBoxes over the nodes alone (the cage). clusters: cluster sizes, one method each.
+/// Exact bounds that need no training: LazyBoxes; LazyBoxes including the computation of all positions from
+/// nodes; and, if no weight of the embedding is negative, LazyBoxes over the nodes alone (the cage).
+/// clusters: cluster sizes, one method each.
 std::vector<PairMethodEntry> box_methods(const BenchBody& body, const std::vector<int>& clusters);
 
 /// Reads every vertex of both surfaces once and finds no pairs: the minimum cost of any method that reads

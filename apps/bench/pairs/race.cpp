@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "apps/bench/measure/heap.hpp"
+#include "apps/bench/measure/machine.hpp"
 #include "apps/bench/measure/median.hpp"
 #include "apps/bench/pairs/lazy_boxes.hpp"
 #include "collision/base/stopwatch.hpp"

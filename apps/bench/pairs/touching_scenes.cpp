@@ -51,7 +51,7 @@ struct Meeting {
         : Meeting(coarse, recording, draw_placement(frames, seed, draw), approach) {}
 
     TouchingScene scene(const Overlap& overlap) const {
-        TouchingScene scene{a.nodes, b.nodes, overlap.pairs, overlap.depth};
+        TouchingScene scene{a.nodes, b.nodes, overlap.pairs};
         scene.b.rowwise() += (touching - overlap.depth) * placement.from;
         return scene;
     }
@@ -96,25 +96,6 @@ std::vector<TouchingScene> make_touching_scenes(const BenchBody& coarse, const R
             scenes.push_back(meeting.scene(*overlap));
     }
     return scenes;
-}
-
-std::vector<TouchingScene> make_scenes_of_depth(const BenchBody& coarse, const RecordingReader& recording,
-                                                std::span<const FrameId> frames, int scenes, double depth,
-                                                std::uint64_t seed) {
-    if (scenes < 1 || !(depth >= 0 && depth <= 2))
-        throw std::invalid_argument(
-            fmt::format("{} scenes {} radii deep; allowed: 1 or more, and 0 to 2", scenes, depth));
-    if (frames.empty()) throw std::invalid_argument("no frames to make scenes of");
-    Approach approach(coarse.tree);
-    std::vector<TouchingScene> made;
-    for (int draw = 0; draw < scenes; ++draw) {
-        const Meeting meeting(coarse, recording, frames, seed, draw, approach);
-        const float metres =
-            std::min(meeting.touching, static_cast<float>(depth) * coarse.tree->spheres.rest[0].r);
-        const auto pairs = static_cast<int>(approach.pairs_at(meeting.touching - metres).size());
-        made.push_back(meeting.scene({metres, pairs}));
-    }
-    return made;
 }
 
 std::vector<TouchingScene> recorded_scenes(const BenchBody& coarse, const RecordingReader& recording,

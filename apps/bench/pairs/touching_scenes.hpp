@@ -15,8 +15,7 @@ namespace nbd {
 /// every surface that the nodes carry.
 struct TouchingScene {
     Vertices a, b;
-    int pairs = 0;    // intersecting pairs on the surface it was placed with
-    float depth = 0;  // how far the second body moved on after first contact, metres
+    int pairs = 0;  // intersecting pairs on the surface it was placed with
 };
 
 struct TouchingScenesConfig {
@@ -33,12 +32,6 @@ struct TouchingScenesConfig {
 std::vector<TouchingScene> make_touching_scenes(const BenchBody& coarse, const RecordingReader& recording,
                                                 std::span<const FrameId> frames,
                                                 const TouchingScenesConfig& config);
-
-/// Draws scenes in which the second body moves on by `depth` radii after first contact; keeps every draw.
-/// Throws std::invalid_argument on no frames, no scenes, or a depth outside 0 to 2.
-std::vector<TouchingScene> make_scenes_of_depth(const BenchBody& coarse, const RecordingReader& recording,
-                                                std::span<const FrameId> frames, int scenes, double depth,
-                                                std::uint64_t seed);
 
 /// Frames of a simulated scene of two copies of the body: at most `most`, evenly spread over those in which
 /// faces of the two come within `distance`, metres. Throws std::runtime_error unless the recording has two

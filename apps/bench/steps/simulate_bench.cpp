@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "apps/bench/measure/heap.hpp"
+#include "apps/bench/measure/machine.hpp"
 #include "apps/bench/measure/median.hpp"
 #include "apps/bench/steps/simulate_scenes.hpp"
 #include "apps/bench/steps/textbook_assembly.hpp"

@@ -19,11 +19,10 @@ std::vector<int> end_nodes(const Nodes& X, int axis, bool upper, double share) {
 
 }  // namespace
 
-World SimulateScene::world(const LinearSolveConfig& linear, const StepConfig& step) const {
+World SimulateScene::world(const LinearSolveConfig& linear) const {
     WorldConfig config;
     config.gravity = gravity;
     config.linear = linear;
-    config.step = step;
     World result(config);
     result.add_body(body);
     for (const Obstacle& obstacle : obstacles) result.add_obstacle(obstacle);

@@ -17,7 +17,7 @@ struct SimulateScene {
     Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
     double dt = 0;  // seconds
 
-    World world(const LinearSolveConfig& linear, const StepConfig& step = {}) const;
+    World world(const LinearSolveConfig& linear) const;
 };
 
 /// `fly`: a free body that spins and shears; `twist`: a body held at both ends of its longest axis, one of

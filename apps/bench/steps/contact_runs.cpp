@@ -1,4 +1,4 @@
-#include "apps/bench/contact/contact_runs.hpp"
+#include "apps/bench/steps/contact_runs.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "apps/bench/contact/momentum_balance.hpp"
 #include "apps/bench/measure/machine.hpp"
 #include "apps/simulate/film.hpp"
 #include "apps/simulate/scene_files.hpp"
@@ -19,6 +18,63 @@ namespace nbd {
 namespace {
 
 constexpr int stills = 6;
+
+Eigen::Vector3d momentum(const World& world, int body) {
+    return world.state(body).v.transpose() * world.elastic(body).node_masses();
+}
+
+/// Compares what contact forces say with what bodies do: the momentum that a body gains in a step against the
+/// impulse of gravity and of the contact forces on it. Bodies with grips or pins, or with damping by mass,
+/// are left out.
+class MomentumBalance {
+ public:
+    MomentumBalance(const SceneSpec& spec, const World& world);
+
+    /// Call after every step of dt seconds.
+    void add_step(const World& world, double dt);
+
+    /// Largest difference in a step, as a share of the largest momentum that the body's nodes had.
+    double error() const;
+    /// Whether there is a body to compare.
+    bool applies() const noexcept { return !bodies_.empty(); }
+
+ private:
+    struct Body {
+        int number;
+        Eigen::Vector3d momentum;  // at the end of the last step, kg m/s
+        double largest;            // sum over the nodes of mass times speed, kg m/s
+        double difference;         // largest of a step, kg m/s
+    };
+    Eigen::Vector3d gravity_;
+    std::vector<Body> bodies_;
+};
+
+MomentumBalance::MomentumBalance(const SceneSpec& spec, const World& world) : gravity_(spec.gravity) {
+    for (int b = 0; b < world.body_count(); ++b)
+        if (spec.bodies[static_cast<std::size_t>(b)].grips.empty() &&
+            world.elastic(b).material().rayleigh_mass == 0)
+            bodies_.push_back({b, momentum(world, b), 0, 0});
+}
+
+void MomentumBalance::add_step(const World& world, double dt) {
+    for (Body& body : bodies_) {
+        const ElasticBody& elastic = world.elastic(body.number);
+        const Eigen::Vector3d now = momentum(world, body.number);
+        const Eigen::Vector3d force =
+            world.contact_forces(body.number).colwise().sum().transpose() + elastic.mass() * gravity_;
+        const double size = world.state(body.number).v.rowwise().norm().dot(elastic.node_masses());
+        body.largest = std::max(body.largest, size);
+        body.difference = std::max(body.difference, (now - body.momentum - dt * force).norm());
+        body.momentum = now;
+    }
+}
+
+double MomentumBalance::error() const {
+    double error = 0;
+    for (const Body& body : bodies_)
+        if (body.largest > 0) error = std::max(error, body.difference / body.largest);
+    return error;
+}
 
 /// What is a mean over steps.
 constexpr double ContactRun::*means[]{

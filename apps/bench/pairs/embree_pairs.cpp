@@ -1,10 +1,12 @@
+#include "apps/bench/pairs/embree_pairs.hpp"
+
+#ifdef NBD_WITH_EMBREE
 #include <embree3/rtcore.h>
 
-#include <stdexcept>
+#include <algorithm>
 
-#include "apps/bench/peers/candidates.hpp"
-#include "apps/bench/peers/peers.hpp"
 #include "collision/geometry/box.hpp"
+#include "collision/query/keep_intersecting.hpp"
 
 namespace nbd {
 namespace {
@@ -77,7 +79,10 @@ class EmbreePairs final : public PairMethod {
     std::span<const FacePair> query() override {
         candidates_.clear();
         rtcCollide(a_.scene(), b_.scene(), collect, this);
-        return sorted_intersecting(candidates_, a_.faces(), b_.faces());
+        keep_intersecting(candidates_, a_.faces(), b_.faces());
+        std::ranges::sort(candidates_);
+        candidates_.erase(std::unique(candidates_.begin(), candidates_.end()), candidates_.end());
+        return candidates_;
     }
 
  private:
@@ -95,12 +100,20 @@ class EmbreePairs final : public PairMethod {
 
 }  // namespace
 
-std::unique_ptr<PairMethod> make_embree_pairs(const BenchBody& body) {
-    return std::make_unique<EmbreePairs>(body, RTC_BUILD_QUALITY_REFIT);
-}
-
-std::unique_ptr<PairMethod> make_embree_rebuilt_pairs(const BenchBody& body) {
-    return std::make_unique<EmbreePairs>(body, RTC_BUILD_QUALITY_LOW);
+std::vector<PairMethodEntry> embree_methods() {
+    const auto entry = [](const char* name, RTCBuildQuality quality) {
+        return PairMethodEntry{.name = name, .make = [quality](const BenchBody& body) {
+                                   return std::make_unique<EmbreePairs>(body, quality);
+                               }};
+    };
+    return {entry("embree", RTC_BUILD_QUALITY_REFIT), entry("embree rebuilt", RTC_BUILD_QUALITY_LOW)};
 }
 
 }  // namespace nbd
+#else
+namespace nbd {
+
+std::vector<PairMethodEntry> embree_methods() { return {}; }
+
+}  // namespace nbd
+#endif

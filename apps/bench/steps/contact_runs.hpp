@@ -27,7 +27,7 @@ struct ContactRun {
     double least_distance = 0;  // of near features at the ends of steps, metres; infinite: nothing was near
     int cut = 0, troubled = 0;  // steps
     int inverted = 0;           // tetrahedra, most in a step
-    double momentum_error = 0;  // see MomentumBalance; NaN: it does not apply
+    double momentum_error = 0;  // gain without an impulse, share of the momentum; NaN: no body to compare
     double linearisations = 0;  // a step
     double contacts = 0;
     double ms = 0, search_ms = 0, detect_ms = 0, assemble_ms = 0, solve_ms = 0;  // a step
