@@ -78,18 +78,6 @@ inline CLI::Validator between(double low, double high) {
                         [low, high](double value) { return value >= low && value <= high; });
 }
 
-/// Number of samples per node of learned bounds.
-inline CLI::Validator sample_count() {
-    return CLI::Validator(
-        [](std::string& text) {
-            int count = -1;
-            const bool ok = CLI::detail::lexical_cast(text, count) && count >= 0 &&
-                            count <= LearnedModel::max_samples && count % LearnedModel::lanes == 0;
-            return ok ? std::string() : fmt::format("is '{}'; allowed: 0, 16, 32 .. 128", text);
-        },
-        "0, 16 .. 128");
-}
-
 /// One of these names; the message of another one names the nearest, if one is near.
 CLI::Validator one_of(std::vector<std::string> names);
 

@@ -48,8 +48,8 @@ std::string describe(BoundKind kind, const Calibration& calibration, const Bound
         text +=
             fmt::format(" {:.2f}", 100 * std::accumulate(begin, end, 0.) / static_cast<double>(end - begin));
     }
-    if (kind == BoundKind::learned_affine) return text + " % of a spread, then of residuals";
-    return text + (kind == BoundKind::learned_boxes ? " % of a spread of the samples" : " % of the radius");
+    return text +
+           (kind == BoundKind::learned_affine ? " % of a spread, then of residuals" : " % of the radius");
 }
 
 }  // namespace nbd

@@ -33,7 +33,7 @@ PosedTree posed(const PosedSurface& surface, BoundKind asked, std::optional<floa
     if (takes_nodes && surface.nodes.rows() > 0)
         tree.begin_pose_of_nodes(surface.nodes);
     else
-        tree.begin_pose(surface.x, surface.motion);
+        tree.begin_pose(surface.x);
     return tree;
 }
 

@@ -20,7 +20,7 @@ namespace {
 
 struct EvaluateArguments {
     std::string tree, recording, csv, html;
-    std::vector<std::string> bounds{"exact", "bd", "nbd", "learned_spheres", "certified"};
+    std::vector<std::string> bounds{"exact", "bd", "nbd", "learned_affine"};
     bool all_depths = false;
     EvaluateConfig config;
 };

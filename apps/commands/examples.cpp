@@ -11,7 +11,7 @@ std::string first_steps() {
            "  nbdtree inspect rings.h5                                      see what a file holds\n"
            "  nbdtree mesh assets/beam.obj -o beam.h5                       make a body of a surface\n"
            "  nbdtree dataset beam.h5 -o poses.h5                           simulate poses to train on\n"
-           "  nbdtree train beam.h5 poses.h5 -o tree.h5 --bounds learned_spheres\n"
+           "  nbdtree train beam.h5 poses.h5 -o tree.h5 --bounds learned_affine\n"
            "                                                                train bounds of its tree\n"
            "\n"
            "nbdtree --help lists all commands, nbdtree COMMAND --help the options of one.\n";

@@ -32,8 +32,11 @@ nbd::Program describe() {
                      {"dataset --solver", "leave it out; steps are always solved by iteration"},
                      {"export --torch",
                       "tree files hold the networks as plain arrays, in nbd/ (apps/docs/formats.md)"},
-                     {"train --local-network", "use --radius-network"},
-                     {"train --local-samples", "use --samples"},
+                     {"train --anchors", "leave it out; affine bounds need none"},
+                     {"train --local-network", "leave it out; learned_affine bounds have no network"},
+                     {"train --local-samples", "leave it out; learned_affine bounds have no samples"},
+                     {"train --radius-network", "leave it out; learned_affine bounds have no network"},
+                     {"train --samples", "leave it out; learned_affine bounds have no samples"},
                      {"trust", "use `nbdtree coverage`"}},
             .first_steps = nbd::first_steps(),
             .examples = nbd::command_examples()};

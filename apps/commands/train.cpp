@@ -26,7 +26,7 @@ namespace {
 
 struct TrainArguments {
     std::string body, recording, output, network = "default";
-    std::vector<std::string> bounds{"nbd", "learned_spheres"};
+    std::vector<std::string> bounds{"nbd", "learned_affine"};
     std::optional<int> depth;                // default: default_depth()
     std::optional<int> modes;                // default: as many as TrainConfig has, or all of the body
     std::optional<std::string> label_frame;  // this and the next two: instead of the network's
@@ -149,16 +149,6 @@ void run(const TrainArguments& arguments, Output& out) {
         result["z_error"] = facts.z_error;
         result["mean_loss"] = facts.node_loss.mean();
     }
-    if (file.tree.learned) {
-        const LearnedModel& learned = *file.tree.learned;
-        const auto exact = std::ranges::count(learned.nodes, true, &LearnedModel::Node::exact);
-        const double samples =
-            static_cast<double>(learned.samples.size()) / static_cast<double>(learned.nodes.size());
-        out.text(
-            fmt::format("learned bounds: {:.1f} samples per node, {} small nodes exact", samples, exact));
-        result["samples"] = learned.samples.size();
-        result["exact_nodes"] = exact;
-    }
     out.text(fmt::format("read the recording {:.3g} {} (kept {:.3g} MB of positions in memory)", reads,
                          reads == 1 ? "time" : "times", static_cast<double>(source.kept_bytes()) / 1e6));
     out.result(result);
@@ -242,23 +232,10 @@ void add_train(CLI::App& app, Output& out) {
     command->add_flag("--troubled-frames", config.troubled_frames,
                       "Also use frames of steps that went wrong, which are left out otherwise");
     command
-        ->add_option("--anchors", config.certified.anchors,
-                     "Maximum vertices per node that certified bounds read")
-        ->capture_default_str()
-        ->check(whole_number(1, 4096));
-    command
         ->add_option("--epochs", config.mlp.max_epochs,
                      "Maximum epochs; training ends earlier when it has converged")
         ->capture_default_str()
         ->check(whole_number(1, 1'000'000));
-    command->add_flag(
-        "--radius-network", config.learned.network,
-        "Train a small network per node that predicts how far learned spheres reach beyond their samples");
-    command
-        ->add_option("--samples", config.learned.samples.count,
-                     "Samples per node of learned bounds, a multiple of 16; 0: as few as are accurate")
-        ->capture_default_str()
-        ->check(sample_count());
     add_memory_option(*command, arguments->memory);
     command->add_option("--seed", config.seed, "Seed of the split, the clustering and the networks")
         ->capture_default_str()

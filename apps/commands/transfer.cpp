@@ -40,9 +40,9 @@ void run(const TransferArguments& arguments, Output& out) {
 
 void add_transfer(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<TransferArguments>();
-    CLI::App* command = app.add_subcommand(
-        "transfer", "Transfers a tree's learned and nbd bounds to another resolution of the surface");
-    command->add_option("TREE", arguments->tree, "Tree file with learned or nbd bounds")->required();
+    CLI::App* command =
+        app.add_subcommand("transfer", "Transfers a tree's nbd bounds to another resolution of the surface");
+    command->add_option("TREE", arguments->tree, "Tree file with nbd bounds")->required();
     command->add_option("BODY", arguments->body, "Body file with the other surface")->required();
     command->add_option("-o,--output", arguments->output, "Tree file to write")->required();
     command->final_callback([arguments, &out] { run(*arguments, out); });

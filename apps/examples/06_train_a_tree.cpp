@@ -50,10 +50,10 @@ int main(int argc, char** argv) try {
     const nbd::SurfaceBody surface = nbd::make_surface_body(
         body.surface.X.cast<float>(), body.surface.F, body.W.cast<float>(), no_modes, nbd::body_hash(body));
     nbd::TreeFile file = nbd::train_tree(surface, recording,
-                                         {.bounds = {nbd::BoundKind::learned_spheres}, .tree = {.depth = 4}});
+                                         {.bounds = {nbd::BoundKind::learned_affine}, .tree = {.depth = 4}});
     nbd::calibrate(file, recording, {.miss_rate = 1e-2});  // margins that keep the rate on poses set aside
     const auto tree = std::make_shared<const nbd::CollisionTree>(file.tree);
-    nbd::PosedTree a(tree, nbd::BoundKind::learned_boxes), b(tree, nbd::BoundKind::learned_boxes);
+    nbd::PosedTree a(tree, nbd::BoundKind::learned_affine), b(tree, nbd::BoundKind::learned_affine);
 
     // Two copies in poses that training has not seen, half of one inside the other.
     nbd::PairQuery query;

@@ -61,8 +61,7 @@ std::string to_csv(const std::vector<BodyRows>& bodies) {
 BodyFigures make_body_figures(const std::string& body, const TreeFile& file, const RecordingReader& recording,
                               int max_frames) {
     const auto tree = refer_to(file.tree);
-    const EvaluateConfig config{.bounds = bounds_of(*tree, {BoundKind::nbd, BoundKind::learned_spheres,
-                                                            BoundKind::bd, BoundKind::certified}),
+    const EvaluateConfig config{.bounds = bounds_of(*tree, {BoundKind::nbd, BoundKind::bd}),
                                 .margins = chart_margins(),
                                 .max_frames = max_frames};
     BodyFigures figures;
@@ -74,10 +73,8 @@ BodyFigures make_body_figures(const std::string& body, const TreeFile& file, con
         figures.sets.push_back({set.name, static_cast<int>(rows.front().poses), trajectories_of(set.frames)});
     }
     figures.pose = typical_pose(file, recording, sets.back().frames);
-    // Leaves out `certified` bounds, which need the motion of the tetrahedra.
-    figures.spheres = spheres_in_pose(
-        tree, figures.pose.x,
-        bounds_of(*tree, {BoundKind::nbd, BoundKind::exact, BoundKind::learned_spheres, BoundKind::bd}));
+    figures.spheres = spheres_in_pose(tree, figures.pose.x,
+                                      bounds_of(*tree, {BoundKind::nbd, BoundKind::exact, BoundKind::bd}));
     figures.pictures =
         draw_spheres(fmt::format("{}: spheres of a test pose ({}: trajectory {}, frame {})", body,
                                  sets.back().name, figures.pose.trajectory, figures.pose.frame),

@@ -39,8 +39,6 @@ std::string label_of(BoundKind kind) {
             return "BD-Tree";
         case BoundKind::nbd:
             return "predicted (nbd)";
-        case BoundKind::learned_spheres:
-            return "predicted (learned)";
         default:
             return std::string(name(kind));
     }

@@ -33,7 +33,6 @@ void Audit::Side::begin_poses(World& world, std::vector<HungSurface>& hung) {
         const int body = static_cast<int>(i);
         const bool takes_surface = hung[i].W.rows() > 0 && trees[i].kind() != BoundKind::affine;
         if (takes_surface) apply_embedding(hung[i].W, world.state(body).x.cast<float>(), hung[i].x);
-        world.motion(body);  // is not part of the cost
         const Stopwatch watch;
         if (takes_surface)
             trees[i].begin_pose(hung[i].x);

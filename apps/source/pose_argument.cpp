@@ -9,7 +9,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "collision/bounds/certified/solid_meter.hpp"
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "training/files/recording.hpp"
@@ -56,19 +55,18 @@ Nodes surface_pose(const TreeFile& file, const std::string& path) {
     return mesh.X;
 }
 
-/// Gives the tree of a file affine bounds if it has none. argument: as the command line names the pose.
-void prepare_affine(TreeFile& file, const Vertices& nodes, const std::string& argument) {
+/// Throws std::runtime_error unless affine bounds of the tree can take the pose. argument: as the command
+/// line names the pose.
+void check_affine(const TreeFile& file, const Vertices& nodes, const std::string& argument) {
     if (nodes.rows() == 0)
         throw std::runtime_error(fmt::format(
             "{}: affine bounds need the nodes of a pose; allowed: TREE.h5@RECORDING.h5:trajectory:frame",
             argument));
-    if (file.tree.affine) return;
-    if (file.solid.X.rows() != file.W.cols())  // a tree of an earlier version has them there
+    if (!file.tree.affine)
         throw std::runtime_error(fmt::format(
             "{}: the tree has no rest positions of its nodes, which affine bounds need; allowed: a tree "
             "trained on a body with tetrahedra",
             argument));
-    hang_on_nodes(file.tree, file.W, file.solid.X.cast<float>());
 }
 
 }  // namespace
@@ -114,7 +112,6 @@ PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
     const std::optional<RecordedFrames> recorded = recorded_frames(pose);
     const bool is_recorded = recorded && recorded->frame;
     Vertices nodes;
-    std::vector<RegionMotion> motion;
     Eigen::Vector3d origin = Eigen::Vector3d::Zero();
     Nodes exact;
     if (!is_recorded) {
@@ -122,21 +119,13 @@ PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
         origin = far_origin(exact, file.tree.faces);
     }
     Vertices x = is_recorded ? recorded_pose(file, *recorded, nodes, origin) : from(origin, exact);
-    const bool has_nodes = nodes.rows() > 0 && file.solid.X.rows() == file.W.cols();
-    if (bounds == BoundKind::affine || (bounds == BoundKind::automatic && has_nodes))
-        prepare_affine(file, nodes, argument);
-    if (bounds == BoundKind::certified && file.tree.certified && nodes.rows() > 0) {
-        SolidMeter meter(file.solid, std::make_shared<const TetRegions>(file.tree.certified->regions));
-        const std::span<const RegionMotion> measured = meter.measure(nodes);
-        motion.assign(measured.begin(), measured.end());
-    }
+    if (bounds == BoundKind::affine) check_affine(file, nodes, argument);
     return {.tree = std::make_shared<const CollisionTree>(std::move(file.tree)),
             .x = std::move(x),
             .origin = origin,
             .exact = std::move(exact),
             .from_tree = true,
             .nodes = std::move(nodes),
-            .motion = std::move(motion),
             .rest = std::move(file.X)};
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/view/surface_view.hpp"
+#include "collision/geometry/tet_mesh.hpp"
 #include "collision/tree/collision_tree.hpp"
 #include "training/files/recording.hpp"
 
@@ -18,11 +19,10 @@ struct PosedSurface {
     std::shared_ptr<const CollisionTree> tree;
     Vertices x;  // [n, 3], counted from `origin`
     Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-    Nodes exact{};                       // [n, 3] of a surface file, in double precision, counted from zero
-    bool from_tree = false;              // with the bounds of a tree file
-    Vertices nodes{};                    // [N, 3] that carry the surface; empty if the pose has none
-    std::vector<RegionMotion> motion{};  // for `certified` bounds; empty if the pose has no nodes
-    Vertices rest{};                     // [n, 3] of the tree's body at rest; empty without a tree
+    Nodes exact{};           // [n, 3] of a surface file, in double precision, counted from zero
+    bool from_tree = false;  // with the bounds of a tree file
+    Vertices nodes{};        // [N, 3] that carry the surface; empty if the pose has none
+    Vertices rest{};         // [n, 3] of the tree's body at rest; empty without a tree
 };
 
 /// Frames of a recording, as the command line names them.
@@ -42,8 +42,7 @@ int find_frames(const RecordingReader& recording, const RecordedFrames& frames, 
 
 /// Reads `SURFACE` (a surface file, with boxes or exact spheres as bounds) or `TREE.h5@POSE`, where POSE is a
 /// surface file with the tree's faces or `RECORDING.h5:trajectory:frame`. bounds: those that a tree is to be
-/// used with; `affine` needs a recorded pose. For these, and for `auto` where the pose has nodes, the tree
-/// gets its affine model. Throws std::runtime_error that names the wrong part.
+/// used with; `affine` needs a recorded pose. Throws std::runtime_error that names the wrong part.
 PosedSurface read_pose(const std::string& argument, BoundKind bounds);
 
 /// Counts the surfaces from a common origin, see far_origin(), so that float32 can hold their shapes and

@@ -109,7 +109,6 @@ Subject subject_of(const SourceArgument& argument, const std::string& tree) {
             hang_on_body(own, *body, argument.body);
         shown.tree = std::make_shared<const CollisionTree>(std::move(own));
         shown.W = body->W.cast<float>();
-        shown.solid = body->tets;
         subject.source.rest = body->surface.X.cast<float>();
         return subject;
     }
@@ -117,14 +116,13 @@ Subject subject_of(const SourceArgument& argument, const std::string& tree) {
     subject.hash = file.facts.body_hash;
     subject.whose = "the tree's";
     if (subject.source.name.empty()) subject.source.name = fs::path(tree).stem().string();
-    if (file.solid.X.rows() == file.W.cols()) subject.source.start = file.solid.X.cast<float>();
+    if (file.tree.affine) subject.source.start = file.tree.affine->rest();
     subject.source.rest = std::move(file.X);
     if (!file.tree.affine && subject.source.start.rows() > 0 &&
         (shown.bounds == BoundKind::affine || shown.bounds == BoundKind::automatic))
         hang_on_nodes(file.tree, file.W, subject.source.start);
     shown.tree = std::make_shared<const CollisionTree>(std::move(file.tree));
     shown.W = std::move(file.W);
-    shown.solid = std::move(file.solid);
     return subject;
 }
 

@@ -25,8 +25,6 @@ PosedBody::PosedBody(BodyTree body) : body_(std::move(body)), exact_(body_.tree,
     own_.emplace(body_.tree, body_.bounds, body_.margin);
     if (body_.bounds == BoundKind::learned_affine)
         wide_.emplace(make_wide(*body_.tree, body_.bounds, body_.margin));
-    if (body_.bounds == BoundKind::certified && body_.solid.X.rows() > 0)
-        meter_.emplace(body_.solid, std::make_shared<const TetRegions>(body_.tree->certified->regions));
 }
 
 void PosedBody::begin_pose(VerticesRef nodes) {
@@ -35,7 +33,7 @@ void PosedBody::begin_pose(VerticesRef nodes) {
     else
         x_ = nodes;
     exact_.begin_pose(x_);
-    if (own_) own_->begin_pose(x_, meter_ ? meter_->measure(nodes) : std::span<const RegionMotion>());
+    if (own_) own_->begin_pose(x_);
     if (hangs_on_nodes_) nodes_ = nodes;
     if (wide_) wide_->begin_pose(hangs_on_nodes_ ? nodes_ : x_);
 }

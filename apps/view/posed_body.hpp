@@ -4,9 +4,7 @@
 #include <optional>
 
 #include "collision/bounds/affine/affine_boxes.hpp"
-#include "collision/bounds/certified/solid_meter.hpp"
 #include "collision/geometry/embedding.hpp"
-#include "collision/geometry/tet_mesh.hpp"
 #include "collision/tree/posed_tree.hpp"
 
 namespace nbd {
@@ -15,7 +13,6 @@ namespace nbd {
 struct BodyTree {
     std::shared_ptr<const CollisionTree> tree;
     SurfaceEmbedding W{};  // [n, N] surface vertices from nodes; empty: the nodes are the vertices
-    TetMesh solid{};       // for `certified` bounds; empty: these are as wide as exact ones
     BoundKind bounds = BoundKind::boxes;
     std::optional<float> margin{};  // see PosedTree
 };
@@ -46,8 +43,7 @@ class PosedBody {
     Vertices x_;
     PosedTree exact_;
     std::optional<PosedTree> own_;  // empty: the exact boxes
-    std::optional<SolidMeter> meter_;
-    bool hangs_on_nodes_ = false;  // wide_ is posed by nodes_
+    bool hangs_on_nodes_ = false;   // wide_ is posed by nodes_
     Vertices nodes_;
     std::optional<AffineBoxes> wide_;
 };

@@ -58,7 +58,6 @@ ViewSources sources_of_scene(const SceneSpec& spec, std::span<const LoadedBody> 
         source.tree = {
             .tree = bodies[b].tree,
             .W = bodies[b].body->W.cast<float>(),
-            .solid = bodies[b].body->tets,
             .bounds = of_scene.bounds,
             .margin = of_scene.margin ? std::optional(static_cast<float>(*of_scene.margin)) : std::nullopt};
         source.rest = embedded(source.tree.W, world->elastic(body).rest().X.cast<float>());

@@ -15,9 +15,9 @@ struct Calibration {
     int trajectories = 0;   // number of calibration trajectories
     long poses = 0;         // number of poses in these trajectories
     /// [nodes], finite, >= 0. Radii are multiplied by 1 + margin, for a GatedBound by
-    /// 1 + margin * margin_weight(ood_score, limit). Sides of `learned_boxes` move outward by
-    /// margin * margin_weight(ood_score, limit) spreads instead, those of `learned_affine` by as many spreads
-    /// or residuals; their "nodes" are LearnedAffineModel::bounds().
+    /// 1 + margin * margin_weight(ood_score, limit). Sides of `learned_affine` move outward by
+    /// margin * margin_weight(ood_score, limit) spreads or residuals instead; their "nodes" are
+    /// LearnedAffineModel::bounds().
     std::vector<float> margins{};
     /// [nodes] largest ood_score in range, finite, >= 0; empty for bounds without a score.
     std::vector<float> limits{};

@@ -5,6 +5,16 @@
 
 namespace nbd {
 
+bool FlatFieldReader::leave_out(std::string_view group) {
+    bool any = false;
+    for (const FlatArray& array : file_.arrays())
+        if (array.name.starts_with(group)) {
+            read_.insert(array.name);
+            any = true;
+        }
+    return any;
+}
+
 void FlatFieldReader::finish() const {
     for (const FlatArray& array : file_.arrays())
         if (!read_.contains(array.name))

@@ -151,6 +151,9 @@ class FlatFieldReader {
         if (file_.has(message(group, '/'))) fields(*this, map[key]);
     }
 
+    /// Counts the arrays whose names begin with `group` as read. Returns whether there are any.
+    bool leave_out(std::string_view group);
+
     /// Throws if an array was not read: a program that knows more fields wrote the file.
     void finish() const;
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "collision/base/message.hpp"
+#include "collision/base/notice.hpp"
 #include "collision/base/temporary_files.hpp"
 #include "collision/flat/flat_fields.hpp"
 #include "collision/geometry/embedding_rows.hpp"
@@ -77,18 +78,6 @@ constexpr auto box_table = [](auto& file, const char* name, auto& boxes) {
                FlatColumn{"inverse_deviation", &BoxFit::inverse_deviation});
 };
 
-constexpr auto learned_fields = [](auto& file, auto& learned) {
-    using Node = LearnedModel::Node;
-    auto& [network, nodes, samples, values, boxes] = learned;
-    file.field("learned/network", network);
-    file.table("learned/nodes", nodes, FlatColumn{"sample_begin", &Node::sample_begin},
-               FlatColumn{"sample_count", &Node::sample_count}, FlatColumn{"value_begin", &Node::value_begin},
-               FlatColumn{"exact", &Node::exact});
-    file.field("learned/samples", samples);
-    file.field("learned/values", values);
-    box_table(file, "learned/boxes", boxes);
-};
-
 constexpr auto learned_affine_fields = [](auto& file, auto& fit) {
     auto& [X, samples, box_samples, clusters, residual, growth] = fit;
     file.field("learned_affine/X", X);
@@ -97,27 +86,6 @@ constexpr auto learned_affine_fields = [](auto& file, auto& fit) {
     box_table(file, "learned_affine/clusters", clusters);
     file.field("learned_affine/residual", residual);
     file.field("learned_affine/growth", growth);
-};
-
-constexpr auto certified_fields = [](auto& file, auto& certified) {
-    using Cell = CertifiedModel::Cell;
-    using Pair = CertifiedModel::RegionPair;
-    using Leg = CertifiedModel::Leg;
-    auto& [regions, cell_begin, cells, legs, pairs, rounding, reach] = certified;
-    auto& [of_tet, sample_begin, samples] = regions;
-    file.field("certified/regions/of_tet", of_tet);
-    file.field("certified/regions/sample_begin", sample_begin);
-    file.field("certified/regions/samples", samples);
-    file.field("certified/cell_begin", cell_begin);
-    file.table("certified/cells", cells, FlatColumn{"anchor", &Cell::anchor},
-               FlatColumn{"carrier", &Cell::carrier}, FlatColumn{"leg_begin", &Cell::leg_begin},
-               FlatColumn{"leg_end", &Cell::leg_end}, FlatColumn{"path", &Cell::path},
-               FlatColumn{"weight", &Cell::weight}, FlatColumn{"m", &Cell::m}, FlatColumn{"B", &Cell::B});
-    file.table("certified/legs", legs, FlatColumn{"pair", &Leg::pair}, FlatColumn{"length", &Leg::length});
-    file.table("certified/pairs", pairs, FlatColumn{"carrier", &Pair::carrier},
-               FlatColumn{"other", &Pair::other});
-    file.field("certified/rounding", rounding);
-    file.field("certified/reach", reach);
 };
 
 /// What an affine model is made of; W in compressed rows.
@@ -148,15 +116,12 @@ constexpr auto hung_fields = [](auto& file, auto& nodes) {
 /// fit: of the tree's `learned_affine` bounds, which the reader makes of it.
 constexpr auto tree_fields = [](auto& file, auto& tree, auto& fit) {
     // The models of `affine` and `boxes` are not stored: hang_on_nodes() and make_boxes() make them again.
-    auto& [vertex_count, faces, spheres, bd, nbd, learned, certified, learned_affine, affine, boxes,
-           calibrations] = tree;
+    auto& [vertex_count, faces, spheres, bd, nbd, learned_affine, affine, boxes, calibrations] = tree;
     file.field("surface/vertex_count", vertex_count);
     file.field("surface/faces", faces);
     sphere_fields(file, spheres);
     file.optional("bd", bd, bd_fields);
     file.optional("nbd", nbd, nbd_fields);
-    file.optional("learned", learned, learned_fields);
-    file.optional("certified", certified, certified_fields);
     file.optional("learned_affine", fit, learned_affine_fields);
     std::optional<HungNodes> hung = nodes_of(affine);
     file.optional("affine", hung, hung_fields);
@@ -179,6 +144,19 @@ constexpr auto tree_fields = [](auto& file, auto& tree, auto& fit) {
         });
     }
 };
+
+/// Leaves out the arrays of bounds that are gone, with a notice. Returns whether there are any.
+bool leave_out_gone_bounds(FlatFieldReader& file) {
+    bool any = false;
+    for (const GoneBounds& gone : gone_bounds)
+        if (file.leave_out(message(gone.group, '/'))) {
+            any = true;
+            notice(message("a flat tree: ", left_out(gone)));
+        }
+    for (const char* bounds : {"learned_spheres", "learned_boxes"})
+        file.leave_out(message("calibration/", bounds, '/'));
+    return any;
+}
 
 [[noreturn]] void fail(const std::filesystem::path& path, const auto&... parts) {
     throw std::runtime_error(message(path.string(), ": ", parts...));
@@ -213,6 +191,7 @@ CollisionTree read_flat_tree(std::span<const std::byte> file) {
     try {
         std::optional<LearnedAffineFit> fit;
         tree_fields(reader, tree, fit);
+        const bool lost_bounds = leave_out_gone_bounds(reader);
         reader.finish();
         check_sphere_tree(tree.spheres, tree.vertex_count, tree.faces);
         tree.boxes = make_boxes(tree);
@@ -220,6 +199,7 @@ CollisionTree read_flat_tree(std::span<const std::byte> file) {
             tree.learned_affine =
                 std::make_shared<const LearnedAffineModel>(tree.boxes->tree(), *std::move(fit));
         check_collision_tree(tree);
+        if (lost_bounds) require_other_bounds(tree);
     } catch (const std::invalid_argument& e) {
         throw std::runtime_error(e.what());
     }

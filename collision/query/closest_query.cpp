@@ -143,7 +143,7 @@ std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, do
     most_candidates_ = 0;
     most_ = most;
     closest_.reset();
-    if (choose_bounds(*a.state_, *b.state_))
+    if (walk_wide_trees(*a.state_, *b.state_))
         search_wide(a.state_->wide(), b.state_->wide());
     else
         search_sphere_trees(a, b);

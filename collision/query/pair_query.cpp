@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "collision/base/stopwatch.hpp"
 #include "collision/geometry/separation.hpp"
 #include "collision/query/box_walk.hpp"
 #include "collision/query/keep_intersecting.hpp"
@@ -17,25 +16,7 @@ namespace {
 
 int face_count(const SphereTree::Node& node) noexcept { return node.face_end - node.face_begin; }
 
-/// Prefetches what the bounds of nodes some pairs ahead will read, in three stages. Each stage reads what the
-/// previous one prefetched.
-template <class A, class B>
-void prefetch_ahead(const A& bounds_a, const B& bounds_b, const std::vector<NodePair>& level,
-                    std::size_t i) noexcept {
-    constexpr std::size_t nodes = 15, samples = 10, positions = 5;
-    const auto prefetch = [&](const auto& bounds, int NodePair::*node) {
-        if constexpr (requires { bounds.prefetch_positions(0); }) {
-            if (i + nodes < level.size()) bounds.prefetch_node(level[i + nodes].*node);
-            if (i + samples < level.size()) bounds.prefetch_samples(level[i + samples].*node);
-            if (i + positions < level.size()) bounds.prefetch_positions(level[i + positions].*node);
-        }
-    };
-    prefetch(bounds_a, &NodePair::a);
-    prefetch(bounds_b, &NodePair::b);
-}
-
-/// PairQuery's walk over the sphere trees, for one pair of bound types. It goes level by level, so that data
-/// of later nodes can be prefetched. level, next: scratch.
+/// PairQuery's walk over the sphere trees, level by level, for one pair of bound types. level, next: scratch.
 template <Bound A, Bound B>
 void walk_nodes(const SphereTree& tree_a, PosedSpheres& a, A& bounds_a, const SphereTree& tree_b,
                 PosedSpheres& b, B& bounds_b, float distance, std::vector<NodePair>& level,
@@ -46,7 +27,6 @@ void walk_nodes(const SphereTree& tree_a, PosedSpheres& a, A& bounds_a, const Sp
         counters.most_pairs = std::max(counters.most_pairs, static_cast<long>(level.size()));
         for (std::size_t i = 0; i < level.size(); ++i) {
             const NodePair pair = level[i];
-            prefetch_ahead(bounds_a, bounds_b, level, i);
             const SphereTree::Node& node_a = tree_a.nodes[static_cast<std::size_t>(pair.a)];
             const SphereTree::Node& node_b = tree_b.nodes[static_cast<std::size_t>(pair.b)];
             bool first_is_larger;
@@ -92,7 +72,7 @@ void PairQuery::reserve(const PosedTree& a, const PosedTree& b, std::size_t pair
     int packs = 0, leaves = 0;
     for (const PosedTree* body : {&a, &b}) {
         const PosedTreeState& state = *body->state_;
-        for (const auto* wide : {&state.of_nodes, &state.of_surface, &state.of_samples}) {
+        for (const auto* wide : {&state.of_nodes, &state.of_surface}) {
             if (!*wide) continue;
             packs = std::max(packs, (*wide)->cluster_packs());
             leaves = std::max(leaves, (*wide)->tree().leaves());
@@ -101,7 +81,7 @@ void PairQuery::reserve(const PosedTree& a, const PosedTree& b, std::size_t pair
     affine_walk_.reserve(packs, pairs);
     counting_sort_.reserve(pairs, leaves);
     for (auto* held : {&leaf_pairs_, &stack_, &next_}) held->reserve(pairs);
-    for (auto* held : {&pairs_, &other_pairs_}) held->reserve(pairs);
+    pairs_.reserve(pairs);
 }
 
 void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) {
@@ -201,50 +181,8 @@ template <class Narrow>
 std::span<const FacePair> PairQuery::find_face_pairs(PosedTree& a, PosedTree& b, float distance,
                                                      const Narrow& narrow) {
     require_distance(distance);
-    PosedTreeState &s = *a.state_, &t = *b.state_;
-    const auto find = [&](bool wide) {
-        return wide ? find_wide_pairs(a, b, distance, narrow)
-                    : find_sphere_tree_pairs(a, b, distance, narrow);
-    };
-    if (!may_be_learned(s) || !may_be_learned(t)) return find(choose_bounds(s, t));
-
-    // Both bodies share the work of a query.
-    AutoPose* const bodies[] = {&*s.automatic, &*t.automatic};
-    const auto work = [&] { return static_cast<double>(counters_.nodes_bounded + counters_.leaf_pairs) / 2; };
-    const auto answer = [&](bool learned) {
-        const auto pairs = find(choose_bounds(s, t, learned));
-        for (AutoPose* body : bodies) (learned ? body->learned_work : body->boxes_work) += work();
-        other_pairs_.reserve(pairs_.capacity());  // for a trial that holds no more
-        return pairs;
-    };
-    if (!bodies[0]->choice.is_trial_due() && !bodies[1]->choice.is_trial_due())
-        return answer(learned_is_cheaper(bodies[0]->choice, bodies[1]->choice));
-
-    const auto starts_ns = [&] { return bodies[0]->starts_ns() + bodies[1]->starts_ns(); };
-    const auto tried = [&](bool learned) {
-        const double before_ns = starts_ns();
-        const Stopwatch watch;
-        answer(learned);
-        return AutoChoice::Trial{.query_ns = (1e9 * watch.seconds() - (starts_ns() - before_ns)) / 2,
-                                 .work = work()};
-    };
-    // Exact boxes give the answer. Bodies that the first kind finds apart say nothing of the costs.
-    const bool learned_first = learned_goes_first(bodies[0]->choice, bodies[1]->choice);
-    const AutoChoice::Trial first = tried(learned_first);
-    if (counters_.leaf_pairs == 0) return pairs_;
-    const QueryCounters counters = counters_;
-    if (!learned_first) other_pairs_.assign(pairs_.begin(), pairs_.end());
-    const AutoChoice::Trial second = tried(!learned_first);
-    const long most_pairs = std::max(counters.most_pairs, counters_.most_pairs);
-    if (!learned_first) {
-        pairs_.assign(other_pairs_.begin(), other_pairs_.end());
-        counters_ = counters;
-        choose_bounds(s, t, false);
-    }
-    counters_.most_pairs = most_pairs;
-    for (AutoPose* body : bodies)
-        body->add_trial(learned_first ? second : first, learned_first ? first : second);
-    return pairs_;
+    return walk_wide_trees(*a.state_, *b.state_) ? find_wide_pairs(a, b, distance, narrow)
+                                                 : find_sphere_tree_pairs(a, b, distance, narrow);
 }
 
 /// Every face belongs to one leaf, so no pair occurs twice.
@@ -270,7 +208,7 @@ std::span<const FacePair> PairQuery::within(PosedTree& a, PosedTree& b, float di
 
 std::span<const FacePair> PairQuery::boxes_within(PosedTree& a, PosedTree& b, float distance) {
     const PosedTreeState &s = *a.state_, &t = *b.state_;
-    if ((s.in_step || t.in_step) && s.has_pose() && t.has_pose() && !(s.has_boxes() && t.has_boxes()))
+    if ((s.in_step || t.in_step) && s.has_pose() && t.has_pose() && !(s.has_wide() && t.has_wide()))
         throw std::invalid_argument(message("one body is in a step and the other, with ",
                                             name(s.in_step ? t.kind : s.kind),
                                             " bounds, in a pose; allowed: both in a step, or a pose with "
@@ -285,7 +223,7 @@ std::span<const LeafPair> PairQuery::box_leaves_within(PosedTree& a, PosedTree& 
         if (!body->box_tree())
             throw std::invalid_argument(message("leaves of box trees of a body with ", name(body->kind()),
                                                 " bounds; allowed: boxes, affine, learned_affine"));
-    choose_bounds(*a.state_, *b.state_, false);
+    walk_wide_trees(*a.state_, *b.state_);
     std::span<const LeafPair> found;
     walk_wide(a, b, [&](AffineBoxes& s, AffineBoxes& t) {
         found = affine_walk_.near_leaves(s, t, distance, reach);

@@ -28,9 +28,7 @@ struct QueryCounters {
 /// bounded only after its parent was found in collision, and at most once per pose. Nodes are compared by
 /// their boxes if both trees have bounds that are boxes, else by their spheres. Below colliding leaves the
 /// walk continues with the boxes under them, down to triangles. No step loses a pair to rounding. Two bodies
-/// with `affine` bounds or `boxes` are walked down their box trees instead, see AffineWalk. Two with `auto`
-/// bounds are walked in both ways while these are measured, see AutoChoice; the answer is then exact,
-/// unless learned ones came first and found them apart.
+/// with bounds of a box tree are walked down their box trees instead, see AffineWalk.
 ///
 /// Owns its scratch memory, which only grows: a query allocates nothing unless it holds more pairs at a time
 /// than any before it on this object (QueryCounters::most_pairs), or than reserve() made room for; nor do the
@@ -98,8 +96,7 @@ class PairQuery {
     std::vector<LeafPair> leaf_pairs_;
     CountingSort<LeafPair> counting_sort_;
     std::vector<NodePair> stack_, next_;
-    std::vector<FacePair> other_pairs_;  // of the other kind of `auto` bounds in a trial
-    std::vector<FacePair> pairs_;        // during a query: positions in the trees' `faces`
+    std::vector<FacePair> pairs_;  // during a query: positions in the trees' `faces`
 };
 
 }  // namespace nbd

@@ -149,7 +149,7 @@ std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float dist
     counters_ = {};
     batch_.clear();
     pairs_.clear();
-    if (choose_bounds(*body.state_, *body.state_, false))
+    if (walk_wide_trees(*body.state_, *body.state_))
         find_wide_pairs(body.state_->wide(), distance, narrow, reach);
     else
         find_sphere_pairs(body.state_->spheres(), body.tree().spheres, distance, narrow);

@@ -38,7 +38,7 @@ class SelfQuery {
     void use(const NeighbourProof* proof);
 
     /// Pairs (a, b), a < b, of faces that have a point in common but no vertex, sorted, without repeats. This
-    /// is the exact set for `exact`, `boxes`, `affine` and `certified` bounds. Learned bounds give a subset.
+    /// is the exact set for `exact`, `boxes` and `affine` bounds. Learned bounds give a subset.
     std::span<const FacePair> intersecting(PosedTree& body);
 
     /// Likewise pairs at most `distance` apart (metres, finite, >= 0). Faces around one vertex are often

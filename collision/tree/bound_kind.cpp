@@ -8,8 +8,12 @@
 namespace nbd {
 namespace {
 
-constexpr std::pair<std::string_view, std::string_view> gone[] = {
-    {"modal", "nbd"}, {"local", "learned_spheres"}, {"local_boxes", "learned_boxes"}};
+constexpr std::pair<std::string_view, std::string_view> gone[] = {{"modal", "nbd"},
+                                                                  {"local", "learned_affine"},
+                                                                  {"local_boxes", "learned_affine"},
+                                                                  {"learned_spheres", "learned_affine"},
+                                                                  {"learned_boxes", "learned_affine"},
+                                                                  {"certified", "affine"}};
 
 }  // namespace
 
@@ -23,14 +27,8 @@ std::string_view name(BoundKind kind) noexcept {
             return "bd";
         case BoundKind::nbd:
             return "nbd";
-        case BoundKind::learned_spheres:
-            return "learned_spheres";
-        case BoundKind::learned_boxes:
-            return "learned_boxes";
         case BoundKind::learned_affine:
             return "learned_affine";
-        case BoundKind::certified:
-            return "certified";
         case BoundKind::affine:
             return "affine";
         case BoundKind::automatic:
@@ -45,15 +43,17 @@ std::string_view instead_of_bound(std::string_view name) noexcept {
     return {};
 }
 
+std::string left_out(const GoneBounds& gone) {
+    return message("its ", gone.names, " bounds are gone and were left out; use ", gone.instead);
+}
+
 BoundKind bound_kind(std::string_view name) {
     for (const BoundKind kind : bound_kinds)
         if (name == nbd::name(kind)) return kind;
     if (const std::string_view instead = instead_of_bound(name); !instead.empty())
         throw std::invalid_argument(message("bounds \"", name, "\" are gone; write \"", instead, '"'));
-    throw std::invalid_argument(message(
-        "unknown bounds \"", name,
-        "\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, learned_affine, certified, "
-        "affine, auto"));
+    throw std::invalid_argument(
+        message("unknown bounds \"", name, "\", known: exact, boxes, bd, nbd, learned_affine, affine, auto"));
 }
 
 }  // namespace nbd

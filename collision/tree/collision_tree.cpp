@@ -44,7 +44,6 @@ void check_collision_tree(const CollisionTree& tree) {
     check_sphere_tree(tree.spheres, tree.vertex_count, tree.faces);
     if (tree.bd) check_bd_model(*tree.bd, tree.spheres, tree.vertex_count);
     if (tree.nbd) check_nbd_model(*tree.nbd, tree.spheres, tree.vertex_count);
-    if (tree.learned) check_learned_model(*tree.learned, tree.spheres, tree.vertex_count);
     if (tree.affine && !is_over(tree.affine->tree(), tree.vertex_count, tree.faces))
         throw std::invalid_argument(
             "the affine model is of another surface; allowed: one of the tree's faces");
@@ -54,7 +53,6 @@ void check_collision_tree(const CollisionTree& tree) {
     if (tree.learned_affine && !fits(*tree.learned_affine, tree))
         throw std::invalid_argument(
             "learned affine bounds are of another surface; allowed: bounds over the tree's wide tree");
-    if (tree.certified) check_certified_model(*tree.certified, tree.spheres, tree.vertex_count);
     for (const auto& [kind, calibration] : tree.calibrations) {
         if (!has_bounds(tree, kind))
             throw std::invalid_argument(
@@ -63,8 +61,23 @@ void check_collision_tree(const CollisionTree& tree) {
     }
 }
 
+void require_other_bounds(const CollisionTree& tree) {
+    for (const BoundKind kind : bound_kinds)
+        if (!is_exact(kind) && kind != BoundKind::automatic && has_bounds(tree, kind)) return;
+    throw std::invalid_argument(
+        "holds no bounds but ones that are gone; train the tree anew, or use the body without a tree");
+}
+
 bool is_usable(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) noexcept {
     return has_bounds(tree, kind) && (!can_miss(kind) || margin || tree.calibrations.contains(kind));
+}
+
+BoundKind bounds_of_auto(const CollisionTree& tree, bool by_nodes, std::optional<float> margin) noexcept {
+    constexpr Eigen::Index many_faces = 100'000;
+    if (by_nodes && tree.affine) return BoundKind::affine;
+    const bool is_large = tree.faces.rows() >= many_faces;
+    return is_large && is_usable(tree, BoundKind::learned_affine, margin) ? BoundKind::learned_affine
+                                                                          : BoundKind::boxes;
 }
 
 BoundKind exact_for_auto(const CollisionTree& tree, BoundKind kind) noexcept {
@@ -79,8 +92,7 @@ std::size_t bound_count(const CollisionTree& tree, BoundKind kind) noexcept {
 }
 
 NodeMargins node_margins(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {
-    const auto calibration =
-        tree.calibrations.find(kind == BoundKind::automatic ? BoundKind::learned_boxes : kind);
+    const auto calibration = tree.calibrations.find(kind);
     if (margin || calibration == tree.calibrations.end())
         return {std::vector<float>(bound_count(tree, kind), margin.value_or(0.f)), {}};
     return {calibration->second.margins, calibration->second.limits};
@@ -96,14 +108,8 @@ bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept {
             return tree.bd.has_value();
         case BoundKind::nbd:
             return tree.nbd.has_value();
-        case BoundKind::learned_spheres:
-            return tree.learned.has_value();
-        case BoundKind::learned_boxes:
-            return tree.learned && !tree.learned->boxes.empty();
         case BoundKind::learned_affine:
             return tree.learned_affine != nullptr;
-        case BoundKind::certified:
-            return tree.certified.has_value();
         case BoundKind::affine:
             return tree.affine != nullptr;
     }

@@ -7,9 +7,7 @@
 #include "collision/bounds/affine/affine_model.hpp"
 #include "collision/bounds/affine/learned_affine_model.hpp"
 #include "collision/bounds/calibration.hpp"
-#include "collision/bounds/certified/certified_model.hpp"
 #include "collision/bounds/learned/bd_model.hpp"
-#include "collision/bounds/learned/learned_model.hpp"
 #include "collision/bounds/learned/nbd_model.hpp"
 #include "collision/bounds/node_margins.hpp"
 #include "collision/topology/sphere_tree.hpp"
@@ -25,8 +23,6 @@ struct CollisionTree {
     SphereTree spheres;
     std::optional<BdModel> bd;                                 // absent: the bound cannot be used
     std::optional<NbdModel> nbd;                               // likewise
-    std::optional<LearnedModel> learned;                       // likewise
-    std::optional<CertifiedModel> certified;                   // likewise
     std::shared_ptr<const LearnedAffineModel> learned_affine;  // likewise; over the wide tree of make_boxes()
     std::shared_ptr<const AffineModel> affine;                 // likewise; see hang_on_nodes()
     std::shared_ptr<const AffineModel> boxes;       // absent: each PosedTree with `boxes` makes its own
@@ -57,6 +53,10 @@ std::shared_ptr<const CollisionTree> refer_to(CollisionTree&&) = delete;
 /// the tree fit each other.
 void check_collision_tree(const CollisionTree& tree);
 
+/// Throws std::invalid_argument if the tree has no bounds besides those that every tree has: for a file that
+/// held bounds that are gone.
+void require_other_bounds(const CollisionTree& tree);
+
 /// Number of bounds of this kind that have a margin of their own: nodes of the sphere tree, or of a model
 /// over a wide tree.
 std::size_t bound_count(const CollisionTree& tree, BoundKind kind) noexcept;
@@ -71,8 +71,18 @@ bool has_bounds(const CollisionTree& tree, BoundKind kind) noexcept;
 /// whose margin is calibrated in the tree or given.
 bool is_usable(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) noexcept;
 
-/// For `auto`, the exact bounds that it would choose, so that answers do not depend on a clock: `affine` if
-/// the tree has a model for them, else `boxes`. Returns other kinds unchanged.
+/// What `auto` bounds are: the fastest of these in the races of apps/docs/speed.md, and exact where learned
+/// ones win little.
+///
+/// | the pose is given by          | and the tree                                            | bounds | |
+/// ----------------------------- | ------------------------------------------------------- | ----------------
+/// | | nodes that carry the surface  | hangs on them                                           | `affine` |
+/// | positions                     | has 100,000 faces, and `learned_affine` that are usable |
+/// `learned_affine` | | positions                     | has fewer or no such bounds | `boxes`          |
+BoundKind bounds_of_auto(const CollisionTree& tree, bool by_nodes, std::optional<float> margin) noexcept;
+
+/// For `auto`, exact bounds in its place, where nothing may be missed: `affine` if the tree has a model for
+/// them, else `boxes`. Returns other kinds unchanged.
 BoundKind exact_for_auto(const CollisionTree& tree, BoundKind kind) noexcept;
 
 }  // namespace nbd

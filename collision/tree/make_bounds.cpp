@@ -11,20 +11,11 @@ namespace {
 
 using Bounds = decltype(PosedSpheres::bounds);
 
-Bounds make_bounds(const CollisionTree& tree, BoundKind kind, std::optional<float> margin,
-                   const NodeMargins& margins) {
+Bounds make_bounds(const CollisionTree& tree, BoundKind kind) {
     if (kind == BoundKind::exact) return ExactBound(tree.spheres);
-    if (kind == BoundKind::boxes || (kind == BoundKind::affine && tree.affine) ||
-        (kind == BoundKind::learned_affine && tree.learned_affine) ||
-        (kind == BoundKind::automatic && !is_usable(tree, BoundKind::learned_boxes, margin)))
-        return ExactBoxes(tree.spheres);
+    if (is_box(kind) && has_bounds(tree, kind)) return ExactBoxes(tree.spheres);
     if (kind == BoundKind::bd && tree.bd) return BdBound(tree.spheres, *tree.bd);
     if (kind == BoundKind::nbd && tree.nbd) return NbdBound(tree.spheres, *tree.nbd);
-    if (kind == BoundKind::learned_spheres && tree.learned) return LearnedSpheres(*tree.learned);
-    if ((kind == BoundKind::learned_boxes || kind == BoundKind::automatic) &&
-        has_bounds(tree, BoundKind::learned_boxes))
-        return LearnedBoxes(tree.spheres, *tree.learned, margins);
-    if (kind == BoundKind::certified && tree.certified) return CertifiedBound(tree.spheres, *tree.certified);
     std::string available = "exact";
     for (const BoundKind other : bound_kinds)
         if (other != BoundKind::exact && has_bounds(tree, other)) available.append(", ").append(name(other));
@@ -48,11 +39,10 @@ void check_calibrated(const CollisionTree& tree, BoundKind kind, std::optional<f
 
 std::unique_ptr<PosedSpheres> make_spheres(const CollisionTree& tree, BoundKind kind,
                                            std::optional<float> margin) {
-    const NodeMargins margins =
-        kind == BoundKind::learned_affine ? no_margins(tree) : node_margins(tree, kind, margin);
-    return std::make_unique<PosedSpheres>(
-        PosedSpheres{make_bounds(tree, kind, margin, margins),
-                     SphereCache(tree.spheres, is_box(kind) ? no_margins(tree) : margins), LeafBoxes(tree)});
+    return std::make_unique<PosedSpheres>(PosedSpheres{
+        make_bounds(tree, kind),
+        SphereCache(tree.spheres, is_box(kind) ? no_margins(tree) : node_margins(tree, kind, margin)),
+        LeafBoxes(tree)});
 }
 
 }  // namespace nbd

@@ -2,12 +2,10 @@
 
 namespace nbd {
 
-void PosedSpheres::begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept {
+void PosedSpheres::begin_pose(const Positions& x) noexcept {
     std::visit(
         [&](auto& b) {
-            if constexpr (requires { b.begin_pose(x, motion); })
-                b.begin_pose(x, motion);
-            else if constexpr (requires { b.begin_pose(x); })
+            if constexpr (requires { b.begin_pose(x); })
                 b.begin_pose(x);
             else
                 b.begin_pose(x.rows());

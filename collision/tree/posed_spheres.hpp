@@ -1,14 +1,10 @@
 #pragma once
 
-#include <span>
 #include <variant>
 
-#include "collision/bounds/certified/certified_bound.hpp"
 #include "collision/bounds/exact/exact_bound.hpp"
 #include "collision/bounds/exact/exact_boxes.hpp"
 #include "collision/bounds/learned/bd_bound.hpp"
-#include "collision/bounds/learned/learned_boxes.hpp"
-#include "collision/bounds/learned/learned_spheres.hpp"
 #include "collision/bounds/learned/nbd_bound.hpp"
 #include "collision/tree/leaf_boxes.hpp"
 #include "collision/tree/sphere_cache.hpp"
@@ -18,12 +14,11 @@ namespace nbd {
 /// A pose of the sphere tree, its bounds and the boxes under its leaves. Queries take the type of the bounds
 /// out of the variant once and then run without a dispatch per node.
 struct PosedSpheres {
-    std::variant<ExactBound, ExactBoxes, BdBound, NbdBound, LearnedSpheres, LearnedBoxes, CertifiedBound>
-        bounds;
+    std::variant<ExactBound, ExactBoxes, BdBound, NbdBound> bounds;
     SphereCache spheres;
     LeafBoxes boxes;
 
-    void begin_pose(const Positions& x, std::span<const RegionMotion> motion) noexcept;
+    void begin_pose(const Positions& x) noexcept;
     int nodes_bounded() const noexcept;
     int nodes_out_of_range() const noexcept;
     /// Whether something that was read in this pose is not finite, or overflows.

@@ -26,13 +26,9 @@ PosedTree::PosedTree(PosedTree&&) noexcept = default;
 PosedTree& PosedTree::operator=(PosedTree&&) noexcept = default;
 PosedTree::~PosedTree() = default;
 
-void PosedTree::begin_pose(VertexView x, std::span<const RegionMotion> motion) {
-    state_->begin_pose(x, motion);
-}
+void PosedTree::begin_pose(VertexView x) { state_->begin_pose(x); }
 
-void PosedTree::begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion) {
-    state_->begin_pose(x, motion);
-}
+void PosedTree::begin_pose(EmbeddedPositions& x) { state_->begin_pose(x); }
 
 void PosedTree::begin_pose_of_nodes(VertexView nodes) { state_->begin_pose_of_nodes(nodes); }
 
@@ -43,7 +39,7 @@ void PosedTree::begin_step_of_nodes(VertexView start, VertexView end) {
 }
 
 void PosedTree::reserve() {
-    for (auto* wide : {&state_->of_nodes, &state_->of_surface, &state_->of_samples})
+    for (auto* wide : {&state_->of_nodes, &state_->of_surface})
         if (*wide) (*wide)->reserve();
 }
 
@@ -66,7 +62,7 @@ const Sphere& PosedTree::sphere(int node) {
 
 Box PosedTree::whole() {
     if (!state_->has_pose()) return empty_box();
-    if (choose_bounds(*state_, *state_)) {
+    if (walk_wide_trees(*state_, *state_)) {
         const Box whole = state_->wide().whole();
         state_->require_finite();
         return whole;
@@ -101,7 +97,6 @@ int PosedTree::nodes_bounded() const noexcept {
         count = s.of_nodes->fitted();
     else if ((s.is_wide || s.in_step) && !s.wide_is_stale)
         count = s.of_surface->fitted();
-    if (s.of_samples && !s.samples_are_stale) count += s.of_samples->fitted();
     if (s.posed_spheres && !s.spheres_are_stale) count += s.posed_spheres->nodes_bounded();
     return count;
 }
@@ -110,7 +105,6 @@ int PosedTree::nodes_out_of_range() const noexcept {
     const PosedTreeState& s = *state_;
     int count = 0;
     if (s.of_surface && !s.is_of_nodes && !s.wide_is_stale) count = s.of_surface->out_of_range();
-    if (s.of_samples && !s.samples_are_stale) count += s.of_samples->out_of_range();
     if (s.posed_spheres && !s.spheres_are_stale) count += s.posed_spheres->nodes_out_of_range();
     return count;
 }
@@ -118,20 +112,7 @@ int PosedTree::nodes_out_of_range() const noexcept {
 BoundKind PosedTree::chosen() const noexcept {
     const PosedTreeState& s = *state_;
     if (s.kind != BoundKind::automatic) return s.kind;
-    if (s.goes_wide && s.is_of_nodes) return BoundKind::affine;
-    if (s.goes_wide) return s.asks_learned ? BoundKind::learned_affine : BoundKind::boxes;
-    return is_usable(*s.tree, BoundKind::learned_boxes, s.margin) ? BoundKind::learned_boxes
-                                                                  : BoundKind::boxes;
-}
-
-AutoChoice PosedTree::auto_choice() const noexcept {
-    return state_->automatic ? state_->automatic->choice : AutoChoice();
-}
-
-void PosedTree::restore(const AutoChoice& choice) noexcept {
-    if (!state_->automatic) return;
-    *state_->automatic = {};
-    state_->automatic->choice = choice;
+    return s.goes_wide ? bounds_of_auto(*s.tree, s.is_of_nodes, s.margin) : BoundKind::boxes;
 }
 
 const CollisionTree& PosedTree::tree() const noexcept { return *state_->tree; }

@@ -2,12 +2,9 @@
 
 #include <memory>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include "collision/geometry/box.hpp"
 #include "collision/geometry/vertex_view.hpp"
-#include "collision/tree/auto_choice.hpp"
 #include "collision/tree/collision_tree.hpp"
 
 namespace nbd {
@@ -22,10 +19,7 @@ struct PosedTreeState;
 /// only when a query with a body of another kind, or a question about a node, needs it. Before its first pose
 /// a body touches nothing. Reading writes these caches, so only one thread at a time may use a tree.
 ///
-/// `auto` bounds take what the pose allows: `affine` where it is given by nodes and the tree has a model for
-/// them, else `boxes`, or learned ones where the tree has these and they are cheaper, see AutoChoice:
-/// `learned_affine`, or `learned_boxes` in a tree without them. With
-/// a body of another kind they take what mixes with it.
+/// `auto` bounds are those of bounds_of_auto(), or exact boxes with a body that has spheres.
 class PosedTree {
  public:
     /// `tree` is shared, not copied. margin: finite, >= 0. It multiplies the radius of every sphere by
@@ -43,26 +37,22 @@ class PosedTree {
 
     /// Starts a pose. x: [vertex_count, 3], world space, metres, finite; not copied, so the array must stay
     /// valid until the next call. `exact` and `boxes`
-    /// read every vertex here, `bd` and `nbd` read only their representatives, `learned_spheres` and
-    /// `learned_boxes` nothing. Queries later read the samples of learned nodes, and all vertices of nodes
-    /// that are out of range. `auto` reads nothing here if its boxes may be learned. motion: for
-    /// `certified`, one per region of the tree's model, valid as long as x; without it, `certified` uses the
-    /// exact sphere of every node. The other kinds ignore it. In such a pose `affine` bodies have `boxes`.
+    /// read every vertex here, `bd` and `nbd` read only their representatives, `learned_affine` nothing.
+    /// Queries later read the samples of learned nodes, and all vertices of nodes that are out of range.
+    /// In such a pose `affine` bodies have `boxes`.
     ///
-    /// This and the functions below that start a pose throw std::invalid_argument if the numbers of rows or
-    /// of motions do not fit the tree, or a number that they read is not finite. What they do not read, the
+    /// This and the functions below that start a pose throw std::invalid_argument if the numbers of rows do
+    /// not fit the tree, or a number that they read is not finite. What they do not read, the
     /// queries check when they read it; they throw likewise, and leave alone what has no part in their
     /// answer. All of them throw std::bad_alloc if memory runs out. After an error the body has no pose, as
     /// before the first one, and may be given another.
-    void begin_pose(VertexView x, std::span<const RegionMotion> motion = {});
-    void begin_pose(VertexView x, std::vector<RegionMotion>&& motion) = delete;
+    void begin_pose(VertexView x);
 
     /// Starts a pose with positions that are computed on demand: all of them for `exact` and `boxes`, which
     /// copy them once more, and for `learned_affine`, few for the other kinds. x: its begin_pose() was
     /// called; must stay valid until the next call. `affine` bounds, and `auto` ones with an affine model,
     /// take the nodes alone, by which the tree hangs as it was made: x must be of the same W.
-    void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion = {});
-    void begin_pose(EmbeddedPositions& x, std::vector<RegionMotion>&& motion) = delete;
+    void begin_pose(EmbeddedPositions& x);
 
     /// Starts a pose of a body with `affine` bounds, or with `auto` ones and an affine model, and only of
     /// such a one: it reads the nodes that carry the surface. nodes: [node_count, 3], world space, metres,
@@ -108,18 +98,12 @@ class PosedTree {
     int nodes_out_of_range() const noexcept;
 
     const CollisionTree& tree() const noexcept;
-    /// The tree of the boxes in this pose, for bounds that are walked down a box tree and are not chosen by
-    /// their costs; null for others. Before the first pose, as in the poses that the bounds are for.
+    /// The tree of the boxes in this pose, for bounds that are walked down a box tree, except `auto`; null
+    /// for others. Before the first pose, as in the poses that the bounds are for.
     const WideTree* box_tree() const noexcept;
     BoundKind kind() const noexcept;
     /// The bounds that the last query of pairs used: kind(), or what `auto` chose.
     BoundKind chosen() const noexcept;
-
-    /// What `auto` bounds know of their costs. It holds times of this machine, so that two runs may choose
-    /// otherwise, and learned boxes miss what exact ones find; a run that has the choice of another from the
-    /// same pose on chooses alike. Other bodies have an empty choice and ignore it.
-    AutoChoice auto_choice() const noexcept;
-    void restore(const AutoChoice& choice) noexcept;
 
  private:
     std::unique_ptr<PosedTreeState> state_;

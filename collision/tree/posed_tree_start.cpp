@@ -33,43 +33,38 @@ void PosedTreeState::begin(const Start& start) {
     }
 }
 
-void PosedTreeState::begin_pose(VertexView x, std::span<const RegionMotion> motion) {
+void PosedTreeState::begin_pose(VertexView x) {
     begin([&] {
         check_rows("positions", x);
-        check_motion(motion);
         given = x;
         given_nodes = false;
-        set_pose(Positions(x), motion);
+        set_pose(Positions(x));
     });
 }
 
-void PosedTreeState::begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion) {
+void PosedTreeState::begin_pose(EmbeddedPositions& x) {
     begin([&] {
         if (x.vertex_count() != tree->vertex_count)
             throw std::invalid_argument(message("embedded positions: of ", x.vertex_count(),
                                                 " vertices, but the surface has ", tree->vertex_count));
         if (of_nodes) return begin_pose_of_nodes(x.nodes());
-        check_motion(motion);
         given = x.nodes();
         given_nodes = true;
         require_finite_rows("node", given);
         if (is_exact(kind)) x.compute_all();
         if (kind == BoundKind::bd) x.compute(tree->bd->modes.representatives);
         if (kind == BoundKind::nbd) x.compute(tree->nbd->modes.representatives);
-        set_pose(Positions(x), motion);
+        set_pose(Positions(x));
     });
 }
 
-void PosedTreeState::set_pose(const Positions& x, std::span<const RegionMotion> motion) {
+void PosedTreeState::set_pose(const Positions& x) {
     positions = x;
     is_of_nodes = in_step = false;
-    wide_is_stale = samples_are_stale = true;
+    wide_is_stale = true;
     spheres_are_stale = is_wide;
-    if (!is_wide) return made_spheres().begin_pose(x, motion);
-    if (automatic)
-        automatic->end_pose();
-    else
-        wide();
+    if (!is_wide) return made_spheres().begin_pose(x);
+    wide();
 }
 
 void PosedTreeState::begin_pose_of_nodes(VertexView nodes) {
@@ -78,9 +73,8 @@ void PosedTreeState::begin_pose_of_nodes(VertexView nodes) {
         given = nodes;
         given_nodes = true;
         of_nodes->begin_pose(nodes);
-        is_of_nodes = samples_are_stale = spheres_are_stale = true;
+        is_of_nodes = spheres_are_stale = true;
         wide_is_stale = in_step = false;
-        if (automatic) automatic->end_pose();
     });
 }
 
@@ -91,12 +85,11 @@ void PosedTreeState::begin_step(VertexView start, VertexView end) {
         given_start = start;
         given = end;
         given_nodes = false;
-        if (!of_surface) of_surface.emplace(make_wide(*tree, kind, margin));
+        if (!of_surface) of_surface.emplace(make_wide(*tree, of_positions(), margin));
         of_surface->begin_step(start, end);
         positions = end;
-        in_step = samples_are_stale = spheres_are_stale = true;
+        in_step = spheres_are_stale = true;
         is_of_nodes = wide_is_stale = false;
-        if (automatic) automatic->end_pose();
     });
 }
 
@@ -108,9 +101,8 @@ void PosedTreeState::begin_step_of_nodes(VertexView start, VertexView end) {
         given = end;
         given_nodes = true;
         of_nodes->begin_step(start, end);
-        is_of_nodes = in_step = samples_are_stale = spheres_are_stale = true;
+        is_of_nodes = in_step = spheres_are_stale = true;
         wide_is_stale = false;
-        if (automatic) automatic->end_pose();
     });
 }
 
@@ -118,8 +110,8 @@ void PosedTreeState::forget_pose() noexcept {
     given = given_start = {};
     positions = {};
     is_of_nodes = of_nodes.has_value();
-    in_step = wide_is_stale = samples_are_stale = spheres_are_stale = false;
-    for (auto* wide : {&of_nodes, &of_surface, &of_samples})
+    in_step = wide_is_stale = spheres_are_stale = false;
+    for (auto* wide : {&of_nodes, &of_surface})
         if (*wide) (*wide)->forget_pose();
     posed_spheres.reset();  // they cannot forget a pose, but those that are made anew have none
 }
@@ -127,7 +119,6 @@ void PosedTreeState::forget_pose() noexcept {
 bool PosedTreeState::met_non_finite() const noexcept {
     if (is_of_nodes && of_nodes->met_non_finite()) return true;
     if (!is_of_nodes && !wide_is_stale && of_surface && of_surface->met_non_finite()) return true;
-    if (!samples_are_stale && of_samples && of_samples->met_non_finite()) return true;
     return !spheres_are_stale && posed_spheres && posed_spheres->met_non_finite();
 }
 
@@ -153,19 +144,6 @@ void PosedTreeState::check_nodes(const char* what, const VertexView& x) const {
     if (x.count() != tree->affine->node_count())
         throw std::invalid_argument(message(what, ": ", x.count(), " rows, but the surface hangs on ",
                                             tree->affine->node_count(), " nodes"));
-}
-
-void PosedTreeState::check_motion(std::span<const RegionMotion> motion) const {
-    if (kind != BoundKind::certified || motion.empty()) return;
-    const int regions = tree->certified->regions.count();
-    if (motion.size() != static_cast<std::size_t>(regions))
-        throw std::invalid_argument(message("motions of ", motion.size(), " regions, but the tree has ",
-                                            regions, "; allowed: as many, or none"));
-    for (std::size_t i = 0; i < motion.size(); ++i)
-        if (!motion[i].G.allFinite() || !(motion[i].deviation >= 0) || !(motion[i].stretch >= 0))
-            throw std::invalid_argument(message("motion of region ", i,
-                                                " is not known; allowed: a finite gradient, deviation and "
-                                                "stretch of 0 or more, or infinite"));
 }
 
 }  // namespace nbd

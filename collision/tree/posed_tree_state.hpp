@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "collision/bounds/affine/affine_boxes.hpp"
-#include "collision/tree/auto_pose.hpp"
 #include "collision/tree/posed_spheres.hpp"
 #include "collision/tree/posed_tree.hpp"
 
@@ -18,26 +17,22 @@ struct PosedTreeState {
     std::optional<float> margin{};
     std::unique_ptr<PosedSpheres> posed_spheres{};        // null: not needed so far
     std::optional<AffineBoxes> of_nodes{}, of_surface{};  // wide trees; empty: not needed so far
-    std::optional<AffineBoxes> of_samples{};              // for `auto` bounds that may be learned affine ones
-    bool is_wide = false;                 // has the bounds of a wide tree, perhaps among others
-    std::optional<AutoPose> automatic{};  // for `auto` bounds that may be learned
-    Positions positions{};                // of the pose
-    VertexView given{}, given_start{};    // what the pose or step was given by: positions or nodes
-    bool given_nodes = false;             // it was nodes
-    Vertices surface{};                   // `positions` that were made from nodes
-    bool is_of_nodes = false;             // the pose or step was given by nodes
-    bool in_step = false;                 // a step, whose end is the pose
-    bool wide_is_stale = false;           // of_surface has another pose
-    bool samples_are_stale = false;       // of_samples has another pose
-    bool spheres_are_stale = false;       // posed_spheres has another pose
-    bool asks_learned = false;            // the query uses the learned ones of `auto` bounds
-    bool goes_wide = false;               // and the wide trees
+    bool is_wide = false;               // has the bounds of a wide tree, perhaps among others
+    Positions positions{};              // of the pose
+    VertexView given{}, given_start{};  // what the pose or step was given by: positions or nodes
+    bool given_nodes = false;           // it was nodes
+    Vertices surface{};                 // `positions` that were made from nodes
+    bool is_of_nodes = false;           // the pose or step was given by nodes
+    bool in_step = false;               // a step, whose end is the pose
+    bool wide_is_stale = false;         // of_surface has another pose
+    bool spheres_are_stale = false;     // posed_spheres has another pose
+    bool goes_wide = false;             // the last query walked the wide trees
 
     PosedTreeState(std::shared_ptr<const CollisionTree> body, BoundKind bounds, std::optional<float> growth);
 
     /// Start a pose or a step, see PosedTree, and check what they read.
-    void begin_pose(VertexView x, std::span<const RegionMotion> motion);
-    void begin_pose(EmbeddedPositions& x, std::span<const RegionMotion> motion);
+    void begin_pose(VertexView x);
+    void begin_pose(EmbeddedPositions& x);
     void begin_pose_of_nodes(VertexView nodes);
     void begin_step(VertexView start, VertexView end);
     void begin_step_of_nodes(VertexView start, VertexView end);
@@ -47,13 +42,14 @@ struct PosedTreeState {
     void require_finite() const;
 
     bool has_pose() const noexcept { return given.count() > 0; }
-    /// Whether wide() has boxes that are not learned ones of `auto`: by the body's kind, or in a step.
-    bool has_boxes() const noexcept { return is_wide || in_step; }
-    /// Whether the query may use wide().
-    bool has_wide() const noexcept { return asks_learned ? of_samples.has_value() : has_boxes(); }
-
-    /// The boxes of the wide tree in this pose, or the learned ones if the query asks for these.
+    /// Whether there is wide(): by the body's kind, or in a step.
+    bool has_wide() const noexcept { return is_wide || in_step; }
+    /// The boxes of the wide tree in this pose.
     AffineBoxes& wide();
+    /// The bounds of of_surface.
+    BoundKind of_positions() const noexcept {
+        return kind == BoundKind::automatic ? bounds_of_auto(*tree, false, margin) : kind;
+    }
     /// The sphere tree in this pose. For `boxes` and `affine` it has exact boxes, and reads the whole
     /// surface.
     PosedSpheres& spheres();
@@ -65,20 +61,14 @@ struct PosedTreeState {
     void begin(const Start& start);
     void forget_pose() noexcept;
     PosedSpheres& made_spheres();  // in whatever pose
-    void set_pose(const Positions& x, std::span<const RegionMotion> motion);
+    void set_pose(const Positions& x);
     bool met_non_finite() const noexcept;
-    void check_motion(std::span<const RegionMotion> motion) const;
     void check_rows(const char* what, const VertexView& x) const;
     void check_nodes(const char* what, const VertexView& x) const;
 };
 
-/// Whether a body's `auto` bounds may be learned in this pose.
-inline bool may_be_learned(const PosedTreeState& body) noexcept {
-    return body.automatic && !body.is_of_nodes && !body.in_step;
-}
-/// Begin a query between two bodies, or with one alone: they decide whether it uses learned bounds, by their
-/// costs or as said. Return whether it walks the bodies' wide trees; else it walks their sphere trees.
-bool choose_bounds(PosedTreeState& a, PosedTreeState& b) noexcept;
-bool choose_bounds(PosedTreeState& a, PosedTreeState& b, bool learned) noexcept;
+/// Begins a query between two bodies, or with one alone. Returns whether it walks the bodies' wide trees;
+/// else it walks their sphere trees.
+bool walk_wide_trees(PosedTreeState& a, PosedTreeState& b) noexcept;
 
 }  // namespace nbd

@@ -7,7 +7,6 @@
 #include <memory>
 #include <vector>
 
-#include "collision/bounds/certified/region_meter.hpp"
 #include "meshing/body/body.hpp"
 #include "meshing/surface/mesh.hpp"
 #include "sim/factor/block_pattern.hpp"
@@ -138,9 +137,8 @@ class ElasticBody {
     /// The deformation gradient of a tetrahedron for the positions x, [N, 3].
     Eigen::Matrix3d deformation_gradient(NodesRef x, int tet) const;
 
-    /// Measures the elements at the positions x [N, 3], metres. meter: may be null; otherwise it measures the
-    /// motions of its groups of tetrahedra in the same pass.
-    ElementReport measure(NodesRef x, RegionMeter* meter = nullptr) const;
+    /// Measures the elements at the positions x [N, 3], metres.
+    ElementReport measure(NodesRef x) const;
 
     /// Fills the results and the elastic forces for the positions x [N, 3], metres. Allocates only on the
     /// first use of both. Non-finite elements get R = I and pass their NaN on to the forces. motion: makes
@@ -185,7 +183,7 @@ class ElasticBody {
     void build_mass(MassKind kind, const std::vector<double>& density);
     void gradients(NodesRef x, int batch, LaneMatrix3& F) const;
     Lanes volumes(int batch) const;
-    void measure_batch(NodesRef x, int batch, RegionMeter* meter, ElementReport& report) const;
+    void measure_batch(NodesRef x, int batch, ElementReport& report) const;
     void add_motion(int batch, const LaneMatrix3& F, const StepMotion& motion, ElementPose& pose,
                     LaneMatrix3& P) const;
     void corotated_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,

@@ -62,8 +62,7 @@ void ElasticBody::gradients(NodesRef x, int batch, LaneMatrix3& F) const {
         for (int j = 0; j < 3; ++j) F(i, j) = D(i, 0) * g(j, 0) + D(i, 1) * g(j, 1) + D(i, 2) * g(j, 2);
 }
 
-ElementReport ElasticBody::measure(NodesRef x, RegionMeter* meter) const {
-    if (meter) meter->reset([&](int t) { return deformation_gradient(x, t); });
+ElementReport ElasticBody::measure(NodesRef x) const {
     constexpr int batches_per_task = 64;
     const int batches = static_cast<int>(gradient_.size());
     std::vector<ElementReport> parts(
@@ -73,7 +72,7 @@ ElementReport ElasticBody::measure(NodesRef x, RegionMeter* meter) const {
         [&](int task) {
             const int end = std::min(batches, (task + 1) * batches_per_task);
             for (int batch = task * batches_per_task; batch < end; ++batch)
-                measure_batch(x, batch, meter, parts[static_cast<std::size_t>(task)]);
+                measure_batch(x, batch, parts[static_cast<std::size_t>(task)]);
         },
         1);
     ElementReport report;
@@ -82,11 +81,10 @@ ElementReport ElasticBody::measure(NodesRef x, RegionMeter* meter) const {
 }
 
 /// Adds a batch to the report on earlier ones.
-void ElasticBody::measure_batch(NodesRef x, int batch, RegionMeter* meter, ElementReport& report) const {
+void ElasticBody::measure_batch(NodesRef x, int batch, ElementReport& report) const {
     const int first = first_tet(batch), count = tets_of(batch);
     LaneMatrix3 F, R;
     gradients(x, batch, F);
-    if (meter) meter->add(first, count, F.entries);
     rotations_of(F, R);
     Lanes squared = Lanes::Zero();
     for (std::size_t k = 0; k < 9; ++k) squared += F.entries[k].square();

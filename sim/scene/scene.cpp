@@ -166,8 +166,7 @@ void read_source(JsonObject& from, const std::filesystem::path& base, SceneBody&
 void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody& body) {
     body.tree = read_path(from, "tree", base);
     body.bounds = bound_kind(from.choice("bounds", "auto",
-                                         {"exact", "boxes", "bd", "nbd", "learned_spheres", "learned_boxes",
-                                          "learned_affine", "certified", "affine", "auto"},
+                                         {"exact", "boxes", "bd", "nbd", "learned_affine", "affine", "auto"},
                                          instead_of_bound));
     body.margin = from.optional_number("margin", {0, 10, "between 0 and 10"});
     if (is_exact(body.bounds) || body.bounds == BoundKind::affine || body.bounds == BoundKind::automatic)

@@ -29,7 +29,6 @@ std::vector<StartMove> World::resolve_start() {
     };
     const auto move = [&](int body, const Eigen::Vector3d& by) {
         at(body).state.x.rowwise() += by.transpose();
-        at(body).measured = false;
         moves[static_cast<std::size_t>(body)].by += by;
     };
     const double room = 2 * thickness();

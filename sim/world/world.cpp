@@ -94,11 +94,6 @@ int World::add_body(WorldBody body) {
             throw std::invalid_argument(
                 "world: the affine bounds of a collision tree have other weights than the body");
     }
-    std::unique_ptr<RegionMeter> meter;
-    if (tree && body.bounds == BoundKind::certified)
-        meter = std::make_unique<RegionMeter>(
-            std::shared_ptr<const TetRegions>(body.tree, &body.tree->certified->regions),
-            elastic.element_count());
     const double contact_young = surface_young(elastic, body.W);
     ContactSurface surface(contact_shape(body, tree ? tree->box_tree() : nullptr), body.state.x);
     const int index = body_count();
@@ -111,8 +106,7 @@ int World::add_body(WorldBody body) {
                        .forces = Nodes::Zero(nodes, 3),
                        .contact_forces = Nodes::Zero(nodes, 3),
                        .grips = std::move(body.grips),
-                       .grip_start = std::move(grip_start),
-                       .meter = std::move(meter)});
+                       .grip_start = std::move(grip_start)});
     first_unknown_.push_back(first_unknown_.back() + 3 * nodes);
     forget_parts();
     return index;
@@ -182,16 +176,9 @@ std::vector<FacePair> World::intersecting(int a, int b) {
 }
 
 void World::begin_pose(Body& body, PosedTree& tree) {
-    if (tree.kind() != BoundKind::affine) return tree.begin_pose(body.surface.x_float(), motion(body));
+    if (tree.kind() != BoundKind::affine) return tree.begin_pose(body.surface.x_float());
     body.nodes = body.state.x.cast<float>();
     tree.begin_pose_of_nodes(body.nodes);
-}
-
-/// Usually measured by the element pass that ended the last step; done here only where there was none.
-std::span<const RegionMotion> World::motion(Body& body) {
-    if (!body.meter) return {};
-    if (!std::exchange(body.measured, true)) body.elastic->measure(body.state.x, body.meter.get());
-    return body.meter->motions();
 }
 
 Nodes World::body_part(int body, const Eigen::VectorXd& stacked) const {
@@ -273,7 +260,6 @@ void World::reset(const WorldSnapshot& snapshot) {
         at(b).velocities_before = snapshot.velocities_before.empty()
                                       ? Nodes{}
                                       : snapshot.velocities_before[static_cast<std::size_t>(b)];
-        at(b).measured = false;
     }
     time_ = snapshot.time;
     dt_before_ = snapshot.dt_before;

@@ -177,10 +177,6 @@ class World {
     /// grip, and for targets of another shape or not finite.
     void drive(int body, std::vector<int> nodes, Nodes targets);
 
-    /// Motions of the regions of the body's tree, the input of `certified` bounds; empty for other bounds.
-    /// Valid until the body moves.
-    std::span<const RegionMotion> motion(int body) { return motion(at(body)); }
-
     /// Intersecting face pairs of two bodies in the current pose, found with the bodies' bounds, in single
     /// precision. Throws std::invalid_argument where one of them has no tree.
     std::vector<FacePair> intersecting(int a, int b);
@@ -201,8 +197,8 @@ class World {
     std::vector<StartMove> resolve_start();
 
     /// Starts the pose of a tree over a body's surface as the world does for its own trees: from the body's
-    /// nodes for `affine` bounds, else from surface(), both in single precision, and with motion(). Call it
-    /// after a step; valid until the body moves.
+    /// nodes for `affine` bounds, else from surface(), both in single precision. Call it after a step;
+    /// valid until the body moves.
     void begin_pose(int body, PosedTree& tree) { begin_pose(at(body), tree); }
 
     /// Mean contact forces, friction included, on the tet nodes of a body over the last step: [N, 3] newtons.
@@ -231,10 +227,8 @@ class World {
         std::vector<Grip> grips;
         std::vector<Nodes> grip_start;  // per grip, positions at which it took its nodes
         DrivenNodes driven{};
-        double energy = 0;                     // elastic, joules, at the end of the last step
-        std::unique_ptr<RegionMeter> meter{};  // null unless the tree has `certified` bounds
-        bool measured = false;                 // the meter's result is of the current state
-        Vertices nodes{};                      // of the tree's pose; only for `affine` bounds
+        double energy = 0;  // elastic, joules, at the end of the last step
+        Vertices nodes{};   // of the tree's pose; only for `affine` bounds
     };
     /// One of the equal parts of a step.
     struct StepPart {
@@ -265,7 +259,6 @@ class World {
         return takes_bdf2(body) ? body.start.state : body.state;
     }
     Loads loads(const Body& body) const { return {.gravity = config_.gravity, .forces = body.forces}; }
-    std::span<const RegionMotion> motion(Body& body);
     void begin_pose(Body& body, PosedTree& tree);
     void forget_contacts();
     void forget_parts();

@@ -62,8 +62,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
         starts.centres.push_back(centre_of_mass(*body.elastic, body.state.x));
-        const ElementReport elements =
-            body.elastic->measure(ends[static_cast<std::size_t>(b)], body.meter.get());
+        const ElementReport elements = body.elastic->measure(ends[static_cast<std::size_t>(b)]);
         inverted += elements.inverted;
         std::string failure = pose_failure(b, elements, body.elastic->element_count(), config_.limits);
         if (!failure.empty()) return failure;
@@ -96,7 +95,6 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         missing.back() *= lasting;
         inertia.emplace_back();
         if (!is_held(body)) inertia.back() = lasting * rigid_inertia(*body.elastic, body.state.x);
-        body.measured = true;
     }
     if (is_solved) {
         // Where a step is long for contacts, momentum that is given without them would grow from step to

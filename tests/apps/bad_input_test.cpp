@@ -43,9 +43,21 @@ class BadInputTest : public SmallFiles {
 };
 
 const std::string ours = "allowed: a file written by nbdtree";
-const std::string foo_bounds =
-    "--bounds: foo not in {exact,boxes,bd,nbd,learned_spheres,learned_boxes,learned_affine,certified,affine,"
-    "auto}";
+const std::string foo_bounds = "--bounds: foo not in {exact,boxes,bd,nbd,learned_affine,affine,auto}";
+
+TEST_F(BadInputTest, SaysWhatToWriteInsteadOfBoundsThatAreGone) {
+    expect_refused({
+        {{"collide", "box.obj", "box.obj", "--bounds", "certified"},
+         2,
+         "--bounds: 'certified' is gone; write affine"},
+        {{"coverage", "tree.h5", "data.h5", "--bounds", "nbd,certified"},
+         2,
+         "--bounds: 'certified' is gone; ..."},
+        {{"evaluate", "tree.h5", "data.h5", "--bounds", "learned_boxes"},
+         2,
+         "--bounds: 'learned_boxes' is gone; write learned_affine"},
+    });
+}
 
 TEST_F(BadInputTest, RejectsWhatAPageCannotShow) {
     expect_refused({
@@ -237,9 +249,7 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
         {{"coverage", "tree.h5", "data.h5", "--bounds", "affine", "--contacts", "0"},
          1,
          "affine bounds never miss, so they have no coverage to measure"},
-        {train("--bounds", "bd"), 2,
-         "--bounds: bd not in {nbd,learned_spheres,learned_affine}; the nearest is nbd"},
-        {train("--samples", "17"), 2, "--samples: is '17'; allowed: 0, 16, 32 .. 128"},
+        {train("--bounds", "bd"), 2, "--bounds: bd not in {nbd,learned_affine}; the nearest is nbd"},
         {{"transfer", "tree.h5", "box.h5"}, 2, "--output is required"},
         {{"evaluate", "tree.h5", "data.h5", "--margins", "0,-1"},
          2,
@@ -360,10 +370,9 @@ TEST_F(BadInputTest, RejectsInvalidScenes) {
          said(4,
               R"(bodies[0].tree: is missing: bounds "nbd" are learned or precomputed and need a tree file)")},
         {scene(R"({"body": "box.h5", "bounds": "boxs"})"), 1,
-         said(
-             5,
-             R"(bodies[0].bounds: is "boxs", but must be exact, boxes, bd, nbd, learned_spheres, learned_boxes, )"
-             R"(learned_affine, certified, affine or auto; the nearest is "boxes")")},
+         said(5,
+              R"(bodies[0].bounds: is "boxs", but must be exact, boxes, bd, nbd, learned_affine, affine or )"
+              R"(auto; the nearest is "boxes")")},
         {scene(""), 1, said(6, "bodies: must hold at least one body")},
         {scene("{"), 1, said(7, "line 1, column ...")},
         {scene(R"({"body": "box.h5", "material": {"law": "neo_hookean"}})"), 1,

@@ -55,8 +55,8 @@ TEST_F(FiguresTest, WritesEveryFigureAsTableAndPictures) {
     std::string margins = "0";
     for (int percent = 1; percent <= 25; ++percent)
         margins += ",0." + std::string(percent < 10 ? "0" : "") + std::to_string(percent);
-    make({"evaluate", "tree.h5", "data.h5", "--bounds", "nbd,learned_spheres,bd,certified", "--margins",
-          margins, "--csv", "table.csv", "-q"});
+    make({"evaluate", "tree.h5", "data.h5", "--bounds", "nbd,bd", "--margins", margins, "--csv", "table.csv",
+          "-q"});
     const auto ours = lines(read_bytes(folder() / "figures/bounds.csv")),
                evaluated = lines(read_bytes(folder() / "table.csv"));
     ASSERT_EQ(ours.size(), 2 * evaluated.size() - 1);
@@ -102,7 +102,7 @@ struct DirectCount {
 
 TEST_F(FiguresTest, TellsWhatADirectCountTells) {
     make({"figures", "-o", "counted", "--body", "ONE", "tree.h5", "data.h5", "-q"});
-    constexpr std::array counted{BoundKind::bd, BoundKind::nbd, BoundKind::learned_spheres};
+    constexpr std::array counted{BoundKind::bd, BoundKind::nbd};
     int compared = 0;
     double most_outside = 0;
     for (const std::string& line : lines(read_bytes(folder() / "counted/bounds.csv"))) {
@@ -116,7 +116,7 @@ TEST_F(FiguresTest, TellsWhatADirectCountTells) {
         most_outside = std::max(most_outside, count.outside);
         ++compared;
     }
-    EXPECT_EQ(compared, 3 * 2 * 3);  // bounds, margins, depths
+    EXPECT_EQ(compared, 2 * 2 * 3);  // bounds, margins, depths
     EXPECT_GT(most_outside, 0);
 }
 
@@ -135,7 +135,7 @@ TEST_F(FiguresTest, DrawsSpheresAndCountsProtrudingVertices) {
             EXPECT_EQ(row[7], "0") << table[i];
         }
     }
-    EXPECT_EQ(bounds, (std::set<std::string>{"bd", "exact", "learned_spheres", "nbd"}));
+    EXPECT_EQ(bounds, (std::set<std::string>{"bd", "exact", "nbd"}));
 }
 
 TEST_F(FiguresTest, ReportsOnATreeInASelfContainedFile) {

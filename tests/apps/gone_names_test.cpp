@@ -21,7 +21,10 @@ TEST(GoneNames, OfCommandsAndOptionsSayWhatToDoInstead) {
     refused({"trust", "--help"}, "trust` is gone: use `nbdtree coverage`");
     refused({"-q", "carry", "a.h5"}, "carry` is gone: use `nbdtree remap`");
     refused({"bench", "peers"}, "bench` is gone: run the program `nbdtree-bench`");
-    refused({"train", "a.h5", "--local-samples=16"}, "train --local-samples` is gone: use --samples");
+    refused({"train", "a.h5", "--local-samples=16"},
+            "train --local-samples` is gone: leave it out; learned_affine bounds have no samples");
+    refused({"train", "a.h5", "b.h5", "-o", "c.h5", "--radius-network", "16"},
+            "train --radius-network` is gone: leave it out; learned_affine bounds have no network");
     refused({"dataset", "a.h5", "-o", "b.h5", "--solver", "direct"},
             "dataset --solver` is gone: leave it out; steps are always solved by iteration");
     refused({"export", "tree.h5", "--torch", "a.h5"},

@@ -105,10 +105,10 @@ TEST_F(Inputs, MeshScalesAPartInMillimetres) {
     // A scene names the factor where it names the file, and its body is the one that `mesh` makes: a tree
     // fits.
     make({"dataset", "mm.h5", "-o", "mm_poses.h5", "--trajectories", "3", "--frames", "20"});
-    make({"train", "mm.h5", "mm_poses.h5", "-o", "mm_tree.h5", "--bounds", "learned_spheres", "--depth", "2",
+    make({"train", "mm.h5", "mm_poses.h5", "-o", "mm_tree.h5", "--bounds", "learned_affine", "--depth", "2",
           "--held-out", "0", "--calibration", "0"});
     write("mm.json", R"({"bodies": [{"surface": "mm.obj", "meshing": {"scale": 0.001}, "tree": "mm_tree.h5",
-        "bounds": "learned_spheres", "margin": 0.1}], "time": {"frames": 1}})");
+        "bounds": "learned_affine", "margin": 0.1}], "time": {"frames": 1}})");
     EXPECT_EQ(text({"validate", "mm.json"}), "mm.json: valid\n");
 }
 
@@ -249,8 +249,8 @@ TEST_F(Inputs, AFarBodyIsTrainedOnAndEvaluatedAsNearZero) {
     EXPECT_NEAR((far.tets.X - load_body(folder() / "near_box.h5").tets.X).cwiseAbs().maxCoeff(), 0, 1e-8);
     make({"dataset", "far_box.h5", "-o", "far_poses.h5", "--trajectories", "4", "--frames", "20"});
     EXPECT_EQ(RecordingReader(folder() / "far_poses.h5").origin(), far.origin);
-    make({"train", "far_box.h5", "far_poses.h5", "-o", "far_tree.h5", "--bounds", "learned_spheres",
-          "--depth", "2", "--held-out", "0", "--calibration", "0"});
+    make({"train", "far_box.h5", "far_poses.h5", "-o", "far_tree.h5", "--bounds", "learned_affine", "--depth",
+          "2", "--held-out", "0", "--calibration", "0"});
     make({"evaluate", "far_tree.h5", "far_poses.h5", "--csv", "far_eval.csv"});
     make({"inspect", "--check", "far_poses.h5", "--body", "far_box.h5"});
     // A recorded pose and a surface at geographic coordinates are compared where they are.

@@ -48,9 +48,9 @@ TEST_F(MessagesTest, SurfaceFilesRefuseBoundsThatNeedATree) {
         {{"collide", "box.obj", "box.obj", "--bounds", "affine"},
          1,
          "--bounds: a surface file does not have affine" + allowed},
-        {{"view", "box.obj", "-o", "x.html", "--bounds", "certified"},
+        {{"view", "box.obj", "-o", "x.html", "--bounds", "bd"},
          1,
-         "--bounds: a surface file does not have certified" + allowed},
+         "--bounds: a surface file does not have bd" + allowed},
         {{"collide", "box.obj", "box.obj", "--margin", "0.1"}, 1, no_margin},
         {{"collide", "box.obj", "box.obj", "--margin", "0.1", "--bounds", "boxes"}, 1, no_margin},
     });

@@ -104,7 +104,7 @@ TEST_F(ResumeTest, ARunStoppedAgainAndAgainGivesTheSameBits) {
 }
 
 TEST_F(ResumeTest, AutoBoundsOfALearnedTreeBoundTheSameNodesAfterAKill) {
-    // The tree has calibrated learned boxes, which `auto` chooses by a clock where answers may depend on it.
+    // The tree has calibrated learned bounds, which `auto` leaves alone in scenes.
     make({"dataset", "box.h5", "-o", "fresh.h5", "--trajectories", "3", "--seed", "5", "--steps-per-frame",
           "1", "-q"});
     make({"calibrate", "tree.h5", "fresh.h5", "-o", "calibrated.h5", "--miss-rate", "0.3", "--confidence",

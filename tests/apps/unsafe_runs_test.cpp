@@ -68,7 +68,7 @@ TEST_F(UnsafeRuns, LearnedBoundsWithoutCalibrationNeedAMargin) {
         return std::vector<std::string>{"collide", pose + "3", pose + "9", "--bounds", bounds};
     };
     std::vector<Refusal> refused;
-    for (const char* bounds : {"nbd", "bd", "learned_spheres", "learned_boxes"}) {
+    for (const char* bounds : {"nbd", "bd", "learned_affine"}) {
         refused.push_back({collide(bounds), 1, advice(bounds)});
         refused.push_back({{"view", pose + "3", "--bounds", bounds, "-o", "x.html"}, 1, advice(bounds)});
     }
@@ -77,9 +77,9 @@ TEST_F(UnsafeRuns, LearnedBoundsWithoutCalibrationNeedAMargin) {
     refused.push_back(
         {{"race", "uncalibrated.json", "--bounds", "nbd"}, 1, "bodies[0] (box): " + advice("nbd")});
     expect_refused(refused);
-    for (const char* bounds : {"nbd", "learned_spheres", "auto", "boxes"}) {
+    for (const char* bounds : {"nbd", "learned_affine", "auto", "boxes"}) {
         std::vector<std::string> command = collide(bounds);
-        if (bounds == std::string("nbd") || bounds == std::string("learned_spheres"))
+        if (bounds == std::string("nbd") || bounds == std::string("learned_affine"))
             command.insert(command.end(), {"--margin", "0.1"});
         command.push_back("-q");
         make(command);

@@ -45,7 +45,7 @@ TEST(Verdict, ReportsThatNothingWasMissed) {
 }
 
 TEST(Verdict, OfCalibratedBoundsNamesTheWorstDepth) {
-    const std::vector<CoverageRow> coverage{{.bound = BoundKind::learned_spheres,
+    const std::vector<CoverageRow> coverage{{.bound = BoundKind::learned_affine,
                                              .depth = 0,
                                              .trajectories = 20,
                                              .miss_rate = 1e-3,
@@ -54,7 +54,7 @@ TEST(Verdict, OfCalibratedBoundsNamesTheWorstDepth) {
                                              .nodes_missing = 0,
                                              .inflation = 0.03,
                                              .out_of_range = 0.01},
-                                            {.bound = BoundKind::learned_spheres,
+                                            {.bound = BoundKind::learned_affine,
                                              .depth = 1,
                                              .trajectories = 20,
                                              .miss_rate = 1e-3,
@@ -67,7 +67,7 @@ TEST(Verdict, OfCalibratedBoundsNamesTheWorstDepth) {
     ASSERT_EQ(said.size(), 1u);
     EXPECT_EQ(
         said[0],
-        "With calibrated margins, learned_spheres bounds missed 0.12 % of the nodes at the worst depth (1). "
+        "With calibrated margins, learned_affine bounds missed 0.12 % of the nodes at the worst depth (1). "
         "The stated miss rate of 0.1 % is to hold in 90 % of the trajectories and held in 17 of 20. Radii "
         "are 2.0 % larger than the exact ones on average, and 2.0 % of the nodes were out of range and "
         "bounded exactly.");

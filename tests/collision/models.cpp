@@ -81,33 +81,6 @@ NbdModel random_model(const SphereTree& tree, const ClusteredModes& modes, int h
     return model;
 }
 
-LearnedModel random_learned_model(const SphereTree& tree, bool network, unsigned seed) {
-    std::mt19937 random(seed);
-    LearnedModel model;
-    model.network = network;
-    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
-        const std::span<const int> vertices = tree.node_vertices(i);
-        const std::size_t count = vertices.size() < 20 ? 16 : 32;
-        model.nodes.push_back({static_cast<int>(model.samples.size()), static_cast<int>(count),
-                               static_cast<int>(model.values.size())});
-        for (std::size_t k = 0; k < count; ++k)
-            model.samples.push_back(vertices[k * vertices.size() / count]);
-        const auto size =
-            static_cast<std::size_t>(LearnedModel::block_size(static_cast<int>(count), network));
-        std::vector<float> block(size);
-        for (float& value : block) value = 0.3f * uniform(random);
-        float sum = 0;
-        for (std::size_t k = 0; k < count; ++k) sum += block[k] = 1 + 0.5f * uniform(random);
-        for (std::size_t k = 0; k < count; ++k) block[k] /= sum;
-        for (std::size_t k = 2 * count; k < 3 * count; ++k) block[k] = 10 + 5 * uniform(random);
-        const float reach[] = {0.02f * uniform(random), 0.f, 0.2f};
-        std::ranges::copy(reach, block.end() - LearnedModel::lanes);
-        model.values.insert(model.values.end(), block.begin(), block.end());
-        model.boxes.push_back({0.05f, tree.rest[static_cast<std::size_t>(i)].r, 1.f});
-    }
-    return model;
-}
-
 std::shared_ptr<const LearnedAffineModel> sampled_affine_model(const CollisionTree& tree, VerticesRef X) {
     const WideTree& wide = tree.boxes->tree();
     LearnedAffineFit fit;
@@ -137,7 +110,6 @@ CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeCo
     CollisionTree tree = make_exact_tree(s.X, s.F, config);
     tree.bd = build_bd_model(tree.spheres, modes.U, modes.clustered);
     tree.nbd = random_model(tree.spheres, modes.clustered, 32, 5);
-    tree.learned = random_learned_model(tree.spheres, true, 6);
     tree.learned_affine = sampled_affine_model(tree, s.X);
     for (const BoundKind kind : bound_kinds)
         if (can_miss(kind) && has_bounds(tree, kind)) tree.calibrations[kind] = no_margins(tree, kind);

@@ -27,13 +27,10 @@ Sphere nbd_sphere(const NbdModel& model, const SphereTree& tree, int node, const
 /// A model with random weights, similar to the start of training.
 NbdModel random_model(const SphereTree& tree, const ClusteredModes& modes, int hidden, unsigned seed);
 
-/// A model with random weights over evenly spaced vertices of each node, at most 32 a node.
-LearnedModel random_learned_model(const SphereTree& tree, bool network, unsigned seed);
-
 /// A model over evenly spaced vertices of each part, with made-up growths. tree: has `boxes`.
 std::shared_ptr<const LearnedAffineModel> sampled_affine_model(const CollisionTree& tree, VerticesRef X);
 
-/// A tree of a surface with every kind of bounds except certified.
+/// A tree of a surface with every kind of bounds except affine.
 CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeConfig& config = {});
 
 /// A calibration with margins of 0, for tests that ask for bounds as they are.

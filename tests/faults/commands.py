@@ -33,7 +33,7 @@ COMMANDS = [
     Command("dataset", ["dataset", "body.h5", "-o", "made.h5", "--trajectories", "2", "--frames", "2"], "made.h5",
             ["made.shards/"], old=None),
     Command("train", ["train", "body.h5", "poses.h5", "-o", "made.h5", "--depth", "3", "--bounds",
-                      "nbd,learned_spheres", "--epochs", "2"], "made.h5", ["made.h5.checkpoint"]),
+                      "nbd,learned_affine", "--epochs", "2"], "made.h5", ["made.h5.checkpoint"]),
     Command("simulate", ["simulate", "scene.json", "-o", "made.h5", "--frames", "3"], "made.h5", ["made.h5.journal"],
             ["--resume"], old=FAILED_RUN),
     Command("export", ["export", "tree.h5", "--flat", "-o", "made.nbd"], "made.nbd"),
@@ -44,7 +44,7 @@ COMMANDS = [
 DATASET = Command("dataset", ["dataset", "body.h5", "-o", "made.h5", "--trajectories", "6", "--frames", "12",
                               "--per-shard", "2"], "made.h5", ["made.shards/"], old=None)
 TRAIN = Command("train", ["train", "body.h5", "poses.h5", "-o", "made.h5", "--depth", "4", "--bounds",
-                          "nbd,learned_spheres", "--epochs", "60"], "made.h5", ["made.h5.checkpoint"])
+                          "nbd,learned_affine", "--epochs", "60"], "made.h5", ["made.h5.checkpoint"])
 SIMULATE = Command("simulate", ["simulate", "scene.json", "-o", "made.h5", "--frames", "40"], "made.h5",
                    ["made.h5.journal"], ["--resume"], old=FAILED_RUN)
 # Every command, with all tables that it can write.
@@ -54,7 +54,7 @@ EVERY = [Command(line.split()[0], [*line.replace("assets/", f"{ASSETS}/").split(
     "remap poses.h5 --from body.h5 --to body.h5 -o made.h5",
     "train body.h5 poses.h5 -o made.h5 --depth 3 --epochs 2", "calibrate tree.h5 poses.h5 -o made.h5 --miss-rate 0.01",
     "evaluate nbd.h5 poses.h5 --csv made.csv", "figures --body A nbd.h5 poses.h5 -o made --max-frames 4",
-    "transfer tree.h5 body.h5 -o made.h5",
+    "transfer nbd.h5 body.h5 -o made.h5",
     "coverage tree.h5 poses.h5 --contacts 5 --csv made.csv --contacts-csv contacts.csv",
     "simulate scene.json -o made.h5 --frames 3 --csv made.csv --vtu vtu --obj obj --picture made.png",
     "race scene.json --frames 2 --csv made.csv", "validate assets/scenes/rings.json",
@@ -116,7 +116,7 @@ def make_inputs(folder, program):
     make("mesh", ASSETS / "block.mesh", "-o", "body.h5")
     make("modes", "body.h5", "-m", "8")
     make("dataset", "body.h5", "-o", "poses.h5", "--trajectories", "10", "--frames", "30")
-    make("train", "body.h5", "poses.h5", "-o", "tree.h5", "--depth", "3", "--bounds", "learned_spheres")
+    make("train", "body.h5", "poses.h5", "-o", "tree.h5", "--depth", "3", "--bounds", "learned_affine")
     (folder / "scene.json").write_text(
         '{"bodies": [{"body": "body.h5", "transform": {"translate": [0, 0, 0.3]}},'
         ' {"body": "body.h5", "transform": {"translate": [0, 0.02, 0.55]}}],'

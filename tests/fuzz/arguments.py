@@ -160,7 +160,7 @@ def make_inputs(program, folder):
              if path.is_file() and path.suffix not in (".py", ".md", ".geo", "")]
     for command in ("mesh assets/ring.obj -o body.h5", "modes body.h5 -m 6",
                     "dataset body.h5 -o poses.h5 --trajectories 3 --frames 3",
-                    "train body.h5 poses.h5 -o tree.h5 --depth 3 --bounds learned_spheres",
+                    "train body.h5 poses.h5 -o tree.h5 --depth 3 --bounds learned_affine",
                     "simulate assets/scenes/rings.json -o run.h5 --frames 3"):
         subprocess.run([program, *command.split(), "-q"], cwd=folder, check=True, stderr=subprocess.DEVNULL)
     return files + 20 * ["body.h5", "poses.h5", "tree.h5", "run.h5"]

@@ -209,7 +209,7 @@ def made_by_the_program(program, folder):
     run(program, folder, "modes", "body.h5", "-m", "6")
     run(program, folder, "dataset", "body.h5", "-o", "poses.h5", "--trajectories", "4", "--frames", "2")
     run(program, folder, "dataset", "body.h5", "-o", "many.h5", "--trajectories", "12", "--frames", "30")
-    run(program, folder, "train", "body.h5", "many.h5", "-o", "tree.h5", "--bounds", "nbd,learned_spheres,learned_affine",
+    run(program, folder, "train", "body.h5", "many.h5", "-o", "tree.h5", "--bounds", "nbd,learned_affine",
         "--epochs", "1", "--depth", "1", "-k", "4", "-m", "4")
     run(program, folder, "export", "tree.h5", "--flat", "-o", "tree.nbd")
     run(program, folder, "mesh", Path(__file__).resolve().parents[2] / "assets" / "ring.obj", "-o", "ring.h5")

@@ -50,7 +50,7 @@ def poses(beam, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def tree_file(beam, poses):
-    return nbd.train(beam, poses, ["learned_spheres", "learned_affine"], depth=5, seed=1)
+    return nbd.train(beam, poses, ["learned_affine"], depth=5, seed=1)
 
 
 def one_line(error):

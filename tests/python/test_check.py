@@ -221,7 +221,7 @@ BODY = [
 TREE = [
     ("a face out of range", set_value("tree.h5", "topology/faces", 0, 10**6),
      "lists face 1000000, but the surface has 1504 faces"),
-    ("a negative margin", set_value("tree.h5", "calibration/learned_spheres/margins", 0, -1.0), "margin"),
+    ("a negative margin", set_value("tree.h5", "calibration/learned_affine/margins", 0, -1.0), "margin"),
     ("weights that do not sum to 1", set_value("tree.h5", "embedding/values", 0, 9.0), "weights of vertex"),
 ]
 

@@ -45,8 +45,8 @@ def test_coverage_and_contact_scenes_are_those_of_the_command(program, saved, tr
     subprocess.run([program, "coverage", saved, poses, "--csv", nodes, "--contacts", "20", "--contacts-csv", contacts,
                     "--quiet"], check=True)
     ours, theirs = nbd.measure_coverage(tree_file, poses), rows_of(nodes)
-    assert {row.bound for row in ours} == {"learned_spheres", "learned_boxes", "learned_affine"}
-    assert len(ours) == len(theirs) > 10
+    assert {row.bound for row in ours} == {"learned_affine"}
+    assert len(ours) == len(theirs) == 3  # clusters, blocks and leaves
     for a, b in zip(ours, theirs):
         assert (a.bound, a.depth, a.trajectories, a.poses) == (
             b["bound"], int(b["depth"]), int(b["trajectories"]), int(b["poses"]))
@@ -61,23 +61,27 @@ def test_coverage_and_contact_scenes_are_those_of_the_command(program, saved, tr
 
 
 def test_bounds_that_never_miss_miss_nothing_in_contact(tree_file, poses):
-    rows = nbd.check_contact_scenes(tree_file, poses, ["boxes", "affine", "certified"], scenes=10, seed=3)
-    assert [(row.bound, row.missed) for row in rows] == [("boxes", 0), ("affine", 0), ("certified", 0)]
+    rows = nbd.check_contact_scenes(tree_file, poses, ["boxes", "affine"], scenes=10, seed=3)
+    assert [(row.bound, row.missed) for row in rows] == [("boxes", 0), ("affine", 0)]
     assert rows[0].face_pairs > 0 and len({row.face_pairs for row in rows}) == 1
 
 
 def test_random_splits_count_what_is_kept(beam, poses):
-    file = nbd.train(beam, poses, ["learned_spheres"], depth=4, calibration=0.5, miss_rate=0.05, confidence=0.5)
-    rows = nbd.check_random_splits(file, poses, "learned_spheres", splits=8)
-    assert [row.depth for row in rows] == list(range(5))
+    file = nbd.train(beam, poses, ["learned_affine"], depth=4, calibration=0.5, miss_rate=0.05, confidence=0.5)
+    rows = nbd.check_random_splits(file, poses, "learned_affine", splits=8)
+    assert [row.depth for row in rows] == [0, 1, 2]
     for row in rows:
         assert row.splits == 8 and row.calibration + row.test >= 6
         assert 0 <= row.nodes_missing <= row.highest <= 1 and 0 <= row.keeping <= 1 and row.stated >= 0.5
 
 
-def test_transferred_trees_are_the_bits_of_the_command(program, saved, tree_file, beam, fine, fine_file, tmp_path):
-    subprocess.run([program, "transfer", saved, fine_file, "-o", tmp_path / "command.h5", "--quiet"], check=True)
-    file = nbd.transfer_tree(tree_file, fine)
+def test_transferred_trees_are_the_bits_of_the_command(program, poses, beam, fine, fine_file, tmp_path):
+    moving = beam.with_modes(nbd.vibration_modes(beam, 8))
+    trained = nbd.train(moving, poses, ["nbd"], depth=3, clusters=32, epochs=2)
+    nbd.save_tree(tmp_path / "trained.h5", trained)
+    subprocess.run([program, "transfer", tmp_path / "trained.h5", fine_file, "-o", tmp_path / "command.h5", "--quiet"],
+                   check=True)
+    file = nbd.transfer_tree(trained, fine)
     nbd.save_tree(tmp_path / "python.h5", file)
     found = []
     with h5py.File(tmp_path / "command.h5") as a, h5py.File(tmp_path / "python.h5") as b:
@@ -85,7 +89,7 @@ def test_transferred_trees_are_the_bits_of_the_command(program, saved, tree_file
         assert len(found) > 10
         for name in found:
             assert np.array_equal(a[name][()], b[name][()]), name
-    assert len(file.tree.faces) == 4 * len(beam.F) and "learned_spheres" in file.tree.calibrations
+    assert len(file.tree.faces) == 4 * len(beam.F) and "nbd" in file.tree.calibrations
 
 
 def test_remapped_recordings_are_the_bits_of_the_command(program, beam, beam_file, fine, fine_file, poses, tmp_path):
@@ -104,7 +108,7 @@ def test_remapped_recordings_are_the_bits_of_the_command(program, beam, beam_fil
 def test_a_training_without_networks_leaves_other_files_alone(beam, beam_file, poses, tmp_path):
     other = tmp_path / "mine.h5"
     other.write_bytes(beam_file.read_bytes())
-    nbd.train(beam, poses, ["learned_spheres"], depth=3, checkpoint=other)
+    nbd.train(beam, poses, ["learned_affine"], depth=3, checkpoint=other)
     assert other.read_bytes() == beam_file.read_bytes()
 
 
@@ -112,7 +116,6 @@ def test_bad_arguments_are_refused(beam, fine, tree_file, poses, assets, tmp_pat
     ring = nbd.mesh_file(assets / "ring.obj")
     for call, kind, text in [
         (lambda: nbd.evaluate(tree_file, poses, ["exact", "affine"]), ValueError, "affine bounds are not those"),
-        (lambda: nbd.evaluate(tree_file, poses, ["learned_affine"]), ValueError, "learned_affine bounds are not those"),
         (lambda: nbd.evaluate(tree_file, poses, ["nbd", "bd"]), ValueError, "the tree has no nbd, bd bounds"),
         (lambda: nbd.evaluate(tree_file, poses, []), ValueError, "bounds"),
         (lambda: nbd.evaluate(tree_file, poses, max_frames=-1), ValueError, "max_frames is -1; allowed: 0 or more"),
@@ -122,8 +125,8 @@ def test_bad_arguments_are_refused(beam, fine, tree_file, poses, assets, tmp_pat
         (lambda: nbd.check_contact_scenes(tree_file, poses, ["nbd"]), ValueError, "the tree has no nbd bounds"),
         (lambda: nbd.check_contact_scenes(tree_file, poses, scenes=0), ValueError, "0 contact scenes"),
         (lambda: nbd.check_random_splits(tree_file, poses, "exact"), ValueError, "exact bounds of the tree are not"),
-        (lambda: nbd.check_random_splits(tree_file, poses, "learned_spheres", 0), ValueError, "splits: is 0"),
-        (lambda: nbd.transfer_tree(tree_file, ring), ValueError, "another surface"),
+        (lambda: nbd.check_random_splits(tree_file, poses, "learned_affine", 0), ValueError, "splits: is 0"),
+        (lambda: nbd.transfer_tree(tree_file, ring), ValueError, "the tree has no nbd bounds to transfer"),
         (lambda: nbd.remap(poses, tmp_path / "r.h5", beam, ring), RuntimeError, "its tetrahedra are not those of beam"),
         (lambda: nbd.remap(poses, tmp_path / "r.h5", fine, beam), RuntimeError, "was not recorded from fine"),
         (lambda: nbd.remap(poses, poses, beam, fine), RuntimeError, "the command also reads this file"),

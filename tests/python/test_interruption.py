@@ -73,13 +73,6 @@ def test_filling_a_surface(assets):
     stopped(lambda: nbd.mesh_file(assets / "gear.obj", nodes=44_000), 0.05)
 
 
-def test_certified_bounds(beam):
-    fine = nbd.make_body("fine", beam.tets, beam.surface, levels=3)
-    tree = nbd.tree_of_body(fine, depth=12)
-    stopped(lambda: tree.with_certified(fine.tets, fine.W, anchors=1024))
-    assert tree.region_count == 0 and "certified" not in tree.bounds
-
-
 @pytest.mark.parametrize(
     "call",
     [
@@ -96,8 +89,8 @@ def test_calls_that_read_frames(tree_file, long_recording, call):
 
 
 def test_random_splits(beam, poses):
-    file = nbd.train(beam, poses, ["learned_spheres"], depth=4, calibration=0.5, miss_rate=0.05, confidence=0.5)
-    stopped(lambda: nbd.check_random_splits(file, poses, "learned_spheres", 10**8))
+    file = nbd.train(beam, poses, ["learned_affine"], depth=4, calibration=0.5, miss_rate=0.05, confidence=0.5)
+    stopped(lambda: nbd.check_random_splits(file, poses, "learned_affine", 10**8))
 
 
 def test_remap(beam, long_recording, tmp_path):
@@ -107,7 +100,7 @@ def test_remap(beam, long_recording, tmp_path):
 
 
 def test_training_before_its_networks(beam, long_recording):
-    call = lambda: nbd.train(beam, long_recording, ["learned_spheres"], depth=8)
+    call = lambda: nbd.train(beam, long_recording, ["learned_affine"], depth=8)
     stopped(call)
 
 

@@ -116,10 +116,10 @@ def test_parts_of_a_split_by_a_parameter_share_nothing(beam, tmp_path):
     assert rule["parameter"] == "velocity_gradient" and rule["to"] is None and rule["from"] == pytest.approx(weakest)
     card = (tmp_path / "data.shards" / "README.md").read_text()
     assert f"{len(ids['held_out'])} are held out, whose `velocity_gradient` is at least" in card
-    tree = nbd.train(beam, path, ["learned_spheres"], depth=3, split="parameter", calibration=0)
+    tree = nbd.train(beam, path, ["learned_affine"], depth=3, split="parameter", calibration=0)
     assert set(tree.facts["held_out_trajectories"]) == ids["held_out"]
     with pytest.raises(RuntimeError) as error:
-        nbd.train(beam, path, ["learned_spheres"], depth=3, split="kinds")
+        nbd.train(beam, path, ["learned_affine"], depth=3, split="kinds")
     assert 'has no split "kinds"; allowed: trajectories, parameter' in str(error.value)
 
 

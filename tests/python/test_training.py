@@ -30,7 +30,7 @@ def test_datasets_are_the_bits_of_the_command(program, beam_file, poses, tmp_pat
 
 def test_trees_are_the_bits_of_the_command(program, beam_file, poses, tree_file, tmp_path):
     out, ours = tmp_path / "command.h5", tmp_path / "python.h5"
-    subprocess.run([program, "train", beam_file, poses, "-o", out, "--bounds", "learned_spheres,learned_affine",
+    subprocess.run([program, "train", beam_file, poses, "-o", out, "--bounds", "learned_affine",
                     "--depth", "5", "--quiet"], check=True)
     nbd.save_tree(ours, tree_file)
     a, b = datasets(out), datasets(ours)
@@ -57,33 +57,33 @@ def test_frames_are_read_as_they_are_stored(poses):
 
 def test_a_trained_tree_hardly_misses(beam, poses, tree_file):
     assert tree_file.facts["body_hash"] == beam.hash
-    assert {"learned_spheres", "learned_boxes", "learned_affine", "affine"} <= set(tree_file.tree.bounds)
-    stated = tree_file.tree.calibrations["learned_spheres"]
-    assert stated["miss_rate"] == 1e-3 and len(stated["margins"]) == tree_file.tree.node_count
-    rows = nbd.evaluate(tree_file, poses, ["exact", "learned_spheres"], [0.0])
-    learned = [row for row in rows if row.bound == "learned_spheres"]
-    assert learned and {row.depth for row in learned} == set(range(6))
+    assert {"learned_affine", "affine"} <= set(tree_file.tree.bounds)
+    stated = tree_file.tree.calibrations["learned_affine"]
+    assert stated["miss_rate"] == 1e-3 and len(stated["margins"]) > 10
+    rows = nbd.evaluate(tree_file, poses, ["exact", "learned_affine"], [0.0])
+    learned = [row for row in rows if row.bound == "learned_affine"]
+    assert learned and {row.depth for row in learned} == {0, 1, 2}
     assert all(row.nodes_missing == 0 for row in rows if row.bound == "exact")
-    assert all(row.radius_error < 0.5 for row in learned)
+    assert all(row.radius_error < 1 for row in learned)
 
 
 def test_learned_bounds_find_most_pairs(poses, tree_file):
     reader = nbd.RecordingReader(poses)
     x = [tree_file.surface_positions(reader.read(i, 6, 1)[0]) for i in (0, 1)]
     found = {}
-    for bounds in ("learned_spheres", "boxes"):
+    for bounds in ("learned_affine", "boxes"):
         a, b = (nbd.PosedTree(tree_file.tree, bounds) for _ in range(2))
         a.begin_pose(x[0])
         b.begin_pose(x[1])
         found[bounds] = {tuple(pair) for pair in nbd.PairQuery().intersecting(a, b)}
     assert len(found["boxes"]) > 0
-    assert found["learned_spheres"] <= found["boxes"]
-    assert len(found["learned_spheres"]) >= 0.9 * len(found["boxes"])
+    assert found["learned_affine"] <= found["boxes"]
+    assert len(found["learned_affine"]) >= 0.9 * len(found["boxes"])
 
 
 def test_bounds_without_calibration_need_a_margin(beam, poses):
-    tree = nbd.train(beam, poses, ["learned_spheres"], depth=3, calibration=0).tree
-    for bounds in ("learned_spheres", "learned_boxes"):
+    tree = nbd.train(beam, poses, ["learned_affine"], depth=3, calibration=0).tree
+    for bounds in ("learned_affine",):
         with pytest.raises(ValueError, match=f'"{bounds}" bounds are not calibrated.*run `nbdtree calibrate`'):
             nbd.PosedTree(tree, bounds)
         assert nbd.PosedTree(tree, bounds, margin=0).bounds == bounds
@@ -91,13 +91,13 @@ def test_bounds_without_calibration_need_a_margin(beam, poses):
 
 
 def test_a_calibration_is_of_a_new_file(beam, poses):
-    file = nbd.train(beam, poses, ["learned_spheres"], depth=4, calibration=0.4)
-    tree, before = file.tree, file.tree.calibrations["learned_spheres"]["margins"]
+    file = nbd.train(beam, poses, ["learned_affine"], depth=4, calibration=0.4)
+    tree, before = file.tree, file.tree.calibrations["learned_affine"]["margins"]
     file = nbd.calibrate(file, poses, miss_rate=0.05)
-    assert np.array_equal(tree.calibrations["learned_spheres"]["margins"], before)
+    assert np.array_equal(tree.calibrations["learned_affine"]["margins"], before)
     with pytest.raises(ValueError):
         nbd.calibrate(file, poses, confidence=0.9999)
-    assert file.tree.calibrations["learned_spheres"]["miss_rate"] == 0.05
+    assert file.tree.calibrations["learned_affine"]["miss_rate"] == 0.05
 
 
 def test_progress_is_told_and_its_errors_are_raised(beam, poses, tmp_path):
@@ -112,10 +112,10 @@ def test_progress_is_told_and_its_errors_are_raised(beam, poses, tmp_path):
         nbd.dataset_manifest(poses)
 
     with pytest.raises(RuntimeError) as error:
-        nbd.train(beam, poses, ["learned_spheres"], depth=4, progress=open_file)
+        nbd.train(beam, poses, ["learned_affine"], depth=4, progress=open_file)
     assert one_line(error) == "progress: must not call functions that read or write files of nbdtree"
     with pytest.raises(LookupError):
-        nbd.train(beam, poses, ["learned_spheres"], depth=4, progress=refuse)
+        nbd.train(beam, poses, ["learned_affine"], depth=4, progress=refuse)
     with pytest.raises(LookupError):
         nbd.make_dataset(beam, tmp_path / "q.h5", trajectories=3, frames=2, progress=refuse)
     nbd.make_dataset(beam, tmp_path / "q.h5", trajectories=3, frames=2)
@@ -145,7 +145,7 @@ def test_bad_arguments_are_refused(beam, poses, tree_file, tmp_path):
         (lambda: nbd.train(beam, poses, ["affine"]), "affine"),
         (lambda: nbd.train(beam, poses, network="deep"), 'network: is "deep"'),
         (lambda: nbd.train(beam, poses, ["nbd"], depth=4), "modes"),
-        (lambda: nbd.train(beam, poses, ["learned_spheres"], progress=3), "progress: is not callable"),
+        (lambda: nbd.train(beam, poses, ["learned_affine"], progress=3), "progress: is not callable"),
         (lambda: nbd.evaluate(tree_file, poses, ["exact"], [-1.0]), "margin"),
         (lambda: nbd.make_dataset(beam, tmp_path / "x.h5", trajectories=0), "trajectories"),
         (lambda: nbd.make_dataset(beam, tmp_path / "x.h5", recipe={"strenth": 1}), "strenth"),

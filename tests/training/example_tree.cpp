@@ -42,7 +42,6 @@ TreeFile example_tree(const ExampleTree& config) {
     tree.nbd->z_whitening = Eigen::MatrixXf::Random(config.modes, config.modes);
 
     hang_on_nodes(tree, file.W, X);
-    tree.learned = shapes::random_learned_model(tree.spheres, false, 3);
     tree.learned_affine = shapes::sampled_affine_model(tree, X);
 
     for (const BoundKind kind : {BoundKind::bd, BoundKind::nbd}) {

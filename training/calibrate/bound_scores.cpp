@@ -7,8 +7,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "collision/bounds/exact/exact_boxes.hpp"
-#include "collision/bounds/learned/learned_boxes.hpp"
 #include "collision/kernels/box_pack.hpp"
 #include "collision/tree/posed_tree.hpp"
 
@@ -37,26 +35,6 @@ void score_spheres(VerticesRef X, const std::shared_ptr<const CollisionTree>& tr
         for (int i = 0; i < scores.excess.cols(); ++i) {
             scores.excess(index, i) = sphere_excess(x, tree->spheres.node_vertices(i), pose.sphere(i));
             if (gated) scores.ood_score(index, i) = *pose.ood_score(i);
-        }
-    });
-}
-
-/// Fills in the margins that `learned_boxes` needed, in spreads, and their out-of-distribution scores.
-void score_boxes(const CollisionTree& tree, FrameSource& source, std::span<const FrameId> frames,
-                 BoundScores& scores) {
-    const LearnedModel& model = *tree.learned;
-    std::vector<ExactBoxes> exact(frame_slots, ExactBoxes(tree.spheres));
-    scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
-    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
-        ExactBoxes& truth = exact[static_cast<std::size_t>(slot)];
-        const Positions positions(VertexView::as_long_as(x));
-        truth.begin_pose(positions);
-        for (int i = 0; i < scores.excess.cols(); ++i) {
-            const SampleBox samples = sample_box(model, i, positions);
-            const float needed = outside(samples.box, truth.box(i));
-            scores.excess(index, i) =
-                needed > 0 ? needed / samples.spread - model.boxes[static_cast<std::size_t>(i)].growth : -1.f;
-            scores.ood_score(index, i) = samples.ood_score;
         }
     });
 }
@@ -118,9 +96,7 @@ BoundScores score_bounds(VerticesRef X, const std::shared_ptr<const CollisionTre
                          static_cast<Eigen::Index>(bound_count(*tree, kind)));
     scores.ood_score.resize(scores.excess.rows(), 0);
     scores.trajectories = trajectories_of(source.recording(), frames);
-    if (kind == BoundKind::learned_boxes)
-        score_boxes(*tree, source, frames, scores);
-    else if (kind == BoundKind::learned_affine)
+    if (kind == BoundKind::learned_affine)
         score_parts(*tree, source, frames, scores);
     else
         score_spheres(X, tree, kind, source, frames, scores);

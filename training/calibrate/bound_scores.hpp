@@ -13,8 +13,8 @@ namespace nbd {
 struct BoundScores {
     std::vector<int> trajectories;  // [poses] ids
     PoseRows excess;  // [poses, nodes] margin that the node needed, relative: (largest vertex distance from
-                      // the centre) / r - 1; infinite if r is 0. Of `learned_boxes` and
-                      // `learned_affine`: in spreads or residuals
+                      // the centre) / r - 1; infinite if r is 0. Of `learned_affine`: in
+                      // spreads or residuals
     PoseRows ood_score;  // [poses, nodes] of a GatedBound; no columns for other bounds
 };
 

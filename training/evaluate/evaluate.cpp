@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <stdexcept>
+#include <variant>
 
-#include "collision/bounds/certified/solid_meter.hpp"
 #include "collision/geometry/bounding_sphere.hpp"
 #include "collision/tree/posed_tree.hpp"
+#include "training/evaluate/wide_coverage.hpp"
 #include "training/files/recording_hash.hpp"
 
 namespace nbd {
@@ -23,13 +23,16 @@ struct Sums {
     Eigen::ArrayXXd radius_error, inflation;                              // [margins, depths]
     Eigen::ArrayXd centre_error;                                          // [depths]
     Eigen::Array<long, Eigen::Dynamic, Eigen::Dynamic> outside, missing;  // [margins, depths]
+    Eigen::Array<long, Eigen::Dynamic, 1> nodes, vertices;                // [depths]
 
     Sums(Eigen::Index margins, Eigen::Index depths)
         : radius_error(Eigen::ArrayXXd::Zero(margins, depths)),
           inflation(radius_error),
           centre_error(Eigen::ArrayXd::Zero(depths)),
           outside(decltype(outside)::Zero(margins, depths)),
-          missing(decltype(missing)::Zero(margins, depths)) {}
+          missing(decltype(missing)::Zero(margins, depths)),
+          nodes(decltype(nodes)::Zero(depths)),
+          vertices(nodes) {}
 
     void operator+=(const Sums& other) {
         radius_error += other.radius_error;
@@ -37,39 +40,102 @@ struct Sums {
         centre_error += other.centre_error;
         outside += other.outside;
         missing += other.missing;
+        nodes += other.nodes;
+        vertices += other.vertices;
+    }
+
+    /// Adds a node of so many vertices. s, truth: its bound and the exact one. outside(k, factor): vertices
+    /// outside of the bound times this factor, for the k-th margin.
+    template <class Outside>
+    void add_node(Eigen::Index depth, std::size_t vertex_count, const Sphere& s, const Sphere& truth,
+                  const std::vector<double>& margins, const Outside& count_outside) {
+        const double size = std::max(truth.r, std::numeric_limits<float>::min());
+        ++nodes[depth];
+        vertices[depth] += static_cast<long>(vertex_count);
+        centre_error[depth] += static_cast<double>((s.c - truth.c).norm()) / size;
+        for (std::size_t k = 0; k < margins.size(); ++k) {
+            const auto row = static_cast<Eigen::Index>(k);
+            const double r = static_cast<double>(s.r) * (1 + margins[k]);
+            const long lost = count_outside(r, 1 + margins[k]);
+            inflation(row, depth) += (r - static_cast<double>(truth.r)) / size;
+            radius_error(row, depth) += std::abs(r - static_cast<double>(truth.r)) / size;
+            outside(row, depth) += lost;
+            missing(row, depth) += lost > 0;
+        }
     }
 };
 
-/// One posed bound of the tree and its sums, per slot of the stream.
-struct Probe {
-    PosedTree posed;
-    Sums sums;
-    Eigen::VectorXd squared;  // scratch: distances of a node's vertices from the centre
+/// Spheres of the tree in a pose, and their sums, per slot of the stream.
+class SphereProbe {
+ public:
+    SphereProbe(const std::shared_ptr<const CollisionTree>& tree, BoundKind kind) : posed_(tree, kind, 0.f) {}
 
-    void add_frame(VerticesRef x, std::span<const RegionMotion> motion, const std::vector<Sphere>& exact,
-                   const std::vector<double>& margins) {
-        posed.begin_pose(VertexView::as_long_as(x), motion);
-        const SphereTree& tree = posed.tree().spheres;
+    void add_frame(VerticesRef x, const std::vector<Sphere>& exact, const std::vector<double>& margins,
+                   Sums& sums) {
+        posed_.begin_pose(VertexView::as_long_as(x));
+        const SphereTree& tree = posed_.tree().spheres;
         for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
-            const Sphere s = posed.sphere(i), &truth = exact[static_cast<std::size_t>(i)];
-            const double size = std::max(truth.r, std::numeric_limits<float>::min());
-            const int depth = tree.nodes[static_cast<std::size_t>(i)].depth;
-            sums.centre_error[depth] += static_cast<double>((s.c - truth.c).norm()) / size;
+            const Sphere s = posed_.sphere(i);
             const std::span<const int> vertices = tree.node_vertices(i);
-            squared.resize(static_cast<Eigen::Index>(vertices.size()));
+            squared_.resize(static_cast<Eigen::Index>(vertices.size()));
             for (std::size_t j = 0; j < vertices.size(); ++j)
-                squared[static_cast<Eigen::Index>(j)] =
+                squared_[static_cast<Eigen::Index>(j)] =
                     (x.row(vertices[j]).transpose() - s.c).cast<double>().squaredNorm();
-            for (std::size_t k = 0; k < margins.size(); ++k) {
-                const auto row = static_cast<Eigen::Index>(k);
-                const double r = static_cast<double>(s.r) * (1 + margins[k]);
-                const long outside = (squared.array() > r * r).count();
-                sums.inflation(row, depth) += (r - static_cast<double>(truth.r)) / size;
-                sums.radius_error(row, depth) += std::abs(r - static_cast<double>(truth.r)) / size;
-                sums.outside(row, depth) += outside;
-                sums.missing(row, depth) += outside > 0;
-            }
+            sums.add_node(tree.nodes[static_cast<std::size_t>(i)].depth, vertices.size(), s,
+                          exact[static_cast<std::size_t>(i)], margins,
+                          [&](double r, double) { return (squared_.array() > r * r).count(); });
         }
+    }
+
+ private:
+    PosedTree posed_;
+    Eigen::VectorXd squared_;  // scratch: distances of a node's vertices from the centre
+};
+
+/// The sphere around a box.
+Sphere around(const Box& box) {
+    return {((box.lo + box.hi) / 2).head<3>().matrix(), static_cast<float>(diagonal(box) / 2)};
+}
+
+/// Likewise of `learned_affine` boxes, whose radius is half their diagonal; a margin scales a box about its
+/// centre.
+class BoxProbe {
+ public:
+    explicit BoxProbe(const CollisionTree& tree)
+        : nodes_(tree, node_margins(tree, BoundKind::learned_affine, 0.f)) {}
+
+    void add_frame(VerticesRef x, const std::vector<double>& margins, Sums& sums) {
+        for (const WideNode& node : nodes_.pose(x)) {
+            const Eigen::Array4f c = (node.box.lo + node.box.hi) / 2, half = (node.box.hi - node.box.lo) / 2;
+            sums.add_node(node.level, static_cast<std::size_t>(nodes_.vertices(node)), around(node.box),
+                          around(node.exact), margins, [&](double, double factor) {
+                              if (factor == 1) return nodes_.outside(node, node.box, x);
+                              const Eigen::Array4f grown = half * static_cast<float>(factor);
+                              return nodes_.outside(node, {c - grown, c + grown}, x);
+                          });
+        }
+    }
+
+ private:
+    WideNodes nodes_;
+};
+
+/// One bound and its sums, per slot of the stream.
+struct Probe {
+    BoundKind kind;
+    Sums sums;
+    std::variant<SphereProbe, BoxProbe> bounds;
+
+    Probe(const std::shared_ptr<const CollisionTree>& tree, BoundKind bound, Eigen::Index margins)
+        : kind(bound), sums(margins, levels(*tree, bound)), bounds(make(tree, bound)) {}
+
+    static Eigen::Index levels(const CollisionTree& tree, BoundKind kind) {
+        return kind == BoundKind::learned_affine ? WideNodes::levels : tree.spheres.depth() + 1;
+    }
+    static std::variant<SphereProbe, BoxProbe> make(const std::shared_ptr<const CollisionTree>& tree,
+                                                    BoundKind kind) {
+        if (kind == BoundKind::learned_affine) return BoxProbe(*tree);
+        return SphereProbe(tree, kind);
     }
 };
 
@@ -90,12 +156,11 @@ void check(const SurfaceBody& body, const CollisionTree& tree, std::span<const F
 void check_bounds(const CollisionTree& tree, const EvaluateConfig& config) {
     std::vector<std::string_view> names;
     for (const BoundKind kind : config.bounds) names.push_back(name(kind));
-    for (const BoundKind kind : {BoundKind::affine, BoundKind::learned_affine})
-        if (std::ranges::find(config.bounds, kind) != config.bounds.end())
-            throw std::invalid_argument(
-                fmt::format("{} bounds are not those of the tree's nodes, which are evaluated; `nbdtree "
-                            "coverage` measures them",
-                            name(kind)));
+    if (std::ranges::find(config.bounds, BoundKind::affine) != config.bounds.end())
+        throw std::invalid_argument(
+            "affine bounds are not those of the tree's nodes, which are evaluated; `nbdtree coverage` "
+            "measures "
+            "them");
     if (std::ranges::none_of(config.bounds, [&](BoundKind kind) { return has_bounds(tree, kind); }))
         throw std::invalid_argument(fmt::format("the tree has no {} bounds", fmt::join(names, ", ")));
 }
@@ -111,48 +176,37 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
         spread(frames, config.max_frames > 0 ? config.max_frames : std::numeric_limits<int>::max());
     const SphereTree& spheres = tree->spheres;
     const auto margins = static_cast<Eigen::Index>(config.margins.size());
-    const Eigen::Index depths = spheres.depth() + 1;
 
     std::vector<std::vector<Probe>> probes(frame_slots);
     std::vector<std::vector<Sphere>> exact(frame_slots);
     for (auto& slot : probes)
         for (const BoundKind kind : config.bounds)
-            if (has_bounds(*tree, kind))
-                slot.push_back({PosedTree(tree, kind, 0.f), Sums(margins, depths), Eigen::VectorXd()});
-    std::vector<std::optional<SolidMeter>> meters(frame_slots);
-    for_each_pose(body, recording, chosen, [&](int slot, int, VerticesRef x, VerticesRef nodes) {
-        auto& meter = meters[static_cast<std::size_t>(slot)];
-        std::span<const RegionMotion> motion;
-        if (std::ranges::count(config.bounds, BoundKind::certified) > 0 && tree->certified) {
-            if (!meter)
-                meter.emplace(body.solid, std::shared_ptr<const TetRegions>(tree, &tree->certified->regions));
-            motion = meter->measure(nodes);
-        }
+            if (has_bounds(*tree, kind)) slot.emplace_back(tree, kind, margins);
+    for_each_pose(body, recording, chosen, [&](int slot, int, VerticesRef x, VerticesRef) {
         std::vector<Sphere>& truth = exact[static_cast<std::size_t>(slot)];
         truth.clear();
         for (int i = 0; i < static_cast<int>(spheres.nodes.size()); ++i)
             truth.push_back(bounding_sphere(x, spheres.node_vertices(i)));
         for (Probe& probe : probes[static_cast<std::size_t>(slot)])
-            probe.add_frame(x, motion, truth, config.margins);
+            if (auto* boxes = std::get_if<BoxProbe>(&probe.bounds))
+                boxes->add_frame(x, config.margins, probe.sums);
+            else
+                std::get<SphereProbe>(probe.bounds).add_frame(x, truth, config.margins, probe.sums);
     });
 
-    std::vector<long> nodes(static_cast<std::size_t>(depths)), vertices(nodes);
-    for (const SphereTree::Node& node : spheres.nodes) {
-        nodes[static_cast<std::size_t>(node.depth)] += 1;
-        vertices[static_cast<std::size_t>(node.depth)] += node.vertex_end - node.vertex_begin;
-    }
     const auto poses = static_cast<long>(chosen.size());
     std::vector<EvaluationRow> rows;
     for (std::size_t b = 0; b < probes.front().size(); ++b) {
+        const BoundKind kind = probes.front()[b].kind;
+        const Eigen::Index depths = Probe::levels(*tree, kind);
         Sums sums(margins, depths);
         for (const auto& slot : probes) sums += slot[b].sums;
         for (Eigen::Index k = 0; k < margins; ++k)
             for (Eigen::Index d = 0; d < depths; ++d) {
-                const long all_nodes = poses * nodes[static_cast<std::size_t>(d)];
-                const long all_vertices = poses * vertices[static_cast<std::size_t>(d)];
+                const long all_nodes = sums.nodes[d], all_vertices = sums.vertices[d];
                 const auto per_node = 1 / static_cast<double>(all_nodes);
                 rows.push_back({.frames = name,
-                                .bound = probes.front()[b].posed.kind(),
+                                .bound = kind,
                                 .depth = static_cast<int>(d),
                                 .margin = config.margins[static_cast<std::size_t>(k)],
                                 .radius_error = sums.radius_error(k, d) * per_node,

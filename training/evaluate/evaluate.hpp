@@ -12,14 +12,15 @@
 namespace nbd {
 
 struct EvaluateConfig {
-    std::vector<BoundKind> bounds{BoundKind::exact, BoundKind::bd, BoundKind::nbd, BoundKind::learned_spheres,
-                                  BoundKind::certified};
+    std::vector<BoundKind> bounds{BoundKind::exact, BoundKind::bd, BoundKind::nbd, BoundKind::learned_affine};
     std::vector<double> margins{0, 0.01, 0.02, 0.05, 0.10};  // added to every radius, relative; >= 0
     int max_frames = 0;                                      // maximum frames per set, evenly spread; 0: all
 };
 
 /// Result of one bound at one depth of the tree with one margin, over all frames of a set. Exact spheres are
-/// those of bounding_sphere() in the pose.
+/// those of bounding_sphere() in the pose. The nodes of `learned_affine` are those of the wide tree:
+/// clusters, blocks and leaves; the centre and radius of a box are its middle and half its diagonal, and a
+/// margin scales it about its centre.
 struct EvaluationRow {
     std::string frames;  // "random frames", "held-out trajectories" or "other recording"
     BoundKind bound = BoundKind::exact;
@@ -57,7 +58,7 @@ std::vector<TestFrames> test_frames(const TreeFile& tree, const RecordingReader&
 
 /// Evaluates a trained tree on all of its test_frames(), set by set. Throws what test_frames() and
 /// evaluate_frames() throw, and std::invalid_argument if the tree has none of the bounds, and for
-/// `affine` and `learned_affine`.
+/// `affine`.
 std::vector<EvaluationRow> evaluate(const TreeFile& tree, const RecordingReader& recording,
                                     const EvaluateConfig& config = {});
 

@@ -21,7 +21,7 @@ struct SurfaceBody {
     SurfaceEmbedding W;  // [n, N]
     ModeRows U;          // [3 n, m], m may be 0
     std::string hash;    // body_hash() of the body
-    TetMesh solid{};     // tetrahedra of the nodes, for `certified` bounds; may be empty
+    TetMesh solid{};     // tetrahedra of the nodes; may be empty
 };
 
 /// Builds a body, interpolating node_modes, [3 N, m], node-major, to the surface. Throws

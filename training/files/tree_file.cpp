@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/notice.hpp"
 #include "meshing/h5/sparse.hpp"
-#include "training/files/certified_file.hpp"
-#include "training/files/learned_file.hpp"
+#include "training/files/learned_affine_file.hpp"
 
 namespace nbd {
 
@@ -260,14 +260,15 @@ TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
     return facts;
 }
 
-/// Throws std::invalid_argument unless the solid fits the tree's `certified` bounds.
-void check_solid_fits(const TreeFile& file) {
-    if (!file.tree.certified) return;
-    const auto tets = file.tree.certified->regions.of_tet.size();
-    if (std::cmp_not_equal(file.solid.T.rows(), tets) || file.solid.X.rows() != file.W.cols())
-        throw std::invalid_argument(
-            fmt::format("certified bounds are for {} tetrahedra and {} nodes, but the solid has {} and {}",
-                        tets, file.W.cols(), file.solid.T.rows(), file.solid.X.rows()));
+/// Says which bounds of the file are gone; false if none are.
+bool tells_of_gone_bounds(const h5::Reader& file) {
+    bool any = false;
+    for (const GoneBounds& gone : gone_bounds)
+        if (file.has(std::string(gone.group))) {
+            any = true;
+            notice(fmt::format("{}: {}", file.path().string(), left_out(gone)));
+        }
+    return any;
 }
 
 /// Returns f(); turns its std::invalid_argument into a std::runtime_error that names the file.
@@ -280,11 +281,10 @@ auto of_file(const std::filesystem::path& path, const F& f) {
     }
 }
 
-/// Runs check_collision_tree() and check_solid_fits() on the content of a file.
+/// Runs check_collision_tree() on the content of a file.
 void check(const std::filesystem::path& path, const TreeFile& file) {
     of_file(path, [&] {
         check_collision_tree(file.tree);
-        check_solid_fits(file);
         if (file.tree.affine && !file.tree.affine->hangs_by(file.W))
             throw std::invalid_argument(
                 "the affine model has other weights than the embedding; allowed: the same ones");
@@ -294,8 +294,7 @@ void check(const std::filesystem::path& path, const TreeFile& file) {
 }  // namespace
 
 SurfaceBody surface_body(const TreeFile& file) {
-    return {file.X,    file.tree.faces, file.W, ModeRows(3 * file.X.rows(), 0), file.facts.body_hash,
-            file.solid};
+    return {file.X, file.tree.faces, file.W, ModeRows(3 * file.X.rows(), 0), file.facts.body_hash};
 }
 
 void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
@@ -320,14 +319,9 @@ void save_tree(const std::filesystem::path& path, const TreeFile& tree_file) {
         else
             write_modes(file, "bd/modes", tree.bd->modes);
     }
-    if (tree.learned) write_learned(file, *tree.learned);
     if (tree.learned_affine) write_learned_affine(file, tree.learned_affine->fit());
     for (const auto& [kind, calibration] : tree.calibrations) write_calibration(file, kind, calibration);
     if (tree.affine) file.write("affine/rest", tree.affine->rest(), packing);
-    if (tree.certified) {
-        write_certified(file, *tree.certified);
-        write_solid(file, tree_file.solid);
-    }
     write_facts(file, tree_file.facts);
     file.commit();
 }
@@ -346,7 +340,6 @@ TreeFile load_tree(const std::filesystem::path& path) {
     if (file.has("bd")) tree.bd = read_bd(file, nodes);
     bool networks_as_stored = true;
     if (file.has("nbd")) tree.nbd = of_file(path, [&] { return read_nbd(file, nodes, networks_as_stored); });
-    if (file.has("learned")) tree.learned = read_learned(file, nodes);
     for (const BoundKind kind : bound_kinds)
         if (kind != BoundKind::learned_affine && file.has(calibration_group(kind)))
             tree.calibrations[kind] = read_calibration(file, kind, nodes);
@@ -354,15 +347,15 @@ TreeFile load_tree(const std::filesystem::path& path) {
     if (tree.nbd && (tree.nbd->z_mean.size() == 0 || !networks_as_stored))
         tree.calibrations.erase(BoundKind::nbd);
     if (!networks_as_stored) tree.calibrations.erase(BoundKind::bd);  // the modes were not rounded either
-    if (file.has("certified")) {
-        tree.certified = read_certified(file, nodes);
-        result.solid = read_solid(file);
-    }
     check(path, result);
     tree.boxes = make_boxes(tree);
     if (file.has("affine")) {
         const auto rest = file.matrix<Vertices>("affine/rest", static_cast<std::size_t>(result.W.cols()), 3);
         of_file(path, [&] { hang_on_nodes(tree, result.W, rest); });
+    } else if (file.has("solid/nodes")) {  // of a file that may be older than `affine` bounds
+        SurfaceBody body = surface_body(result);
+        body.solid.X = file.matrix<Nodes>("solid/nodes", static_cast<std::size_t>(result.W.cols()), 3);
+        hang_on_solid(tree, body);
     }
     if (file.has("learned_affine")) {
         tree.learned_affine = of_file(path, [&] {
@@ -374,6 +367,7 @@ TreeFile load_tree(const std::filesystem::path& path) {
             tree.calibrations[kind] = read_calibration(file, kind, bound_count(tree, kind));
         check(path, result);
     }
+    if (tells_of_gone_bounds(file)) of_file(path, [&] { require_other_bounds(tree); });
     result.facts = read_facts(file, nodes);
     return result;
 }

@@ -44,11 +44,11 @@ struct TreeFile {
     CollisionTree tree;
     Vertices X;          // [n, 3] rest positions of the surface, metres
     SurfaceEmbedding W;  // [n, N] maps recorded tet nodes to the surface
-    TetMesh solid{};     // tetrahedra of the nodes; empty unless the tree has `certified` bounds
     TrainingFacts facts;
 };
 
-/// The body that the tree was trained on, without its modes; enough to pose the tree from a recording.
+/// The body that the tree was trained on, without its modes and tetrahedra; enough to pose the tree from a
+/// recording.
 SurfaceBody surface_body(const TreeFile& file);
 
 /// Writes atomically. Throws std::runtime_error with path and reason.

@@ -1,5 +1,7 @@
 #include "training/learn/train_learned_affine.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
@@ -13,12 +15,14 @@
 #include "collision/kernels/box_pack.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "meshing/progress/progress.hpp"
+#include "training/learn/samples.hpp"
 #include "training/networks/mlp.hpp"
 
 namespace nbd {
 namespace {
 
-constexpr std::size_t measurement_bytes = std::size_t{512} << 20;
+constexpr std::size_t pose_bytes = std::size_t{512} << 20, measurement_bytes = pose_bytes;
+constexpr int sample_poses = 2000;  // to choose samples from
 constexpr float least = std::numeric_limits<float>::min();
 
 /// What boxes lacked in some poses, in the units of their growth, and these units.
@@ -28,6 +32,37 @@ struct Measurements {
     PoseRows residual;                // [poses, parts]
 };
 
+/// At most `most` of the surface's poses, evenly spread, as many as 512 MiB hold.
+std::vector<Vertices> some_poses(FrameSource& source, std::span<const FrameId> frames, int most) {
+    const auto bytes =
+        static_cast<std::size_t>(std::max<Eigen::Index>(3 * source.W().rows(), 1)) * sizeof(float);
+    const auto fit = static_cast<int>(std::clamp<std::size_t>(pose_bytes / bytes, 1, 1'000'000));
+    const std::vector<FrameId> chosen = spread(frames, std::min(most, fit));
+    std::vector<Vertices> poses(chosen.size());
+    source.for_each_frame(chosen,
+                          [&](int, int index, VerticesRef x) { poses[static_cast<std::size_t>(index)] = x; });
+    return poses;
+}
+
+/// The least of the numbers that at most a share `miss_rate` of them exceeds.
+float upper_quantile(Eigen::VectorXf numbers, double miss_rate) {
+    const auto above = static_cast<Eigen::Index>(miss_rate * static_cast<double>(numbers.size()));
+    float* nth = numbers.data() + numbers.size() - 1 - std::min(above, numbers.size() - 1);
+    std::nth_element(numbers.data(), nth, numbers.data() + numbers.size());
+    return *nth;
+}
+
+/// Fits the growth of a box of samples so that it is too small in at most a share `miss_rate` of the poses.
+/// spread, growths: of each pose. Deviations of spread^2 are at least 0.3 % of its mean, so that rounding
+/// does not count as out of distribution.
+BoxFit fit_box(const Eigen::VectorXf& spread, Eigen::VectorXf growths, double miss_rate) {
+    const Eigen::ArrayXd squared = spread.cast<double>().array().square();
+    const double mean = squared.mean(), deviation = std::sqrt((squared - mean).square().mean());
+    const double least = std::max(0.003 * mean, double{std::numeric_limits<float>::min()});
+    return {std::max(0.f, upper_quantile(std::move(growths), miss_rate)), static_cast<float>(mean),
+            static_cast<float>(1 / std::max(deviation, least))};
+}
+
 std::vector<int> part_vertices(const WideTree& tree, int part) {
     return distinct(part < tree.clusters() ? tree.cluster_children(part)
                                            : tree.block_children(part - tree.clusters()));
@@ -35,16 +70,16 @@ std::vector<int> part_vertices(const WideTree& tree, int part) {
 
 /// Samples of each of the first `count` parts, `per_part` each; smaller parts repeat theirs.
 std::vector<int> choose_part_samples(const SurfaceBody& body, std::span<const Vertices> poses,
-                                     const WideTree& tree, int count, const SamplesConfig& config) {
-    std::vector<int> samples(static_cast<std::size_t>(count * config.count));
+                                     const WideTree& tree, int count, SampleRule rule, int per_part) {
+    std::vector<int> samples(static_cast<std::size_t>(count * per_part));
     std::atomic<int> done = 0;
     parallel_for(
         count,
         [&](int part) {
             const std::vector<int> chosen =
-                choose_samples(body.X, poses, part_vertices(tree, part), config).vertices;
-            for (int k = 0; k < config.count; ++k)
-                samples[static_cast<std::size_t>(part * config.count + k)] =
+                choose_samples(body.X, poses, part_vertices(tree, part), rule, per_part);
+            for (int k = 0; k < per_part; ++k)
+                samples[static_cast<std::size_t>(part * per_part + k)] =
                     chosen[static_cast<std::size_t>(k) % chosen.size()];
             tell_progress("parts", ++done, count);
         },
@@ -54,18 +89,15 @@ std::vector<int> choose_part_samples(const SurfaceBody& body, std::span<const Ve
 
 /// A fit with samples whose other numbers are neutral.
 LearnedAffineFit choose_all_samples(const SurfaceBody& body, const WideTree& tree, FrameSource& source,
-                                    std::span<const FrameId> frames, const LearnedConfig& config) {
+                                    std::span<const FrameId> frames) {
     const int parts = tree.clusters() + tree.blocks();
-    const auto sampling = [](SampleRule rule, int count) {
-        return SamplesConfig{.rule = rule, .count = count, .exact_vertices = count};
-    };
     const Vertices rest[] = {body.X};
     return {.X = body.X,
-            .samples = choose_part_samples(body, rest, tree, parts,
-                                           sampling(SampleRule::spread, LearnedAffineFit::samples_per_part)),
-            .box_samples = choose_part_samples(
-                body, some_poses(source, frames, config.sample_poses), tree, tree.clusters(),
-                sampling(SampleRule::support, LearnedAffineFit::samples_per_box)),
+            .samples = choose_part_samples(body, rest, tree, parts, SampleRule::spread,
+                                           LearnedAffineFit::samples_per_part),
+            .box_samples =
+                choose_part_samples(body, some_poses(source, frames, sample_poses), tree, tree.clusters(),
+                                    SampleRule::support, LearnedAffineFit::samples_per_box),
             .clusters = std::vector<BoxFit>(static_cast<std::size_t>(tree.clusters())),
             .residual = std::vector<float>(static_cast<std::size_t>(parts), 1.f),
             .growth = std::vector<float>(static_cast<std::size_t>(parts * tree_width))};
@@ -119,13 +151,19 @@ std::vector<FrameId> some_frames(const LearnedAffineModel& model, std::span<cons
 
 }  // namespace
 
+void check_learned_affine_config(const LearnedAffineConfig& config) {
+    if (!(config.box_miss_rate >= 0 && config.box_miss_rate < 1))
+        throw std::invalid_argument(
+            fmt::format("miss rate of boxes {}; allowed: [0, 1)", config.box_miss_rate));
+}
+
 std::shared_ptr<const LearnedAffineModel> train_learned_affine(
     const SurfaceBody& body, const WideTree& tree, FrameSource& source, std::span<const FrameId> frames,
-    const LearnedConfig& config, const std::function<void(std::string_view)>& stage) {
-    check_learned_config(config);
+    const LearnedAffineConfig& config, const std::function<void(std::string_view)>& stage) {
+    check_learned_affine_config(config);
     if (frames.empty()) throw std::invalid_argument("no pose to fit learned affine bounds to");
     if (stage) stage("fitting learned affine bounds");
-    LearnedAffineFit fit = choose_all_samples(body, tree, source, frames, config);
+    LearnedAffineFit fit = choose_all_samples(body, tree, source, frames);
     const LearnedAffineModel neutral(tree, fit);
     const Measurements measured =
         measure(neutral, tree, source, some_frames(neutral, frames), counter_random(config.seed, 3, 0));

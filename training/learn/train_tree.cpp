@@ -26,12 +26,12 @@ bool trains(const TrainConfig& config, BoundKind kind) {
 void check_config(const TrainConfig& config, const SurfaceBody& body) {
     for (const BoundKind kind : config.bounds)
         if (std::ranges::find(trained_kinds, kind) == std::end(trained_kinds))
-            throw std::invalid_argument(fmt::format(
-                "{} bounds are not trained; allowed: nbd, learned_spheres, learned_affine", name(kind)));
+            throw std::invalid_argument(
+                fmt::format("{} bounds are not trained; allowed: nbd, learned_affine", name(kind)));
     if (config.bounds.empty())
-        throw std::invalid_argument("no bounds to train; allowed: nbd, learned_spheres, learned_affine");
+        throw std::invalid_argument("no bounds to train; allowed: nbd, learned_affine");
     check_mlp_config(config.mlp);
-    check_learned_config(config.learned);
+    check_learned_affine_config(config.learned_affine);
     if (config.modes < 1 || config.modes > NbdNetworks::max_inputs)
         throw std::invalid_argument(
             fmt::format("{} modes; allowed: 1 to {}", config.modes, NbdNetworks::max_inputs));
@@ -163,25 +163,7 @@ std::string to_json(const TrainConfig& c) {
         {"patience", c.mlp.patience},
         {"improvement", c.mlp.improvement},
         {"max_epochs", c.mlp.max_epochs},
-        {"learned",
-         {{"sample_rule", name(c.learned.samples.rule)},
-          {"samples", c.learned.samples.count},
-          {"max_samples", c.learned.samples.max_count},
-          {"sample_tolerance", c.learned.samples.tolerance},
-          {"exact_vertices", c.learned.samples.exact_vertices},
-          {"spread_share", c.learned.samples.spread_share},
-          {"side_weight", c.learned.samples.side_weight},
-          {"sample_poses", c.learned.sample_poses},
-          {"network", c.learned.network},
-          {"epochs", c.learned.networks.epochs},
-          {"batch", c.learned.networks.batch},
-          {"learning_rate", c.learned.networks.learning_rate},
-          {"quantile", c.learned.networks.quantile},
-          {"box_miss_rate", c.learned.box_miss_rate}}},
-        {"certified_anchors", c.certified.anchors},
-        {"certified_spread", c.certified.spread},
-        {"certified_splits", c.certified.regions.splits},
-        {"certified_samples", c.certified.regions.samples},
+        {"box_miss_rate", c.learned_affine.box_miss_rate},
         {"seed", c.seed}};
     if (!c.split.empty()) json["split"] = c.split;
     return json.dump();
@@ -193,7 +175,7 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
     check_recording(body, recording);
     config.clusters.k_means.seed = counter_random(config.seed, 1, 0);
     config.mlp.seed = counter_random(config.seed, 2, 0);
-    config.learned.seed = counter_random(config.seed, 3, 0);
+    config.learned_affine.seed = counter_random(config.seed, 3, 0);
     config.modes = std::min(config.modes, static_cast<int>(body.U.cols()));
     if (config.modes < body.U.cols()) body.U = body.U.leftCols(config.modes).eval();
 
@@ -226,19 +208,11 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
     file.W = body.W;
     file.tree.spheres = build_sphere_tree(body.X, body.F, config.tree);
 
-    if (body.solid.T.rows() > 0) {
-        run.enter("measuring paths for certified bounds");
-        file.solid = body.solid;
-        file.tree.certified =
-            build_certified_model(file.tree.spheres, body.F, body.solid, body.W, config.certified);
-    }
     hang_on_solid(file.tree, body);
-    if (trains(config, BoundKind::learned_spheres))
-        file.tree.learned = train_learned(body, file.tree.spheres, source, frames, config.learned, run.stage);
     file.tree.boxes = make_boxes(file.tree);
     if (trains(config, BoundKind::learned_affine))
-        file.tree.learned_affine =
-            train_learned_affine(body, file.tree.boxes->tree(), source, frames, config.learned, run.stage);
+        file.tree.learned_affine = train_learned_affine(body, file.tree.boxes->tree(), source, frames,
+                                                        config.learned_affine, run.stage);
     if (run.hooks.cancel && *run.hooks.cancel) throw TrainingCancelled("training was stopped");
     if (trains(config, BoundKind::nbd)) train_nbd(body, source, frames, config, run, file);
     return file;

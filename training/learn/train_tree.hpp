@@ -7,27 +7,24 @@
 #include <string>
 #include <string_view>
 
-#include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/topology/sphere_tree.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/tree_file.hpp"
 #include "training/learn/cluster_modes.hpp"
 #include "training/learn/labels.hpp"
-#include "training/learn/train_learned.hpp"
 #include "training/learn/train_learned_affine.hpp"
 #include "training/networks/mlp_trainer.hpp"
 
 namespace nbd {
 
-/// The bounds that training produces; `bd` comes with `nbd`, `learned_boxes` with `learned_spheres`.
-inline constexpr BoundKind trained_kinds[] = {BoundKind::nbd, BoundKind::learned_spheres,
-                                              BoundKind::learned_affine};
+/// The bounds that training produces; `bd` comes with `nbd`.
+inline constexpr BoundKind trained_kinds[] = {BoundKind::nbd, BoundKind::learned_affine};
 
 /// Options of a training. The defaults are the paper's, except for those of `nbd` bounds that
 /// use_paper_networks() sets.
 struct TrainConfig {
-    std::vector<BoundKind> bounds{BoundKind::nbd, BoundKind::learned_spheres};  // `nbd` includes `bd`
-    SphereTreeConfig tree{};                                                    // depth 7
+    std::vector<BoundKind> bounds{BoundKind::nbd, BoundKind::learned_affine};  // `nbd` includes `bd`
+    SphereTreeConfig tree{};                                                   // depth 7
     int modes = 128;  // the lowest ones; all of a body that has fewer
     ClusterModesConfig clusters{};
     LabelFrame label_frame = LabelFrame::clustered;
@@ -40,9 +37,8 @@ struct TrainConfig {
     bool troubled_frames = false;     // whether to use frames of steps that went wrong
     MlpConfig mlp{};
     NetworkNumbers network_numbers = NetworkNumbers::bytes;
-    LearnedConfig learned{};
-    CertifiedConfig certified{};  // for bodies with tetrahedra
-    std::uint64_t seed = 1;       // of the split, clustering and networks; overrides their seeds
+    LearnedAffineConfig learned_affine{};
+    std::uint64_t seed = 1;  // of the split, clustering and networks; overrides their seeds
 };
 
 /// Sets every option of `nbd` bounds in which the defaults deviate from the paper: labels in the frame of the
@@ -75,8 +71,8 @@ struct TrainRun {
 };
 
 /// Builds and trains a body's tree from a recording: the sphere tree and the bounds named by the config,
-/// which are clustered modes, BD-Tree and the paper's networks (nbd), and learned bounds. Bodies with
-/// tetrahedra also get certified and affine bounds. Not calibrated yet, see calibrate(). Reads the recording
+/// which are clustered modes, BD-Tree and the paper's networks (nbd), and learned affine boxes. Bodies with
+/// tetrahedra also get affine bounds. Not calibrated yet, see calibrate(). Reads the recording
 /// once if `source` has room for the frames of training and calibration, else in every pass; memory also
 /// holds a few numbers per pose and node. Same bits for the same arguments on one machine type, whatever the
 /// number of threads and interruptions. Throws std::invalid_argument on a config out of range or, with `nbd`,

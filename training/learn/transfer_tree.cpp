@@ -94,21 +94,6 @@ std::vector<float> move_vertices(const TreeFile& trained, const SurfaceBody& bod
     return moved;
 }
 
-void move_samples(const TreeFile& trained, const SurfaceBody& body, LearnedModel& model) {
-    const std::vector<float> moved = move_vertices(trained, body, model.samples);
-    for (std::size_t n = 0; n < model.nodes.size(); ++n) {
-        LearnedModel::Node& node = model.nodes[n];
-        const auto begin = moved.begin() + node.sample_begin;
-        const float most = *std::max_element(begin, begin + node.sample_count);
-        if (most > 0.1f * trained.tree.spheres.rest[n].r)
-            throw std::invalid_argument(fmt::format(
-                "a sample of node {} is {:.3g} m from the surface's nearest vertex; allowed: a tenth "
-                "of the node's radius, which is {:.3g} m; is this another surface?",
-                n, most, trained.tree.spheres.rest[n].r));
-        node.exact = false;
-    }
-}
-
 /// Transfers the networks. They give the same spheres for the same z, so the output centres absorb the
 /// difference between the two surfaces' rest spheres.
 NbdModel move_nbd(const TreeFile& trained, const SurfaceBody& body, const SphereTree& spheres) {
@@ -134,8 +119,7 @@ NbdModel move_nbd(const TreeFile& trained, const SurfaceBody& body, const Sphere
 }  // namespace
 
 TreeFile transfer_tree(const TreeFile& trained, const SurfaceBody& body) {
-    if (!trained.tree.learned && !trained.tree.nbd)
-        throw std::invalid_argument("the tree has neither learned nor nbd bounds to transfer");
+    if (!trained.tree.nbd) throw std::invalid_argument("the tree has no nbd bounds to transfer");
     TreeFile file;
     file.X = body.X;
     file.W = body.W;
@@ -143,14 +127,10 @@ TreeFile transfer_tree(const TreeFile& trained, const SurfaceBody& body) {
     tree.vertex_count = static_cast<int>(body.X.rows());
     tree.faces = body.F;
     tree.spheres = sphere_tree_like(trained.tree.spheres, leaves_of_faces(trained, body), body.X, body.F);
-    tree.learned = trained.tree.learned;
-    if (tree.learned) move_samples(trained, body, *tree.learned);
-    if (trained.tree.nbd) tree.nbd = move_nbd(trained, body, tree.spheres);
+    tree.nbd = move_nbd(trained, body, tree.spheres);
     hang_on_solid(tree, body);
-    for (const BoundKind kind : {BoundKind::learned_spheres, BoundKind::learned_boxes, BoundKind::nbd}) {
-        const auto calibration = trained.tree.calibrations.find(kind);
-        if (calibration != trained.tree.calibrations.end()) tree.calibrations.insert(*calibration);
-    }
+    const auto calibration = trained.tree.calibrations.find(BoundKind::nbd);
+    if (calibration != trained.tree.calibrations.end()) tree.calibrations.insert(*calibration);
     file.facts = trained.facts;
     file.facts.body_hash = body.hash;
     file.facts.node_loss.resize(0);

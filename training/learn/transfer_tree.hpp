@@ -5,15 +5,14 @@
 namespace nbd {
 
 /// Transfers a trained tree to another resolution of its surface. Each face goes to the leaf whose part of
-/// the trained surface is nearest to the face's centre at rest; each sample and representative becomes the
-/// nearest vertex. Learned and nbd bounds are transferred with their calibration, because they read positions
-/// alone; no node is exact any more. If the finer surface is the trained one with faces subdivided in their
+/// the trained surface is nearest to the face's centre at rest; each representative becomes the nearest
+/// vertex. `nbd` bounds are transferred with their calibration, because they read positions alone. If the
+/// finer surface is the trained one with faces subdivided in their
 /// planes, spheres and margins contain the same points as before, since new vertices lie between old ones.
 /// Bodies with tetrahedra also get affine bounds, which are not transferred but made.
 /// body: has the other surface; its rest positions must lie over the trained ones. Throws
-/// std::invalid_argument if the tree has neither bound, if the surfaces do not lie over each other (a sample
-/// moves by more than a tenth of its node's radius, or a representative by more than a tenth of the body's),
-/// or if a leaf gets no face.
+/// std::invalid_argument if the tree has no such bounds, if the surfaces do not lie over each other (a
+/// representative moves by more than a tenth of the body's radius), or if a leaf gets no face.
 TreeFile transfer_tree(const TreeFile& trained, const SurfaceBody& body);
 
 }  // namespace nbd

@@ -67,11 +67,8 @@ BenchBody in_tree_order(const BenchBody& body) {
         renumber(fit.box_samples.begin(), fit.box_samples.end());
         tree.learned_affine = std::make_shared<const LearnedAffineModel>(tree.boxes->tree(), std::move(fit));
     }
-    if (tree.learned) renumber(tree.learned->samples.begin(), tree.learned->samples.end());
     for (ClusteredModes* modes : {tree.bd ? &tree.bd->modes : nullptr, tree.nbd ? &tree.nbd->modes : nullptr})
         if (modes) renumber(modes->representatives.begin(), modes->representatives.end());
-    tree.certified.reset();
-    tree.calibrations.erase(BoundKind::certified);
     return with_affine_bounds(std::move(moved.surface), std::move(tree), std::move(moved.split));
 }
 

@@ -25,7 +25,7 @@ BenchBody make_bench_body(SurfaceBody surface);
 BenchBody make_bench_body(SurfaceBody surface, TreeFile tree);
 
 /// The same body with its vertices in the order of the tree's leaves, so that vertices close in space are
-/// close in memory. Leaves out `certified` bounds.
+/// close in memory.
 BenchBody in_tree_order(const BenchBody& body);
 
 /// Loads bodies that share their tetrahedra, in the given order (coarsest surface first). files: for each

@@ -135,13 +135,11 @@ class ReadingAlone final : public PairMethod {
     volatile float sum_ = 0;  // keeps the compiler from dropping the work
 };
 
-/// The bounds of a tree that are timed from positions. Not `certified`, because recordings lack the stretch
-/// they need.
+/// The bounds of a tree that are timed with positions of its surface.
 std::vector<BoundKind> raced_bounds(const CollisionTree& tree) {
     std::vector<BoundKind> kinds;
     for (const BoundKind kind : bound_kinds)
-        if (has_bounds(tree, kind) && kind != BoundKind::certified && kind != BoundKind::affine)
-            kinds.push_back(kind);
+        if (has_bounds(tree, kind) && kind != BoundKind::affine) kinds.push_back(kind);
     return kinds;
 }
 

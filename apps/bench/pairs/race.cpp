@@ -51,8 +51,7 @@ std::vector<Stage> set_up(const BenchBody& body, std::span<const TouchingScene> 
 std::optional<double> stated_miss_rate(const BenchBody& body, const PairMethodEntry& entry) {
     if (!entry.bounds || entry.exact) return std::nullopt;
     BoundKind kind = *entry.bounds;
-    if (kind == BoundKind::automatic)
-        kind = body.tree->learned_affine ? BoundKind::learned_affine : BoundKind::learned_boxes;
+    if (kind == BoundKind::automatic) kind = BoundKind::learned_affine;
     const auto calibration = body.tree->calibrations.find(kind);
     if (calibration == body.tree->calibrations.end()) return std::nullopt;
     return calibration->second.miss_rate;

@@ -10,7 +10,6 @@ void bind_surfaces(pybind11::module_& module);     // surfaces, tetrahedra, file
 void bind_bodies(pybind11::module_& module);       // bodies, materials, modes
 void bind_cages(pybind11::module_& module);        // cages around scans, quality of tetrahedra
 void bind_trees(pybind11::module_& module);        // collision trees
-void bind_certified(pybind11::module_& module);    // how the regions of certified bounds move
 void bind_posed_trees(pybind11::module_& module);  // poses of trees
 void bind_queries(pybind11::module_& module);      // queries between posed trees
 void bind_features(pybind11::module_& module);     // features that may meet in a step

@@ -112,7 +112,7 @@ void bind_evaluate(py::module_& m) {
         "for each set of frames, bound, margin and depth. margins: relative, >= 0; max_frames: of a set, 0: "
         "all. "
         "Leaves out bounds that the tree does not have; raises ValueError if it has none of them, for affine "
-        "and learned_affine bounds, which are not those of nodes, and numbers out of range.");
+        "bounds, which are not those of nodes, and numbers out of range.");
 }
 
 void bind_coverage(py::module_& m) {

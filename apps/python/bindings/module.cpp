@@ -44,7 +44,6 @@ PYBIND11_MODULE(_nbdtree, module) {
     bind_bodies(module);
     bind_cages(module);
     bind_trees(module);
-    bind_certified(module);
     bind_posed_trees(module);
     bind_queries(module);
     bind_features(module);

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "apps/python/bindings/bindings.hpp"
-#include "apps/python/bindings/region_motions.hpp"
 #include "apps/python/bindings/shared_tree.hpp"
 
 namespace nbd::python {
@@ -23,24 +22,10 @@ std::unique_ptr<PosedTreeObject> posed_tree(const SharedTree& tree, const std::s
     return std::make_unique<PosedTreeObject>(tree, kind, margin);
 }
 
-/// The motions for a pose; none: empty. Throws std::invalid_argument where they do not fit the bounds.
-std::span<const RegionMotion> motions_for(const PosedTree& tree, const RegionMotions* motion) {
-    if (!motion) return {};
-    if (tree.kind() != BoundKind::certified)
-        throw std::invalid_argument(
-            fmt::format("motion: is for certified bounds; these are {}", name(tree.kind())));
-    const int regions = tree.tree().certified->regions.count();
-    if (std::cmp_not_equal(motion->all.size(), regions))
-        throw std::invalid_argument(
-            fmt::format("motion: has {} regions; allowed: {}, as the tree", motion->all.size(), regions));
-    return motion->all;
-}
-
-void begin_pose(PosedTreeObject& self, py::handle x, bool check, const py::object& motion) {
+void begin_pose(PosedTreeObject& self, py::handle x, bool check) {
     const ReferredVertices positions(x, "x", self.tree.tree().vertex_count, check);
-    const auto motions = motions_for(self.tree, motion.cast<const RegionMotions*>());
     const Use use(self.lock, "PosedTree");
-    self.pose([&] { self.tree.begin_pose(positions.vertices(), motions); }, positions.owner(), motion);
+    self.pose([&] { self.tree.begin_pose(positions.vertices()); }, positions.owner());
 }
 
 Eigen::Index carrying_nodes(const PosedTreeObject& self) {
@@ -103,13 +88,11 @@ void bind_posed_trees(py::module_& m) {
              "tree: shared, not copied. bounds: one of tree.bounds. margin: relative, >= 0, instead of the "
              "tree's calibration; bounds that can miss need one of the two.")
         .def(
-            "begin_pose", &begin_pose, py::arg("x"), py::arg("check") = true, py::arg("motion") = py::none(),
+            "begin_pose", &begin_pose, py::arg("x"), py::arg("check") = true,
             "Starts a pose. x: positions of the surface [n, 3], float32 and contiguous, metres. The array is "
             "referred to, not copied, and kept alive; do not change it before the next pose. check: whether "
-            "to look for numbers that are not finite, which must not be there. motion: RegionMotions of the "
-            "pose, for certified bounds, which are exact spheres without. Raises ValueError for an array "
-            "that "
-            "needs a copy, and motions of other regions than the tree's.")
+            "to look for numbers that are not finite, which must not be there. Raises ValueError for an "
+            "array that needs a copy.")
         .def("begin_pose_of_nodes", &begin_pose_of_nodes, py::arg("nodes"), py::arg("check") = true,
              "Likewise from the nodes that carry the surface [N, 3], metres: for affine and auto bounds.")
         .def("begin_step", &begin_step, py::arg("start"), py::arg("end"), py::arg("check") = true,

@@ -21,8 +21,8 @@ using SharedFile = std::shared_ptr<TreeFile>;
 BoundKind trained_kind(const std::string& text) {
     const BoundKind kind = bound_kind(text);
     if (std::ranges::find(trained_kinds, kind) == std::end(trained_kinds))
-        throw std::invalid_argument(fmt::format(
-            "bounds: \"{}\" are not trained; allowed: nbd, learned_spheres, learned_affine", text));
+        throw std::invalid_argument(
+            fmt::format("bounds: \"{}\" are not trained; allowed: nbd, learned_affine", text));
     return kind;
 }
 
@@ -30,7 +30,7 @@ BoundKind trained_kind(const std::string& text) {
 struct TrainOptions {
     std::vector<std::string> bounds;
     std::optional<int> depth;
-    int modes, clusters, epochs, samples;
+    int modes, clusters, epochs;
     std::string network;
     std::optional<double> held_out;
     double calibration, random_frames;
@@ -48,7 +48,6 @@ struct TrainOptions {
         config.modes = modes;
         config.clusters.k_means.clusters = clusters;
         config.mlp.max_epochs = epochs;
-        config.learned.samples.count = samples;
         if (held_out && !split.empty())
             throw std::invalid_argument("split: excludes held_out; allowed: one of them");
         config.held_out_share = held_out;
@@ -95,7 +94,7 @@ SharedFile train_body(const Body& body, const path& data, const TrainOptions& op
 
 SharedFile train(const Body& body, const path& data, const std::vector<std::string>& bounds,
                  std::optional<int> depth, int modes, int clusters, const std::string& network, int epochs,
-                 int samples, std::optional<double> held_out, double calibration, double random_frames,
+                 std::optional<double> held_out, double calibration, double random_frames,
                  const std::string& split, double miss_rate, std::optional<double> confidence,
                  std::uint64_t seed, const std::optional<path>& checkpoint_file, const py::object& function) {
     const path checkpoint = checkpoint_file.value_or(path());
@@ -105,8 +104,8 @@ SharedFile train(const Body& body, const path& data, const std::vector<std::stri
     try {
         file =
             train_body(body, data,
-                       {bounds, depth, modes, clusters, epochs, samples, network, held_out, calibration,
-                        random_frames, split, seed},
+                       {bounds, depth, modes, clusters, epochs, network, held_out, calibration, random_frames,
+                        split, seed},
                        {.miss_rate = miss_rate, .confidence = confidence}, checkpoint, stoppable, progress);
     } catch (const TrainingCancelled&) {
         stopped(progress, checkpoint);
@@ -195,11 +194,11 @@ void bind_training(py::module_& m) {
     bind_tree_file(m);
     m.def(
         "train", &train, py::arg("body"), py::arg("recording"),
-        py::arg("bounds") = std::vector<std::string>{"nbd", "learned_spheres"}, py::kw_only(),
+        py::arg("bounds") = std::vector<std::string>{"nbd", "learned_affine"}, py::kw_only(),
         py::arg("depth") = py::none(), py::arg("modes") = defaults.modes,
         py::arg("clusters") = defaults.clusters.k_means.clusters, py::arg("network") = "default",
-        py::arg("epochs") = defaults.mlp.max_epochs, py::arg("samples") = defaults.learned.samples.count,
-        py::arg("held_out") = py::none(), py::arg("calibration") = defaults.calibration_share,
+        py::arg("epochs") = defaults.mlp.max_epochs, py::arg("held_out") = py::none(),
+        py::arg("calibration") = defaults.calibration_share,
         py::arg("random_frames") = defaults.random_frame_share, py::arg("split") = "",
         py::arg("miss_rate") = 1e-3, py::arg("confidence") = py::none(), py::arg("seed") = defaults.seed,
         py::arg("checkpoint") = py::none(), py::arg("progress") = py::none(),
@@ -213,7 +212,7 @@ void bind_training(py::module_& m) {
           "training, uses the trajectories kept for calibration; of another one, all complete ones. Raises "
           "ValueError for a rate or confidence out of range, or too high for so few trajectories.");
     m.def("transfer_tree", &transferred, py::arg("file"), py::arg("body"),
-          "A new file for a body with another resolution of the surface: learned and nbd bounds with their "
+          "A new file for a body with another resolution of the surface: nbd bounds with their "
           "calibration, as `nbdtree transfer`. Raises ValueError where the surfaces do not lie over each "
           "other.");
 }

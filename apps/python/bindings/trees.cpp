@@ -8,7 +8,6 @@
 #include "apps/cli/output_paths.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/shared_tree.hpp"
-#include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/flat/flat_tree.hpp"
 #include "meshing/body/body.hpp"
 
@@ -40,23 +39,6 @@ SharedTree on_nodes(const CollisionTree& tree, py::handle W, py::handle rest) {
     auto copy = std::make_shared<CollisionTree>(tree);
     const LongCall call;
     hang_on_nodes(*copy, weights, nodes.as<Vertices>());
-    return copy;
-}
-
-SharedTree with_certified(const CollisionTree& tree, const TetMesh& solid, py::handle W, int anchors,
-                          double spread, int splits, int samples) {
-    const SurfaceWeights weights = embedding_from(W, "W", solid.X.rows()).cast<float>();
-    if (weights.rows() != tree.vertex_count)
-        throw std::invalid_argument(
-            fmt::format("W: has {} rows; allowed: {}, one for each vertex of the tree", weights.rows(),
-                        tree.vertex_count));
-    auto copy = std::make_shared<CollisionTree>(tree);
-    stoppable([&] {
-        copy->certified = build_certified_model(
-            tree.spheres, tree.faces, solid, weights,
-            {.anchors = anchors, .spread = spread, .regions = {.splits = splits, .samples = samples}});
-        return true;
-    });
     return copy;
 }
 
@@ -119,29 +101,6 @@ void bind_trees(py::module_& m) {
         .def("on_nodes", &on_nodes, py::arg("W"), py::arg("rest"),
              "The same tree with affine bounds for a surface that hangs on nodes, x = W nodes. W: (data, "
              "indices, indptr) or a csr_matrix; rest: rest positions of the nodes [N, 3].")
-        .def("with_certified", &with_certified, py::arg("solid"), py::arg("W"), py::kw_only(),
-             py::arg("anchors") = CertifiedConfig{}.anchors, py::arg("spread") = CertifiedConfig{}.spread,
-             py::arg("splits") = TetRegionConfig{}.splits, py::arg("samples") = TetRegionConfig{}.samples,
-             "The same tree with certified bounds, which hold in every pose. solid: the tetrahedra that move "
-             "the surface, x = W nodes; W: (data, indices, indptr) or a csr_matrix [n, N]. anchors: at most "
-             "so "
-             "many a node, 1 to 4096; spread: >= 0, larger for larger strains; splits: how often the "
-             "tetrahedra "
-             "of a leaf are halved into regions, 0 to 8; samples: tetrahedra that give a region's motion, >= "
-             "1. "
-             "Raises ValueError for numbers out of range and weights that do not fit.")
-        .def_property_readonly(
-            "region_count",
-            [](const CollisionTree& tree) { return tree.certified ? tree.certified->regions.count() : 0; },
-            "Regions of the certified bounds; 0 without them.")
-        .def_property_readonly(
-            "tet_regions",
-            [](py::object self) -> py::object {
-                const auto& model = self.cast<const CollisionTree&>().certified;
-                if (!model) return py::none();
-                return view(model->regions.of_tet, self);
-            },
-            "The region of each tetrahedron [T], int32. Refers to the tree; None without certified bounds.")
         .def("__repr__", [](const CollisionTree& tree) {
             return fmt::format("<nbdtree.CollisionTree: {} faces, {} nodes, bounds {}>", tree.faces.rows(),
                                tree.spheres.nodes.size(), fmt::join(bounds_of(tree), ", "));

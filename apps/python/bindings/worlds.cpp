@@ -4,7 +4,6 @@
 
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
-#include "apps/python/bindings/region_motions.hpp"
 #include "apps/python/bindings/scene_argument.hpp"
 #include "apps/python/bindings/shared_tree.hpp"
 #include "collision/base/notice.hpp"
@@ -181,10 +180,6 @@ void begin_pose_of_world(WorldObject& self, int body, PosedTreeObject& tree) {
     if (tree.tree.kind() == BoundKind::affine && !asked.affine->hangs_by(surface.W().cast<float>()))
         throw std::invalid_argument("PosedTree: its affine bounds have other weights than the body");
     const Use use(self.posing->lock, "World"), use_tree(tree.lock, "PosedTree");
-    if (tree.tree.kind() == BoundKind::certified && !self.world.motion(body).empty() &&
-        self.bodies[static_cast<std::size_t>(body)].tree->certified->regions.of_tet !=
-            asked.certified->regions.of_tet)
-        throw std::invalid_argument("PosedTree: its certified bounds have other regions than the world's");
     tree.pose([&] { self.world.begin_pose(body, tree.tree); }, py::cast(&self));
     tree.world = self.posing;
     tree.world_changes = self.posing->changes;
@@ -226,19 +221,7 @@ void bind_queries_of_world(py::class_<WorldObject>& world) {
         .def("begin_pose", &begin_pose_of_world, py::arg("body"), py::arg("tree"),
              "Starts the pose of a tree over a body's surface. Refers to the world; valid until its next "
              "step, "
-             "after which queries raise RuntimeError. Raises ValueError for a tree of another surface.")
-        .def(
-            "motion",
-            [](WorldObject& self, int body) -> std::optional<RegionMotions> {
-                checked(self, body);
-                const Use use(self.posing->lock, "World");
-                const LongCall call;
-                const auto motions = self.world.motion(body);
-                if (motions.empty()) return std::nullopt;
-                return RegionMotions{{motions.begin(), motions.end()}};
-            },
-            py::arg("body") = 0,
-            "How the regions of a body's tree move now, if it has certified bounds; None for others.");
+             "after which queries raise RuntimeError. Raises ValueError for a tree of another surface.");
 }
 
 void bind_report(py::module_& m) {

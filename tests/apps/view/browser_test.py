@@ -214,17 +214,17 @@ class PageTest(unittest.TestCase):
         self.make("view", "poses.h5:0", "--body", "beam.h5", "-o", "poses.html", "-q")
         self.open("poses.html")
         self.assertEqual(self.browser.run("return nbdtree.facts.times.length"), self.frames_of("poses.h5"))
-        self.make("view", "tree.h5@poses.h5:0", "--bounds", "learned_spheres", "-o", "tree.html", "-q")
+        self.make("view", "tree.h5@poses.h5:0", "--bounds", "learned_affine", "-o", "tree.html", "-q")
         self.browser.open(self.folder / "tree.html")
-        self.assertEqual(self.browser.run("return nbdtree.facts.bodies[0].bounds.kind"), "learned_spheres")
+        self.assertEqual(self.browser.run("return nbdtree.facts.bodies[0].bounds.kind"), "learned_affine")
         self.check_obstacles_of_a_recipe()
         self.make("view", "tree.h5@poses.h5:0:3", "-o", "pose.html", "-q")
         self.browser.open(self.folder / "pose.html")
         self.assertEqual(self.browser.run("return nbdtree.facts.numbers"), [3])
         # Far from the training and without margins, the paper's bounds miss some of the pairs that exact ones find.
         scene = {"bodies": [
-            {"body": "beam.h5", "tree": "tree.h5", "bounds": "learned_spheres", "margin": 0, "velocity": [0, 0, 1]},
-            {"body": "beam.h5", "tree": "tree.h5", "bounds": "learned_spheres", "margin": 0,
+            {"body": "beam.h5", "tree": "tree.h5", "bounds": "learned_affine", "margin": 0, "velocity": [0, 0, 1]},
+            {"body": "beam.h5", "tree": "tree.h5", "bounds": "learned_affine", "margin": 0,
              "transform": {"translate": [0, 0.05, 0.25], "rotate": {"axis": [0, 0, 1], "degrees": 40}}, "velocity": [0, 0, -6], "material": {"young": 8000}}],
             "gravity": [0, 0, 0], "time": {"dt": 0.004, "frames": 40}}
         (self.folder / "beams.json").write_text(json.dumps(scene))

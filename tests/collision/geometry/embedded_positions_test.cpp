@@ -94,8 +94,8 @@ TEST(EmbeddedPositions, GiveTheSameFacePairsWithEveryKindOfBounds) {
         const auto found = query.intersecting(a, b), expected = eager.intersecting(eager_a, eager_b);
         EXPECT_GT(expected.size(), 0u) << name(kind);
         EXPECT_TRUE(std::ranges::equal(found, expected)) << name(kind);
-        if (kind != BoundKind::learned_boxes) continue;
-        // For distant bodies the samples of the roots suffice.
+        if (kind != BoundKind::nbd) continue;
+        // For distant bodies the representatives suffice.
         Vertices far = s.X;
         far.col(0).array() += 10.f;
         const Vertices nodes_far = nodes_of(far);
@@ -105,7 +105,7 @@ TEST(EmbeddedPositions, GiveTheSameFacePairsWithEveryKindOfBounds) {
         b.begin_pose(y);
         EXPECT_EQ(query.intersecting(a, b).size(), 0u);
         EXPECT_GT(x.computed(), 0);
-        EXPECT_LE(x.computed(), static_cast<long>(tree->learned->node_samples(0).size()));
+        EXPECT_LE(x.computed(), static_cast<long>(tree->nbd->modes.representatives.size()));
     }
 }
 

@@ -65,14 +65,6 @@ static_assert(Lent<const VerticesRef&> && !Lent<Vertices&> && !Lent<Columns&> &&
 static_assert(Kept<Vertices&> && Kept<const Vertices&> && Kept<RowMap> && Kept<RowMap&> && Kept<StridedMap>);
 static_assert(Kept<Eigen::Ref<Vertices>> && Kept<VertexView>);
 
-template <class Motions>
-concept Kept_with = requires(PosedTree& tree, const Vertices& x, EmbeddedPositions& e, Motions&& motions) {
-    tree.begin_pose(x, std::forward<Motions>(motions));
-    tree.begin_pose(e, std::forward<Motions>(motions));
-};
-static_assert(Kept_with<std::vector<RegionMotion>&> && Kept_with<std::span<const RegionMotion>>);
-static_assert(!Kept_with<std::vector<RegionMotion>>, "temporary motions");
-
 template <class Tree>
 concept Referred = requires(Tree&& tree) {
     refer_to(std::forward<Tree>(tree));

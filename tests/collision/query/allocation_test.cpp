@@ -58,18 +58,8 @@ TEST(AllocationCount, CountsAllocationsOfVectorsAndMatrices) {
     EXPECT_GT(allocations, before);
 }
 
-/// Choices of `auto` bounds: with trials due, and of one kind, whatever a clock says.
-std::vector<AutoChoice> auto_choices() {
-    const auto prefers = [](double boxes_ns, double learned_ns) {
-        return AutoChoice{.boxes = {.start_ns = boxes_ns},
-                          .learned = {.start_ns = learned_ns},
-                          .trials = AutoChoice::first_trials};
-    };
-    return {{}, prefers(1, 1e9), prefers(1e9, 1)};
-}
-
-/// Expects that queries between two trees allocate nothing once all poses were seen, with both kinds of
-/// `auto` bounds. begin: starts a pose of a tree. step: starts a step of one.
+/// Expects that queries between two trees allocate nothing once all poses were seen. begin: starts a pose of
+/// a tree. step: starts a step of one.
 template <class Begin, class Step>
 void expect_no_allocations(PosedTree& a, PosedTree& b, const Vertices& rest, const Begin& begin,
                            const Step& step) {
@@ -105,11 +95,7 @@ void expect_no_allocations(PosedTree& a, PosedTree& b, const Vertices& rest, con
             self.boxes_within(a, 0);
         }
     };
-    for (const AutoChoice& choice : auto_choices()) {
-        for (PosedTree* body : bodies) body->restore(choice);
-        run();
-    }
-    for (PosedTree* body : bodies) body->restore({});
+    run();
     const long before = allocations;
     run();
     EXPECT_EQ(allocations - before, 0) << name(a.kind());

@@ -105,7 +105,7 @@ TEST_P(ManyBodies, AreBoundedOncePerPoseForAllPairs) {
 
 INSTANTIATE_TEST_SUITE_P(AllBounds, ManyBodies,
                          ::testing::Values(BoundKind::exact, BoundKind::boxes, BoundKind::bd, BoundKind::nbd,
-                                           BoundKind::learned_spheres, BoundKind::learned_boxes),
+                                           BoundKind::learned_affine),
                          [](const auto& info) { return std::string(name(info.param)); });
 
 TEST(ManyBodyQuery, FindsBodiesThatReachTheLargestNumber) {

@@ -86,15 +86,14 @@ TEST_F(PosedTreeTest, RefusesBoundsThatMissWithoutCalibrationAndMargin) {
             EXPECT_NO_THROW(PosedTree(uncalibrated, kind, 0.f));
         }
     }
-    EXPECT_EQ(refused, 5);
-    // `auto` takes exact boxes instead, and does not even try the learned ones.
+    EXPECT_EQ(refused, 3);
+    // `auto` takes exact boxes instead.
     PosedTree automatic(uncalibrated, BoundKind::automatic), boxes(uncalibrated, BoundKind::boxes);
     automatic.begin_pose(s.X);
     boxes.begin_pose(s.X);
     PairQuery query;
-    for (int i = 0; i < AutoChoice::first_trials + 2; ++i) query.intersecting(automatic, boxes);
+    query.intersecting(automatic, boxes);
     EXPECT_EQ(automatic.chosen(), BoundKind::boxes);
-    EXPECT_EQ(automatic.auto_choice().trials, 0);
 }
 
 TEST_F(PosedTreeTest, CanBeMoved) {
@@ -118,8 +117,8 @@ TEST_F(PosedTreeTest, RejectsTreesWithoutTheModelAndInvalidMargins) {
     without_bd->calibrations.erase(BoundKind::bd);
     EXPECT_EQ(
         test::refusal([&] { PosedTree(without_bd, BoundKind::bd); }),
-        "the collision tree has no model for \"bd\" bounds, only for exact, boxes, nbd, learned_spheres, "
-        "learned_boxes, learned_affine, auto");
+        "the collision tree has no model for \"bd\" bounds, only for exact, boxes, nbd, learned_affine, "
+        "auto");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::exact, -0.1f); }),
               "margin is -0.1, allowed: finite and 0 or more");
     EXPECT_EQ(test::refusal([&] { PosedTree(bare, BoundKind::boxes, 0.1f); }),
@@ -213,9 +212,7 @@ TEST(SphereCache, GrowsMarginsWithTheScoreAndUsesExactSpheresOutOfDistribution) 
 TEST(BoundKinds, NamesRoundTrip) {
     for (const BoundKind kind : bound_kinds) EXPECT_EQ(bound_kind(name(kind)), kind);
     EXPECT_EQ(test::refusal([] { bound_kind("loca"); }),
-              "unknown bounds \"loca\", known: exact, boxes, bd, nbd, learned_spheres, learned_boxes, "
-              "learned_affine, "
-              "certified, affine, auto");
+              "unknown bounds \"loca\", known: exact, boxes, bd, nbd, learned_affine, affine, auto");
 }
 
 }  // namespace

@@ -2,16 +2,34 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
+#include "meshing/body/make_body.hpp"
 #include "tests/support/box_body.hpp"
-#include "tests/support/solid_bodies.hpp"
+#include "tests/support/box_mesh.hpp"
 
 namespace nbd {
 namespace {
 
 /// A bar of 3 m with a slot from one end, 2 m deep, between walls 1/3 m apart, stretched along z.
 TriMesh fork(double stretch) {
-    const test::SolidBody body = test::solid_fork();
-    TriMesh mesh{body.X.cast<double>(), body.F};
+    const TetMesh bar = test::box_mesh({3, 1, 1}, {9, 3, 3});
+    std::vector<int> kept;
+    for (int t = 0; t < bar.T.rows(); ++t) {
+        const Eigen::RowVector3d centroid = bar.X(bar.T.row(t), Eigen::all).colwise().mean();
+        if (centroid[0] < 1 || centroid[2] < 1.0 / 3 || centroid[2] > 2.0 / 3) kept.push_back(t);
+    }
+    std::vector<int> number(static_cast<std::size_t>(bar.X.rows()), -1), used;
+    Tets T = bar.T(kept, Eigen::all);
+    for (int& node : T.reshaped()) {
+        int& name = number[static_cast<std::size_t>(node)];
+        if (name < 0) {
+            name = static_cast<int>(used.size());
+            used.push_back(node);
+        }
+        node = name;
+    }
+    TriMesh mesh = make_body("fork", {bar.X(used, Eigen::all), T}).surface;
     mesh.X.col(2) *= stretch;
     return mesh;
 }

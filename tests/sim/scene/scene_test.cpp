@@ -176,9 +176,10 @@ const Broken broken_scenes[] = {
      "bodies[0].material.rayleigh_stiffness: is 1e+308, but must be between 0 and 1e30"},
     {with("", R"("obstacles": [{"mesh": {}}])"), "obstacles[0].mesh.file: is missing"},
     {with("", R"("obstacles": [{"mesh": {"file": ""}}])"), "obstacles[0].mesh.file: must not be empty"},
+    {with(R"("bounds": "certified")"), "bodies[0].bounds: is \"certified\", which is gone; write \"affine\""},
     {with(R"("bounds": "tight")"),
-     "bodies[0].bounds: is \"tight\", but must be exact, boxes, bd, nbd, learned_spheres, "
-     "learned_boxes, learned_affine, certified, affine or auto"},
+     "bodies[0].bounds: is \"tight\", but must be exact, boxes, bd, nbd, learned_affine, affine or "
+     "auto"},
     {with(R"("meshing": {"nodes": 9})"),
      "bodies[0].meshing: applies to surfaces and tetrahedra only; a body file is used unchanged"},
     {R"({"bodies": [{"tets": "a.msh", "meshing": {"nodes": 9}}]})",

@@ -7,10 +7,12 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "collision/base/notice.hpp"
 #include "collision/geometry/bounding_sphere.hpp"
+#include "collision/tree/make_wide.hpp"
 #include "collision/tree/posed_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
@@ -77,7 +79,8 @@ TEST_F(Evaluate, ExactSpheresContainEverythingAndHaveNoError) {
 
 TEST_F(Evaluate, NamesBothSetsAndCountsPosesNodesAndVertices) {
     const auto rows = rows_of("data.h5");
-    EXPECT_EQ(rows.size(), 2u * 4u * 5u * 4u);  // sets, bounds, margins, depths
+    EXPECT_EQ(rows.size(),
+              2u * 5u * (3u * 4u + 3u));  // sets, margins, depths of three bounds, levels of boxes
     const RecordingReader data(folder / "data.h5");
     const auto& split = tree->facts.split;
     for (const auto& [name, set] : {std::pair("random frames", FrameSet::random_test),
@@ -270,6 +273,61 @@ TEST_F(Evaluate, AgreesWithADirectCount) {
     EXPECT_NEAR(r.radius_error, radius_error, 1e-6);
 }
 
+TEST_F(Evaluate, OfLearnedAffineBoxesAgreesWithADirectCount) {
+    TreeFile bare = *tree;  // without what training adds to boxes
+    LearnedAffineFit fit = bare.tree.learned_affine->fit();
+    for (BoxFit& box : fit.clusters) box.growth = 0;
+    std::ranges::fill(fit.growth, 0.f);
+    bare.tree.learned_affine =
+        std::make_shared<const LearnedAffineModel>(bare.tree.boxes->tree(), std::move(fit));
+    AffineBoxes posed = make_wide(bare.tree, BoundKind::learned_affine, 0.f);
+    const WideTree& wide = posed.tree();
+    ASSERT_EQ(wide.clusters(), 1);
+    const double margins[] = {0, 0.1};
+    long outside[] = {0, 0}, vertices = 0;
+    double error = 0, centre_error = 0;
+    Vertices x;
+    for (int id = 0; id < 3; ++id)
+        for (int f = 0; f < 20; ++f) {
+            apply_embedding(bar->body.W, bar->frame(77, id, f), x);
+            posed.begin_pose(x);
+            const Box box = posed.cluster(0);
+            const Eigen::Array3f lo = x.colwise().minCoeff().transpose(),
+                                 hi = x.colwise().maxCoeff().transpose();
+            const double size = double{(hi - lo).matrix().norm()} / 2,
+                         half = double{(box.hi - box.lo).head<3>().matrix().norm()} / 2;
+            error += std::abs(half - size) / size / 60;
+            const Eigen::Array3f c = (box.lo + box.hi).head<3>() / 2;
+            centre_error += double{(c - (lo + hi) / 2).matrix().norm()} / size / 60;
+            for (int leaf = 0; leaf < wide.leaves(); ++leaf)
+                for (const int v : wide.leaf_vertices(leaf)) {
+                    ++vertices;
+                    const Eigen::Array3f away = (x.row(v).transpose().array() - c).abs();
+                    for (std::size_t k = 0; k < 2; ++k)
+                        outside[k] += ((away - (1 + static_cast<float>(margins[k])) *
+                                                   (box.hi - box.lo).head<3>() / 2) > 1e-6f)
+                                          .any();
+                }
+        }
+    const auto rows = evaluate(bare, RecordingReader(folder / "other.h5"),
+                               {.bounds = {BoundKind::learned_affine}, .margins = {0, 0.1}});
+    ASSERT_EQ(rows.size(), 6u);
+    ASSERT_GT(outside[0], 0);
+    for (std::size_t k = 0; k < 2; ++k) {
+        const EvaluationRow& r = find(rows, "other recording", BoundKind::learned_affine, 0, margins[k]);
+        EXPECT_EQ(r.vertices, vertices);
+        EXPECT_EQ(r.nodes, 60);
+        EXPECT_NEAR(r.vertices_outside, static_cast<double>(outside[k]) / static_cast<double>(vertices),
+                    1e-3);
+        EXPECT_NEAR(r.centre_error, centre_error, 1e-4);
+    }
+    EXPECT_NEAR(find(rows, "other recording", BoundKind::learned_affine, 0, 0).radius_error, error, 1e-4);
+    for (int level = 0; level < 3; ++level)
+        EXPECT_LT(find(rows, "other recording", BoundKind::learned_affine, level, 0.1).nodes_missing,
+                  find(rows, "other recording", BoundKind::learned_affine, level, 0).nodes_missing)
+            << level;
+}
+
 TEST_F(Evaluate, GivesTheSameBitsOnAnyNumberOfThreads) {
     const auto table = [] { return to_csv(rows_of("data.h5")); };
     EXPECT_EQ(test::on_threads(1, table), test::on_threads(2, table));
@@ -294,6 +352,10 @@ TEST_F(Evaluate, WritesTables) {
 TEST_F(Evaluate, RejectsInvalidInput) {
     EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {-0.1}}); }), "margin -0.1; allowed: 0 or more");
     EXPECT_EQ(error_of([] { rows_of("data.h5", {.margins = {}}); }), "no margins to evaluate");
+    EXPECT_EQ(
+        error_of([] { rows_of("data.h5", {.bounds = {BoundKind::affine}}); }),
+        "affine bounds are not those of the tree's nodes, which are evaluated; `nbdtree coverage` measures "
+        "them");
     TreeFile other = *tree;
     other.facts.body_hash = std::string(64, 'c');
     const std::string error = error_of([&] { evaluate(other, RecordingReader(folder / "data.h5")); });

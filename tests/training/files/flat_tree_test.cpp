@@ -13,14 +13,12 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "collision/bounds/certified/build_certified_model.hpp"
 #include "collision/flat/crc64.hpp"
 #include "collision/flat/flat_file.hpp"
 #include "collision/tree/posed_tree.hpp"
 #include "tests/collision/bounds/affine/hung_surface.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
-#include "tests/support/solid_bodies.hpp"
 #include "tests/training/example_tree.hpp"
 
 namespace nbd {
@@ -29,15 +27,8 @@ namespace {
 using test::error_of;
 using Bytes = std::vector<std::byte>;
 
-/// A calibrated tree with all models except the certified one.
+/// A calibrated tree with all models.
 CollisionTree random_tree() { return test::example_tree({}).tree; }
-
-CollisionTree certified_tree() {
-    const test::SolidBody box = test::solid_box();
-    CollisionTree tree = make_exact_tree(box.X, box.F, {.depth = 3});
-    tree.certified = build_certified_model(tree.spheres, box.F, box.solid, box.W, {.anchors = 9});
-    return tree;
-}
 
 /// A small surface in the tetrahedra of a lattice.
 CollisionTree hung_tree() {
@@ -99,7 +90,7 @@ class FlatTree : public test::FileTest {};
 TEST_F(FlatTree, RoundTripsAllModelsBitForBit) {
     CollisionTree with_floats = random_tree();
     with_floats.nbd->networks = test::float_networks(*with_floats.nbd);
-    for (const CollisionTree& tree : {random_tree(), with_floats, certified_tree(), hung_tree()}) {
+    for (const CollisionTree& tree : {random_tree(), with_floats, hung_tree()}) {
         save_flat_tree(folder / "tree.nbd", tree);
         EXPECT_EQ(files_in_folder(), 1u);
         const CollisionTree again = load_flat_tree(folder / "tree.nbd");
@@ -235,14 +226,14 @@ TEST_F(FlatTree, StoresArraysAtTheOffsetsOfItsTable) {
         FlatEntry entry;
         std::memcpy(&entry, file.data() + sizeof header + i * sizeof entry, sizeof entry);
         EXPECT_EQ(entry.offset % 64, 0u) << entry.name;
-        if (entry.name != std::string("learned/values")) continue;
+        if (entry.name != std::string("learned_affine/growth")) continue;
         found = true;
         EXPECT_STREQ(entry.type, "<f4");
-        ASSERT_EQ(entry.rows, tree.learned->values.size());
+        ASSERT_EQ(entry.rows, tree.learned_affine->fit().growth.size());
         EXPECT_EQ(entry.columns, 1u);
-        EXPECT_EQ(
-            std::memcmp(file.data() + entry.offset, tree.learned->values.data(), entry.rows * sizeof(float)),
-            0);
+        EXPECT_EQ(std::memcmp(file.data() + entry.offset, tree.learned_affine->fit().growth.data(),
+                              entry.rows * sizeof(float)),
+                  0);
     }
     EXPECT_TRUE(found);
 }
@@ -320,7 +311,7 @@ TEST_F(FlatTree, RejectsForeignFiles) {
 
 TEST_F(FlatTree, RejectsUnknownAndMissingArrays) {
     // A renamed array is both missing and unknown.
-    const std::string is = "learned/samples", becomes = "learned/examples";
+    const std::string is = "learned_affine/samples", becomes = "learned_affine/examples";
     Bytes file = small_file();
     FlatHeader header;
     std::memcpy(&header, file.data(), sizeof header);
@@ -330,7 +321,7 @@ TEST_F(FlatTree, RejectsUnknownAndMissingArrays) {
     }
     renew_checksum(file);
     EXPECT_EQ(error_of([&] { read_flat_tree(file); }),
-              "has no array learned/samples; allowed: flat trees with all arrays of their version");
+              "has no array learned_affine/samples; allowed: flat trees with all arrays of their version");
 
     CollisionTree tree = random_tree();
     tree.calibrations.erase(BoundKind::bd);

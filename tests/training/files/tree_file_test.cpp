@@ -89,7 +89,12 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
         EXPECT_EQ(s.box_samples, t.box_samples);
         EXPECT_EQ(s.residual, t.residual);
         EXPECT_EQ(s.growth, t.growth);
-        EXPECT_EQ(s.clusters.size(), t.clusters.size());
+        ASSERT_EQ(s.clusters.size(), t.clusters.size());
+        for (std::size_t i = 0; i < s.clusters.size(); ++i) {
+            EXPECT_EQ(s.clusters[i].growth, t.clusters[i].growth);
+            EXPECT_EQ(s.clusters[i].mean, t.clusters[i].mean);
+            EXPECT_EQ(s.clusters[i].inverse_deviation, t.clusters[i].inverse_deviation);
+        }
     }
     ASSERT_EQ(a.tree.bd.has_value(), b.tree.bd.has_value());
     if (a.tree.bd) {
@@ -111,13 +116,6 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
         EXPECT_EQ(a.tree.nbd->centre_map, b.tree.nbd->centre_map);
         EXPECT_EQ(a.tree.nbd->z_mean, b.tree.nbd->z_mean);
         EXPECT_EQ(a.tree.nbd->z_whitening, b.tree.nbd->z_whitening);
-    }
-    ASSERT_EQ(a.tree.learned.has_value(), b.tree.learned.has_value());
-    if (a.tree.learned) {
-        EXPECT_EQ(a.tree.learned->network, b.tree.learned->network);
-        EXPECT_EQ(a.tree.learned->nodes, b.tree.learned->nodes);
-        EXPECT_EQ(a.tree.learned->samples, b.tree.learned->samples);
-        EXPECT_EQ(a.tree.learned->values, b.tree.learned->values);
     }
     ASSERT_EQ(a.tree.affine != nullptr, b.tree.affine != nullptr);
     if (a.tree.affine) {
@@ -166,10 +164,9 @@ TEST_F(TreeFileTest, NeedsNoModels) {
     expect_same(load_tree(folder / "nbd.h5"), file);
     file.tree.nbd.reset();
     file.tree.calibrations.clear();
-    file.tree.learned->nodes[3].exact = true;
     save_tree(folder / "learned.h5", file);
     expect_same(load_tree(folder / "learned.h5"), file);
-    file.tree.learned.reset();
+    file.tree.learned_affine.reset();
     file.facts = {};
     save_tree(folder / "exact.h5", file);
     expect_same(load_tree(folder / "exact.h5"), file);
@@ -290,7 +287,7 @@ const BrokenTree broken_trees[] = {
      [](EditFile& f) {
          f.replace("topology/nodes", {0, 6}, std::vector<int>());
          f.replace("topology/rest_spheres", {0, 4}, std::vector<float>());
-         f.remove("bd"), f.remove("nbd"), f.remove("learned"), f.remove("calibration");
+         f.remove("bd"), f.remove("nbd"), f.remove("learned_affine"), f.remove("calibration");
      }},
     {"node 0 has its first child at 1000000", [](EditFile& f) { f.set("topology/nodes", 0, 1000000); }},
     {"the root owns faces", [](EditFile& f) { f.set("topology/nodes", 3, 127); }},
@@ -325,18 +322,6 @@ const BrokenTree broken_trees[] = {
      [](EditFile& f) {
          f.replace("nbd/centre_map", {5, 44}, std::vector<float>(220));
      }},
-    {"node 2 of learned/nodes has 1000000 samples; allowed: 16 to 128",
-     [](EditFile& f) { f.set("learned/nodes", 4, 1000000); }},
-    {"node 2 of learned/nodes has -16 samples", [](EditFile& f) { f.set("learned/nodes", 4, -16); }},
-    {"dataset 'learned/samples' is", [](EditFile& f) { f.set("learned/nodes", 0, 48); }},
-    {"dataset 'learned/values' is", [](EditFile& f) { f.set_attribute("learned", "network", 1); }},
-    {"dataset 'learned/nodes' is 14 x 2; allowed: 15 x 2",
-     [](EditFile& f) {
-         f.replace("learned/nodes", {14, 2}, std::vector<int>(28));
-     }},
-    {"learned bounds: sample vertex 64", [](EditFile& f) { f.set("learned/samples", 5, 64); }},
-    {"learned bounds: a number of node 0 is not finite",
-     [](EditFile& f) { f.set("learned/values", 40, nan); }},
     {"dataset 'affine/rest' is 63 x 3; allowed: 64 x 3",
      [](EditFile& f) {
          f.replace("affine/rest", {63, 3}, std::vector<float>(189));

@@ -40,7 +40,6 @@ class TrainLearnedAffine : public test::FileTest {
 TEST_F(TrainLearnedAffine, KeepsTheStatedMissRateOnUnseenTrajectories) {
     const RecordingReader data(folder / "data.h5");
     TreeFile file = train();
-    EXPECT_FALSE(file.tree.learned);
     calibrate(file, data, {.miss_rate = 0.02});
     const Calibration& calibration = file.tree.calibrations.at(BoundKind::learned_affine);
     EXPECT_EQ(calibration.trajectories, 15);

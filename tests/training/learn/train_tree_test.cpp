@@ -35,8 +35,8 @@ void expect_same(const TreeFile& a, const TreeFile& b) {
     EXPECT_EQ(a.tree.nbd->modes.representatives, b.tree.nbd->modes.representatives);
     EXPECT_EQ(a.tree.nbd->z_centre, b.tree.nbd->z_centre);
     EXPECT_EQ(a.tree.nbd->out_scale, b.tree.nbd->out_scale);
-    EXPECT_EQ(a.tree.learned->samples, b.tree.learned->samples);
-    EXPECT_EQ(a.tree.learned->values, b.tree.learned->values);
+    EXPECT_EQ(a.tree.learned_affine->fit().samples, b.tree.learned_affine->fit().samples);
+    EXPECT_EQ(a.tree.learned_affine->fit().growth, b.tree.learned_affine->fit().growth);
     EXPECT_EQ(a.facts.node_loss, b.facts.node_loss);
     EXPECT_EQ(a.facts.z_error, b.facts.z_error);
 }
@@ -47,8 +47,7 @@ TEST_F(TrainTree, GivesConsistentModelsAndTrainingFacts) {
     const TreeFile file = train_tree(bar.body, data, quick(),
                                      {.stage = [&](std::string_view name) { stages.emplace_back(name); }});
     EXPECT_NO_THROW(check_sphere_tree(file.tree.spheres, file.tree.vertex_count, file.tree.faces));
-    ASSERT_TRUE(file.tree.bd && file.tree.nbd && file.tree.learned);
-    EXPECT_NO_THROW(check_learned_model(*file.tree.learned, file.tree.spheres, file.tree.vertex_count));
+    ASSERT_TRUE(file.tree.bd && file.tree.nbd && file.tree.learned_affine);
     EXPECT_NO_THROW(check_bd_model(*file.tree.bd, file.tree.spheres, file.tree.vertex_count));
     EXPECT_NO_THROW(check_nbd_model(*file.tree.nbd, file.tree.spheres, file.tree.vertex_count));
     EXPECT_EQ(file.tree.spheres.nodes.size(), 7u);
@@ -60,8 +59,8 @@ TEST_F(TrainTree, GivesConsistentModelsAndTrainingFacts) {
     EXPECT_LT(file.facts.node_loss.maxCoeff(), 0.05f);
     EXPECT_GT(file.facts.z_error, 0);
     EXPECT_EQ(stages,
-              (std::vector<std::string>{"reading", "choosing samples", "fitting learned bounds",
-                                        "clustering modes", "computing labels", "training networks"}));
+              (std::vector<std::string>{"reading", "fitting learned affine bounds", "clustering modes",
+                                        "computing labels", "training networks"}));
 }
 
 TEST_F(TrainTree, GivesTheSameBitsOnAnyNumberOfThreads) {
@@ -96,7 +95,7 @@ TEST_F(TrainTree, ReadsTheRecordingOnceAndGivesTheSameBitsAsWhenItIsStreamed) {
         EXPECT_EQ(kept.file.facts.recording_hash, other->file.facts.recording_hash);
         EXPECT_EQ(kept.file.tree.nbd->z_mean, other->file.tree.nbd->z_mean);
         EXPECT_EQ(kept.file.tree.nbd->z_whitening, other->file.tree.nbd->z_whitening);
-        ASSERT_EQ(kept.file.tree.calibrations.size(), 4u);
+        ASSERT_EQ(kept.file.tree.calibrations.size(), 3u);
         for (const auto& [kind, calibration] : kept.file.tree.calibrations) {
             EXPECT_EQ(calibration.margins, other->file.tree.calibrations.at(kind).margins) << name(kind);
             EXPECT_EQ(calibration.limits, other->file.tree.calibrations.at(kind).limits) << name(kind);
@@ -127,16 +126,17 @@ TEST_F(TrainTree, TrainsOnlyTheRequestedBounds) {
     TrainConfig config = quick();
     config.bounds = {BoundKind::nbd};
     const TreeFile nbd = train_tree(bar.body, data, config);
-    EXPECT_TRUE(nbd.tree.bd && nbd.tree.nbd && !nbd.tree.learned);
+    EXPECT_TRUE(nbd.tree.bd && nbd.tree.nbd && !nbd.tree.learned_affine);
     EXPECT_EQ(nbd.tree.nbd->networks.weights(), both.tree.nbd->networks.weights());
-    config.bounds = {BoundKind::learned_spheres};
+    config.bounds = {BoundKind::learned_affine};
     SurfaceBody without_modes = bar.body;
     without_modes.U.resize(without_modes.U.rows(), 0);
     const TreeFile learned = train_tree(without_modes, data, config);
-    EXPECT_TRUE(!learned.tree.bd && !learned.tree.nbd && learned.tree.learned);
-    EXPECT_EQ(learned.tree.learned->values, both.tree.learned->values);
+    EXPECT_TRUE(!learned.tree.bd && !learned.tree.nbd && learned.tree.learned_affine);
+    const auto growth = [](const TreeFile& file) { return file.tree.learned_affine->fit().growth; };
+    EXPECT_EQ(growth(learned), growth(both));
     save_tree(folder / "learned.h5", learned);
-    EXPECT_EQ(load_tree(folder / "learned.h5").tree.learned->values, learned.tree.learned->values);
+    EXPECT_EQ(growth(load_tree(folder / "learned.h5")), growth(learned));
 }
 
 TEST_F(TrainTree, TrainsTheNetworksOfThePaper) {
@@ -173,8 +173,8 @@ TEST_F(TrainTree, UsesTheLowestModesOfTheBody) {
 }
 
 TEST(DefaultDepth, IsThePapersForItsNetworksAndFollowsTheFacesElse) {
-    const BoundKind with_nbd[] = {BoundKind::learned_spheres, BoundKind::nbd},
-                    without[] = {BoundKind::learned_spheres};
+    const BoundKind with_nbd[] = {BoundKind::learned_affine, BoundKind::nbd},
+                    without[] = {BoundKind::learned_affine};
     EXPECT_EQ(default_depth(with_nbd, 871'306), 7);
     EXPECT_EQ(default_depth(without, 100), 7);
     EXPECT_EQ(default_depth(without, 600 * 128 + 127), 7);
@@ -193,12 +193,11 @@ TEST_F(TrainTree, RejectsTooFewPosesAndInvalidOptions) {
     EXPECT_NE(error([](auto&) {}).find("training poses; allowed: at least 32"), std::string::npos);
     EXPECT_EQ(error([](auto& c) { c.modes = 0; }), "0 modes; allowed: 1 to 1024");
     EXPECT_EQ(error([](auto& c) { c.modes = 1025; }), "1025 modes; allowed: 1 to 1024");
-    EXPECT_EQ(error([](auto& c) { c.bounds = {}; }),
-              "no bounds to train; allowed: nbd, learned_spheres, learned_affine");
+    EXPECT_EQ(error([](auto& c) { c.bounds = {}; }), "no bounds to train; allowed: nbd, learned_affine");
     EXPECT_EQ(error([](auto& c) { c.bounds = {BoundKind::bd}; }),
-              "bd bounds are not trained; allowed: nbd, learned_spheres, learned_affine");
-    EXPECT_EQ(error([](auto& c) { c.learned.sample_poses = 0; }),
-              "0 poses to choose samples from, at least 1 needed");
+              "bd bounds are not trained; allowed: nbd, learned_affine");
+    EXPECT_EQ(error([](auto& c) { c.learned_affine.box_miss_rate = 1; }),
+              "miss rate of boxes 1; allowed: [0, 1)");
     EXPECT_EQ(error([](auto& c) { c.held_out_share = 2; }),
               "share of held-out trajectories 2; allowed: [0, 1)");
     EXPECT_EQ(error([](auto& c) { c.mlp.hidden = 7; }), "hidden layers of 7 neurons; allowed: 16, 32 and 64");

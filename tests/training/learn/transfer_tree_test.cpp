@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "collision/geometry/bounding_sphere.hpp"
 #include "collision/tree/posed_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
@@ -19,18 +18,19 @@ class TransferTree : public test::FileTest {
     TreeFile trained() const {
         coarse.record(folder / "data.h5", 12, 25, 2);
         TrainConfig config;
-        config.bounds = {BoundKind::learned_spheres};
+        config.bounds = {BoundKind::nbd};
         config.tree.depth = 4;
+        config.mlp.max_epochs = 10;
         TreeFile file = train_tree(coarse.body, RecordingReader(folder / "data.h5"), config);
         const std::size_t nodes = file.tree.spheres.nodes.size();
-        file.tree.calibrations[BoundKind::learned_spheres] = {.miss_rate = 0.01,
-                                                              .confidence = 0.9,
-                                                              .trajectories = 2,
-                                                              .poses = 50,
-                                                              .margins = std::vector<float>(nodes, 0.01f)};
+        file.tree.calibrations[BoundKind::nbd] = {.miss_rate = 0.01,
+                                                  .confidence = 0.9,
+                                                  .trajectories = 2,
+                                                  .poses = 50,
+                                                  .margins = std::vector<float>(nodes, 0.01f)};
         return file;
     }
-    Bar coarse{0, 4}, fine{0, 8};
+    Bar coarse{12, 4}, fine{12, 8};
 };
 
 TEST_F(TransferTree, BoundsTheSameNodesOfAFinerSurface) {
@@ -40,7 +40,7 @@ TEST_F(TransferTree, BoundsTheSameNodesOfAFinerSurface) {
     EXPECT_EQ(after.tree.spheres.nodes.size(), before.tree.spheres.nodes.size());
     EXPECT_EQ(after.tree.faces, fine.body.F);
     EXPECT_EQ(after.facts.body_hash, fine.body.hash);
-    EXPECT_EQ(after.tree.calibrations.at(BoundKind::learned_spheres).margins[3], 0.01f);
+    EXPECT_EQ(after.tree.calibrations.at(BoundKind::nbd).margins[3], 0.01f);
     for (std::size_t i = 0; i < after.tree.spheres.nodes.size(); ++i) {
         const SphereTree::Node &a = before.tree.spheres.nodes[i], &b = after.tree.spheres.nodes[i];
         EXPECT_EQ(b.first_child, a.first_child);
@@ -48,27 +48,6 @@ TEST_F(TransferTree, BoundsTheSameNodesOfAFinerSurface) {
         const Sphere &s = before.tree.spheres.rest[i], &t = after.tree.spheres.rest[i];
         EXPECT_LT((s.c - t.c).norm(), 0.15f * s.r) << i;
     }
-
-    double error = 0;
-    int outside = 0, count = 0, leaves_outside = 0;
-    for (int frame = 0; frame < 30; ++frame) {
-        Vertices x;
-        apply_embedding(fine.body.W, fine.frame(99, frame % 5, frame), x);
-        for (int i = 0; i < static_cast<int>(after.tree.spheres.nodes.size()); ++i) {
-            const Sphere s = learned_sphere(*after.tree.learned, i, x).sphere;
-            float most = 0;
-            for (const int v : after.tree.spheres.node_vertices(i))
-                most = std::max(most, (x.row(v).transpose() - s.c).norm());
-            error +=
-                std::abs(double{s.r} / double{bounding_sphere(x, after.tree.spheres.node_vertices(i)).r} - 1);
-            outside += most > 1.01f * s.r;
-            leaves_outside += most > 1.05f * s.r;
-            ++count;
-        }
-    }
-    EXPECT_LT(error / count, 0.05);
-    EXPECT_LT(outside, count / 50);
-    EXPECT_EQ(leaves_outside, 0);
 }
 
 TEST_F(TransferTree, KeepsNbdSpheres) {
@@ -105,7 +84,7 @@ TEST_F(TransferTree, RejectsOtherSurfacesAndTreesWithoutTransferableBounds) {
     SurfaceBody other = fine.body;
     other.X *= 1.5f;
     EXPECT_NE(test::refusal([&] { transfer_tree(before, other); }), "");
-    const SurfaceBody coarser = Bar(0, 1).body;
+    const SurfaceBody coarser = Bar(12, 1).body;
     EXPECT_NE(
         test::refusal([&] { transfer_tree(before, coarser); }).find("from the surface's nearest vertex"),
         std::string::npos);
@@ -114,10 +93,10 @@ TEST_F(TransferTree, RejectsOtherSurfacesAndTreesWithoutTransferableBounds) {
     EXPECT_NE(
         test::refusal([&] { transfer_tree(before, part); }).find("gets no face: the surface is too coarse"),
         std::string::npos);
-    before.tree.learned.reset();
+    before.tree.nbd.reset();
     before.tree.calibrations.clear();
     EXPECT_EQ(test::refusal([&] { transfer_tree(before, fine.body); }),
-              "the tree has neither learned nor nbd bounds to transfer");
+              "the tree has no nbd bounds to transfer");
 }
 
 }  // namespace

@@ -1,16 +1,10 @@
 #pragma once
 
 #include "collision/bounds/affine/learned_affine_model.hpp"
-#include "collision/bounds/learned/learned_model.hpp"
 #include "meshing/h5/reader.hpp"
 #include "meshing/h5/writer.hpp"
 
 namespace nbd {
-
-/// Write and read the group `learned` of a tree file. read_learned() throws std::runtime_error on wrong
-/// types, shapes or numbers of samples; check_collision_tree() checks the rest.
-void write_learned(h5::Writer& file, const LearnedModel& learned);
-LearnedModel read_learned(const h5::Reader& file, std::size_t nodes);
 
 /// Write and read the group `learned_affine`, without the rest positions X, which are those of the surface.
 /// read_learned_affine() throws std::runtime_error on wrong types or shapes; LearnedAffineModel checks the
