@@ -62,9 +62,9 @@ void run(const BenchSimulateArguments& arguments, Output& out) {
                       static_cast<std::size_t>(arguments.threads));
     if (!arguments.csv.empty())
         check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()}, ".csv");
-    out.text(fmt::format("medians in ms per step; threads: {}; both solvers to a relative residual of {:g}",
-                         arguments.threads > 0 ? std::to_string(arguments.threads) : "all",
-                         arguments.config.tolerance));
+    out.text(fmt::format(
+        "medians in ms per step; threads: {}; residuals of both solvers: {:g} of the impulses",
+        arguments.threads > 0 ? std::to_string(arguments.threads) : "all", arguments.config.tolerance));
     out.text(fmt::format("body           nodes scene      step = assembly + solve + rest   iter.   {}",
                          arguments.alone ? "bytes a node" : "factorising ratio   assembly textbook ratio"));
     SimulateBenchConfig config = arguments.config;
@@ -116,7 +116,9 @@ void add_bench_simulate(CLI::App& app, Output& out) {
     simulate->add_option("--steps", arguments->config.steps, "Steps per scene; the first is not counted")
         ->check(whole_number(2, 1'000'000))
         ->capture_default_str();
-    simulate->add_option("--tolerance", arguments->config.tolerance, "Relative residual of the linear solves")
+    simulate
+        ->add_option("--tolerance", arguments->config.tolerance,
+                     "Residual of the linear solves, relative to a body's impulses")
         ->check(between(1e-12, 0.5))
         ->capture_default_str();
     simulate->add_option("--longer", arguments->config.longer, "Factor of the scenes' time step")

@@ -7,15 +7,16 @@
 
 #include "apps/cli/output.hpp"
 #include "meshing/body/body.hpp"
+#include "sim/solvers/linear_solve_config.hpp"
 
 namespace nbd {
 
 /// What the scenes of a benchmark are like.
 struct SimulateBenchConfig {
-    int steps = 40;           // per scene, besides the first
-    double tolerance = 1e-6;  // relative residual of both solvers
-    double longer = 1;        // factor of the scenes' time step
-    bool reference = true;    // also steps the factorising solver and the textbook's assembly
+    int steps = 40;                                    // per scene, besides the first
+    double tolerance = LinearSolveConfig{}.tolerance;  // of both solvers
+    double longer = 1;                                 // factor of the scenes' time step
+    bool reference = true;  // also steps the factorising solver and the textbook's assembly
 };
 
 /// Medians over the steps of one scene, in milliseconds, for the iterative and the direct solver, stepped
