@@ -107,8 +107,9 @@ int select(int count, fd_set* in, fd_set* out, fd_set* other, timeval* time) {
 int pthread_cond_timedwait(pthread_cond_t* condition, pthread_mutex_t* mutex, const timespec* end) {
     static const auto real =
         next<int(pthread_cond_t*, pthread_mutex_t*, const timespec*)>("pthread_cond_timedwait");
-    const timespec all =
-        true_end(CLOCK_REALTIME, *end);  // conditions of another clock are waited for by clockwait
+    // A condition that was made for the monotonic clock has times far below today's.
+    const bool is_monotonic = number_of(*end) < true_now(CLOCK_REALTIME) / 2;
+    const timespec all = true_end(is_monotonic ? CLOCK_MONOTONIC : CLOCK_REALTIME, *end);
     return real(condition, mutex, &all);
 }
 
