@@ -210,8 +210,8 @@ int run(const Program& program, Output& out, int argc, char** argv) {
     if (const std::string gone = gone_name(program, app, arguments); !gone.empty())
         return fail(program.name, 2, gone);
     try {
-        app.parse(
-            std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 wants them in reverse
+        // CLI11 wants them in reverse.
+        app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
     } catch (const CLI::Success& request) {
         return app.exit(request);
     } catch (const CLI::RequiredError& error) {
